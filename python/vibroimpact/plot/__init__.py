@@ -1,0 +1,26 @@
+"""Figures of motions, modes, stability and existence, with matplotlib alone.
+
+Every function takes the data first, draws on `ax` (on a new figure if it is None) and returns the Axes; what is left
+of its keywords goes to the artist it draws.  Nothing here computes mechanics, and a velocity is never joined across
+the jump of an impact unless the jump itself is meant.
+"""
+
+try:
+    import matplotlib as _matplotlib  # noqa: F401  asked for first, so that its absence is met with the remedy
+except ImportError as _error:
+    raise ImportError('vibroimpact.plot needs matplotlib: pip install "vibroimpact[plot]"') from _error
+
+from vibroimpact.plot.existence import existence_map
+from vibroimpact.plot.modes import mode_shapes
+from vibroimpact.plot.motion import phase_portrait, time_history
+from vibroimpact.plot.section import poincare_section
+from vibroimpact.plot.stability import multipliers
+
+__all__ = [
+    "existence_map",
+    "mode_shapes",
+    "multipliers",
+    "phase_portrait",
+    "poincare_section",
+    "time_history",
+]

@@ -1,0 +1,135 @@
+"""Axes, options and walls, the same for every figure.
+
+Curves drawn after one another differ in line style as well as in colour, so that a grey print can be read; an axis
+label that somebody has set is kept.
+"""
+
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib import pyplot as plt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cbook import normalize_kwargs
+from matplotlib.lines import Line2D
+
+from vibroimpact.plot._data import Scene
+
+LINE_STYLES = ("-", "--", "-.", ":")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+WALL_COLOUR = "0.6"
+WALL_WIDTH = 2.0  # [points]
+TICK_SPACING = 6.0  # of the ticks on the solid side of a wall [points]
+TICK_LENGTH = 0.9  # of a tick [spacings]
+
+SECTION_LABEL = "Poincaré points"
+JUMP_LABEL = "_jumps"
+STOP_LABEL = "stop "
+ZERO_LABEL = "_zero"
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """Return `ax`, or the Axes of a new figure whose layout clips nothing (axes of one scale included)."""
+    if ax is None:
+        return plt.subplots(layout="compressed")[1]
+    if not isinstance(ax, Axes) or ax.figure is None:
+        raise ValueError(
+            f"ax must be the Axes of a figure or None, got {ax!r}; every other option is passed by its name"
+        )
+    return ax
+
+
+def with_defaults(options: dict[str, Any], artist: type[Artist] = Line2D, **defaults: Any) -> dict[str, Any]:
+    """Put `defaults` under the options of the caller, whichever alias (lw, linewidth) either uses."""
+    return normalize_kwargs(defaults, artist) | normalize_kwargs(options, artist)
+
+
+def next_line_style(ax: Axes) -> str:
+    """Choose a line style by the number of curves that `ax` has already."""
+    helpers = (STOP_LABEL, JUMP_LABEL, ZERO_LABEL, SECTION_LABEL, f"_{SECTION_LABEL}")
+    n_curves = sum(not str(line.get_label()).startswith(helpers) for line in ax.lines)
+    return LINE_STYLES[n_curves % len(LINE_STYLES)]
+
+
+def next_section_marker(ax: Axes) -> str:
+    """Choose a marker by the number of sets of Poincare points that `ax` has already."""
+    n_sections = sum(str(line.get_label()).lstrip("_").startswith(SECTION_LABEL) for line in ax.lines)
+    return MARKERS[n_sections % len(MARKERS)]
+
+
+def draw_legend(ax: Axes, beside: bool) -> None:
+    """Draw a legend beside `ax`, for figures whose layout makes room, or inside where it hides least."""
+    if beside:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0)
+    else:
+        ax.legend(fontsize="small")
+
+
+def label_axis(ax: Axes, which: Literal["x", "y"], text: str) -> None:
+    """Label an axis that has no label; where another coordinate's is there, leave out the index."""
+    read, write = (ax.get_xlabel, ax.set_xlabel) if which == "x" else (ax.get_ylabel, ax.set_ylabel)
+    present = read()
+    if not present:
+        write(text)
+    elif present != text and "[" in text and present.split("[")[0] == text.split("[")[0]:
+        write(text.split("[")[0])
+
+
+def position_label(coordinate: int) -> str:
+    """Name a position, whatever its unit."""
+    return f"position q[{coordinate}]"
+
+
+def velocity_label(coordinate: int) -> str:
+    """Name a velocity, whatever its unit."""
+    return f"velocity q'[{coordinate}]"
+
+
+def draw_walls(ax: Axes, scene: Scene, coordinate: int, along: Literal["x", "y"]) -> None:
+    """Draw every stop that acts on one coordinate alone, at the position where its gap is zero.
+
+    `along` is the axis that carries the position.  The ticks stand on the solid side.  A stop without a normal, or
+    with one that mixes coordinates, has no such position and is left out.
+    """
+    for index, stop in enumerate(scene.stops):
+        place = _wall_position(stop, coordinate)
+        label = f"{STOP_LABEL}{index}"
+        if place is None or _is_drawn(ax, label, place, along):
+            continue
+        position, solid_above = place
+        # A vertical line runs upwards and a horizontal one to the right: larger positions are right of the first and
+        # left of the second, and ticks at a positive angle stand on the left.
+        angle = 45.0 if solid_above == (along == "y") else -45.0
+        draw = ax.axvline if along == "x" else ax.axhline
+        draw(
+            position,
+            color=WALL_COLOUR,
+            linewidth=WALL_WIDTH,
+            linestyle="-",
+            label=label,
+            zorder=1.5,
+            path_effects=[
+                patheffects.Normal(),
+                patheffects.TickedStroke(spacing=TICK_SPACING, angle=angle, length=TICK_LENGTH),
+            ],
+        )
+
+
+def _wall_position(stop: Any, coordinate: int) -> tuple[float, bool] | None:
+    """Return where the gap is zero and whether the stop is solid above it, or None."""
+    normal = getattr(stop, "normal", None)
+    if normal is None:
+        return None
+    normal = np.atleast_1d(np.asarray(normal, dtype=float))
+    component = normal[coordinate]
+    if component == 0.0 or np.count_nonzero(normal) > 1:
+        return None
+    signed = -component if stop.side == "lower" else component
+    return float(stop.clearance / signed), bool(signed > 0.0)
+
+
+def _is_drawn(ax: Axes, label: str, place: tuple[float, bool], along: Literal["x", "y"]) -> bool:
+    """Say whether a motion of the same scene has left this wall on `ax`."""
+    data = [(line.get_xdata() if along == "x" else line.get_ydata()) for line in ax.lines if line.get_label() == label]
+    return any(np.allclose(np.asarray(values, dtype=float), place[0], rtol=1e-12, atol=0.0) for values in data)

@@ -1,0 +1,120 @@
+"""What the figures read: the attributes of orbits, trajectories, modes and maps, written as protocols.
+
+Arrays have time first, `(m, n)`.  At an impact the velocity has two values, chosen by `side`.  Anything with these
+attributes can be drawn; the plots import nothing from the numerical core.
+"""
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, Literal, Protocol, TypeAlias, TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Side: TypeAlias = Literal["after", "before"]
+
+
+class Scene(Protocol):
+    """The number of coordinates, the forcing period (None: unforced) and the stops."""
+
+    @property
+    def n_dof(self) -> int: ...
+    @property
+    def period(self) -> float | None: ...
+    @property
+    def stops(self) -> Sequence[Any]: ...
+
+
+class Motion(Protocol):
+    """What an orbit and a trajectory share."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def impacts(self) -> NDArray[Any]: ...
+    def position(self, t: ArrayLike, /) -> FloatArray: ...
+    def velocity(self, t: ArrayLike, /, side: Side = "after") -> FloatArray: ...
+
+
+class Orbit(Motion, Protocol):
+    """A periodic motion; its impacts lie in [0, period), the first at 0."""
+
+    @property
+    def period(self) -> float: ...
+
+
+class Trajectory(Motion, Protocol):
+    """A simulated motion and the rows it kept."""
+
+    @property
+    def t(self) -> FloatArray: ...
+    @property
+    def q(self) -> FloatArray: ...
+    @property
+    def v(self) -> FloatArray: ...
+
+
+class Stability(Protocol):
+    """Why an orbit is stable or not; multipliers for each order of the impacts."""
+
+    @property
+    def reason(self) -> str: ...
+    @property
+    def orders(self) -> Mapping[Hashable, ArrayLike | None]: ...
+
+
+class StableOrbit(Protocol):
+    """The part of an orbit that its stability is drawn from."""
+
+    @property
+    def floquet_multipliers(self) -> NDArray[np.complex128] | None: ...
+    @property
+    def stability(self) -> Stability | None: ...
+
+
+class Modes(Protocol):
+    """Natural frequencies and damping ratios (n,), shapes (n, n) with one mode a column."""
+
+    @property
+    def natural_frequencies(self) -> FloatArray: ...
+    @property
+    def shapes(self) -> FloatArray: ...
+    @property
+    def damping_ratios(self) -> FloatArray: ...
+
+
+class ExistenceMap(Protocol):
+    """Values x and y, and arrays (len(y), len(x)) of what was found at each pair."""
+
+    @property
+    def x(self) -> FloatArray: ...
+    @property
+    def y(self) -> FloatArray: ...
+    @property
+    def x_name(self) -> str | None: ...
+    @property
+    def y_name(self) -> str | None: ...
+    @property
+    def n_orbits(self) -> NDArray[Any]: ...
+    @property
+    def is_admissible(self) -> NDArray[Any]: ...
+    @property
+    def is_stable(self) -> NDArray[Any]: ...
+    @property
+    def multiplier(self) -> NDArray[Any]: ...
+
+
+def require(data: object, attribute: str, rule: str) -> None:
+    """Refuse data that lack an attribute; `rule` says what they must be."""
+    if not hasattr(data, attribute):
+        raise ValueError(f"{rule}, got {type(data).__name__}")
+
+
+def is_orbit(motion: object) -> TypeGuard[Orbit]:
+    """Tell an orbit from a trajectory by the attribute that only it has."""
+    return hasattr(motion, "period")
+
+
+def is_trajectory(motion: object) -> TypeGuard[Trajectory]:
+    """Tell a trajectory from an orbit by the attributes that only it has."""
+    return hasattr(motion, "t") and hasattr(motion, "q")

@@ -1,0 +1,226 @@
+"""From a motion to rows that can be drawn: one coordinate, flight by flight, both sides of every impact.
+
+A flight begins with the velocity after an impact and ends with the velocity before the next; the rows on the two
+sides have equal times.  A motion is drawn over the times (start, end]: the impact at its end is there, with both sides,
+the one at its start is not.
+"""
+
+import operator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.plot._data import FloatArray, Orbit, Side, Trajectory, is_orbit, is_trajectory
+
+IntArray: TypeAlias = NDArray[np.intp]
+
+POINTS = 400  # rows in a forcing period of an orbit: a flight of a few waves looks smooth at any usual size
+MIN_POINTS = 24  # rows in a flight, however short
+SMALL_JUMP = 1e-12  # of the largest velocity: below it the two sides differ by rounding
+SAME_TIME = 1e-12  # of the largest time: rounding between the time of an impact and that of its rows
+SAME_POINT = 1e-6  # of a forcing period: a Poincare point this near to an impact is taken right after it
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One coordinate of a motion; `starts` are the rows at which the velocity begins anew."""
+
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    starts: IntArray
+
+    def broken(self, values: FloatArray) -> FloatArray:
+        """Put nan between the two sides of every jump, so that no line joins them."""
+        return np.insert(values, self.starts, np.nan)
+
+    def jumps(self, values: FloatArray) -> FloatArray:
+        """Return the two sides of every jump, with nan after each pair."""
+        rows = self.starts[self.t[self.starts] == self.t[self.starts - 1]]
+        return np.column_stack([values[rows - 1], values[rows], np.full(len(rows), np.nan)]).ravel()
+
+
+def check_coordinate(coordinate: int, n_dof: int) -> int:
+    """Return a coordinate as a plain index from 0, or say what is wrong with it."""
+    try:
+        index = operator.index(coordinate)
+    except TypeError:
+        index = -1
+    if not 0 <= index < n_dof:
+        raise ValueError(f"coordinate must be an index from 0 to {n_dof - 1}, got {coordinate!r}")
+    return index
+
+
+def sample(
+    motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None, points: int = POINTS
+) -> Curve:
+    """Return the rows of one coordinate of an orbit (over one period) or of a trajectory, or those in `t_span`."""
+    if t_span is not None:
+        start, end = (float(value) for value in t_span)
+        if not (np.isfinite(start) and np.isfinite(end) and start < end):
+            raise ValueError(f"t_span must be a finite (start, end) with start < end, got {t_span!r}")
+        t_span = (start, end)
+    if is_orbit(motion):
+        if operator.index(points) < 2:
+            raise ValueError(f"points must be at least 2, got {points!r}")
+        return _sample_orbit(motion, coordinate, t_span or (0.0, float(motion.period)), points)
+    if is_trajectory(motion):
+        return _sample_trajectory(motion, coordinate, t_span)
+    raise not_a_motion(motion)
+
+
+def not_a_motion(motion: object) -> ValueError:
+    """Make the error for data that are neither an orbit nor a trajectory."""
+    return ValueError(
+        f"motion must be an orbit or a trajectory, got {type(motion).__name__}; of several orbits pass one, orbits[0]"
+    )
+
+
+def poincare_states(
+    motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return position and velocity at the whole forcing periods: of an orbit, of a trajectory in `t_span`.
+
+    A trajectory that has not kept its motion gives the rows it has at these times, perhaps none.
+    """
+    forcing_period = motion.scene.period
+    if forcing_period is None:
+        raise ValueError("motion must be forced to have Poincare points, got scene.period = None")
+    if is_orbit(motion):
+        count = max(1, round(motion.period / forcing_period))
+        times = forcing_period * np.arange(count, dtype=float)
+    elif is_trajectory(motion):
+        start, end = _window(motion, t_span)
+        first = np.ceil(start / forcing_period - SAME_POINT)
+        last = np.floor(end / forcing_period + SAME_POINT)
+        times = np.clip(forcing_period * np.arange(first, last + 1.0), start, end)
+    else:
+        raise not_a_motion(motion)
+    times = _snapped(times, np.unique(motion.impacts["time"]), SAME_POINT * forcing_period)
+    try:
+        return motion.position(times)[:, coordinate], motion.velocity(times, side="after")[:, coordinate]
+    except ValueError:
+        if not is_trajectory(motion):
+            raise
+    t = np.asarray(motion.t, dtype=float)
+    phase = t / forcing_period
+    rows = np.flatnonzero((np.abs(phase - np.round(phase)) <= SAME_POINT) & (t >= start) & (t <= end))
+    rows = rows[np.append(t[rows][1:] != t[rows][:-1], True)] if len(rows) else rows  # of two sides the one after
+    return np.asarray(motion.q)[rows, coordinate], np.asarray(motion.v)[rows, coordinate]
+
+
+def _sample_orbit(orbit: Orbit, coordinate: int, t_span: tuple[float, float], points: int) -> Curve:
+    """Sample the flights of an orbit in its first period, and move them to where they are drawn."""
+    start, end = t_span
+    period = float(orbit.period)
+    step = float(orbit.scene.period or period) / points
+    bounds = np.unique(np.concatenate([[0.0], orbit.impacts["time"], [period]]))
+    local, shifts, ends = [], [], []
+    for turn in range(int(np.floor(start / period)), int(np.ceil(end / period))):
+        shift = turn * period
+        for left, right in pairwise(bounds):
+            low, high = max(left, start - shift), min(right, end - shift)
+            if high - low > SAME_TIME * period:
+                count = max(MIN_POINTS, int(np.ceil((high - low) / step)) + 1)
+                local.append(np.linspace(low, high, count))
+                shifts.append(np.full(count, shift))
+                ends.append(right)
+    times = np.concatenate(local)
+    last_rows = np.cumsum([len(flight) for flight in local]) - 1
+    q = orbit.position(times)[:, coordinate]
+    v = np.array(orbit.velocity(times, side="after")[:, coordinate], dtype=float)
+    v[last_rows] = orbit.velocity(times[last_rows], side="before")[:, coordinate]
+    t = times + np.concatenate(shifts)
+    starts = last_rows[:-1] + 1
+    if ends[-1] - times[-1] <= SAME_TIME * period:  # the drawing ends on an impact: its other side
+        after = np.array([ends[-1] % period])
+        t = np.append(t, t[-1])
+        q = np.append(q, orbit.position(after)[:, coordinate])
+        v = np.append(v, orbit.velocity(after, side="after")[:, coordinate])
+        starts = last_rows + 1
+    t[starts] = t[starts - 1]
+    return _curve(t, q, v, starts)
+
+
+def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[float, float] | None) -> Curve:
+    """Take the rows of a trajectory and add what they lack: sides of impacts, ends of the window."""
+    start, end = _window(trajectory, t_span)
+    t = np.asarray(trajectory.t, dtype=float)
+    inside = (t >= start) & (t <= end)
+    t = t[inside]
+    q = np.asarray(trajectory.q, dtype=float)[inside, coordinate]
+    v = np.asarray(trajectory.v, dtype=float)[inside, coordinate]
+
+    hits = np.unique(trajectory.impacts["time"])
+    hits = hits[(hits > start) & (hits <= end)]
+    margin = SAME_TIME * max(abs(start), abs(end))
+    rows = np.searchsorted(t, hits - margin, side="left")
+    n_sides = np.searchsorted(t, hits + margin, side="right") - rows
+    no_side, one_side = n_sides == 0, n_sides == 1
+
+    # A single row at an impact is the side after.  Before each row: the sides that are missing, as (time, row, side).
+    before = hits[no_side | one_side]
+    before_rows = rows[no_side | one_side]
+    before_t = before.copy()
+    on_row = one_side[no_side | one_side]
+    before_t[on_row] = t[before_rows[on_row]]
+    lone_ends = [value for value in (start, end) if not np.any(np.abs(t - value) <= margin) and value not in hits]
+    try:
+        end_q, end_v = _states(trajectory, np.array(lone_ends), "after", coordinate)
+        before_q, before_v = _states(trajectory, before, "before", coordinate)
+        after_q, after_v = _states(trajectory, hits[no_side], "after", coordinate)
+    except ValueError:  # the motion was not kept: break the line where a side is missing
+        breaks = rows[no_side | one_side]
+    else:
+        breaks = np.array([], dtype=np.intp)
+        where = np.concatenate([np.searchsorted(t, lone_ends), before_rows, rows[no_side]]).astype(np.intp)
+        t_new = np.concatenate([lone_ends, before_t, hits[no_side]])
+        order = np.lexsort((np.arange(len(where)), t_new, where))
+        where = where[order]
+        t = np.insert(t, where, t_new[order])
+        q = np.insert(q, where, np.concatenate([end_q, before_q, after_q])[order])
+        v = np.insert(v, where, np.concatenate([end_v, before_v, after_v])[order])
+    pairs = np.flatnonzero(np.diff(t) == 0.0) + 1
+    breaks = breaks[(breaks > 0) & (breaks < len(t))]
+    return _curve(t, q, v, np.union1d(pairs, breaks).astype(np.intp))
+
+
+def _window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the part of `t_span` that a trajectory covers."""
+    t = np.asarray(trajectory.t, dtype=float)
+    if len(t) == 0:
+        raise ValueError("trajectory must have rows to draw, got none: simulate with keep='motion' or give t_eval")
+    if t_span is None:
+        return float(t[0]), float(t[-1])
+    start, end = max(t_span[0], float(t[0])), min(t_span[1], float(t[-1]))
+    if start > end:
+        raise ValueError(f"t_span must meet the trajectory's times, {t[0]:g} to {t[-1]:g}, got {t_span!r}")
+    return start, end
+
+
+def _states(trajectory: Trajectory, times: FloatArray, side: Side, coordinate: int) -> tuple[FloatArray, FloatArray]:
+    """Ask a trajectory for states between its rows; nothing is asked for no times."""
+    if len(times) == 0:
+        return np.empty(0), np.empty(0)
+    return trajectory.position(times)[:, coordinate], trajectory.velocity(times, side=side)[:, coordinate]
+
+
+def _snapped(times: FloatArray, hits: FloatArray, margin: float) -> FloatArray:
+    """Move times that lie within `margin` of an impact onto it, so that all take the same side."""
+    if len(hits) == 0 or len(times) == 0:
+        return times
+    right = np.clip(np.searchsorted(hits, times), 0, len(hits) - 1)
+    left = np.maximum(right - 1, 0)
+    nearest = np.where(np.abs(hits[left] - times) < np.abs(hits[right] - times), hits[left], hits[right])
+    return np.where(np.abs(nearest - times) <= margin, nearest, times)
+
+
+def _curve(t: FloatArray, q: FloatArray, v: FloatArray, starts: IntArray) -> Curve:
+    """Make a curve, keeping the breaks at which this coordinate jumps or may have jumped unseen."""
+    largest = np.max(np.abs(v), initial=0.0)
+    is_jump = np.abs(v[starts] - v[starts - 1]) > SMALL_JUMP * largest
+    is_unseen = t[starts] != t[starts - 1]
+    return Curve(t, q, v, starts[is_jump | is_unseen])

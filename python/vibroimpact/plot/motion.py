@@ -1,0 +1,232 @@
+"""Motions over time and in the phase plane, of orbits and of trajectories.
+
+At an impact the velocity has two values: the line ends at the one before and begins again at the one after.
+A stop that acts on the drawn coordinate alone is a line with ticks on its solid side.
+"""
+
+from typing import Any, Literal
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from vibroimpact.plot._axes import (
+    JUMP_LABEL,
+    SECTION_LABEL,
+    axes_or_new,
+    draw_walls,
+    label_axis,
+    next_line_style,
+    next_section_marker,
+    position_label,
+    velocity_label,
+    with_defaults,
+)
+from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit
+from vibroimpact.plot._sampling import POINTS, Curve, check_coordinate, not_a_motion, poincare_states, sample
+
+JUMP_WIDTH = 0.9  # [points]
+JUMP_DASHES = (0.0, (4.0, 2.5))  # offset, (dash, space) [line widths]
+MANY_POINTS = 100  # Poincare points; more are drawn small
+
+
+def time_history(
+    motion: Orbit | Trajectory,
+    ax: Axes | None = None,
+    *,
+    coordinate: int = 0,
+    quantity: Literal["position", "velocity"] = "position",
+    periods: float | None = None,
+    t_span: tuple[float, float] | None = None,
+    walls: bool = True,
+    jumps: bool = False,
+    points: int = POINTS,
+    **line: Any,
+) -> Axes:
+    """Draw one coordinate of a motion, or its velocity, over time.
+
+    Parameters
+    ----------
+    motion : Orbit or Trajectory
+        What to draw: an orbit sampled flight by flight, a trajectory by the rows it has, both sides of each impact
+        added where its motion was kept.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; default: a new figure.
+    coordinate : int, default 0
+        Index of the coordinate, from 0 to n_dof - 1.
+    quantity : {"position", "velocity"}, default "position"
+        What is drawn. The velocity line is broken at each impact.
+    periods : float, optional
+        Length of the drawing in periods of the orbit, from t = 0, above 0; default 1. Of orbits only.
+    t_span : (float, float), optional
+        First and last time drawn; default: `periods` of an orbit, the whole of a trajectory.
+    walls : bool, default True
+        Draw the stops that act on this coordinate alone, in the position.
+    jumps : bool, default False
+        Draw the jumps of the velocity as thin dashed lines.
+    points : int, default 400
+        Samples of an orbit in a forcing period, at least 2. A trajectory has its own.
+    **line
+        Options of the line (`matplotlib.lines.Line2D`), such as ``color`` or ``label``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        `ax`, or the Axes of the new figure.
+
+    Raises
+    ------
+    ValueError
+        If an argument is outside the values above, or the trajectory has no rows.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> scene = vi.paper_scene(kind=3)
+    >>> orbits = vi.periodic_orbits(scene, pattern=[1], n_periods=2)
+    >>> ax = vi.plot.time_history(orbits[0], coordinate=1, quantity="velocity", periods=2)
+    >>> ax.get_ylabel()
+    "velocity q'[1]"
+    """
+    coordinate = _check_motion(motion, coordinate)
+    if quantity not in ("position", "velocity"):
+        raise ValueError(f"quantity must be 'position' or 'velocity', got {quantity!r}")
+    if periods is not None:
+        t_span = _span_of_periods(motion, periods, t_span)
+    curve = sample(motion, coordinate, t_span, points)
+    ax = axes_or_new(ax)
+    label_axis(ax, "x", "time t")
+    if quantity == "position":
+        label_axis(ax, "y", position_label(coordinate))
+        options = with_defaults(line, linestyle=next_line_style(ax), label=f"q[{coordinate}]")
+        ax.plot(curve.t, curve.q, **options)
+        if walls:
+            draw_walls(ax, motion.scene, coordinate, along="y")
+    else:
+        label_axis(ax, "y", velocity_label(coordinate))
+        options = with_defaults(line, linestyle=next_line_style(ax), label=f"q'[{coordinate}]")
+        drawn = ax.plot(curve.broken(curve.t), curve.broken(curve.v), **options)[0]
+        if jumps:
+            _draw_jumps(ax, drawn, curve, curve.t)
+    return ax
+
+
+def phase_portrait(
+    motion: Orbit | Trajectory,
+    ax: Axes | None = None,
+    *,
+    coordinate: int = 0,
+    t_span: tuple[float, float] | None = None,
+    walls: bool = True,
+    section: bool = True,
+    jumps: bool = True,
+    points: int = POINTS,
+    **line: Any,
+) -> Axes:
+    """Draw the velocity of one coordinate over its position.
+
+    Parameters
+    ----------
+    motion : Orbit or Trajectory
+        What to draw: one period of an orbit, or a trajectory by the rows it has, both sides of each impact added where
+        its motion was kept.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; default: a new figure.
+    coordinate : int, default 0
+        Index of the coordinate, from 0 to n_dof - 1.
+    t_span : (float, float), optional
+        First and last time drawn; default: one period of an orbit, the whole of a trajectory.
+    walls : bool, default True
+        Draw the stops that act on this coordinate alone as vertical lines.
+    section : bool, default True
+        Mark the Poincare points of a forced motion, at whole forcing periods, right after an impact that falls there.
+        A trajectory without its motion (``keep="impacts"`` or ``"final"``) has those that are among its rows.
+    jumps : bool, default True
+        Draw the jump at each impact as a thin dashed line.
+    points : int, default 400
+        Samples of an orbit in a forcing period, at least 2. A trajectory has its own.
+    **line
+        Options of the line (`matplotlib.lines.Line2D`), such as ``color`` or ``label``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        `ax`, or the Axes of the new figure.
+
+    Raises
+    ------
+    ValueError
+        If an argument is outside the values above, or the trajectory has no rows.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> scene = vi.paper_scene(kind=3)
+    >>> orbits = vi.periodic_orbits(scene, pattern=[1], n_periods=2)
+    >>> ax = vi.plot.phase_portrait(orbits[0], coordinate=1)
+    >>> ax.get_xlabel()
+    'position q[1]'
+    """
+    coordinate = _check_motion(motion, coordinate)
+    curve = sample(motion, coordinate, t_span, points)
+    ax = axes_or_new(ax)
+    label_axis(ax, "x", position_label(coordinate))
+    label_axis(ax, "y", velocity_label(coordinate))
+    name = "orbit" if is_orbit(motion) else "trajectory"
+    options = with_defaults(line, linestyle=next_line_style(ax), label=name)
+    drawn = ax.plot(curve.broken(curve.q), curve.broken(curve.v), **options)[0]
+    if jumps:
+        _draw_jumps(ax, drawn, curve, curve.q)
+    if walls:
+        draw_walls(ax, motion.scene, coordinate, along="x")
+    if section and motion.scene.period is not None:
+        q, v = poincare_states(motion, coordinate, t_span)
+        ax.plot(
+            q,
+            v,
+            linestyle="none",
+            marker=next_section_marker(ax),
+            markersize=6.0 if len(q) <= MANY_POINTS else 3.0,
+            markerfacecolor="black",
+            markeredgecolor="white",
+            markeredgewidth=0.8 if len(q) <= MANY_POINTS else 0.3,
+            label=_section_label(ax, line.get("label")),
+            zorder=3.0,
+        )
+    return ax
+
+
+def _check_motion(motion: Orbit | Trajectory, coordinate: int) -> int:
+    """Return the coordinate as an index of the motion's."""
+    if not hasattr(motion, "scene"):
+        raise not_a_motion(motion)
+    return check_coordinate(coordinate, motion.scene.n_dof)
+
+
+def _span_of_periods(
+    motion: Orbit | Trajectory, periods: float, t_span: tuple[float, float] | None
+) -> tuple[float, float]:
+    """Return the times of the first `periods` of an orbit."""
+    if t_span is not None or not is_orbit(motion):
+        raise ValueError(f"periods must be None where t_span is given or the motion has no period, got {periods!r}")
+    if not 0.0 < periods < float("inf"):
+        raise ValueError(f"periods must be finite and above 0, got {periods!r}")
+    return 0.0, float(periods * motion.period)
+
+
+def _section_label(ax: Axes, label: object) -> str:
+    """Name the Poincare points after the motion's own label, and each name once in a legend."""
+    name = f"{SECTION_LABEL}, {label}" if label else SECTION_LABEL
+    return f"_{name}" if any(drawn.get_label() == name for drawn in ax.lines) else name
+
+
+def _draw_jumps(ax: Axes, drawn: Line2D, curve: Curve, along: FloatArray) -> None:
+    """Draw the velocity jumps of a curve, thin and dashed in its colour."""
+    ax.plot(
+        curve.jumps(along),
+        curve.jumps(curve.v),
+        color=drawn.get_color(),
+        linestyle=JUMP_DASHES,
+        linewidth=JUMP_WIDTH,
+        label=JUMP_LABEL,
+        zorder=drawn.get_zorder() - 0.1,
+    )

@@ -1,0 +1,252 @@
+//! The gap near one time as a cubic with a certified remainder, `|h(r) - sum c_k r^k| <= quartic r^4 + quintic r^5`, and
+//! what follows from it on `0 <= r <= span`, proved by the Bernstein form: a polynomial is no smaller than its least
+//! Bernstein coefficient (theory 8).
+
+/// Taylor coefficients of a gap to third order, and the bound on the rest.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Jet {
+    /// `h^(k)/k!`
+    pub c: [f64; 4],
+    /// Bound on the fourth-order remainder.
+    pub quartic: f64,
+    /// Bound on its growth.
+    pub quintic: f64,
+    /// Size of the numbers that c[0] was summed from.
+    pub size: f64,
+}
+
+/// What the gap does over a span, as far as it can be proved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Shape {
+    /// Above the floor all over.
+    Above,
+    /// Falling all over.
+    Falling,
+    /// Lowest at one of the ends: rising, or concave.
+    LowestAtEnd,
+    /// Convex with its one minimum inside.
+    Minimum { at: f64, value: f64 },
+    /// Nothing could be proved.
+    Unknown,
+}
+
+/// Least Bernstein coefficient on [0, 1] of `sum a_k x^k`, degree 4.
+fn least_4(a: [f64; 5]) -> f64 {
+    let b1 = a[0] + a[1] / 4.0;
+    let b2 = a[0] + a[1] / 2.0 + a[2] / 6.0;
+    let b3 = a[0] + 0.75 * a[1] + 0.5 * a[2] + a[3] / 4.0;
+    let b4 = a[0] + a[1] + a[2] + a[3] + a[4];
+    a[0].min(b1).min(b2).min(b3).min(b4)
+}
+
+/// The same for degree 3.
+fn least_3(a: [f64; 4]) -> f64 {
+    let b1 = a[0] + a[1] / 3.0;
+    let b2 = a[0] + a[1] * (2.0 / 3.0) + a[2] / 3.0;
+    let b3 = a[0] + a[1] + a[2] + a[3];
+    a[0].min(b1).min(b2).min(b3)
+}
+
+/// The same for degree 2.
+fn least_2(a: [f64; 3]) -> f64 {
+    a[0].min(a[0] + 0.5 * a[1]).min(a[0] + a[1] + a[2])
+}
+
+impl Jet {
+    /// The cubic at r.
+    pub fn value(&self, r: f64) -> f64 {
+        self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
+    }
+
+    /// Bound on what the cubic leaves out of the gap at r.
+    pub fn remainder(&self, r: f64) -> f64 {
+        let r2 = r * r;
+        r2 * r2 * (self.quartic + r * self.quintic)
+    }
+
+    fn scaled(&self, span: f64) -> ([f64; 4], f64) {
+        let s2 = span * span;
+        let a = [self.c[0], self.c[1] * span, self.c[2] * s2, self.c[3] * s2 * span];
+        (a, self.remainder(span))
+    }
+
+    /// Whether the gap is above `floor` on the whole span.
+    pub fn is_above(&self, floor: f64, span: f64) -> bool {
+        let (a, rest) = self.scaled(span);
+        least_4([a[0] - floor, a[1], a[2], a[3], -rest]) > 0.0
+    }
+
+    /// What can be proved over the span, in the order of what it costs; `floor` as in `Shape::Above`.
+    pub fn shape(&self, floor: f64, span: f64) -> Shape {
+        let (a, rest) = self.scaled(span);
+        if least_4([a[0] - floor, a[1], a[2], a[3], -rest]) > 0.0 {
+            return Shape::Above;
+        }
+        // The slope a1 + 2 a2 x + 3 a3 x^2 -+ 4 (5) rest x^3, in units of the span.
+        let slope_rest = 5.0 * rest;
+        if least_3([-a[1], -2.0 * a[2], -3.0 * a[3], -slope_rest]) > 0.0 {
+            return Shape::Falling;
+        }
+        if least_3([a[1], 2.0 * a[2], 3.0 * a[3], -slope_rest]) > 0.0 {
+            return Shape::LowestAtEnd;
+        }
+        let curvature_rest = 20.0 * rest;
+        if least_2([-2.0 * a[2], -6.0 * a[3], -curvature_rest]) > 0.0 {
+            return Shape::LowestAtEnd;
+        }
+        if least_2([2.0 * a[2], 6.0 * a[3], -curvature_rest]) > 0.0 {
+            if a[1] >= 0.0 {
+                return Shape::LowestAtEnd;
+            }
+            let end_slope = a[1] + 2.0 * a[2] + 3.0 * a[3];
+            if end_slope - slope_rest > 0.0 {
+                let at = self.stationary_point(span);
+                return Shape::Minimum { at, value: self.value(at) };
+            }
+        }
+        Shape::Unknown
+    }
+
+    /// The zero of the slope of the convex cubic on the span, by Newton's method from the linear guess.
+    fn stationary_point(&self, span: f64) -> f64 {
+        let [_, b, c, d] = self.c;
+        let mut r = (-b / (2.0 * c)).clamp(0.0, span);
+        for _ in 0..4 {
+            let slope = b + r * (2.0 * c + 3.0 * d * r);
+            let curvature = 2.0 * c + 6.0 * d * r;
+            if curvature > 0.0 {
+                r = (r - slope / curvature).clamp(0.0, span);
+            }
+        }
+        r
+    }
+
+    /// The first root of a cubic that falls from `c[0] >= 0` through zero before `span`: Newton's method kept inside the
+    /// bracket.
+    pub fn falling_root(&self, span: f64) -> f64 {
+        let (mut low, mut high) = (0.0, span);
+        let mut r = if self.c[1] < 0.0 { (-self.c[0] / self.c[1]).clamp(0.0, span) } else { 0.5 * span };
+        for _ in 0..60 {
+            let value = self.value(r);
+            if value > 0.0 {
+                low = r;
+            } else {
+                high = r;
+            }
+            let slope = self.c[1] + r * (2.0 * self.c[2] + 3.0 * r * self.c[3]);
+            let next = r - value / slope;
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - r).abs() <= 1e-15 * span {
+                return next;
+            }
+            r = next;
+        }
+        r
+    }
+
+    /// The same gap after an impact, its root at r = 0 divided out: `h/r`, whose sign is that of the gap. `order` is the
+    /// multiplicity of the root.
+    pub fn deflated(&self, order: usize) -> DeflatedJet {
+        let mut c = [0.0; 4];
+        c[..4 - order].copy_from_slice(&self.c[order..]);
+        DeflatedJet { c, order, quartic: self.quartic, quintic: self.quintic }
+    }
+
+}
+
+/// `h(r)/r^order` with its remainder `quartic r^(4 - order) + quintic r^(5 - order)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DeflatedJet {
+    c: [f64; 4],
+    order: usize,
+    quartic: f64,
+    quintic: f64,
+}
+
+impl DeflatedJet {
+    /// Coefficients in units x of the span, degree at most 3, and the remainder at its end, which goes as
+    /// `x^(4 - order)`.
+    fn scaled(&self, span: f64) -> ([f64; 4], f64) {
+        let mut a = self.c;
+        let mut power = 1.0;
+        for (k, x) in a.iter_mut().enumerate() {
+            *x *= power;
+            if k + self.order < 4 {
+                power *= span;
+            }
+        }
+        (a, (self.quartic + self.quintic * span) * power)
+    }
+
+    /// Whether the gap stays positive on the whole span after r = 0.
+    pub fn is_positive(&self, span: f64) -> bool {
+        let (mut a, rest) = self.scaled(span);
+        a[4 - self.order] -= rest;
+        least_3(a) > 0.0
+    }
+
+    /// Whether the deflated gap provably falls through zero on the span.
+    pub fn crosses(&self, span: f64) -> bool {
+        let (a, rest) = self.scaled(span);
+        let mut slope = [-a[1], -2.0 * a[2], -3.0 * a[3], 0.0];
+        slope[3 - self.order] -= 4.0 * rest;
+        a[0] + a[1] + a[2] + a[3] + rest < 0.0 && least_3(slope) > 0.0
+    }
+
+    /// The root of the deflated cubic on a span on which it crosses.
+    pub fn root(&self, span: f64) -> f64 {
+        Jet { c: self.c, ..Jet::default() }.falling_root(span)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The jet at t of `1 + a - cos(t)`, whose least value is a at t = 0 (mod 2 pi).
+    fn cosine(a: f64, t: f64) -> Jet {
+        Jet {
+            c: [1.0 + a - t.cos(), t.sin(), t.cos() / 2.0, -t.sin() / 6.0],
+            quartic: 1.0 / 24.0,
+            quintic: 0.0,
+            size: 2.0,
+        }
+    }
+
+    #[test]
+    fn what_is_proved_is_true() {
+        for a in [0.5, 1e-3, 0.0, -1e-3] {
+            for i in -40..40 {
+                let t = f64::from(i) * 0.1;
+                for level in 0..12 {
+                    let span = 2.0 * 0.5f64.powi(level);
+                    let samples: Vec<f64> = (0..=200).map(|k| t + span * f64::from(k) / 200.0).collect();
+                    let gap = |t: f64| 1.0 + a - t.cos();
+                    let lowest = samples.iter().map(|&t| gap(t)).fold(f64::INFINITY, f64::min);
+                    match cosine(a, t).shape(0.0, span) {
+                        Shape::Above => assert!(lowest > 0.0),
+                        Shape::Falling => assert!(samples.windows(2).all(|w| gap(w[1]) < gap(w[0]))),
+                        Shape::LowestAtEnd => assert!(lowest >= gap(t).min(gap(t + span)) - 1e-15),
+                        Shape::Minimum { at, value } => {
+                            let jet = cosine(a, t);
+                            assert!((value - a).abs() <= jet.remainder(at) + 1e-9, "{value} {a}");
+                        }
+                        Shape::Unknown => assert!(span > 1e-3),
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_low_flight_is_found_behind_its_own_start() {
+        // h = v r - r^2/2: the next root is at 2 v, however small v is.
+        for v in [1.0, 1e-6, 1e-12] {
+            let jet = Jet { c: [1e-17, v, -0.5, 0.0], ..Jet::default() };
+            let deflated = jet.deflated(1);
+            assert!(deflated.is_positive(1.9 * v) && !deflated.is_positive(2.1 * v));
+            assert!(deflated.crosses(3.0 * v));
+            assert!((deflated.root(3.0 * v) / (2.0 * v) - 1.0).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Where the next impact is, and where a gap is lowest (theory 8).
+
+pub(crate) mod jet;

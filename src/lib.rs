@@ -1,0 +1,12 @@
+//! crate
+pub mod error;
+pub mod quantity;
+mod linalg;
+pub mod model;
+pub mod modal;
+pub use error::{Error,Result};
+pub use model::*;
+pub use modal::{modes,Modes};
+pub mod impact;
+mod contact;
+pub use impact::*;

@@ -1,0 +1,160 @@
+//! Eigenproblems with guards: symmetric generalised (Cholesky reduction) and non-symmetric with eigenvectors (complex
+//! Schur form). Every iteration has a cap: an uncapped QR iteration never ends on, say, cyclic permutations.
+
+use crate::error::{Error, Result};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, Schur, SymmetricEigen};
+
+/// Sweeps of the QR iteration allowed, per row of the matrix.
+const SWEEPS_PER_ROW: usize = 100;
+
+/// Eigenvalues (ascending) and orthonormal eigenvectors of a symmetric matrix.
+pub(crate) fn symmetric(a: DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>)> {
+    let n = a.nrows();
+    if n == 2 {
+        return Ok(symmetric_2(&a));
+    }
+    let cap = SWEEPS_PER_ROW * n;
+    let eigen = SymmetricEigen::try_new(a, f64::EPSILON, cap).ok_or(Error::NoConvergence {
+        stage: "the symmetric eigenproblem",
+        iterations: cap,
+        residual: f64::NAN,
+    })?;
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
+    let values = DVector::from_fn(n, |i, _| eigen.eigenvalues[order[i]]);
+    let vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    Ok((values, vectors))
+}
+
+/// The 2 by 2 case by one Jacobi rotation, which keeps the relative accuracy of a small eigenvalue.
+fn symmetric_2(a: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let (p, q, r) = (a[(0, 0)], 0.5 * (a[(0, 1)] + a[(1, 0)]), a[(1, 1)]);
+    let t = if q == 0.0 {
+        0.0
+    } else {
+        let tau = (r - p) / (2.0 * q);
+        tau.signum() / (tau.abs() + tau.hypot(1.0))
+    };
+    let c = 1.0 / t.hypot(1.0);
+    let s = t * c;
+    let (first, second) = ((p - t * q, [c, -s]), (r + t * q, [s, c]));
+    let (low, high) = if first.0 <= second.0 { (first, second) } else { (second, first) };
+    let vectors = DMatrix::from_column_slice(2, 2, &[low.1[0], low.1[1], high.1[0], high.1[1]]);
+    (DVector::from_vec(vec![low.0, high.0]), vectors)
+}
+
+/// `K phi = lambda M phi` with `Phi^T M Phi = I`, `lambda` ascending; `mass` is the Cholesky factor of M.
+pub(crate) fn symmetric_generalised(
+    mass: &Cholesky<f64, Dyn>,
+    stiffness: &DMatrix<f64>,
+) -> Result<(DVector<f64>, DMatrix<f64>)> {
+    let l = mass.l();
+    let solve = |b: &DMatrix<f64>| l.solve_lower_triangular(b).expect("a Cholesky factor has a positive diagonal");
+    let half = solve(stiffness);
+    let reduced = solve(&half.transpose());
+    let reduced = (&reduced + reduced.transpose()) * 0.5;
+    let (values, vectors) = symmetric(reduced)?;
+    let shapes = l.tr_solve_lower_triangular(&vectors).expect("a Cholesky factor has a positive diagonal");
+    Ok((values, shapes))
+}
+
+/// Complex Schur form `A = Q T Q^*`, retried on a shifted and on a rotated matrix when the iteration stalls.
+fn complex_schur(a: &DMatrix<f64>) -> Result<(DMatrix<Complex<f64>>, DMatrix<Complex<f64>>)> {
+    let n = a.nrows();
+    let cap = SWEEPS_PER_ROW * n.max(1);
+    let complex = |m: &DMatrix<f64>| m.map(|x| Complex::new(x, 0.0));
+    if let Some(schur) = Schur::try_new(complex(a), f64::EPSILON, cap) {
+        return Ok(schur.unpack());
+    }
+    let scale = a.amax().max(f64::MIN_POSITIVE);
+    let shift = 1e-3 * scale;
+    if let Some(schur) = Schur::try_new(complex(&(a + DMatrix::identity(n, n) * shift)), f64::EPSILON, cap) {
+        let (q, mut t) = schur.unpack();
+        for i in 0..n {
+            t[(i, i)] -= shift;
+        }
+        return Ok((q, t));
+    }
+    let rotation = fixed_orthogonal(n);
+    let rotated = &rotation * a * rotation.transpose();
+    let (q, t) = Schur::try_new(complex(&rotated), f64::EPSILON, cap)
+        .ok_or(Error::NoConvergence { stage: "the Schur form", iterations: cap, residual: f64::NAN })?
+        .unpack();
+    Ok((complex(&rotation.transpose()) * q, t))
+}
+
+/// A dense orthogonal matrix that is the same on every call: the Q of a matrix of incommensurable cosines.
+fn fixed_orthogonal(n: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(n, n, |i, j| (1.0 + 1.7 * i as f64 + 0.9 * (j * j) as f64).cos()).qr().q()
+}
+
+/// Eigenvalues of a real square matrix.
+pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<DVector<Complex<f64>>> {
+    Ok(complex_schur(a)?.1.diagonal())
+}
+
+/// Eigenvalues and right eigenvectors (unit columns) of a real square matrix.
+pub(crate) fn eigenvectors(a: &DMatrix<f64>) -> Result<(DVector<Complex<f64>>, DMatrix<Complex<f64>>)> {
+    let n = a.nrows();
+    let (q, t) = complex_schur(a)?;
+    let smallest = f64::EPSILON * t.iter().fold(f64::MIN_POSITIVE, |m, z| m.max(z.norm()));
+    let mut vectors = DMatrix::<Complex<f64>>::zeros(n, n);
+    for k in 0..n {
+        vectors[(k, k)] = Complex::new(1.0, 0.0);
+        for i in (0..k).rev() {
+            let sum: Complex<f64> = (i + 1..=k).map(|j| t[(i, j)] * vectors[(j, k)]).sum();
+            let mut pivot = t[(i, i)] - t[(k, k)];
+            if pivot.norm() < smallest {
+                pivot = Complex::new(smallest, 0.0);
+            }
+            vectors[(i, k)] = -sum / pivot;
+        }
+    }
+    let mut vectors = q * vectors;
+    for mut column in vectors.column_iter_mut() {
+        let norm = column.norm();
+        column.unscale_mut(norm);
+    }
+    Ok((t.diagonal(), vectors))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cyclic_permutation(n: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(n, n, |i, j| if (j + 1) % n == i { 1.0 } else { 0.0 })
+    }
+
+    #[test]
+    fn cyclic_permutations_have_the_roots_of_unity() {
+        for n in [2, 3, 6, 8, 10, 12, 16, 24] {
+            let (values, vectors) = eigenvectors(&cyclic_permutation(n)).expect("guarded");
+            for z in values.iter() {
+                assert!((z.powu(u32::try_from(n).expect("small")) - 1.0).norm() < 1e-12);
+            }
+            let a = cyclic_permutation(n).map(|x| Complex::new(x, 0.0));
+            let residual = &a * &vectors - &vectors * DMatrix::from_diagonal(&values);
+            assert!(residual.norm() < 1e-12, "order {n}: {}", residual.norm());
+        }
+    }
+
+    #[test]
+    fn small_eigenvalue_of_a_graded_pair_keeps_its_digits() {
+        // diag(1, 1e12) rotated by the exact rational angle of (3, 4, 5) would round; a graded matrix does not.
+        let a = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1e12]);
+        let (values, _) = symmetric(a).expect("closed form");
+        // lambda = 1 - 1/(1e12 - 1) + O(1e-36)
+        assert!((values[0] - (1.0 - 1.0 / (1e12 - 1.0))).abs() < 2e-16);
+    }
+
+    #[test]
+    fn generalised_shapes_are_mass_orthonormal() {
+        let m = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.0, 1.0, 3.0, 1.0, 0.0, 1.0, 2.0]);
+        let k = DMatrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0]);
+        let (values, phi) =
+            symmetric_generalised(&Cholesky::new(m.clone()).expect("positive definite"), &k).expect("converges");
+        assert!((phi.transpose() * &m * &phi - DMatrix::identity(3, 3)).amax() < 1e-14);
+        assert!((phi.transpose() * k * &phi - DMatrix::from_diagonal(&values)).amax() < 1e-14);
+    }
+}

@@ -1,0 +1,5 @@
+//! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve.
+
+pub(crate) mod eigen;
+pub(crate) mod exponential;
+pub(crate) mod rank;

@@ -1,0 +1,62 @@
+//! Linear systems of unknown rank, by the singular value decomposition: a particular solution, the null space, and
+//! how far the right-hand side is from solvable.
+
+use crate::error::{Error, Result};
+use nalgebra::{DMatrix, DVector, SVD};
+
+/// All solutions of `A x = b`: `particular + null_space c`.
+#[derive(Debug, Clone)]
+pub(crate) struct SolutionSet {
+    /// The solution of least norm (in the least-squares sense when there is none).
+    pub particular: DVector<f64>,
+    /// Orthonormal columns that `A` maps to (numerically) zero.
+    pub null_space: DMatrix<f64>,
+    /// `|A x - b|` of the particular solution over `|A| |x| + |b|`: at rounding level where a solution exists.
+    pub residual: f64,
+}
+
+/// Solves `A x = b`; singular values below `tolerance` times the largest count as zero.
+pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Result<SolutionSet> {
+    let (rows, columns) = a.shape();
+    // A thin decomposition holds only min(rows, columns) right vectors: zero rows make room for the whole null space.
+    let square = if rows < columns { a.clone().resize_vertically(columns, 0.0) } else { a.clone() };
+    let cap = 100 * columns.max(rows).max(1);
+    let svd = SVD::try_new(square, true, true, f64::EPSILON, cap).ok_or(Error::NoConvergence {
+        stage: "the singular value decomposition",
+        iterations: cap,
+        residual: f64::NAN,
+    })?;
+    let (u, v_t) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"));
+    let largest = svd.singular_values.max();
+    let is_zero = |sigma: f64| sigma <= tolerance * largest || sigma == 0.0;
+    let mut particular = DVector::zeros(columns);
+    let mut null = Vec::new();
+    for (k, &sigma) in svd.singular_values.iter().enumerate() {
+        let right = v_t.row(k).transpose();
+        if is_zero(sigma) {
+            null.push(right);
+        } else {
+            particular += right * (u.column(k).rows(0, rows).dot(b) / sigma);
+        }
+    }
+    let null_space =
+        if null.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&null) };
+    let scale = largest * particular.norm() + b.norm();
+    let residual = if scale > 0.0 { (a * &particular - b).norm() / scale } else { 0.0 };
+    Ok(SolutionSet { particular, null_space, residual })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wide_system_has_its_whole_null_space() {
+        let a = DMatrix::from_row_slice(2, 4, &[1.0, 2.0, 0.0, 1.0, 2.0, 4.0, 0.0, 2.0]);
+        let set = solve(&a, &DVector::from_vec(vec![3.0, 6.0]), 1e-10).expect("converges");
+        assert_eq!(set.null_space.ncols(), 3);
+        assert!((&a * &set.null_space).amax() < 1e-14);
+        assert!(set.residual < 1e-15);
+        assert!(solve(&a, &DVector::from_vec(vec![3.0, 5.0]), 1e-10).expect("converges").residual > 1e-3);
+    }
+}

@@ -1,0 +1,129 @@
+//! Complex modes (theory 4): the state matrix of any linear system as real 2 by 2 blocks, one for each complex pair or
+//! for two real roots, unless its eigenvectors are too close to dependent.
+
+use crate::error::Result;
+use crate::linalg::eigen;
+use crate::modal::Block;
+use crate::model::LinearSystem;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// Condition number of the eigenvectors above which the matrix counts as defective.
+const DEFECTIVE_CONDITION: f64 = 1e8;
+/// Imaginary parts below this, relative to the largest root, are rounding.
+const REAL_ROOT_TOL: f64 = 1e-12;
+
+/// `x = V z` with z in uncoupled blocks, `z = W x`; x = (q, v).
+#[derive(Debug, Clone)]
+pub(crate) struct ComplexModes {
+    pub blocks: Vec<Block>,
+    pub to_physical: DMatrix<f64>,
+    pub to_modal: DMatrix<f64>,
+}
+
+/// The state matrix `[[0, I], [-M^-1 K, -M^-1 C]]`, shape `(2n, 2n)`.
+pub(crate) fn state_matrix(system: &LinearSystem) -> DMatrix<f64> {
+    let n = system.n_dof();
+    let (damping, stiffness) = (system.damping().to_dense(), system.stiffness().to_dense());
+    let mut a = DMatrix::zeros(2 * n, 2 * n);
+    for j in 0..n {
+        a[(j, n + j)] = 1.0;
+        a.view_mut((n, j), (n, 1)).copy_from(&-system.solve_mass(&stiffness.column(j).into_owned()));
+        a.view_mut((n, n + j), (n, 1)).copy_from(&-system.solve_mass(&damping.column(j).into_owned()));
+    }
+    a
+}
+
+impl ComplexModes {
+    /// The blocks of a system, `None` where the state matrix is defective or nearly so.
+    pub fn new(system: &LinearSystem) -> Result<Option<Self>> {
+        let n = system.n_dof();
+        let a = state_matrix(system);
+        // Velocities in units of the system's own rate, so that the condition number says something.
+        let rate = {
+            let stiffness = a.view((n, 0), (n, n)).norm().sqrt();
+            let damping = a.view((n, n), (n, n)).norm();
+            let rate = stiffness.max(damping);
+            if rate > 0.0 { rate } else { 1.0 }
+        };
+        let unit = DVector::from_fn(2 * n, |i, _| if i < n { 1.0 } else { rate });
+        let scaled = DMatrix::from_fn(2 * n, 2 * n, |i, j| a[(i, j)] * unit[j] / unit[i]);
+        let (roots, vectors) = eigen::eigenvectors(&scaled)?;
+        let Some((blocks, columns)) = real_blocks(&roots, &vectors) else { return Ok(None) };
+        let Some(inverse) = columns.clone().try_inverse() else { return Ok(None) };
+        let condition = columns.norm() * inverse.norm();
+        if !condition.is_finite() || condition > DEFECTIVE_CONDITION * n as f64 {
+            return Ok(None);
+        }
+        let to_physical = DMatrix::from_fn(2 * n, 2 * n, |i, j| columns[(i, j)] * unit[i]);
+        let to_modal = DMatrix::from_fn(2 * n, 2 * n, |i, j| inverse[(i, j)] / unit[j]);
+        Ok(Some(Self { blocks, to_physical, to_modal }))
+    }
+}
+
+/// Real columns and blocks from complex roots and vectors, `None` where they do not pair.
+fn real_blocks(roots: &DVector<Complex<f64>>, vectors: &DMatrix<Complex<f64>>) -> Option<(Vec<Block>, DMatrix<f64>)> {
+    let largest = roots.iter().fold(0.0f64, |m, z| m.max(z.norm()));
+    let is_real = |z: &Complex<f64>| z.im.abs() <= REAL_ROOT_TOL * largest;
+    let mut order: Vec<usize> = (0..roots.len()).collect();
+    order.sort_by(|&i, &j| roots[i].norm().total_cmp(&roots[j].norm()));
+    let pairs: Vec<usize> = order.iter().copied().filter(|&i| !is_real(&roots[i]) && roots[i].im > 0.0).collect();
+    let reals: Vec<usize> = order.iter().copied().filter(|&i| is_real(&roots[i])).collect();
+    if 2 * pairs.len() + reals.len() != roots.len() {
+        return None;
+    }
+    let mut blocks = Vec::with_capacity(roots.len() / 2);
+    let mut columns = Vec::with_capacity(roots.len());
+    for &i in &pairs {
+        blocks.push(Block::Spiral { sigma: roots[i].re, omega: roots[i].im });
+        columns.push(vectors.column(i).map(|z| z.re));
+        columns.push(vectors.column(i).map(|z| -z.im));
+    }
+    for two in reals.chunks(2) {
+        let &[i, j] = two else { return None };
+        blocks.push(Block::Decays { roots: [roots[i].re, roots[j].re] });
+        for k in [i, j] {
+            let column = vectors.column(k);
+            let pivot = column[column.icamax()];
+            columns.push(column.map(|z| (z * pivot.conj()).re / pivot.norm()));
+        }
+    }
+    Some((blocks, DMatrix::from_columns(&columns)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn blocks_rebuild_the_state_matrix() {
+        let identity = DMatrix::<f64>::identity(2, 2);
+        for (c, k) in [
+            (dmatrix![0.3, -0.1; -0.1, 0.1], dmatrix![3.0, -1.0; -1.0, 2.0]),
+            (dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![1.0, 0.0; 0.0, 2.0]),
+            (dmatrix![9.0, -1.0; -1.0, 0.1], dmatrix![3.0, -1.0; -0.5, 2.0]),
+        ] {
+            let system = LinearSystem::new(identity.clone(), c, k).expect("valid");
+            let modes = ComplexModes::new(&system).expect("converges").expect("not defective");
+            let mut lambda = DMatrix::zeros(4, 4);
+            for (j, block) in modes.blocks.iter().enumerate() {
+                let m = block.matrix();
+                for r in 0..2 {
+                    for s in 0..2 {
+                        lambda[(2 * j + r, 2 * j + s)] = m[r][s];
+                    }
+                }
+            }
+            let rebuilt = &modes.to_physical * lambda * &modes.to_modal;
+            assert!((rebuilt - state_matrix(&system)).amax() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn defective_state_matrices_are_recognised() {
+        // A circulatory coupling that makes two equal oscillators one Jordan block.
+        let identity = DMatrix::<f64>::identity(2, 2);
+        let system = LinearSystem::new(identity, DMatrix::zeros(2, 2), dmatrix![1.0, 1.0; 0.0, 1.0]).expect("valid");
+        assert!(ComplexModes::new(&system).expect("converges").is_none());
+    }
+}

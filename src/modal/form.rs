@@ -1,0 +1,197 @@
+//! The modal form of a linear system and the maps to and from it: what a state, a normal, a force and an impulse are in
+//! the coordinates in which the motion uncouples. A state is a list of pairs, one for each block.
+
+use crate::error::Result;
+use crate::modal::complex::{ComplexModes, state_matrix};
+use crate::modal::real::{RealModes, Shapes};
+use crate::modal::{Block, Pair, Response};
+use crate::model::LinearSystem;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// How the motion uncouples.
+#[derive(Debug, Clone)]
+pub(crate) enum Form {
+    /// Into 2 by 2 blocks.
+    Blocks(Vec<Block>),
+    /// Not at all: the state matrix in the interleaved order `(q_0, v_0, q_1, v_1, ...)`.
+    Dense(DMatrix<f64>),
+}
+
+#[derive(Debug, Clone)]
+enum Coordinates {
+    Real(Shapes),
+    Complex { to_physical: DMatrix<f64>, to_modal: DMatrix<f64> },
+    Physical,
+}
+
+/// A linear system in uncoupled coordinates.
+#[derive(Debug, Clone)]
+pub(crate) struct ModalForm {
+    pub form: Form,
+    coordinates: Coordinates,
+    n: usize,
+}
+
+impl ModalForm {
+    /// Real modes where the damping is proportional, complex modes elsewhere, the state matrix itself where those fail.
+    pub fn new(system: &LinearSystem) -> Result<Self> {
+        let n = system.n_dof();
+        if let Some(modes) = RealModes::new(system)?.filter(|m| m.is_proportional) {
+            let blocks = modes.w2.iter().zip(modes.eta.iter()).map(|(&w2, &eta)| Block::Oscillator { w2, eta });
+            let form = Form::Blocks(blocks.collect());
+            return Ok(Self { form, coordinates: Coordinates::Real(modes.shapes), n });
+        }
+        if let Some(modes) = ComplexModes::new(system)? {
+            let coordinates =
+                Coordinates::Complex { to_physical: modes.to_physical, to_modal: modes.to_modal };
+            return Ok(Self { form: Form::Blocks(modes.blocks), coordinates, n });
+        }
+        let a = state_matrix(system);
+        let place = |i: usize| i / 2 + n * (i % 2);
+        let interleaved = DMatrix::from_fn(2 * n, 2 * n, |i, j| a[(place(i), place(j))]);
+        Ok(Self { form: Form::Dense(interleaved), coordinates: Coordinates::Physical, n })
+    }
+
+    /// Number of degrees of freedom, and of pairs in a state.
+    pub fn n_dof(&self) -> usize {
+        self.n
+    }
+
+    /// The real mode shapes, where the modes are real.
+    pub fn shapes(&self) -> Option<&Shapes> {
+        match &self.coordinates {
+            Coordinates::Real(shapes) => Some(shapes),
+            _ => None,
+        }
+    }
+
+    /// The state (q, v) in modal pairs.
+    pub fn to_modal(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
+        match &self.coordinates {
+            Coordinates::Real(shapes) => {
+                shapes.to_modal(q).iter().zip(shapes.to_modal(v).iter()).map(|(&y, &dy)| [y, dy]).collect()
+            }
+            Coordinates::Complex { to_modal, .. } => {
+                let z = to_modal.columns(0, self.n) * q + to_modal.columns(self.n, self.n) * v;
+                z.as_slice().chunks(2).map(|z| [z[0], z[1]]).collect()
+            }
+            Coordinates::Physical => q.iter().zip(v.iter()).map(|(&q, &v)| [q, v]).collect(),
+        }
+    }
+
+    /// The position and velocity of a state in modal pairs.
+    pub fn to_physical(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
+        let part = |k: usize| DVector::from_iterator(self.n, state.iter().map(|z| z[k]));
+        match &self.coordinates {
+            Coordinates::Real(shapes) => (shapes.to_physical(&part(0)), shapes.to_physical(&part(1))),
+            Coordinates::Complex { to_physical, .. } => {
+                let z = DVector::from_iterator(2 * self.n, state.iter().flatten().copied());
+                let x = to_physical * z;
+                (x.rows(0, self.n).into_owned(), x.rows(self.n, self.n).into_owned())
+            }
+            Coordinates::Physical => (part(0), part(1)),
+        }
+    }
+
+    /// The pairs r with `n.q = sum r.z`.
+    pub fn position_row(&self, normal: &DVector<f64>) -> Vec<Pair> {
+        match &self.coordinates {
+            Coordinates::Real(shapes) => shapes.project(normal).iter().map(|&x| [x, 0.0]).collect(),
+            Coordinates::Complex { to_physical, .. } => pairs(&to_physical.rows(0, self.n).tr_mul(normal)),
+            Coordinates::Physical => normal.iter().map(|&x| [x, 0.0]).collect(),
+        }
+    }
+
+    /// The pairs r with `n.v = sum r.z`.
+    pub fn velocity_row(&self, normal: &DVector<f64>) -> Vec<Pair> {
+        match &self.coordinates {
+            Coordinates::Real(shapes) => shapes.project(normal).iter().map(|&x| [0.0, x]).collect(),
+            Coordinates::Complex { to_physical, .. } => pairs(&to_physical.rows(self.n, self.n).tr_mul(normal)),
+            Coordinates::Physical => normal.iter().map(|&x| [0.0, x]).collect(),
+        }
+    }
+
+    /// The jump of the state when the velocity jumps by `b`.
+    pub fn velocity_jump(&self, b: &DVector<f64>) -> Vec<Pair> {
+        match &self.coordinates {
+            Coordinates::Real(shapes) => shapes.to_modal(b).iter().map(|&x| [0.0, x]).collect(),
+            Coordinates::Complex { to_modal, .. } => pairs(&(to_modal.columns(self.n, self.n) * b)),
+            Coordinates::Physical => b.iter().map(|&x| [0.0, x]).collect(),
+        }
+    }
+
+    /// The rate of change of the state under the constant force `f0`.
+    pub fn load(&self, system: &LinearSystem, f0: &DVector<f64>) -> Vec<Pair> {
+        match &self.coordinates {
+            Coordinates::Real(shapes) => shapes.project(f0).iter().map(|&x| [0.0, x]).collect(),
+            _ => self.velocity_jump(&system.solve_mass(f0)),
+        }
+    }
+
+    /// The rate of change of the state under the force amplitude `f`.
+    pub fn force(&self, system: &LinearSystem, f: &DVector<Complex<f64>>) -> Vec<Response> {
+        let real = self.load(system, &f.map(|z| z.re));
+        let imaginary = self.load(system, &f.map(|z| z.im));
+        real.iter().zip(&imaginary).map(|(a, b)| [Complex::new(a[0], b[0]), Complex::new(a[1], b[1])]).collect()
+    }
+
+    /// The matrix that takes modal pairs, flattened, to (q, v), and its inverse; shape `(2n, 2n)` each.
+    pub fn transformation(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        if let Coordinates::Complex { to_physical, to_modal } = &self.coordinates {
+            return (to_physical.clone(), to_modal.clone());
+        }
+        let n = self.n;
+        let (mut forward, mut backward) = (DMatrix::zeros(2 * n, 2 * n), DMatrix::zeros(2 * n, 2 * n));
+        let zero = DVector::zeros(n);
+        for i in 0..n {
+            for k in 0..2 {
+                let mut state = vec![[0.0, 0.0]; n];
+                state[i][k] = 1.0;
+                let (q, v) = self.to_physical(&state);
+                forward.view_mut((0, 2 * i + k), (n, 1)).copy_from(&q);
+                forward.view_mut((n, 2 * i + k), (n, 1)).copy_from(&v);
+                let unit = DVector::from_fn(n, |row, _| f64::from(u8::from(row == i)));
+                let z = if k == 0 { self.to_modal(&unit, &zero) } else { self.to_modal(&zero, &unit) };
+                let column = DVector::from_iterator(2 * n, z.into_iter().flatten());
+                backward.set_column(i + n * k, &column);
+            }
+        }
+        (forward, backward)
+    }
+}
+
+fn pairs(z: &DVector<f64>) -> Vec<Pair> {
+    z.as_slice().chunks(2).map(|z| [z[0], z[1]]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{dmatrix, dvector};
+
+    #[test]
+    fn every_form_maps_states_rows_and_jumps_consistently() {
+        let mass = dmatrix![2.0, 0.3; 0.3, 1.0];
+        for (c, k) in [
+            (dmatrix![0.2, 0.03; 0.03, 0.1], dmatrix![3.0, -1.0; -1.0, 2.0]),
+            (dmatrix![0.3, -0.1; 0.2, 0.1], dmatrix![3.0, -1.0; -1.0, 2.0]),
+            (dmatrix![0.0, 0.0; 0.0, 0.0], dmatrix![2.0, 3.3; 0.3, 1.0]),
+        ] {
+            let system = LinearSystem::new(mass.clone(), c, k).expect("valid");
+            let form = ModalForm::new(&system).expect("converges");
+            let (q, v, n) = (dvector![0.3, -0.7], dvector![1.1, 0.4], dvector![0.6, -0.8]);
+            let state = form.to_modal(&q, &v);
+            let (q2, v2) = form.to_physical(&state);
+            assert!((&q2 - &q).amax() < 1e-14 && (&v2 - &v).amax() < 1e-14);
+            let dot = |row: Vec<Pair>| row.iter().zip(&state).map(|(r, z)| r[0] * z[0] + r[1] * z[1]).sum::<f64>();
+            assert!((dot(form.position_row(&n)) - n.dot(&q)).abs() < 1e-14);
+            assert!((dot(form.velocity_row(&n)) - n.dot(&v)).abs() < 1e-14);
+            let jumped: Vec<Pair> =
+                state.iter().zip(form.velocity_jump(&n)).map(|(z, d)| [z[0] + d[0], z[1] + d[1]]).collect();
+            let (q3, v3) = form.to_physical(&jumped);
+            assert!((&q3 - &q).amax() < 1e-14 && (&v3 - &v - &n).amax() < 1e-14);
+            let (forward, backward) = form.transformation();
+            assert!((forward * backward - DMatrix::identity(4, 4)).amax() < 1e-13);
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Real modes (theory 4): M-orthonormal shapes that uncouple a system with symmetric stiffness and proportional damping.
+
+use crate::error::Result;
+use crate::linalg::eigen;
+use crate::model::LinearSystem;
+use nalgebra::{DMatrix, DVector};
+
+/// Off-diagonal entries of the modal damping below this, relative to its largest entry, are rounding.
+const PROPORTIONAL_TOL: f64 = 1e-12;
+
+/// M-orthonormal mode shapes, ascending in frequency; for a diagonal system each mode is one coordinate.
+#[derive(Debug, Clone)]
+pub(crate) enum Shapes {
+    /// Mode j is coordinate `order[j]`, times `1/sqrt(mass)`.
+    Diagonal { order: Vec<usize>, root_mass: DVector<f64> },
+    /// Columns are modes; with them `M Phi`.
+    Dense { shapes: DMatrix<f64>, mass_shapes: DMatrix<f64> },
+}
+
+impl Shapes {
+    /// `Phi^T n`: what a covector (a normal, a force) is in the modes.
+    pub fn project(&self, n: &DVector<f64>) -> DVector<f64> {
+        match self {
+            Self::Diagonal { order, root_mass } => {
+                DVector::from_fn(order.len(), |j, _| n[order[j]] / root_mass[order[j]])
+            }
+            Self::Dense { shapes, .. } => shapes.tr_mul(n),
+        }
+    }
+
+    /// `Phi^T M x = Phi^-1 x`: what a displacement or velocity is in the modes.
+    pub fn to_modal(&self, x: &DVector<f64>) -> DVector<f64> {
+        match self {
+            Self::Diagonal { order, root_mass } => {
+                DVector::from_fn(order.len(), |j, _| x[order[j]] * root_mass[order[j]])
+            }
+            Self::Dense { mass_shapes, .. } => mass_shapes.tr_mul(x),
+        }
+    }
+
+    /// `Phi y`.
+    pub fn to_physical(&self, y: &DVector<f64>) -> DVector<f64> {
+        match self {
+            Self::Diagonal { order, root_mass } => {
+                let mut x = DVector::zeros(order.len());
+                for (j, &i) in order.iter().enumerate() {
+                    x[i] = y[j] / root_mass[i];
+                }
+                x
+            }
+            Self::Dense { shapes, .. } => shapes * y,
+        }
+    }
+
+    /// Phi in dense form, shape `(n, n)`.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        match self {
+            Self::Diagonal { order, root_mass } => {
+                let n = order.len();
+                let mut phi = DMatrix::zeros(n, n);
+                for (j, &i) in order.iter().enumerate() {
+                    phi[(i, j)] = 1.0 / root_mass[i];
+                }
+                phi
+            }
+            Self::Dense { shapes, .. } => shapes.clone(),
+        }
+    }
+}
+
+/// Undamped modes of a system with symmetric stiffness, and what the damping is in them.
+#[derive(Debug, Clone)]
+pub(crate) struct RealModes {
+    /// Squared natural frequencies, ascending; negative for an unstable equilibrium.
+    pub w2: DVector<f64>,
+    /// Half the diagonal of `Phi^T C Phi`.
+    pub eta: DVector<f64>,
+    /// The shapes.
+    pub shapes: Shapes,
+    /// Whether `Phi^T C Phi` is diagonal: the modes are uncoupled then.
+    pub is_proportional: bool,
+}
+
+impl RealModes {
+    /// The undamped modes, `None` where the stiffness is not symmetric.
+    pub fn new(system: &LinearSystem) -> Result<Option<Self>> {
+        if let Some((m, c, k)) = system.diagonals() {
+            return Ok(Some(Self::of_diagonal(&m, &c, &k)));
+        }
+        if !system.stiffness().is_symmetric() {
+            return Ok(None);
+        }
+        let (w2, mut shapes) = eigen::symmetric_generalised(&system.mass_cholesky(), &system.stiffness().to_dense())?;
+        let damping = system.damping().to_dense();
+        rotate_clusters(&w2, &damping, &mut shapes)?;
+        for mut column in shapes.column_iter_mut() {
+            if column[column.icamax()] < 0.0 {
+                column.neg_mut();
+            }
+        }
+        let modal = shapes.transpose() * damping * &shapes;
+        let mass_shapes = system.mass().to_dense() * &shapes;
+        let largest = modal.diagonal().amax();
+        let off_diagonal = &modal - DMatrix::from_diagonal(&modal.diagonal());
+        Ok(Some(Self {
+            w2,
+            eta: modal.diagonal() * 0.5,
+            shapes: Shapes::Dense { shapes, mass_shapes },
+            is_proportional: off_diagonal.amax() <= PROPORTIONAL_TOL * largest,
+        }))
+    }
+
+    fn of_diagonal(m: &DVector<f64>, c: &DVector<f64>, k: &DVector<f64>) -> Self {
+        let mut order: Vec<usize> = (0..m.len()).collect();
+        order.sort_by(|&i, &j| (k[i] / m[i]).total_cmp(&(k[j] / m[j])));
+        let pick = |f: &dyn Fn(usize) -> f64| DVector::from_iterator(order.len(), order.iter().map(|&i| f(i)));
+        Self {
+            w2: pick(&|i| k[i] / m[i]),
+            eta: pick(&|i| 0.5 * c[i] / m[i]),
+            shapes: Shapes::Diagonal { root_mass: m.map(f64::sqrt), order },
+            is_proportional: true,
+        }
+    }
+}
+
+/// Inside each cluster of equal frequencies, turns the shapes so that they diagonalise the damping too.
+fn rotate_clusters(w2: &DVector<f64>, damping: &DMatrix<f64>, shapes: &mut DMatrix<f64>) -> Result<()> {
+    let n = w2.len();
+    let rounding = 4.0 * f64::EPSILON * n as f64 * w2.amax();
+    let mut start = 0;
+    while start < n {
+        let mut end = start + 1;
+        while end < n && w2[end] - w2[start] <= 1e-12 * w2[start].abs() + rounding {
+            end += 1;
+        }
+        if end > start + 1 {
+            let cluster = shapes.columns(start, end - start).into_owned();
+            let block = cluster.transpose() * damping * &cluster;
+            let (_, rotation) = eigen::symmetric((&block + block.transpose()) * 0.5)?;
+            shapes.columns_mut(start, end - start).copy_from(&(cluster * rotation));
+        }
+        start = end;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{dmatrix, dvector};
+
+    #[test]
+    fn repeated_frequencies_are_turned_to_the_damping() {
+        let identity = DMatrix::<f64>::identity(2, 2);
+        let system = LinearSystem::new(identity.clone(), dmatrix![0.2, 0.1; 0.1, 0.2], identity * 4.0).expect("valid");
+        let modes = RealModes::new(&system).expect("converges").expect("symmetric");
+        assert!(modes.is_proportional);
+        assert!((&modes.eta - dvector![0.05, 0.15]).amax() < 1e-15, "{}", modes.eta);
+    }
+
+    #[test]
+    fn joint_dampers_are_proportional_only_in_the_ratio_of_the_masses() {
+        for (p2, proportional) in [(0.3, true), (0.2, false)] {
+            let system = crate::model::DoublePendulum::new(3.0, 3.24, (0.1, p2)).and_then(|p| p.linearise()).expect("valid");
+            let modes = RealModes::new(&system).expect("converges").expect("symmetric");
+            assert_eq!(modes.is_proportional, proportional);
+        }
+    }
+
+    #[test]
+    fn diagonal_systems_are_sorted_and_scaled() {
+        let system = LinearSystem::new(dvector![4.0, 1.0], dvector![0.4, 0.2], dvector![64.0, 9.0]).expect("valid");
+        let modes = RealModes::new(&system).expect("diagonal").expect("symmetric");
+        assert_eq!(modes.w2, dvector![9.0, 16.0]);
+        assert_eq!(modes.shapes.to_dense(), dmatrix![0.0, 0.5; 1.0, 0.0]);
+        let x = dvector![0.3, 0.7];
+        assert!((modes.shapes.to_physical(&modes.shapes.to_modal(&x)) - x).amax() < 1e-16);
+    }
+}

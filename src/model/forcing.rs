@@ -1,0 +1,155 @@
+//! Harmonic forcing: `Re(F e^{i(w t + phase)})` on the coordinates, or a base displaced by `a cos(w t + phase)`.
+
+use crate::error::{Error, Result};
+use crate::model::LinearSystem;
+use crate::quantity::{finite, positive};
+use nalgebra::{Complex, DVector};
+use std::f64::consts::TAU;
+
+/// Harmonic force `Re(amplitude e^{i(frequency t + phase)})` on the coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Harmonic {
+    amplitude: DVector<Complex<f64>>,
+    frequency: f64,
+    phase: f64,
+}
+
+impl Harmonic {
+    /// A harmonic force; a real `amplitude` of shape `(n,)` is a cosine.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, or a frequency that is not positive.
+    pub fn new(amplitude: DVector<Complex<f64>>, frequency: f64, phase: f64) -> Result<Self> {
+        if let Some(i) = amplitude.iter().position(|z| !z.re.is_finite() || !z.im.is_finite()) {
+            return Err(Error::bad_value(format!("amplitude[{i}]"), amplitude[i], "it must be finite"));
+        }
+        Ok(Self { amplitude, frequency: positive("frequency", frequency)?, phase: finite("phase", phase)? })
+    }
+
+    /// The force amplitude, shape `(n,)`.
+    pub fn amplitude(&self) -> &DVector<Complex<f64>> {
+        &self.amplitude
+    }
+}
+
+/// Base displacement `amplitude cos(frequency t + phase)` of a pendulum, or of a linear system with an influence vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaseMotion {
+    amplitude: f64,
+    frequency: f64,
+    phase: f64,
+}
+
+impl BaseMotion {
+    /// A harmonic base motion.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, or a frequency that is not positive.
+    pub fn new(amplitude: f64, frequency: f64, phase: f64) -> Result<Self> {
+        Ok(Self {
+            amplitude: finite("amplitude", amplitude)?,
+            frequency: positive("frequency", frequency)?,
+            phase: finite("phase", phase)?,
+        })
+    }
+
+    /// The displacement amplitude.
+    pub fn amplitude(&self) -> f64 {
+        self.amplitude
+    }
+}
+
+/// What drives a scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Forcing {
+    /// Nothing.
+    #[default]
+    Unforced,
+    /// A harmonic force on the coordinates.
+    Harmonic(Harmonic),
+    /// A harmonic displacement of the base.
+    BaseMotion(BaseMotion),
+}
+
+impl From<Harmonic> for Forcing {
+    fn from(forcing: Harmonic) -> Self {
+        Self::Harmonic(forcing)
+    }
+}
+
+impl From<BaseMotion> for Forcing {
+    fn from(forcing: BaseMotion) -> Self {
+        Self::BaseMotion(forcing)
+    }
+}
+
+impl Forcing {
+    /// The frequency, `None` without forcing.
+    pub fn frequency(&self) -> Option<f64> {
+        match self {
+            Self::Unforced => None,
+            Self::Harmonic(f) => Some(f.frequency),
+            Self::BaseMotion(f) => Some(f.frequency),
+        }
+    }
+
+    /// The phase, zero without forcing.
+    pub fn phase(&self) -> f64 {
+        match self {
+            Self::Unforced => 0.0,
+            Self::Harmonic(f) => f.phase,
+            Self::BaseMotion(f) => f.phase,
+        }
+    }
+
+    /// The period `2 pi / frequency`, `None` without forcing.
+    pub fn period(&self) -> Option<f64> {
+        self.frequency().map(|w| TAU / w)
+    }
+
+    /// The same forcing with another phase.
+    pub(crate) fn with_phase(&self, phase: f64) -> Result<Self> {
+        finite("phase", phase)?;
+        Ok(match self.clone() {
+            Self::Unforced => return Err(no_forcing("phase", phase)),
+            Self::Harmonic(f) => Self::Harmonic(Harmonic { phase, ..f }),
+            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { phase, ..f }),
+        })
+    }
+
+    /// The same forcing at another frequency.
+    pub(crate) fn with_frequency(&self, frequency: f64) -> Result<Self> {
+        positive("frequency", frequency)?;
+        Ok(match self.clone() {
+            Self::Unforced => return Err(no_forcing("frequency", frequency)),
+            Self::Harmonic(f) => Self::Harmonic(Harmonic { frequency, ..f }),
+            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { frequency, ..f }),
+        })
+    }
+
+    /// The same forcing with its amplitude multiplied by a number.
+    pub(crate) fn scaled(&self, factor: f64) -> Result<Self> {
+        finite("forcing_scale", factor)?;
+        Ok(match self.clone() {
+            Self::Unforced => return Err(no_forcing("forcing_scale", factor)),
+            Self::Harmonic(f) => Self::Harmonic(Harmonic { amplitude: f.amplitude * Complex::from(factor), ..f }),
+            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { amplitude: f.amplitude * factor, ..f }),
+        })
+    }
+
+    /// The complex force amplitude F on a linear system, phase left out: a base motion gives `a w^2 M r`.
+    pub(crate) fn force_on(&self, system: &LinearSystem) -> DVector<Complex<f64>> {
+        match self {
+            Self::Unforced => DVector::zeros(system.n_dof()),
+            Self::Harmonic(f) => f.amplitude.clone(),
+            Self::BaseMotion(f) => {
+                let r = system.influence().expect("a scene with base motion has an influence vector");
+                system.mass().times(r).map(|x| Complex::from(x * f.amplitude * f.frequency * f.frequency))
+            }
+        }
+    }
+}
+
+fn no_forcing(argument: &str, value: f64) -> Error {
+    Error::bad_value(argument, value, "the scene has no forcing to change; give it one with `forcing`")
+}

@@ -1,0 +1,20 @@
+//! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
+
+mod forcing;
+mod linear;
+mod linearise;
+mod paper;
+mod pendulum;
+mod scene;
+mod stop;
+mod system;
+
+pub use forcing::{BaseMotion, Forcing, Harmonic};
+pub use linear::{Coefficient, LinearSystem};
+pub use linearise::linearise;
+pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
+pub use pendulum::{DoublePendulum, PendulumChain};
+pub use scene::{Change, Scene};
+pub(crate) use scene::ContactGeometry;
+pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
+pub use system::System;

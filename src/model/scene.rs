@@ -1,0 +1,295 @@
+//! A scene: a system, its forcing and its stops, checked against each other once.
+
+use crate::error::{Error, Result};
+use crate::model::{Constraint, Forcing, LinearSystem, Reaction, Side, Stop, System};
+use nalgebra::{DMatrix, DVector};
+
+/// System, forcing and stops: what is analysed or simulated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    system: System,
+    forcing: Forcing,
+    stops: Vec<Constraint>,
+}
+
+/// One change of a scene, as made by [`Scene::replace`].
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Change {
+    /// Another system.
+    System(System),
+    /// Another forcing.
+    Forcing(Forcing),
+    /// Other stops.
+    Stops(Vec<Constraint>),
+    /// The forcing frequency.
+    Frequency(f64),
+    /// The forcing phase [rad].
+    Phase(f64),
+    /// The clearances: one number for every stop, or one each.
+    Clearance(Vec<f64>),
+    /// The clearance of one stop.
+    ClearanceOf(usize, f64),
+    /// The restitution coefficients: one number for every stop, or one each.
+    Restitution(Vec<f64>),
+    /// The restitution coefficient of one stop.
+    RestitutionOf(usize, f64),
+    /// A factor on the forcing amplitude.
+    ForcingScale(f64),
+    /// A factor on the damping matrix.
+    DampingScale(f64),
+}
+
+impl Scene {
+    /// A scene.
+    ///
+    /// # Errors
+    /// A forcing or stop that does not fit the system: wrong length, a coordinate it does not have, base motion without
+    /// an influence vector, a wall without a pendulum, a reaction with `n.b <= 0`.
+    pub fn new(
+        system: impl Into<System>,
+        forcing: impl Into<Forcing>,
+        stops: impl IntoIterator<Item = impl Into<Constraint>>,
+    ) -> Result<Self> {
+        let scene = Self {
+            system: system.into(),
+            forcing: forcing.into(),
+            stops: stops.into_iter().map(Into::into).collect(),
+        };
+        scene.check_forcing()?;
+        for (i, stop) in scene.stops.iter().enumerate() {
+            scene.check_stop(i, stop)?;
+        }
+        Ok(scene)
+    }
+
+    fn check_forcing(&self) -> Result<()> {
+        let n = self.n_dof();
+        match (&self.forcing, &self.system) {
+            (Forcing::Harmonic(f), _) if f.amplitude().len() != n => {
+                Err(Error::bad_shape("forcing.amplitude", format!("({},)", f.amplitude().len()), format!("({n},)")))
+            }
+            (Forcing::BaseMotion(_), System::Linear(s)) if s.influence().is_none() => Err(Error::bad_value(
+                "forcing",
+                "a base motion",
+                "the linear system has no influence vector; give it one with `influence`",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_stop(&self, index: usize, constraint: &Constraint) -> Result<()> {
+        let (n, label) = (self.n_dof(), format!("stops[{index}]"));
+        match constraint {
+            Constraint::Stop(stop) => {
+                let normal = stop.normal_vector(n, &label)?;
+                if let Reaction::Direction(b) = stop.reaction() {
+                    crate::quantity::finite_vector(&format!("{label}.reaction"), b, n)?;
+                    let push = normal.dot(b);
+                    if push <= f64::EPSILON * normal.norm() * b.norm() {
+                        return Err(Error::bad_value(
+                            format!("{label}.reaction"),
+                            format!("a vector with n.b = {push}"),
+                            "it must have n.b > 0, or the impact cannot turn the normal velocity",
+                        ));
+                    }
+                }
+                Ok(())
+            }
+            Constraint::Wall(wall) => match self.system.link_lengths() {
+                None => Err(Error::bad_value(
+                    label,
+                    "a wall",
+                    "walls stop the bobs of a pendulum; stop a linear system with `Stop`",
+                )),
+                Some(lengths) if wall.bob() >= lengths.len() => Err(Error::bad_value(
+                    format!("{label}.bob"),
+                    wall.bob(),
+                    format!("the pendulum has bobs 0 to {}", lengths.len() - 1),
+                )),
+                Some(_) => Ok(()),
+            },
+        }
+    }
+
+    /// The system.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The forcing.
+    pub fn forcing(&self) -> &Forcing {
+        &self.forcing
+    }
+
+    /// The stops.
+    pub fn stops(&self) -> &[Constraint] {
+        &self.stops
+    }
+
+    /// Number of degrees of freedom.
+    pub fn n_dof(&self) -> usize {
+        self.system.n_dof()
+    }
+
+    /// The forcing period, `None` without forcing.
+    pub fn period(&self) -> Option<f64> {
+        self.forcing.period()
+    }
+
+    /// The gap of every stop at the position q, shape `(n_stops,)`.
+    pub fn gaps(&self, q: &DVector<f64>) -> DVector<f64> {
+        let n = self.n_dof();
+        DVector::from_iterator(
+            self.stops.len(),
+            self.stops.iter().map(|constraint| match constraint {
+                Constraint::Stop(stop) => stop.clearance() - stop.outward(n).dot(q),
+                Constraint::Wall(wall) => {
+                    wall.gap(&self.system.link_lengths().expect("a scene with a wall has a pendulum"), q)
+                }
+            }),
+        )
+    }
+
+    /// The linear system, or the reason why the caller needs one.
+    ///
+    /// # Errors
+    /// `Error::BadValue` for a nonlinear system or a wall; `purpose` says what needs a linear scene.
+    pub fn linear_system(&self, purpose: &str) -> Result<&LinearSystem> {
+        let rule = || format!("{purpose} needs a linear scene; take scene.linearise()");
+        if self.stops.iter().any(|s| matches!(s, Constraint::Wall(_))) {
+            return Err(Error::bad_value("scene", "a scene with a wall", rule()));
+        }
+        match &self.system {
+            System::Linear(system) => Ok(system),
+            _ => Err(Error::bad_value("scene", "a nonlinear scene", rule())),
+        }
+    }
+
+    /// The plane stops of a linear scene.
+    pub(crate) fn plane_stops(&self) -> impl Iterator<Item = &Stop> {
+        self.stops.iter().filter_map(|constraint| match constraint {
+            Constraint::Stop(stop) => Some(stop),
+            Constraint::Wall(_) => None,
+        })
+    }
+
+    /// A changed copy of the scene.
+    ///
+    /// # Errors
+    /// A value that breaks its rule, or a result that does not fit together.
+    pub fn replace(&self, change: Change) -> Result<Self> {
+        let mut copy = self.clone();
+        match change {
+            Change::System(system) => return Self::new(system, copy.forcing, copy.stops),
+            Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
+            Change::Stops(stops) => return Self::new(copy.system, copy.forcing, stops),
+            Change::Frequency(frequency) => copy.forcing = self.forcing.with_frequency(frequency)?,
+            Change::Phase(phase) => copy.forcing = self.forcing.with_phase(phase)?,
+            Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
+            Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,
+            Change::Clearance(values) => copy.set_each("clearance", &values, set_clearance)?,
+            Change::Restitution(values) => copy.set_each("restitution", &values, set_restitution)?,
+            Change::ClearanceOf(i, value) => set_clearance(copy.stop_mut("clearance", i)?, value)?,
+            Change::RestitutionOf(i, value) => set_restitution(copy.stop_mut("restitution", i)?, value)?,
+        }
+        Ok(copy)
+    }
+
+    fn stop_mut(&mut self, argument: &str, index: usize) -> Result<&mut Constraint> {
+        let count = self.stops.len();
+        self.stops.get_mut(index).ok_or_else(|| {
+            Error::bad_value(format!("{argument}[{index}]"), "not there", format!("the scene has {count} stops"))
+        })
+    }
+
+    fn set_each(
+        &mut self,
+        argument: &str,
+        values: &[f64],
+        set: impl Fn(&mut Constraint, f64) -> Result<()>,
+    ) -> Result<()> {
+        let count = self.stops.len();
+        if values.len() != 1 && values.len() != count {
+            return Err(Error::bad_shape(
+                argument,
+                format!("({},)", values.len()),
+                format!("one number, or ({count},): one for each stop"),
+            ));
+        }
+        for (i, stop) in self.stops.iter_mut().enumerate() {
+            set(stop, values[if values.len() == 1 { 0 } else { i }])?;
+        }
+        Ok(())
+    }
+}
+
+fn set_clearance(constraint: &mut Constraint, value: f64) -> Result<()> {
+    match constraint {
+        Constraint::Stop(stop) => stop.set_clearance(value),
+        Constraint::Wall(_) => {
+            Err(Error::bad_value("clearance", value, "a wall has a position instead; replace the stops"))
+        }
+    }
+}
+
+fn set_restitution(constraint: &mut Constraint, value: f64) -> Result<()> {
+    match constraint {
+        Constraint::Stop(stop) => stop.set_restitution(value),
+        Constraint::Wall(wall) => wall.set_restitution(value),
+    }
+}
+
+fn scale_damping(system: &System, factor: f64) -> Result<System> {
+    Ok(match system {
+        System::Linear(s) => LinearSystem::clone(s).with_damping_scaled(factor)?.into(),
+        System::DoublePendulum(s) => s.with_damping_scaled(factor)?.into(),
+        System::PendulumChain(s) => s.with_damping_scaled(factor)?.into(),
+    })
+}
+
+/// The stops of a linear scene as columns: `gap = c - N^T q`, an impact moves the velocity along B.
+#[derive(Debug, Clone)]
+pub(crate) struct ContactGeometry {
+    /// Normals towards the stops, shape `(n, k)`.
+    pub normals: DMatrix<f64>,
+    /// Reaction directions, shape `(n, k)`.
+    pub reactions: DMatrix<f64>,
+    /// Gaps at q = 0, shape `(k,)`.
+    pub clearances: DVector<f64>,
+    /// Restitution coefficients, shape `(k,)`.
+    pub restitutions: DVector<f64>,
+}
+
+impl ContactGeometry {
+    /// The geometry of every stop of a linear scene.
+    pub fn new(system: &LinearSystem, scene: &Scene) -> Self {
+        let n = system.n_dof();
+        let stops: Vec<&Stop> = scene.plane_stops().collect();
+        let k = stops.len();
+        let mut normals = DMatrix::zeros(n, k);
+        let mut reactions = DMatrix::zeros(n, k);
+        for (i, stop) in stops.iter().enumerate() {
+            let normal = stop.outward(n);
+            let reaction = match stop.reaction() {
+                Reaction::Inertia => system.solve_mass(&normal),
+                Reaction::Coordinate => normal.clone(),
+                Reaction::Direction(b) if stop.side() == Side::Lower => -b,
+                Reaction::Direction(b) => b.clone(),
+            };
+            normals.set_column(i, &normal);
+            reactions.set_column(i, &reaction);
+        }
+        Self {
+            normals,
+            reactions,
+            clearances: DVector::from_iterator(k, stops.iter().map(|s| s.clearance())),
+            restitutions: DVector::from_iterator(k, stops.iter().map(|s| s.restitution().value())),
+        }
+    }
+
+    /// Number of stops.
+    pub fn len(&self) -> usize {
+        self.clearances.len()
+    }
+}

@@ -1,0 +1,92 @@
+//! Checked scalars and arrays: a value that exists is valid, so nothing further in checks it again.
+
+use crate::error::{Error, Result};
+use nalgebra::{DMatrix, DVector};
+
+/// Restitution coefficient `e` in [0, 1]: minus the ratio of the normal velocity after an impact to the one before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Restitution(f64);
+
+impl Restitution {
+    /// A restitution coefficient.
+    ///
+    /// # Errors
+    /// `Error::BadValue` unless `0 <= value <= 1`.
+    pub fn new(value: f64) -> Result<Self> {
+        if (0.0..=1.0).contains(&value) {
+            Ok(Self(value))
+        } else {
+            Err(Error::bad_value("restitution", value, "it must lie in [0, 1]"))
+        }
+    }
+
+    /// The coefficient [-].
+    pub const fn value(self) -> f64 {
+        self.0
+    }
+}
+
+/// A finite number, or an error that names the argument.
+pub(crate) fn finite(argument: &str, value: f64) -> Result<f64> {
+    if value.is_finite() { Ok(value) } else { Err(Error::bad_value(argument, value, "it must be finite")) }
+}
+
+/// A finite number above zero, or an error that names the argument.
+pub(crate) fn positive(argument: &str, value: f64) -> Result<f64> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(Error::bad_value(argument, value, "it must be finite and greater than zero"))
+    }
+}
+
+/// A vector of `len` finite numbers, or an error that names the argument.
+pub(crate) fn finite_vector(argument: &str, vector: &DVector<f64>, len: usize) -> Result<()> {
+    if vector.len() != len {
+        return Err(Error::bad_shape(argument, format!("({},)", vector.len()), format!("({len},)")));
+    }
+    match vector.iter().position(|x| !x.is_finite()) {
+        Some(i) => Err(Error::bad_value(format!("{argument}[{i}]"), vector[i], "it must be finite")),
+        None => Ok(()),
+    }
+}
+
+/// An `n` by `n` matrix of finite numbers, or an error that names the argument.
+pub(crate) fn finite_square(argument: &str, matrix: &DMatrix<f64>, n: usize) -> Result<()> {
+    if matrix.shape() != (n, n) {
+        let found = format!("({}, {})", matrix.nrows(), matrix.ncols());
+        return Err(Error::bad_shape(argument, found, format!("({n}, {n})")));
+    }
+    for j in 0..n {
+        for i in 0..n {
+            if !matrix[(i, j)].is_finite() {
+                let name = format!("{argument}[{i}, {j}]");
+                return Err(Error::bad_value(name, matrix[(i, j)], "it must be finite"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn restitution_lies_in_the_unit_interval() {
+        for e in [0.0, 1e-12, 1.0 - 1e-12, 1.0] {
+            assert!((Restitution::new(e).expect("in range").value() - e).abs() < f64::MIN_POSITIVE);
+        }
+        for e in [-1e-12, 1.0 + 1e-12, f64::NAN, f64::INFINITY] {
+            assert!(Restitution::new(e).is_err());
+        }
+    }
+
+    #[test]
+    fn arrays_must_be_finite_and_of_the_right_shape() {
+        let message = finite_vector("load", &DVector::from_vec(vec![0.0, f64::NAN]), 2).unwrap_err().to_string();
+        assert_eq!(message, "load[1] is NaN, but it must be finite");
+        assert!(finite_vector("load", &DVector::zeros(3), 2).is_err());
+        assert!(finite_square("mass", &DMatrix::zeros(2, 3), 2).is_err());
+    }
+}
