@@ -9,4 +9,7 @@ pub use model::*;
 pub use modal::{modes,Modes};
 pub mod impact;
 mod contact;
+mod flow;
 pub use impact::*;
+pub mod orbit;
+pub use orbit::*;

@@ -85,7 +85,7 @@ fn outside_span(image: &DMatrix<f64>, normals: &DMatrix<f64>) -> Result<bool> {
         if normals.ncols() == 0 {
             return Ok(true);
         }
-        let set = rank::solve(normals, &column, AUDIT_TOL)?;
+        let set = rank::solve(normals, &column, AUDIT_TOL * normals.amax())?;
         if (normals * set.particular - &column).norm() > AUDIT_TOL * image.norm() {
             return Ok(true);
         }

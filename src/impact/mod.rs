@@ -4,4 +4,5 @@ mod audit;
 mod recovery;
 
 pub use audit::{RecoveryAudit, audit_recovery};
+pub(crate) use recovery::check_stops;
 pub use recovery::recovery_matrix;

@@ -26,7 +26,7 @@ pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Res
     let mut inverse = DMatrix::zeros(k, k);
     let mut dependent = false;
     for j in 0..k {
-        let set = rank::solve(&delassus, &rebound.column(j).into_owned(), DEPENDENT_TOL)?;
+        let set = rank::solve(&delassus, &rebound.column(j).into_owned(), DEPENDENT_TOL * delassus.amax())?;
         dependent |= set.null_space.ncols() > 0;
         inverse.set_column(j, &set.particular);
     }

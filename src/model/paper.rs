@@ -58,7 +58,7 @@ impl Kind {
                 length_ratio: 3.24,
                 forcing: 0.162,
                 damping: 0.05,
-                clearance: 0.806_286_230_0,
+                clearance: 0.806_286_029_398_939_5,
             },
             Self::Two => {
                 Case { mass_ratio: 1.0, length_ratio: 3.24, forcing: 0.22, damping: 0.01, clearance: 0.5 }

@@ -40,6 +40,76 @@ pub enum Change {
     DampingScale(f64),
 }
 
+/// A number of a scene that sweeps and searches may vary, by the name it has in `Scene::replace`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// The forcing frequency.
+    Frequency,
+    /// The forcing phase.
+    Phase,
+    /// The clearance of every stop.
+    Clearance,
+    /// The clearance of one stop.
+    ClearanceOf(usize),
+    /// The restitution of every stop.
+    Restitution,
+    /// The restitution of one stop.
+    RestitutionOf(usize),
+    /// A factor on the forcing amplitude.
+    ForcingScale,
+    /// A factor on the damping matrix.
+    DampingScale,
+}
+
+impl Parameter {
+    /// The change that gives the parameter a value.
+    pub fn change(self, value: f64) -> Change {
+        match self {
+            Self::Frequency => Change::Frequency(value),
+            Self::Phase => Change::Phase(value),
+            Self::Clearance => Change::Clearance(vec![value]),
+            Self::ClearanceOf(i) => Change::ClearanceOf(i, value),
+            Self::Restitution => Change::Restitution(vec![value]),
+            Self::RestitutionOf(i) => Change::RestitutionOf(i, value),
+            Self::ForcingScale => Change::ForcingScale(value),
+            Self::DampingScale => Change::DampingScale(value),
+        }
+    }
+}
+
+impl std::str::FromStr for Parameter {
+    type Err = Error;
+
+    /// `"frequency"`, `"clearance"`, `"clearance[1]"` and so on.
+    fn from_str(name: &str) -> Result<Self> {
+        let unknown = || {
+            Error::bad_value(
+                "the parameter",
+                format!("{name:?}"),
+                "it must be one of frequency, phase, forcing_scale, damping_scale, clearance, restitution, or \
+                 clearance[i], restitution[i] for one stop",
+            )
+        };
+        if let Some((head, index)) = name.strip_suffix(']').and_then(|s| s.split_once('[')) {
+            let index: usize = index.trim().parse().map_err(|_| unknown())?;
+            return match head {
+                "clearance" => Ok(Self::ClearanceOf(index)),
+                "restitution" => Ok(Self::RestitutionOf(index)),
+                _ => Err(unknown()),
+            };
+        }
+        match name {
+            "frequency" => Ok(Self::Frequency),
+            "phase" => Ok(Self::Phase),
+            "clearance" => Ok(Self::Clearance),
+            "restitution" => Ok(Self::Restitution),
+            "forcing_scale" => Ok(Self::ForcingScale),
+            "damping_scale" => Ok(Self::DampingScale),
+            _ => Err(unknown()),
+        }
+    }
+}
+
 impl Scene {
     /// A scene.
     ///

@@ -1,0 +1,130 @@
+//! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves of one
+//! longest step, so that their propagators are made once and kept.
+
+use crate::contact::jet::{Jet, Shape};
+use crate::flow::{GapRow, LinearFlow};
+use crate::modal::Pair;
+
+/// Halvings of the longest step before the search gives up proving and takes the node for what it is.
+const DEEPEST: usize = 52;
+/// Rounding of a gap, relative to the size of its terms.
+pub(crate) const ROUNDING: f64 = 1e-14;
+
+/// Propagators for `longest_step / 2^level`, made when first asked for.
+pub(crate) struct Ladder<F: LinearFlow> {
+    longest: f64,
+    rungs: Vec<Option<F::Propagator>>,
+}
+
+impl<F: LinearFlow> Ladder<F> {
+    /// An empty ladder for a flow.
+    pub fn new(flow: &F) -> Self {
+        Self { longest: flow.longest_step(), rungs: std::iter::repeat_with(|| None).take(DEEPEST + 1).collect() }
+    }
+
+    /// The step of a level.
+    #[inline]
+    pub fn step(&self, level: usize) -> f64 {
+        self.longest * 0.5f64.powi(i32::try_from(level).unwrap_or(i32::MAX))
+    }
+
+    /// The first level whose step does not exceed a span.
+    pub fn level_below(&self, span: f64) -> usize {
+        let level = (self.longest / span).log2().ceil().max(0.0);
+        if level < DEEPEST as f64 { level as usize } else { DEEPEST }
+    }
+
+    /// Moves a state forward by the step of a level.
+    #[inline]
+    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair], u: &mut F::Phasor) {
+        let step = self.step(level);
+        let rung = self.rungs[level].get_or_insert_with(|| {
+            let mut propagator = F::Propagator::default();
+            flow.prepare(step, &mut propagator);
+            propagator
+        });
+        flow.advance(rung, state, u);
+    }
+}
+
+/// A place where a gap is lowest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lowest {
+    pub time: f64,
+    pub gap: f64,
+}
+
+/// What the search of a whole flight found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct FlightCheck {
+    /// The lowest point below minus the margin.
+    pub violation: Option<Lowest>,
+    /// The lowest interior minimum within the margin of zero.
+    pub graze: Option<Lowest>,
+}
+
+impl FlightCheck {
+    /// Takes note of a minimum that is not clear of the margin.
+    fn note(&mut self, lowest: Lowest, margin: f64) {
+        let slot = if lowest.gap < -margin { &mut self.violation } else { &mut self.graze };
+        if slot.is_none_or(|known| lowest.gap < known.gap) {
+            *slot = Some(lowest);
+        }
+    }
+}
+
+/// Searches a flight of a known span for the lowest value of one gap; every value above the margin is passed over by
+/// proof. An end at which the stop is hit has gap zero and is judged by the sign of the slope, not by its rounding.
+pub(crate) fn check_flight<F: LinearFlow>(
+    flow: &F,
+    ladder: &mut Ladder<F>,
+    gap: &GapRow,
+    (state, u): (&mut [Pair], &mut F::Phasor),
+    span: f64,
+    margin: f64,
+) -> FlightCheck {
+    let rows = std::slice::from_ref(gap);
+    let mut jet = [Jet::default()];
+    let mut check = FlightCheck::default();
+    let mut level = ladder.level_below(0.25 * span);
+    let mut time = 0.0;
+    loop {
+        flow.jets(state, *u, rows, &mut jet);
+        let jet = &jet[0];
+        if jet.c[0] < -margin {
+            check.note(Lowest { time, gap: jet.c[0] }, margin);
+        }
+        let floor = check.violation.map_or(ROUNDING * jet.size, |v| v.gap);
+        let mut step;
+        let mut refined = false;
+        loop {
+            step = ladder.step(level).min(span - time);
+            let proved = match jet.shape(floor, step) {
+                Shape::Unknown => false,
+                Shape::Minimum { at, value } => {
+                    let error = jet.remainder(at);
+                    let is_clear = value - error > margin;
+                    let is_sharp = is_clear || error <= 0.1 * margin;
+                    if is_sharp && !is_clear {
+                        check.note(Lowest { time: time + at, gap: value }, margin);
+                    }
+                    is_sharp
+                }
+                Shape::Above | Shape::Falling | Shape::LowestAtEnd => true,
+            };
+            if proved || level == DEEPEST {
+                break;
+            }
+            refined = true;
+            level += 1;
+        }
+        if time + step >= span {
+            return check;
+        }
+        ladder.advance(flow, level, state, u);
+        time += step;
+        if !refined {
+            level = level.saturating_sub(1);
+        }
+    }
+}

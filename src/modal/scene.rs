@@ -1,0 +1,104 @@
+//! A linear scene in modal pairs: flow, forcing and stops as the periodic solve and the simulation use them.
+
+use crate::error::Result;
+use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, Undriven};
+use crate::modal::{Form, ModalForm, Pair, Response};
+use crate::model::{ContactGeometry, LinearSystem, Scene};
+use nalgebra::Complex;
+use std::sync::Arc;
+
+/// The machinery of a linear scene.
+#[derive(Debug, Clone)]
+pub(crate) struct ModalScene {
+    pub form: Arc<ModalForm>,
+    pub geometry: Arc<ContactGeometry>,
+    /// `n.q = position_rows[i].z`
+    pub position_rows: Arc<Vec<Vec<Pair>>>,
+    /// `n.v = velocity_rows[i].z`
+    pub velocity_rows: Arc<Vec<Vec<Pair>>>,
+    /// An impulse p on stop i moves the state by `-jumps[i] p`.
+    pub jumps: Arc<Vec<Vec<Pair>>>,
+    pub load: Vec<Pair>,
+    /// The force amplitude, phase left out.
+    pub force: Vec<Response>,
+    /// Forcing frequency, zero without forcing.
+    pub frequency: f64,
+}
+
+/// The flow of a linear scene, of the least machinery that is exact for it.
+#[derive(Debug, Clone)]
+pub(crate) enum SceneFlow {
+    Free(BlockFlow<Undriven>),
+    Forced(BlockFlow<HarmonicDrive>),
+    Dense(DenseFlow),
+}
+
+impl ModalScene {
+    /// The modal form of a linear scene; `purpose` says in an error what needs it linear.
+    pub fn new(scene: &Scene, purpose: &str) -> Result<Self> {
+        let system = scene.linear_system(purpose)?;
+        let form = ModalForm::new(system)?;
+        let geometry = ContactGeometry::new(system, scene);
+        let each = |of: &dyn Fn(usize) -> Vec<Pair>| Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>());
+        let position_rows = each(&|i| form.position_row(&geometry.normals.column(i).into_owned()));
+        let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
+        let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
+        let load = form.load(system, system.load());
+        let force = Self::force(&form, system, scene);
+        let frequency = scene.forcing().frequency().unwrap_or(0.0);
+        Ok(Self {
+            form: Arc::new(form),
+            geometry: Arc::new(geometry),
+            position_rows,
+            velocity_rows,
+            jumps,
+            load,
+            force,
+            frequency,
+        })
+    }
+
+    fn force(form: &ModalForm, system: &LinearSystem, scene: &Scene) -> Vec<Response> {
+        if scene.forcing().frequency().is_none() {
+            return vec![[Complex::new(0.0, 0.0); 2]; form.n_dof()];
+        }
+        form.force(system, &scene.forcing().force_on(system))
+    }
+
+    /// Number of stops.
+    pub fn n_stops(&self) -> usize {
+        self.jumps.len()
+    }
+
+    /// The flow.
+    pub fn flow(&self) -> SceneFlow {
+        match &self.form.form {
+            Form::Blocks(blocks) if self.frequency > 0.0 => {
+                let drive = HarmonicDrive { frequency: self.frequency, force: self.force.clone() };
+                SceneFlow::Forced(BlockFlow::new(blocks.clone(), self.load.clone(), drive))
+            }
+            Form::Blocks(blocks) => SceneFlow::Free(BlockFlow::new(blocks.clone(), self.load.clone(), Undriven)),
+            Form::Dense(matrix) => {
+                SceneFlow::Dense(DenseFlow::new(matrix.clone(), &self.load, &self.force, self.frequency))
+            }
+        }
+    }
+}
+
+/// `sum r.z` of a row and a state.
+#[inline]
+pub(crate) fn along(row: &[Pair], state: &[Pair]) -> f64 {
+    row.iter().zip(state).map(|(r, z)| r[0] * z[0] + r[1] * z[1]).sum()
+}
+
+/// Runs a block of code with the flow of a scene, whatever its type: the one `match` at the edge.
+macro_rules! with_flow {
+    ($scene_flow:expr, $flow:ident => $body:expr) => {
+        match $scene_flow {
+            $crate::modal::SceneFlow::Free($flow) => $body,
+            $crate::modal::SceneFlow::Forced($flow) => $body,
+            $crate::modal::SceneFlow::Dense($flow) => $body,
+        }
+    };
+}
+pub(crate) use with_flow;

@@ -1,0 +1,17 @@
+//! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
+
+mod admissible;
+mod closed_form;
+mod impulses;
+mod one_instant;
+mod pattern;
+mod periodic_orbit;
+mod search;
+mod stability;
+
+pub use admissible::{Touch, Violation};
+pub use closed_form::{Coefficients, first_kind_coefficients};
+pub use pattern::Pattern;
+pub use periodic_orbit::{Family, Impact, OrbitOptions, Orbits, PeriodicOrbit, Verdict};
+pub use search::{Free, periodic_orbits};
+pub use stability::{OrderMultipliers, Stability};

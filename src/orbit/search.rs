@@ -1,0 +1,381 @@
+//! `periodic_orbits`: from a scene and a pattern to every orbit, its verdict and its order.
+
+use crate::error::{Error, Result};
+use crate::modal::{ModalScene, SceneFlow};
+use crate::model::{Change, Parameter, Scene};
+use crate::orbit::impulses::Instant;
+use crate::orbit::one_instant::{Crossing, clearance_given, meet_circle, phase_given};
+use crate::orbit::periodic_orbit::{Family, Flight, Parts, wrapped};
+use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Systems of more degrees of freedom are listed by admissibility alone: their multipliers cost O(n^3) and are computed
+/// only when asked for.
+const SORT_BY_STABILITY_UP_TO: usize = 60;
+/// Samples of a free parameter's range.
+const SAMPLES: usize = 400;
+
+/// The parameter that is one more unknown of a pattern whose stops are hit together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Free {
+    /// The clearances of the stops hit, all times one factor (equal ones stay equal).
+    Clearance,
+    /// A parameter of the scene, searched in a range.
+    Parameter(Parameter),
+}
+
+/// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
+///
+/// With the clearances given (the default) the forcing phase at the first impact is found; with `options.phase` given,
+/// the clearances of the stops in the pattern come out. Orbits that are not admissible are returned with their
+/// violation.
+///
+/// # Errors
+/// A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other.
+///
+/// # References
+/// The source paper, eqs. (29) and (38), with the corrections of theory section 3.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::{Kind, OrbitOptions, PaperOptions, Pattern, paper_scene, periodic_orbits};
+/// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
+/// let options = OrbitOptions { n_periods: 2, ..Default::default() };
+/// let orbits = periodic_orbits(&scene, &Pattern::single(1), &options)?;
+/// assert!(orbits[0].is_admissible());
+/// assert_eq!(orbits[0].stability()?.is_stable, Some(true));
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Orbits> {
+    check(scene, pattern, options)?;
+    let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
+    match pattern.instants() {
+        [] => without_impacts(scene, &modal, options),
+        [stops] => one_instant(scene, &modal, stops, options),
+        more => Err(Error::bad_value(
+            "pattern",
+            format!("of {} instants", more.len()),
+            "periodic_orbits solves patterns of one instant so far",
+        )),
+    }
+}
+
+fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<()> {
+    scene.linear_system("periodic_orbits")?;
+    if scene.forcing().frequency().is_none() {
+        return Err(Error::bad_value(
+            "scene",
+            "unforced",
+            "periodic_orbits looks for motions in step with the forcing; give the scene a forcing",
+        ));
+    }
+    pattern.check(scene.stops().len())?;
+    if options.n_periods == 0 {
+        return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
+    }
+    if let Some(phase) = options.phase {
+        crate::quantity::finite("phase", phase)?;
+    }
+    let Some(free) = options.free else {
+        return match options.between {
+            None => Ok(()),
+            Some(range) => Err(Error::bad_value("between", format!("{range:?}"), "it is the range of `free`; name one")),
+        };
+    };
+    if !matches!(pattern.instants(), [stops] if stops.len() >= 2) {
+        let rule = "a free parameter needs a pattern with two stops or more at one instant";
+        return Err(Error::bad_value("free", format!("{free:?}"), rule));
+    }
+    if options.phase.is_some() {
+        return Err(Error::bad_value("free", format!("{free:?}"), "give either a phase or a free parameter"));
+    }
+    match (free, options.between) {
+        (Free::Clearance | Free::Parameter(Parameter::ForcingScale), _) => Ok(()),
+        (_, Some((low, high))) if low < high && low.is_finite() && high.is_finite() => Ok(()),
+        (_, range) => Err(Error::bad_value("between", format!("{range:?}"), "it must be (low, high) with low < high")),
+    }
+}
+
+fn period(modal: &ModalScene, options: &OrbitOptions) -> f64 {
+    TAU * options.n_periods as f64 / modal.frequency
+}
+
+fn without_impacts(scene: &Scene, modal: &Arc<ModalScene>, options: &OrbitOptions) -> Result<Orbits> {
+    let phase = options.phase.unwrap_or_else(|| scene.forcing().phase());
+    let instant = Instant::new(modal, &[], period(modal, options));
+    let crossing = phase_given(&instant, phase)?;
+    let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
+        (true, _) => "no motion repeats: an undamped mode is in resonance with the forcing, or a load has nothing to rest on",
+        (false, 0) => "the steady response",
+        (false, _) => "a free motion that repeats can be added to the steady response",
+    };
+    finish(scene, modal, &Pattern::none(), options, &instant, &crossing, reason.to_owned())
+}
+
+fn one_instant(scene: &Scene, modal: &Arc<ModalScene>, stops: &[usize], options: &OrbitOptions) -> Result<Orbits> {
+    let instant = Instant::new(modal, stops, period(modal, options));
+    let pattern = Pattern::together(stops)?;
+    match (options.phase, options.free) {
+        (Some(phase), _) => {
+            let crossing = phase_given(&instant, phase)?;
+            let reason = describe(&crossing, "I - R e^(AT) is singular and the forcing is not in its range");
+            finish(scene, modal, &pattern, options, &instant, &crossing, reason)
+        }
+        (None, None) => {
+            let crossing = clearance_given(&instant)?;
+            let hint = if stops.len() > 1 {
+                "the stops hit together ask for two phases at once, or more; free one parameter (free=\"clearance\")"
+            } else {
+                "the forcing is too weak for a contact at this clearance: no phase reaches it"
+            };
+            let reason = describe(&crossing, hint);
+            finish(scene, modal, &pattern, options, &instant, &crossing, reason)
+        }
+        (None, Some(Free::Clearance)) => free_clearance(scene, modal, &pattern, options, &instant),
+        (None, Some(Free::Parameter(Parameter::ForcingScale))) => free_forcing(scene, &pattern, options, &instant),
+        (None, Some(Free::Parameter(parameter))) => free_parameter(scene, &pattern, options, parameter),
+    }
+}
+
+fn describe(crossing: &Crossing, none: &str) -> String {
+    if crossing.points.is_empty() {
+        none.to_owned()
+    } else if crossing.is_any_phase {
+        "every phase has an orbit".to_owned()
+    } else if crossing.basis.ncols() > 0 {
+        format!("a family with {} parameters: the contact state may be moved along its basis", crossing.basis.ncols())
+    } else {
+        match crossing.points.len() {
+            1 => "one solution".to_owned(),
+            n => format!("{n} solutions"),
+        }
+    }
+}
+
+/// Builds the orbits of a crossing, and orders them.
+fn finish(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    instant: &Instant<'_>,
+    crossing: &Crossing,
+    reason: String,
+) -> Result<Orbits> {
+    let flow = Arc::new(modal.flow());
+    let orbits = crossing
+        .points
+        .iter()
+        .map(|x| build(scene, modal, &flow, pattern, options, instant, x))
+        .collect::<Result<Vec<_>>>()?;
+    let basis = family_basis(modal, instant, crossing);
+    let is_family = basis.ncols() > 0 || crossing.is_any_phase;
+    let verdict = match (orbits.is_empty(), is_family) {
+        (true, _) => Verdict::None,
+        (false, true) => Verdict::Family,
+        (false, false) => Verdict::Found,
+    };
+    let family = (verdict == Verdict::Family).then_some(Family { basis });
+    Ok(Orbits { orbits: sorted(orbits)?, verdict, reason, margin: crossing.margin, family })
+}
+
+/// Null vectors as changes of the contact state (q, v).
+fn family_basis(modal: &ModalScene, instant: &Instant<'_>, crossing: &Crossing) -> DMatrix<f64> {
+    let n = modal.form.n_dof();
+    let columns: Vec<DVector<f64>> = crossing
+        .basis
+        .column_iter()
+        .map(|x| {
+            let (q, v) = modal.form.to_physical(&instant.state_after(&x.into_owned(), 0.0));
+            DVector::from_iterator(2 * n, q.iter().chain(v.iter()).copied())
+        })
+        .collect();
+    if columns.is_empty() { DMatrix::zeros(2 * n, 0) } else { DMatrix::from_columns(&columns) }
+}
+
+fn build(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    flow: &Arc<SceneFlow>,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    instant: &Instant<'_>,
+    x: &DVector<f64>,
+) -> Result<PeriodicOrbit> {
+    let u = instant.phase_part(x);
+    let phase = wrapped(u[1].atan2(u[0]));
+    let impulses = instant.impulse_part(x);
+    let after = instant.state_after(x, 1.0);
+    let before_next = instant.state_before(&after, &impulses);
+    let (scene, modal) = if options.phase.is_some() && instant.n_impulses() > 0 {
+        with_contacts(scene, modal, &pattern.instants()[0], &instant.contacts(&after))?
+    } else {
+        (scene.clone(), modal.clone())
+    };
+    let flights = vec![Flight { start: 0.0, span: period(&modal, options), after, before_next }];
+    let parts =
+        Parts { pattern: pattern.clone(), n_periods: options.n_periods, phase, flights, impulses: impulses.as_slice().to_vec() };
+    PeriodicOrbit::new(&scene, modal, flow.clone(), parts)
+}
+
+/// The scene with the clearances of the given stops set so that they are where the contacts are.
+fn with_contacts(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    stops: &[usize],
+    contacts: &[f64],
+) -> Result<(Scene, Arc<ModalScene>)> {
+    let mut scene = scene.clone();
+    let mut geometry = (*modal.geometry).clone();
+    for (&stop, &contact) in stops.iter().zip(contacts) {
+        scene = scene.replace(Change::ClearanceOf(stop, contact))?;
+        geometry.clearances[stop] = contact;
+    }
+    Ok((scene, Arc::new(ModalScene { geometry: Arc::new(geometry), ..(**modal).clone() })))
+}
+
+/// Stable and admissible first, then admissible, then by depth of violation.
+fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
+    let mut keys = Vec::with_capacity(orbits.len());
+    let admissible = orbits.iter().filter(|o| o.is_admissible()).count();
+    for orbit in &orbits {
+        let ask = admissible > 1 && orbit.is_admissible() && orbit.q0().len() <= SORT_BY_STABILITY_UP_TO;
+        let is_stable = ask && orbit.stability()?.is_stable == Some(true);
+        keys.push((u8::from(!is_stable), orbit.violation().map_or(-1.0, |v| v.depth)));
+    }
+    let mut order: Vec<usize> = (0..orbits.len()).collect();
+    order.sort_by(|&i, &j| keys[i].0.cmp(&keys[j].0).then(keys[i].1.total_cmp(&keys[j].1)));
+    let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();
+    Ok(order.into_iter().filter_map(|i| slots[i].take()).collect())
+}
+
+/// Stops hit together at clearances times one unknown factor (theory 5: kind 1).
+fn free_clearance(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    instant: &Instant<'_>,
+) -> Result<Orbits> {
+    let given = instant.clearances();
+    let direction = if given.amax() > 0.0 { given } else { given.map(|_| 1.0) };
+    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| instant.phase_part(x))?;
+    let reason = describe(&crossing, "no common factor on the clearances lets the stops be hit together");
+    // The orbits' own contact positions are the clearances.
+    let given_phase = OrbitOptions { phase: Some(0.0), ..options.clone() };
+    finish(scene, modal, pattern, &given_phase, instant, &crossing, reason)
+}
+
+/// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
+fn free_forcing(
+    scene: &Scene,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    instant: &Instant<'_>,
+) -> Result<Orbits> {
+    let set = instant.at_clearance(None)?;
+    let u = instant.phase_part(&set.particular);
+    let scale = u[0].hypot(u[1]);
+    let inside = options.between.is_none_or(|(low, high)| (low..=high).contains(&scale));
+    if set.residual > 1e-11 || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
+        return Ok(Orbits {
+            orbits: Vec::new(),
+            verdict: Verdict::None,
+            reason: "no factor on the forcing lets the stops be hit together".to_owned(),
+            margin: None,
+            family: None,
+        });
+    }
+    let scene = scene.replace(Change::ForcingScale(scale))?;
+    let modal = Arc::new(ModalScene::new(&scene, "periodic_orbits")?);
+    let mut orbits = one_instant(&scene, &modal, &pattern.instants()[0], &OrbitOptions { free: None, between: None, ..options.clone() })?;
+    orbits.reason = format!("one solution, at forcing_scale = {scale}");
+    Ok(orbits)
+}
+
+/// How far the contact equations of stops hit together are from being met by one phase.
+fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Option<f64>> {
+    let modal = ModalScene::new(scene, "periodic_orbits")?;
+    let instant = Instant::new(&modal, stops, period(&modal, options));
+    Ok(clearance_given(&instant)?.margin.filter(|m| m.is_finite()))
+}
+
+/// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as good as its samples.
+fn free_parameter(scene: &Scene, pattern: &Pattern, options: &OrbitOptions, parameter: Parameter) -> Result<Orbits> {
+    let stops = &pattern.instants()[0];
+    let (low, high) = options.between.unwrap_or((0.0, 0.0));
+    let at = |x: f64| mismatch(&scene.replace(parameter.change(x))?, stops, options);
+    let mut best: Option<f64> = None;
+    let mut roots = Vec::new();
+    let mut previous: Option<(f64, f64)> = None;
+    for i in 0..=SAMPLES {
+        let x = low + (high - low) * i as f64 / SAMPLES as f64;
+        let Some(y) = at(x)? else {
+            previous = None;
+            continue;
+        };
+        if best.is_none_or(|b| y.abs() < b.abs()) {
+            best = Some(y);
+        }
+        if y == 0.0 {
+            roots.push(x);
+        } else if let Some((x0, y0)) = previous.filter(|&(_, y0)| y0 * y < 0.0) {
+            if let Some(root) = bracketed(&at, (x0, y0), (x, y))? {
+                roots.push(root);
+            }
+        }
+        previous = Some((x, y));
+    }
+    let mut all: Vec<PeriodicOrbit> = Vec::new();
+    for &root in &roots {
+        let changed = scene.replace(parameter.change(root))?;
+        all.extend(at_root(&changed, pattern, options)?);
+    }
+    let verdict = if all.is_empty() { Verdict::None } else { Verdict::Found };
+    let reason = if all.is_empty() {
+        format!("no value in [{low}, {high}] was found on {} samples", SAMPLES + 1)
+    } else {
+        format!("{} solutions in [{low}, {high}], found on {} samples", all.len(), SAMPLES + 1)
+    };
+    Ok(Orbits { orbits: sorted(all)?, verdict, reason, margin: best, family: None })
+}
+
+/// The orbit at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as little.
+fn at_root(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Vec<PeriodicOrbit>> {
+    let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
+    let instant = Instant::new(&modal, &pattern.instants()[0], period(&modal, options));
+    let set = instant.at_clearance(None)?;
+    let u = instant.phase_part(&set.particular);
+    let phase = u[1].atan2(u[0]);
+    let fixed = OrbitOptions { phase: Some(phase), free: None, between: None, ..options.clone() };
+    Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed)?.orbits)
+}
+
+/// The root of a continuous function in a bracket by bisection and secants; `None` where the sign changes at a pole.
+fn bracketed(
+    f: &impl Fn(f64) -> Result<Option<f64>>,
+    (mut x0, mut y0): (f64, f64),
+    (mut x1, mut y1): (f64, f64),
+) -> Result<Option<f64>> {
+    let start = y0.abs().max(y1.abs());
+    for round in 0..200 {
+        let secant = x1 - y1 * (x1 - x0) / (y1 - y0);
+        let x = if round % 3 == 2 || !secant.is_finite() { 0.5 * (x0 + x1) } else { secant };
+        if x <= x0.min(x1) || x >= x0.max(x1) || (x1 - x0).abs() <= 4.0 * f64::EPSILON * x.abs() {
+            break;
+        }
+        let Some(y) = f(x)? else { return Ok(None) };
+        if y == 0.0 {
+            return Ok(Some(x));
+        }
+        if y * y0 < 0.0 {
+            (x1, y1) = (x, y);
+        } else {
+            (x0, y0) = (x, y);
+        }
+    }
+    let (x, y) = if y0.abs() < y1.abs() { (x0, y0) } else { (x1, y1) };
+    Ok((y.abs() < 1e-6 * start.max(1e-6)).then_some(x))
+}
