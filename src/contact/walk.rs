@@ -13,19 +13,29 @@ pub(crate) const ROUNDING: f64 = 1e-14;
 /// Propagators for `longest_step / 2^level`, made when first asked for.
 pub(crate) struct Ladder<F: LinearFlow> {
     longest: f64,
-    rungs: Vec<Option<F::Propagator>>,
+    rungs: Vec<F::Propagator>,
+    /// Bit k: rung k is made.
+    made: u64,
 }
 
 impl<F: LinearFlow> Ladder<F> {
     /// An empty ladder for a flow.
     pub fn new(flow: &F) -> Self {
-        Self { longest: flow.longest_step(), rungs: std::iter::repeat_with(|| None).take(DEEPEST + 1).collect() }
+        let rungs = std::iter::repeat_with(F::Propagator::default).take(DEEPEST + 1).collect();
+        Self { longest: flow.longest_step(), rungs, made: 0 }
+    }
+
+    /// Empties the ladder for another flow; its memory is kept.
+    pub fn reset(&mut self, flow: &F) {
+        self.longest = flow.longest_step();
+        self.made = 0;
     }
 
     /// The step of a level.
     #[inline]
     pub fn step(&self, level: usize) -> f64 {
-        self.longest * 0.5f64.powi(i32::try_from(level).unwrap_or(i32::MAX))
+        // 2^-level, by its exponent.
+        self.longest * f64::from_bits((1023 - level as u64) << 52)
     }
 
     /// The first level whose step does not exceed a span.
@@ -37,13 +47,11 @@ impl<F: LinearFlow> Ladder<F> {
     /// Moves a state forward by the step of a level.
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair], u: &mut F::Phasor) {
-        let step = self.step(level);
-        let rung = self.rungs[level].get_or_insert_with(|| {
-            let mut propagator = F::Propagator::default();
-            flow.prepare(step, &mut propagator);
-            propagator
-        });
-        flow.advance(rung, state, u);
+        if self.made >> level & 1 == 0 {
+            flow.prepare(self.step(level), &mut self.rungs[level]);
+            self.made |= 1 << level;
+        }
+        flow.advance(&self.rungs[level], state, u);
     }
 }
 

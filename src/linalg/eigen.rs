@@ -2,6 +2,7 @@
 //! Schur form). Every iteration has a cap: an uncapped QR iteration never ends on, say, cyclic permutations.
 
 use crate::error::{Error, Result};
+use crate::linalg::francis;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, Schur, SymmetricEigen};
 
 /// Sweeps of the QR iteration allowed, per row of the matrix.
@@ -88,9 +89,12 @@ fn fixed_orthogonal(n: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| (1.0 + 1.7 * i as f64 + 0.9 * (j * j) as f64).cos()).qr().q()
 }
 
-/// Eigenvalues of a real square matrix.
-pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<DVector<Complex<f64>>> {
-    Ok(complex_schur(a)?.1.diagonal())
+/// Eigenvalues of a real square matrix: by real arithmetic, by the guarded complex Schur form where that stalls.
+pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
+    match francis::eigenvalues(a.clone()) {
+        Some(values) => Ok(values),
+        None => Ok(complex_schur(a)?.1.diagonal().iter().copied().collect()),
+    }
 }
 
 /// Eigenvalues and right eigenvectors (unit columns) of a real square matrix.

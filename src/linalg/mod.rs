@@ -2,4 +2,5 @@
 
 pub(crate) mod eigen;
 pub(crate) mod exponential;
+pub(crate) mod francis;
 pub(crate) mod rank;

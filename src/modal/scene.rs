@@ -70,6 +70,28 @@ impl ModalScene {
         self.jumps.len()
     }
 
+    /// The rate of change of a state at the forcing angle whose phasor is u.
+    pub fn rate(&self, state: &[Pair], u: Complex<f64>, rate: &mut [Pair]) {
+        let input = |j: usize, c: usize| (self.force[j][c] * u).re + self.load[j][c];
+        match &self.form.form {
+            Form::Blocks(blocks) => {
+                for (j, (block, z)) in blocks.iter().zip(state).enumerate() {
+                    let a = block.matrix();
+                    rate[j] = [0, 1].map(|c| a[c][0] * z[0] + a[c][1] * z[1] + input(j, c));
+                }
+            }
+            Form::Dense(matrix) => {
+                for (j, out) in rate.iter_mut().enumerate() {
+                    *out = [0, 1].map(|c| {
+                        let row = matrix.row(2 * j + c);
+                        let free: f64 = state.iter().flatten().zip(row.iter()).map(|(z, a)| a * z).sum();
+                        free + input(j, c)
+                    });
+                }
+            }
+        }
+    }
+
     /// The flow.
     pub fn flow(&self) -> SceneFlow {
         match &self.form.form {

@@ -2,8 +2,8 @@
 //! time, by a search that proves what it passes over.
 
 use crate::contact::walk::{Ladder, check_flight};
-use crate::flow::LinearFlow;
-use crate::modal::{ModalScene, Pair, along};
+use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
+use crate::modal::{ModalScene, Pair, SceneFlow, along, with_flow};
 use crate::orbit::periodic_orbit::{Flight, Impact};
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: 10 times the accuracy
@@ -34,65 +34,149 @@ pub struct Touch {
     pub gap: f64,
 }
 
+/// The rule of contact that is broken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Rule {
+    /// The impulse of an impact would have to pull.
+    Pulls { impulse: f64 },
+    /// The stop is left at an impact, not approached.
+    Leaves { approach: f64 },
+    /// The stop is passed.
+    Passed,
+}
+
+/// A violation as numbers, put into words only when somebody asks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Breach {
+    pub stop: usize,
+    pub time: f64,
+    pub depth: f64,
+    pub rule: Rule,
+}
+
+impl Breach {
+    /// The violation in words.
+    pub fn describe(&self) -> Violation {
+        let Self { stop, time, depth, rule } = *self;
+        let reason = match rule {
+            Rule::Pulls { impulse } => {
+                format!("stop {stop} needs a pulling impulse at its impact at t = {time:.6} ({impulse:.3e})")
+            }
+            Rule::Leaves { approach } => {
+                format!("stop {stop} is left, not approached at its impact at t = {time:.6} ({approach:.3e})")
+            }
+            Rule::Passed => format!("stop {stop} is passed by {depth:.6e} at t = {time:.6}"),
+        };
+        Violation { stop, time, depth, reason }
+    }
+}
+
 /// What the search of a whole period found.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Admissibility {
-    pub violation: Option<Violation>,
+    /// The worst breach of the rules of contact.
+    pub breach: Option<Breach>,
     pub touches: Vec<Touch>,
     /// An impact whose approach speed is within the margin of zero.
     pub has_grazing_impact: bool,
 }
 
-/// Searches every flight for every stop.
-pub(crate) fn judge<F: LinearFlow>(
-    flow: &F,
-    scene: &ModalScene,
-    ladder: &mut Ladder<F>,
-    phase: f64,
-    flights: &[Flight],
-    impacts: &[Impact],
-) -> Admissibility {
-    let mut found = Admissibility::default();
-    let margins: Vec<f64> = (0..scene.n_stops()).map(|i| MARGIN * motion_size(scene, i, flights)).collect();
-    for impact in impacts {
-        let stop = impact.stop;
-        let slow = margins[stop] * scene.frequency;
-        if impact.impulse < 0.0 || impact.approach < -slow {
-            let (what, value) =
-                if impact.impulse < 0.0 { ("needs a pulling impulse", impact.impulse) } else { ("is left, not approached", impact.approach) };
-            keep_worst(&mut found.violation, Violation {
-                stop,
-                time: impact.time,
-                depth: 0.0,
-                reason: format!("stop {stop} {what} at its impact at t = {:.6} ({value:.3e})", impact.time),
-            });
-        } else if impact.approach <= slow {
+impl Admissibility {
+    fn keep_worst(&mut self, breach: Breach) {
+        if self.breach.is_none_or(|worst| breach.depth > worst.depth) {
+            self.breach = Some(breach);
+        }
+    }
+}
+
+/// The flow along which flights are searched: forcing split off where no block is near resonance.
+enum Searched {
+    Split(SplitFlow, Ladder<BlockFlow<Undriven>>),
+    Whole(SceneFlow),
+}
+
+/// Judges the orbits of one scene; made once for all of them.
+pub(crate) struct Judge<'a> {
+    scene: &'a ModalScene,
+    searched: Searched,
+    /// The gap of every stop on the flow that is searched.
+    gaps: Vec<GapRow>,
+}
+
+impl<'a> Judge<'a> {
+    /// A judge for a scene.
+    pub fn new(scene: &'a ModalScene) -> Self {
+        let rows = || scene.position_rows.iter().zip(scene.geometry.clearances.iter());
+        if let Some(split) = SplitFlow::new(scene) {
+            let gaps = rows().map(|(row, &clearance)| split.gap_row(row, clearance)).collect();
+            let ladder = Ladder::new(split.flow());
+            return Self { scene, searched: Searched::Split(split, ladder), gaps };
+        }
+        let flow = scene.flow();
+        let gaps = with_flow!(&flow, f => rows().map(|(row, &c)| f.gap_row(row.clone(), c)).collect());
+        Self { scene, searched: Searched::Whole(flow), gaps }
+    }
+
+    /// Judges the impacts, and searches every flight for every stop.
+    pub fn admissibility(&mut self, phase: f64, flights: &[Flight], impacts: &[Impact]) -> Admissibility {
+        let scene = self.scene;
+        let margins: Vec<f64> = (0..scene.n_stops()).map(|i| MARGIN * motion_size(scene, i, flights)).collect();
+        let mut found = Admissibility::default();
+        judge_impacts(impacts, |stop| margins[stop] * scene.frequency, &mut found);
+        let angle = |flight: &Flight| scene.frequency * flight.start + phase;
+        match &mut self.searched {
+            Searched::Split(split, ladder) => {
+                let start = |flight: &Flight, state: &mut Vec<Pair>| split.enlarge(&flight.after, angle(flight), state);
+                search(split.flow(), ladder, (&self.gaps, &margins), flights, start, &mut found);
+            }
+            Searched::Whole(flow) => with_flow!(flow, f => {
+                let start = |flight: &Flight, state: &mut Vec<Pair>| {
+                    state.clone_from(&flight.after);
+                    f.phasor(angle(flight))
+                };
+                search(f, &mut Ladder::new(f), (&self.gaps, &margins), flights, start, &mut found);
+            }),
+        }
+        found
+    }
+}
+
+/// Impacts are approached and push; `slow` is the speed below which one grazes.
+fn judge_impacts(impacts: &[Impact], slow: impl Fn(usize) -> f64, found: &mut Admissibility) {
+    for &Impact { stop, time, approach, impulse, .. } in impacts {
+        let slow = slow(stop);
+        if impulse < 0.0 {
+            found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Pulls { impulse } });
+        } else if approach < -slow {
+            found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Leaves { approach } });
+        } else if approach <= slow {
             found.has_grazing_impact = true;
         }
     }
-    let mut state: Vec<Pair> = Vec::new();
-    for i in 0..scene.n_stops() {
-        let row = flow.gap_row(scene.position_rows[i].clone(), scene.geometry.clearances[i]);
-        for flight in flights {
-            state.clone_from(&flight.after);
-            let mut u = flow.phasor(scene.frequency * flight.start + phase);
-            let check = check_flight(flow, ladder, &row, (&mut state, &mut u), flight.span, margins[i]);
-            if let Some(lowest) = check.violation {
-                let (time, depth) = (flight.start + lowest.time, -lowest.gap);
-                let reason = format!("stop {i} is passed by {depth:.6e} at t = {time:.6}");
-                keep_worst(&mut found.violation, Violation { stop: i, time, depth, reason });
-            }
-            if let Some(lowest) = check.graze {
-                found.touches.push(Touch { stop: i, time: flight.start + lowest.time, gap: lowest.gap });
-            }
-        }
-    }
-    found
 }
 
-fn keep_worst(worst: &mut Option<Violation>, violation: Violation) {
-    if worst.as_ref().is_none_or(|w| violation.depth > w.depth) {
-        *worst = Some(violation);
+/// Searches every flight for every stop along a flow, on which `start` puts the state of a flight.
+fn search<F: LinearFlow>(
+    flow: &F,
+    ladder: &mut Ladder<F>,
+    (gaps, margins): (&[GapRow], &[f64]),
+    flights: &[Flight],
+    start: impl Fn(&Flight, &mut Vec<Pair>) -> F::Phasor,
+    found: &mut Admissibility,
+) {
+    let mut state: Vec<Pair> = Vec::new();
+    for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
+        for flight in flights {
+            let mut u = start(flight, &mut state);
+            let check = check_flight(flow, ladder, gap, (&mut state, &mut u), flight.span, margin);
+            if let Some(lowest) = check.violation {
+                let (time, depth) = (flight.start + lowest.time, -lowest.gap);
+                found.keep_worst(Breach { stop, time, depth, rule: Rule::Passed });
+            }
+            if let Some(lowest) = check.graze {
+                found.touches.push(Touch { stop, time: flight.start + lowest.time, gap: lowest.gap });
+            }
+        }
     }
 }
 

@@ -26,6 +26,15 @@ pub(crate) struct Instant<'a> {
     period: f64,
 }
 
+/// The two conditions for one stop hit, in the unknowns `(p, cos, sin)`: `rows[0] x = 0`, the normal velocity is
+/// reversed; `rows[1] x = target`, the contact is where the stop is.
+pub(crate) struct OneStop {
+    pub rows: [[f64; 3]; 2],
+    pub target: f64,
+    /// The units of p and of (cos, sin).
+    pub units: Pair,
+}
+
 /// Affine form in the unknowns: coefficients of p and of u, and a constant.
 struct Sums {
     by_impulse: DMatrix<f64>,
@@ -96,24 +105,65 @@ impl<'a> Instant<'a> {
             by_phase: DMatrix::zeros(k, 2),
             constant: DVector::zeros(k),
         };
-        for (j, resolvent) in self.resolvents.iter().enumerate() {
-            let Some(resolvent) = resolvent else { continue };
+        for (a, &stop) in self.stops.iter().enumerate() {
             for (b, &other) in self.stops.iter().enumerate() {
-                let response = times(resolvent, self.scene.jumps[other][j]);
-                for (a, &stop) in self.stops.iter().enumerate() {
-                    let row = rows[stop][j];
-                    sums.by_impulse[(a, b)] -= row[0] * response[0] + row[1] * response[1];
-                }
+                sums.by_impulse[(a, b)] = self.pushed(&rows[stop], other);
             }
-            for (a, &stop) in self.stops.iter().enumerate() {
-                let row = rows[stop][j];
-                for c in 0..2 {
-                    sums.by_phase[(a, c)] += row[0] * self.steady[j][c][0] + row[1] * self.steady[j][c][1];
-                }
-                sums.constant[a] += row[0] * self.equilibrium[j][0] + row[1] * self.equilibrium[j][1];
-            }
+            let [cos, sin] = self.driven(&rows[stop]);
+            sums.by_phase[(a, 0)] = cos;
+            sums.by_phase[(a, 1)] = sin;
+            sums.constant[a] = along(&rows[stop], &self.equilibrium);
         }
         sums
+    }
+
+    /// What a row sees of the eliminated blocks under a unit impulse of a stop.
+    fn pushed(&self, row: &[Pair], stop: usize) -> f64 {
+        let jumps = &self.scene.jumps[stop];
+        let mut sum = 0.0;
+        for ((resolvent, r), jump) in self.resolvents.iter().zip(row).zip(jumps) {
+            if let Some(resolvent) = resolvent {
+                let response = times(resolvent, *jump);
+                sum -= r[0] * response[0] + r[1] * response[1];
+            }
+        }
+        sum
+    }
+
+    /// What a row sees of the steady response, per unit of cos and sin.
+    fn driven(&self, row: &[Pair]) -> Pair {
+        let mut sum = [0.0, 0.0];
+        for (r, [cos, sin]) in row.iter().zip(&self.steady) {
+            sum[0] += r[0] * cos[0] + r[1] * cos[1];
+            sum[1] += r[0] * sin[0] + r[1] * sin[1];
+        }
+        sum
+    }
+
+    /// The conditions for one stop hit and no mode retained, in units of order one; `None` in any other case.
+    pub fn one_stop_conditions(&self) -> Option<OneStop> {
+        let &[stop] = self.stops else { return None };
+        if !self.retained.is_empty() {
+            return None;
+        }
+        let (scene, g) = (self.scene, &self.scene.geometry);
+        let (velocity, position) = (&scene.velocity_rows[stop], &scene.position_rows[stop]);
+        let (e, delassus) = (g.restitutions[stop], g.normals.column(stop).dot(&g.reactions.column(stop)));
+        let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
+        let (w, push) = (or_one(scene.frequency), 1.0 / or_one(delassus.abs()));
+        let speed = self.driven(velocity).map(|x| (1.0 + e) * x);
+        let place = self.driven(position).map(|x| w * x);
+        let response = 1.0 / or_one(speed.iter().chain(&place).fold(0.0, |m, x| x.abs().max(m)));
+        let repeat = ((1.0 + e) * self.pushed(velocity, stop) + e * delassus) * push;
+        let contact = w * self.pushed(position, stop) * push;
+        Some(OneStop {
+            rows: [
+                [repeat, speed[0] * response, speed[1] * response],
+                [contact, place[0] * response, place[1] * response],
+            ],
+            target: w * (g.clearances[stop] - along(position, &self.equilibrium)),
+            units: [push, response],
+        })
     }
 
     /// `n_a . b_b` of the stops hit.

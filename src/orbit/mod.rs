@@ -4,6 +4,7 @@ mod admissible;
 mod closed_form;
 mod impulses;
 mod one_instant;
+mod one_stop;
 mod pattern;
 mod periodic_orbit;
 mod search;

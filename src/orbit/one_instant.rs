@@ -5,6 +5,8 @@ use crate::error::Result;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 use crate::orbit::impulses::{Instant, RANK_TOL};
+use crate::orbit::one_stop;
+use crate::orbit::periodic_orbit::{Flight, wrapped};
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of a linear system above which it has no solution.
@@ -30,6 +32,36 @@ fn norm(u: Pair) -> f64 {
     u[0].hypot(u[1])
 }
 
+/// Where a line in the plane of u meets the unit circle.
+pub(crate) struct Chord {
+    /// `1 -` the distance of the line from the origin.
+    pub margin: f64,
+    ends: [f64; 2],
+    count: usize,
+}
+
+impl Chord {
+    /// The multiples c of the direction at which the line is on the circle: none, one (a fold) or two.
+    pub fn ends(&self) -> &[f64] {
+        &self.ends[..self.count]
+    }
+}
+
+/// The chord of the line `u0 + c direction`.
+pub(crate) fn chord(u0: Pair, direction: Pair) -> Chord {
+    let length = norm(direction);
+    let e = [direction[0] / length, direction[1] / length];
+    let along = u0[0] * e[0] + u0[1] * e[1];
+    let distance = (u0[0] * e[1] - u0[1] * e[0]).abs();
+    let half = ((1.0 - distance) * (1.0 + distance)).max(0.0).sqrt();
+    let count = match () {
+        () if distance > 1.0 + AT_FOLD || distance.is_nan() => 0,
+        () if half == 0.0 => 1,
+        () => 2,
+    };
+    Chord { margin: 1.0 - distance, ends: [(-half - along) / length, (half - along) / length], count }
+}
+
 /// The points of `set` with |u| = 1, u the part of X that `phase_part` reads.
 pub(crate) fn meet_circle(set: &SolutionSet, phase_part: impl Fn(&DVector<f64>) -> Pair) -> Result<Crossing> {
     let dimension = set.particular.len();
@@ -53,17 +85,9 @@ pub(crate) fn meet_circle(set: &SolutionSet, phase_part: impl Fn(&DVector<f64>) 
             }
         }
         1 => {
-            let direction = phase_part(&moving[0]);
-            let length = norm(direction);
-            let e = [direction[0] / length, direction[1] / length];
-            let along = u0[0] * e[0] + u0[1] * e[1];
-            let distance = (u0[0] * e[1] - u0[1] * e[0]).abs();
-            crossing.margin = Some(1.0 - distance);
-            if distance <= 1.0 + AT_FOLD {
-                let half = ((1.0 - distance) * (1.0 + distance)).max(0.0).sqrt();
-                let roots = if half == 0.0 { vec![0.0] } else { vec![-half, half] };
-                crossing.points = roots.into_iter().map(|root| x0 + &moving[0] * ((root - along) / length)).collect();
-            }
+            let chord = chord(u0, phase_part(&moving[0]));
+            crossing.margin = Some(chord.margin);
+            crossing.points = chord.ends().iter().map(|&c| x0 + &moving[0] * c).collect();
         }
         _ => {
             // The whole plane: every phase; phase 0 stands for them.
@@ -97,6 +121,26 @@ fn split(null_space: &DMatrix<f64>, directions: &DMatrix<f64>) -> Result<(Vec<DV
     Ok(((0..moving.ncols()).map(|j| null_space * moving.column(j)).collect(), fixed))
 }
 
+/// A periodic motion as the solver finds it: its phase, its one flight, its impulses.
+pub(crate) struct Solution {
+    /// The forcing phase at the instant [rad], in [0, 2 pi).
+    pub phase: f64,
+    pub flight: Flight,
+    /// In the order of the stops hit.
+    pub impulses: DVector<f64>,
+}
+
+impl Solution {
+    /// The motion that X describes, over the period.
+    pub fn new(instant: &Instant<'_>, x: &DVector<f64>, period: f64) -> Self {
+        let u = instant.phase_part(x);
+        let impulses = instant.impulse_part(x);
+        let after = instant.state_after(x, 1.0);
+        let before_next = instant.state_before(&after, &impulses);
+        Self { phase: wrapped(u[1].atan2(u[0])), flight: Flight { start: 0.0, span: period, after, before_next }, impulses }
+    }
+}
+
 /// The solutions for a given phase: one, none, or a family.
 pub(crate) fn phase_given(instant: &Instant<'_>, phase: f64) -> Result<Crossing> {
     let set = instant.at_phase([phase.cos(), phase.sin()])?;
@@ -111,5 +155,8 @@ pub(crate) fn phase_given(instant: &Instant<'_>, phase: f64) -> Result<Crossing>
 
 /// The solutions for given clearances.
 pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
+    if let Some(crossing) = one_stop::clearance_given(instant) {
+        return Ok(crossing);
+    }
     meet_circle(&instant.at_clearance(None)?, |x| instant.phase_part(x))
 }

@@ -1,12 +1,11 @@
 //! Periodic orbits as results: the motion at any time, its impacts, whether it is admissible and stable; and the list of
 //! all orbits of a pattern with the verdict on the periodic problem.
 
-use crate::contact::walk::Ladder;
 use crate::error::Result;
 use crate::flow::LinearFlow;
 use crate::modal::{ModalScene, Pair, SceneFlow, along, with_flow};
 use crate::model::{Change, Scene};
-use crate::orbit::admissible::{Admissibility, Touch, Violation, judge};
+use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::stability::{Stability, stability};
 use crate::orbit::Pattern;
@@ -62,6 +61,7 @@ pub struct PeriodicOrbit {
     flights: Vec<Flight>,
     impacts: Vec<Impact>,
     admissibility: Admissibility,
+    violation: Option<Violation>,
     stability: OnceLock<Result<Stability>>,
 }
 
@@ -80,9 +80,7 @@ impl PeriodicOrbit {
     pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, flow: Arc<SceneFlow>, parts: Parts) -> Result<Self> {
         let Parts { pattern, n_periods, phase, flights, impulses } = parts;
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
-        let admissibility = with_flow!(&*flow, f => {
-            judge(f, &modal, &mut Ladder::new(f), phase, &flights, &impacts)
-        });
+        let admissibility = Judge::new(&modal).admissibility(phase, &flights, &impacts);
         Ok(Self {
             scene: scene.replace(Change::Phase(phase))?,
             period: flights.iter().map(|f| f.span).sum(),
@@ -93,6 +91,7 @@ impl PeriodicOrbit {
             phase,
             flights,
             impacts,
+            violation: admissibility.breach.map(|breach| breach.describe()),
             admissibility,
             stability: OnceLock::new(),
         })
@@ -169,12 +168,12 @@ impl PeriodicOrbit {
 
     /// Whether the orbit keeps the rules of contact at every time.
     pub fn is_admissible(&self) -> bool {
-        self.admissibility.violation.is_none()
+        self.violation.is_none()
     }
 
     /// The worst breach of the rules of contact.
     pub fn violation(&self) -> Option<&Violation> {
-        self.admissibility.violation.as_ref()
+        self.violation.as_ref()
     }
 
     /// Touches within the margin, without impact.
@@ -189,14 +188,7 @@ impl PeriodicOrbit {
     pub fn stability(&self) -> Result<&Stability> {
         self.stability
             .get_or_init(|| {
-                with_flow!(&*self.flow, f => stability(
-                    f,
-                    &self.modal,
-                    self.pattern.instants(),
-                    self.phase,
-                    &self.flights,
-                    &self.admissibility,
-                ))
+                stability(&self.modal, self.pattern.instants(), self.phase, &self.flights, &self.admissibility)
             })
             .as_ref()
             .map_err(Clone::clone)
@@ -209,7 +201,8 @@ fn go<F: LinearFlow>(flow: &F, angle: f64, span: f64, state: &mut [Pair]) {
     flow.advance(&propagator, state, &mut flow.phasor(angle));
 }
 
-fn list_impacts(
+/// The impacts of a period, instant by instant.
+pub(crate) fn list_impacts(
     scene: &ModalScene,
     pattern: &Pattern,
     phase: f64,

@@ -4,8 +4,8 @@ use crate::error::{Error, Result};
 use crate::modal::{ModalScene, SceneFlow};
 use crate::model::{Change, Parameter, Scene};
 use crate::orbit::impulses::Instant;
-use crate::orbit::one_instant::{Crossing, clearance_given, meet_circle, phase_given};
-use crate::orbit::periodic_orbit::{Family, Flight, Parts, wrapped};
+use crate::orbit::one_instant::{Crossing, Solution, clearance_given, meet_circle, phase_given};
+use crate::orbit::periodic_orbit::{Family, Parts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -62,7 +62,7 @@ pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions)
     }
 }
 
-fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<()> {
+pub(crate) fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<()> {
     scene.linear_system("periodic_orbits")?;
     if scene.forcing().frequency().is_none() {
         return Err(Error::bad_value(
@@ -98,13 +98,14 @@ fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<()>
     }
 }
 
-fn period(modal: &ModalScene, options: &OrbitOptions) -> f64 {
-    TAU * options.n_periods as f64 / modal.frequency
+/// The period of an orbit of so many forcing periods.
+pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> f64 {
+    TAU * n_periods as f64 / modal.frequency
 }
 
 fn without_impacts(scene: &Scene, modal: &Arc<ModalScene>, options: &OrbitOptions) -> Result<Orbits> {
     let phase = options.phase.unwrap_or_else(|| scene.forcing().phase());
-    let instant = Instant::new(modal, &[], period(modal, options));
+    let instant = Instant::new(modal, &[], period(modal, options.n_periods));
     let crossing = phase_given(&instant, phase)?;
     let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
         (true, _) => "no motion repeats: an undamped mode is in resonance with the forcing, or a load has nothing to rest on",
@@ -115,7 +116,7 @@ fn without_impacts(scene: &Scene, modal: &Arc<ModalScene>, options: &OrbitOption
 }
 
 fn one_instant(scene: &Scene, modal: &Arc<ModalScene>, stops: &[usize], options: &OrbitOptions) -> Result<Orbits> {
-    let instant = Instant::new(modal, stops, period(modal, options));
+    let instant = Instant::new(modal, stops, period(modal, options.n_periods));
     let pattern = Pattern::together(stops)?;
     match (options.phase, options.free) {
         (Some(phase), _) => {
@@ -204,19 +205,19 @@ fn build(
     instant: &Instant<'_>,
     x: &DVector<f64>,
 ) -> Result<PeriodicOrbit> {
-    let u = instant.phase_part(x);
-    let phase = wrapped(u[1].atan2(u[0]));
-    let impulses = instant.impulse_part(x);
-    let after = instant.state_after(x, 1.0);
-    let before_next = instant.state_before(&after, &impulses);
+    let Solution { phase, flight, impulses } = Solution::new(instant, x, period(modal, options.n_periods));
     let (scene, modal) = if options.phase.is_some() && instant.n_impulses() > 0 {
-        with_contacts(scene, modal, &pattern.instants()[0], &instant.contacts(&after))?
+        with_contacts(scene, modal, &pattern.instants()[0], &instant.contacts(&flight.after))?
     } else {
         (scene.clone(), modal.clone())
     };
-    let flights = vec![Flight { start: 0.0, span: period(&modal, options), after, before_next }];
-    let parts =
-        Parts { pattern: pattern.clone(), n_periods: options.n_periods, phase, flights, impulses: impulses.as_slice().to_vec() };
+    let parts = Parts {
+        pattern: pattern.clone(),
+        n_periods: options.n_periods,
+        phase,
+        flights: vec![flight],
+        impulses: impulses.as_slice().to_vec(),
+    };
     PeriodicOrbit::new(&scene, modal, flow.clone(), parts)
 }
 
@@ -236,17 +237,29 @@ fn with_contacts(
     Ok((scene, Arc::new(ModalScene { geometry: Arc::new(geometry), ..(**modal).clone() })))
 }
 
-/// Stable and admissible first, then admissible, then by depth of violation.
-fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
-    let mut keys = Vec::with_capacity(orbits.len());
-    let admissible = orbits.iter().filter(|o| o.is_admissible()).count();
-    for orbit in &orbits {
-        let ask = admissible > 1 && orbit.is_admissible() && orbit.q0().len() <= SORT_BY_STABILITY_UP_TO;
-        let is_stable = ask && orbit.stability()?.is_stable == Some(true);
-        keys.push((u8::from(!is_stable), orbit.violation().map_or(-1.0, |v| v.depth)));
+/// The order of orbits of given depths of violation (`None`: admissible): stable and admissible first, then admissible,
+/// then by depth. Asks for stability only where it decides.
+pub(crate) fn ranking(
+    n_dof: usize,
+    depths: &[Option<f64>],
+    mut is_stable: impl FnMut(usize) -> Result<bool>,
+) -> Result<Vec<usize>> {
+    let asks = n_dof <= SORT_BY_STABILITY_UP_TO && depths.iter().filter(|d| d.is_none()).count() > 1;
+    let mut keys = Vec::with_capacity(depths.len());
+    for (i, depth) in depths.iter().enumerate() {
+        let is_first = asks && depth.is_none() && is_stable(i)?;
+        keys.push((u8::from(!is_first), depth.unwrap_or(-1.0)));
     }
-    let mut order: Vec<usize> = (0..orbits.len()).collect();
+    let mut order: Vec<usize> = (0..depths.len()).collect();
     order.sort_by(|&i, &j| keys[i].0.cmp(&keys[j].0).then(keys[i].1.total_cmp(&keys[j].1)));
+    Ok(order)
+}
+
+/// The orbits in the order of [`ranking`].
+fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
+    let depths: Vec<Option<f64>> = orbits.iter().map(|o| o.violation().map(|v| v.depth)).collect();
+    let n_dof = orbits.first().map_or(0, |o| o.q0().len());
+    let order = ranking(n_dof, &depths, |i| Ok(orbits[i].stability()?.is_stable == Some(true)))?;
     let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();
     Ok(order.into_iter().filter_map(|i| slots[i].take()).collect())
 }
@@ -298,7 +311,7 @@ fn free_forcing(
 /// How far the contact equations of stops hit together are from being met by one phase.
 fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Option<f64>> {
     let modal = ModalScene::new(scene, "periodic_orbits")?;
-    let instant = Instant::new(&modal, stops, period(&modal, options));
+    let instant = Instant::new(&modal, stops, period(&modal, options.n_periods));
     Ok(clearance_given(&instant)?.margin.filter(|m| m.is_finite()))
 }
 
@@ -345,7 +358,7 @@ fn free_parameter(scene: &Scene, pattern: &Pattern, options: &OrbitOptions, para
 /// The orbit at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as little.
 fn at_root(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Vec<PeriodicOrbit>> {
     let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
-    let instant = Instant::new(&modal, &pattern.instants()[0], period(&modal, options));
+    let instant = Instant::new(&modal, &pattern.instants()[0], period(&modal, options.n_periods));
     let set = instant.at_clearance(None)?;
     let u = instant.phase_part(&set.particular);
     let phase = u[1].atan2(u[0]);

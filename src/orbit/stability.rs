@@ -2,10 +2,9 @@
 //! eigenvalues (Floquet multipliers), both orders where stops are hit together, and the reason where there are none.
 
 use crate::error::Result;
-use crate::flow::LinearFlow;
 use crate::linalg::eigen;
 use crate::modal::{Form, ModalScene, Pair, along};
-use crate::orbit::admissible::Admissibility;
+use crate::orbit::admissible::{Admissibility, Touch};
 use crate::orbit::periodic_orbit::Flight;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -73,7 +72,7 @@ fn apply_saltation(
 }
 
 /// `e^{A t}` applied to deviations in modal pairs.
-fn propagate<F: LinearFlow>(scene: &ModalScene, flow: &F, t: f64, deviations: &mut DMatrix<f64>) {
+fn propagate(scene: &ModalScene, t: f64, deviations: &mut DMatrix<f64>) {
     match &scene.form.form {
         Form::Blocks(blocks) => {
             for (j, block) in blocks.iter().enumerate() {
@@ -86,7 +85,6 @@ fn propagate<F: LinearFlow>(scene: &ModalScene, flow: &F, t: f64, deviations: &m
             }
         }
         Form::Dense(state) => {
-            debug_assert_eq!(flow.n_pairs() * 2, state.nrows());
             let moved = (state * t).exp() * &*deviations;
             deviations.copy_from(&moved);
         }
@@ -126,57 +124,74 @@ fn orders(pattern: &[Vec<usize>]) -> Vec<Vec<Vec<usize>>> {
     })
 }
 
-/// Why there are no multipliers, if there are none.
-fn refusal(scene: &ModalScene, pattern: &[Vec<usize>], found: &Admissibility) -> Option<String> {
-    if found.has_grazing_impact {
-        return Some("an impact has no approach speed: the return map is not differentiable at a grazing impact".into());
+/// Why there are no multipliers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Refusal {
+    GrazingImpact,
+    Touched(Touch),
+    Coupled(usize, usize),
+    TooManyTogether,
+}
+
+impl Refusal {
+    fn describe(self) -> String {
+        match self {
+            Self::GrazingImpact => {
+                "an impact has no approach speed: the return map is not differentiable at a grazing impact".to_owned()
+            }
+            Self::Touched(Touch { stop, time, .. }) => format!(
+                "stop {stop} is touched without impact at t = {time:.6}: the return map is not differentiable there"
+            ),
+            Self::Coupled(a, b) => format!(
+                "stops {a} and {b} are hit together and are coupled by inertia: which is hit first changes the \
+                 outcome, so the return map is discontinuous there"
+            ),
+            Self::TooManyTogether => {
+                format!("more than {MOST_TOGETHER} stops are hit together: their orders are too many to follow")
+            }
+        }
     }
-    if let Some(touch) = found.touches.first() {
-        return Some(format!(
-            "stop {} is touched without impact at t = {:.6}: the return map is not differentiable there",
-            touch.stop, touch.time
-        ));
+}
+
+/// Why there are no multipliers, if there are none.
+fn refusal(scene: &ModalScene, pattern: &[Vec<usize>], found: &Admissibility) -> Option<Refusal> {
+    if found.has_grazing_impact {
+        return Some(Refusal::GrazingImpact);
+    }
+    if let Some(&touch) = found.touches.first() {
+        return Some(Refusal::Touched(touch));
     }
     for instant in pattern {
         for (i, &a) in instant.iter().enumerate() {
             for &b in &instant[i + 1..] {
-                let g = &scene.geometry;
-                let coupling = |n: usize, b: usize| {
-                    let (n, b) = (g.normals.column(n), g.reactions.column(b));
-                    n.dot(&b).abs() > 1e-12 * n.norm() * b.norm()
-                };
-                if coupling(a, b) || coupling(b, a) {
-                    return Some(format!(
-                        "stops {a} and {b} are hit together and are coupled by inertia: which is hit first changes the \
-                         outcome, so the return map is discontinuous there"
-                    ));
+                if scene.geometry.is_coupled(a, b) {
+                    return Some(Refusal::Coupled(a, b));
                 }
             }
         }
         if instant.len() > MOST_TOGETHER {
-            return Some(format!("more than {MOST_TOGETHER} stops are hit together: their orders are too many to follow"));
+            return Some(Refusal::TooManyTogether);
         }
     }
     None
 }
 
 /// The multipliers of an orbit.
-pub(crate) fn stability<F: LinearFlow>(
-    flow: &F,
+pub(crate) fn stability(
     scene: &ModalScene,
     pattern: &[Vec<usize>],
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
 ) -> Result<Stability> {
-    if let Some(reason) = refusal(scene, pattern, found) {
-        return Ok(Stability { is_stable: None, reason, orders: Vec::new() });
+    if let Some(refusal) = refusal(scene, pattern, found) {
+        return Ok(Stability { is_stable: None, reason: refusal.describe(), orders: Vec::new() });
     }
     let (forward, backward) = scene.form.transformation();
     let mut results = Vec::new();
     for order in orders(pattern) {
-        let modal = monodromy(flow, scene, &order, phase, flights);
-        let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&modal)?.iter().copied().collect();
+        let modal = monodromy(scene, &order, phase, flights);
+        let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&modal)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         results.push(OrderMultipliers {
             order: order.concat(),
@@ -188,14 +203,43 @@ pub(crate) fn stability<F: LinearFlow>(
     Ok(verdict(results))
 }
 
+/// Whether a largest modulus means stability; `None` on the unit circle.
+pub(crate) fn decides(largest: f64) -> Option<bool> {
+    if largest < 1.0 - MARGINAL {
+        Some(true)
+    } else if largest > 1.0 + MARGINAL {
+        Some(false)
+    } else {
+        None
+    }
+}
+
+/// The largest modulus of the multipliers, over all orders of the impacts; `None` where there are none.
+pub(crate) fn largest_multiplier(
+    scene: &ModalScene,
+    pattern: &[Vec<usize>],
+    phase: f64,
+    flights: &[Flight],
+    found: &Admissibility,
+) -> Result<Option<f64>> {
+    if refusal(scene, pattern, found).is_some() {
+        return Ok(None);
+    }
+    let mut largest = 0.0f64;
+    for order in orders(pattern) {
+        let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights))?;
+        largest = multipliers.iter().map(|z| z.norm()).fold(largest, f64::max);
+    }
+    Ok(Some(largest))
+}
+
 fn verdict(orders: Vec<OrderMultipliers>) -> Stability {
     let largest = orders.first().map_or(0.0, OrderMultipliers::spectral_radius);
-    let (is_stable, mut reason) = if largest < 1.0 - MARGINAL {
-        (Some(true), format!("the largest multiplier has modulus {largest:.6}, inside the unit circle"))
-    } else if largest > 1.0 + MARGINAL {
-        (Some(false), format!("the largest multiplier has modulus {largest:.6}, outside the unit circle"))
-    } else {
-        (None, "the largest multiplier lies on the unit circle: the first order decides nothing".to_owned())
+    let is_stable = decides(largest);
+    let mut reason = match is_stable {
+        Some(true) => format!("the largest multiplier has modulus {largest:.6}, inside the unit circle"),
+        Some(false) => format!("the largest multiplier has modulus {largest:.6}, outside the unit circle"),
+        None => "the largest multiplier lies on the unit circle: the first order decides nothing".to_owned(),
     };
     if orders.len() > 1 {
         reason.push_str(
@@ -208,24 +252,18 @@ fn verdict(orders: Vec<OrderMultipliers>) -> Stability {
 
 /// The product of flow Jacobians and saltation matrices over one period, from just after the first instant, in modal
 /// pairs; the impacts of each instant in the given order.
-fn monodromy<F: LinearFlow>(
-    flow: &F,
-    scene: &ModalScene,
-    order: &[Vec<usize>],
-    phase: f64,
-    flights: &[Flight],
-) -> DMatrix<f64> {
+fn monodromy(scene: &ModalScene, order: &[Vec<usize>], phase: f64, flights: &[Flight]) -> DMatrix<f64> {
     let n = scene.form.n_dof();
     let mut deviations = DMatrix::identity(2 * n, 2 * n);
     let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
     for (k, flight) in flights.iter().enumerate() {
-        propagate(scene, flow, flight.span, &mut deviations);
+        propagate(scene, flight.span, &mut deviations);
         if order.is_empty() {
             continue;
         }
-        let u = flow.phasor(scene.frequency * (flight.start + flight.span) + phase);
+        let u = Complex::from_polar(1.0, scene.frequency * (flight.start + flight.span) + phase);
         let mut state = flight.before_next.clone();
-        flow.rate(&state, u, &mut before);
+        scene.rate(&state, u, &mut before);
         for &stop in &order[(k + 1) % order.len()] {
             let g = &scene.geometry;
             let factor = (1.0 + g.restitutions[stop]) / g.normals.column(stop).dot(&g.reactions.column(stop));
@@ -233,7 +271,7 @@ fn monodromy<F: LinearFlow>(
             for (z, jump) in state.iter_mut().zip(&scene.jumps[stop]) {
                 *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
             }
-            flow.rate(&state, u, &mut after);
+            scene.rate(&state, u, &mut after);
             apply_saltation(scene, stop, factor, (&before, &after), &mut deviations);
             std::mem::swap(&mut before, &mut after);
         }
