@@ -18,6 +18,11 @@ pub(crate) struct SolutionSet {
 /// Solves `A x = b`; singular values up to `tolerance` count as zero, so A is to be scaled to entries of order one.
 pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Result<SolutionSet> {
     let (rows, columns) = a.shape();
+    if rows == 0 || columns == 0 {
+        // No condition, or no unknown: nothing to decompose.
+        let null_space = DMatrix::identity(columns, columns);
+        return Ok(SolutionSet { particular: DVector::zeros(columns), null_space, residual: b.norm() });
+    }
     // A thin decomposition holds only min(rows, columns) right vectors: zero rows make room for the whole null space.
     let square = if rows < columns { a.clone().resize_vertically(columns, 0.0) } else { a.clone() };
     let cap = 100 * columns.max(rows).max(1);
@@ -55,5 +60,12 @@ mod tests {
         assert!((&a * &set.null_space).amax() < 1e-14);
         assert!(set.residual < 1e-14);
         assert!(solve(&a, &DVector::from_vec(vec![3.0, 5.0]), 1e-10).expect("converges").residual > 1e-3);
+    }
+
+    #[test]
+    fn no_conditions_leave_everything_free() {
+        let set = solve(&DMatrix::zeros(0, 2), &DVector::zeros(0), 1e-10).expect("nothing to do");
+        assert_eq!((set.null_space.ncols(), set.particular.len()), (2, 2));
+        assert!(set.residual == 0.0);
     }
 }

@@ -77,6 +77,39 @@ impl Parameter {
     }
 }
 
+impl Parameter {
+    /// Whether a value is one that the parameter may take, in any scene.
+    ///
+    /// # Errors
+    /// `Error::BadValue`, as [`Scene::replace`] would give it.
+    pub(crate) fn check(self, value: f64) -> Result<()> {
+        match self {
+            Self::Frequency => crate::quantity::positive("frequency", value).map(drop),
+            Self::Restitution | Self::RestitutionOf(_) => crate::quantity::Restitution::new(value).map(drop),
+            Self::Phase => crate::quantity::finite("phase", value).map(drop),
+            Self::Clearance | Self::ClearanceOf(_) => crate::quantity::finite("clearance", value).map(drop),
+            Self::ForcingScale => crate::quantity::finite("forcing_scale", value).map(drop),
+            Self::DampingScale => crate::quantity::finite("damping_scale", value).map(drop),
+        }
+    }
+}
+
+impl std::fmt::Display for Parameter {
+    /// The name that [`Parameter`] is parsed from.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Frequency => f.write_str("frequency"),
+            Self::Phase => f.write_str("phase"),
+            Self::Clearance => f.write_str("clearance"),
+            Self::ClearanceOf(i) => write!(f, "clearance[{i}]"),
+            Self::Restitution => f.write_str("restitution"),
+            Self::RestitutionOf(i) => write!(f, "restitution[{i}]"),
+            Self::ForcingScale => f.write_str("forcing_scale"),
+            Self::DampingScale => f.write_str("damping_scale"),
+        }
+    }
+}
+
 impl std::str::FromStr for Parameter {
     type Err = Error;
 

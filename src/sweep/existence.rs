@@ -1,0 +1,300 @@
+//! Existence maps: over two parameters of a linear scene, whether a pattern of impacts has a periodic orbit (theory 5), an
+//! admissible one (theory 6), a stable one (theory 7). Arrays are in rows of equal y, x running fastest.
+
+use crate::error::{Error, Result};
+use crate::modal::ModalScene;
+use crate::model::{Parameter, Scene};
+use crate::orbit::{
+    Judge, OrbitOptions, Pattern, Solution, check, clearance_given, decides, largest_multiplier, list_impacts, period,
+    periodic_orbits, ranking,
+};
+use crate::sweep::moving::Moving;
+use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use std::ops::{ControlFlow, Range};
+
+/// A parameter of a scene and the values that it takes on one axis of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// What varies: `"frequency".parse()`, `"clearance[1]".parse()` and so on.
+    pub parameter: Parameter,
+    /// Its values, in any order, one at least.
+    pub values: Vec<f64>,
+}
+
+impl Axis {
+    /// An axis.
+    pub fn new(parameter: Parameter, values: impl IntoIterator<Item = f64>) -> Self {
+        Self { parameter, values: values.into_iter().collect() }
+    }
+}
+
+/// What an existence map tells about one pair of values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExistenceCell {
+    /// Number of orbits of the pattern, admissible or not.
+    pub n_orbits: u32,
+    /// Whether one of them is admissible.
+    pub is_admissible: bool,
+    /// Whether one of them is admissible and stable.
+    pub is_stable: bool,
+    /// Largest modulus of the multipliers of the first orbit, in the order of [`Orbits`](crate::Orbits): stable and
+    /// admissible ones first; nan where there is no orbit, or its return map has no derivative.
+    pub multiplier: f64,
+}
+
+/// A pair of values without an orbit.
+const EMPTY: ExistenceCell =
+    ExistenceCell { n_orbits: 0, is_admissible: false, is_stable: false, multiplier: f64::NAN };
+
+/// Where in a plane of two parameters a pattern has orbits; arrays of shape `(y.len(), x.len())`, row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExistenceMap {
+    /// What x is, where it is a parameter of the scene.
+    pub x_name: Option<String>,
+    /// What y is, where it is a parameter of the scene.
+    pub y_name: Option<String>,
+    /// Values of x.
+    pub x: Vec<f64>,
+    /// Values of y.
+    pub y: Vec<f64>,
+    /// Number of orbits.
+    pub n_orbits: Vec<u32>,
+    /// Whether one of them is admissible.
+    pub is_admissible: Vec<bool>,
+    /// Whether one of them is admissible and stable.
+    pub is_stable: Vec<bool>,
+    /// Largest modulus of the multipliers of the first orbit, nan where there is none.
+    pub multiplier: Vec<f64>,
+}
+
+impl ExistenceMap {
+    /// A map from its cells, row by row.
+    ///
+    /// # Errors
+    /// `Error::BadShape` unless there is one cell for each pair of values.
+    pub fn from_cells(
+        (x_name, x): (Option<String>, Vec<f64>),
+        (y_name, y): (Option<String>, Vec<f64>),
+        cells: &[ExistenceCell],
+    ) -> Result<Self> {
+        if cells.len() != x.len() * y.len() {
+            let needed = format!("({},): one for each pair of values", x.len() * y.len());
+            return Err(Error::bad_shape("cells", format!("({},)", cells.len()), needed));
+        }
+        Ok(Self {
+            x_name,
+            y_name,
+            x,
+            y,
+            n_orbits: cells.iter().map(|c| c.n_orbits).collect(),
+            is_admissible: cells.iter().map(|c| c.is_admissible).collect(),
+            is_stable: cells.iter().map(|c| c.is_stable).collect(),
+            multiplier: cells.iter().map(|c| c.multiplier).collect(),
+        })
+    }
+
+    /// The cell at `x[i]`, `y[j]`.
+    ///
+    /// # Panics
+    /// If there is no such value.
+    pub fn cell(&self, i: usize, j: usize) -> ExistenceCell {
+        assert!(i < self.x.len(), "x has {} values", self.x.len());
+        let k = j * self.x.len() + i;
+        ExistenceCell {
+            n_orbits: self.n_orbits[k],
+            is_admissible: self.is_admissible[k],
+            is_stable: self.is_stable[k],
+            multiplier: self.multiplier[k],
+        }
+    }
+}
+
+/// Where in a plane of two parameters a pattern of impacts has a periodic orbit, an admissible one, a stable one.
+///
+/// Each pair of values is answered as by [`periodic_orbits`] with the clearances given. `observer` is called on the calling
+/// thread about every 50 ms and at the end; breaking off stops every thread. The result has the same bits on any number of
+/// threads.
+///
+/// # Errors
+/// Before anything is computed: a scene or pattern that [`periodic_orbits`] refuses, a value that breaks the rule of its
+/// parameter, an axis without values, two axes that vary the same number. `Error::Interrupted` from the observer;
+/// `Error::NoConvergence` if an eigenvalue iteration fails.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::{Axis, Kind, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene};
+/// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
+/// let frequency = Axis::new("frequency".parse()?, [1.4, 1.5, 1.6]);
+/// let clearance = Axis::new("clearance[1]".parse()?, [0.15, 10.0]);
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let map = existence_map(&scene, &Pattern::single(1), &frequency, &clearance, 2, SweepOptions::default(), go_on)?;
+/// assert_eq!(map.n_orbits, [2, 2, 2, 0, 0, 0]);
+/// assert!(map.cell(1, 0).is_stable);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn existence_map(
+    scene: &Scene,
+    pattern: &Pattern,
+    x: &Axis,
+    y: &Axis,
+    n_periods: usize,
+    options: SweepOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<ExistenceMap> {
+    let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
+    let mut cells = vec![EMPTY; sweep.len()];
+    let item = |moving: &mut Moving<'_>, index| sweep.cell(moving, index);
+    fill(&mut cells, options, || sweep.moving(), item, observer)?;
+    let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
+    ExistenceMap::from_cells(named(x), named(y), &cells)
+}
+
+/// Some cells of an existence map, on the calling thread: those of the given indices, `index = j * x.len() + i` for
+/// `x[i]`, `y[j]`. Pieces put together are the map of [`existence_map`], bit by bit.
+///
+/// # Errors
+/// As [`existence_map`]; a range that ends beyond the last cell.
+pub fn existence_tile(
+    scene: &Scene,
+    pattern: &Pattern,
+    x: &Axis,
+    y: &Axis,
+    n_periods: usize,
+    cells: Range<usize>,
+) -> Result<Vec<ExistenceCell>> {
+    let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
+    if cells.end > sweep.len() {
+        return Err(Error::bad_value("cells", format!("{cells:?}"), format!("the map has {} cells", sweep.len())));
+    }
+    let mut moving = sweep.moving()?;
+    cells.map(|index| sweep.cell(&mut moving, index)).collect()
+}
+
+/// The cell of an existence map that one scene stands for: for maps over anything that makes a scene.
+///
+/// # Errors
+/// As [`periodic_orbits`].
+pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
+    let options = OrbitOptions { n_periods, ..Default::default() };
+    if let [_] = pattern.instants() {
+        check(scene, pattern, &options)?;
+        return one_instant(&ModalScene::new(scene, "existence_map")?, pattern, n_periods);
+    }
+    let orbits = periodic_orbits(scene, pattern, &options)?;
+    let Some(first) = orbits.first() else { return Ok(EMPTY) };
+    let stability = first.stability()?;
+    Ok(ExistenceCell {
+        n_orbits: count(orbits.len()),
+        is_admissible: first.is_admissible(),
+        is_stable: first.is_admissible() && stability.is_stable == Some(true),
+        multiplier: stability.orders.first().map_or(f64::NAN, crate::OrderMultipliers::spectral_radius),
+    })
+}
+
+fn count(orbits: usize) -> u32 {
+    u32::try_from(orbits).unwrap_or(u32::MAX)
+}
+
+/// A map that is asked for, checked.
+struct Sweep<'a> {
+    scene: &'a Scene,
+    pattern: &'a Pattern,
+    x: &'a Axis,
+    y: &'a Axis,
+    n_periods: usize,
+}
+
+impl<'a> Sweep<'a> {
+    fn new(scene: &'a Scene, pattern: &'a Pattern, x: &'a Axis, y: &'a Axis, n_periods: usize) -> Result<Self> {
+        check(scene, pattern, &OrbitOptions { n_periods, ..Default::default() })?;
+        check_distinct(x.parameter, y.parameter)?;
+        for (name, axis) in [("x", x), ("y", y)] {
+            let Some(&first) = axis.values.first() else {
+                return Err(Error::bad_shape(name, "(0,)", "one value at least"));
+            };
+            // Whether the scene has such a parameter does not depend on the value.
+            scene.replace(axis.parameter.change(first))?;
+            axis.values.iter().try_for_each(|&value| axis.parameter.check(value))?;
+        }
+        Ok(Self { scene, pattern, x, y, n_periods })
+    }
+
+    fn len(&self) -> usize {
+        self.x.values.len() * self.y.values.len()
+    }
+
+    fn moving(&self) -> Result<Moving<'a>> {
+        Moving::new(self.scene, "existence_map")
+    }
+
+    fn cell(&self, moving: &mut Moving<'_>, index: usize) -> Result<ExistenceCell> {
+        let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
+        let (x, y) = (self.x.values[i], self.y.values[j]);
+        if let [_] = self.pattern.instants() {
+            let scene = moving.at(&[(self.x.parameter, x), (self.y.parameter, y)])?;
+            return one_instant(scene, self.pattern, self.n_periods);
+        }
+        let scene = self.scene.replace(self.x.parameter.change(x))?.replace(self.y.parameter.change(y))?;
+        existence_at(&scene, self.pattern, self.n_periods)
+    }
+}
+
+/// Refuses two parameters that are one number, or overlap.
+fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
+    use Parameter::{Clearance, ClearanceOf, Restitution, RestitutionOf};
+    let overlap = matches!(
+        (x, y),
+        (Clearance, ClearanceOf(_))
+            | (ClearanceOf(_), Clearance)
+            | (Restitution, RestitutionOf(_))
+            | (RestitutionOf(_), Restitution)
+    );
+    if x == y || overlap {
+        return Err(Error::bad_value("y", y, format!("x is {x}: the two must vary different numbers of the scene")));
+    }
+    Ok(())
+}
+
+/// One orbit of a cell, as far as a map needs it.
+struct Candidate {
+    solution: Solution,
+    admissibility: crate::orbit::Admissibility,
+}
+
+/// The cell of a pattern of one instant, without building scenes or orbits.
+fn one_instant(scene: &ModalScene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
+    let span = period(scene, n_periods);
+    let instant = crate::orbit::Instant::new(scene, &pattern.instants()[0], span);
+    let crossing = clearance_given(&instant)?;
+    if crossing.points.is_empty() {
+        return Ok(EMPTY);
+    }
+    let mut judge = Judge::new(scene);
+    let candidates: Vec<Candidate> = crossing
+        .points
+        .iter()
+        .map(|x| {
+            let solution = Solution::new(&instant, x, span);
+            let flights = std::slice::from_ref(&solution.flight);
+            let impacts = list_impacts(scene, pattern, solution.phase, flights, solution.impulses.as_slice());
+            let admissibility = judge.admissibility(solution.phase, flights, &impacts);
+            Candidate { solution, admissibility }
+        })
+        .collect();
+    let radius = |i: usize| {
+        let Candidate { solution, admissibility } = &candidates[i];
+        let flights = std::slice::from_ref(&solution.flight);
+        largest_multiplier(scene, pattern.instants(), solution.phase, flights, admissibility)
+    };
+    let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
+    let depths: Vec<Option<f64>> = candidates.iter().map(|c| c.admissibility.breach.map(|b| b.depth)).collect();
+    let first = ranking(scene.form.n_dof(), &depths, |i| Ok(is_stable(radius(i)?)))?[0];
+    let (is_admissible, radius) = (depths[first].is_none(), radius(first)?);
+    Ok(ExistenceCell {
+        n_orbits: count(candidates.len()),
+        is_admissible,
+        is_stable: is_admissible && is_stable(radius),
+        multiplier: radius.unwrap_or(f64::NAN),
+    })
+}

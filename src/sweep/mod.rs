@@ -1,0 +1,8 @@
+//! Sweeps over parameters: many small computations in pieces, on any number of threads.
+
+mod existence;
+mod moving;
+mod tiles;
+
+pub use existence::{Axis, ExistenceCell, ExistenceMap, existence_at, existence_map, existence_tile};
+pub use tiles::{Progress, SweepOptions};

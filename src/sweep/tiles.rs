@@ -1,0 +1,251 @@
+//! Work in pieces: independent items computed by index, so that the result has the same bits on any number of threads;
+//! an observer on the calling thread hears of the progress from time to time and may stop it all.
+
+use crate::error::{Error, Result};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// Time between two calls of the observer: short beside the 0.2 s in which an interruption is to be answered.
+const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
+/// Items handed to a thread at a time: many enough to make the handing out cheap, few enough to share evenly.
+const TILE: usize = 256;
+
+/// How far a sweep is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Items done.
+    pub done: usize,
+    /// Items in all.
+    pub total: usize,
+}
+
+/// Options of sweeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SweepOptions {
+    /// Threads; `None`: one for each core with the feature `parallel`, 1 without it.
+    pub threads: Option<usize>,
+}
+
+impl SweepOptions {
+    /// The number of threads for so many tiles, 1 or more.
+    fn count(self, tiles: usize) -> Result<usize> {
+        if self.threads == Some(0) {
+            return Err(Error::bad_value("threads", 0, "it must be at least 1"));
+        }
+        let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let wanted = self.threads.unwrap_or_else(available);
+        Ok(if cfg!(feature = "parallel") { wanted.min(tiles.max(1)) } else { 1 })
+    }
+}
+
+/// Fills `out[i]` with `item(&mut workspace, i)`, a workspace for each thread; the observer is called on the calling
+/// thread, about every 50 ms and at the end.
+///
+/// # Errors
+/// `Error::Interrupted` if the observer breaks off; else the error of the item of lowest index among those that failed
+/// before the sweep stopped.
+pub(crate) fn fill<T: Send, W>(
+    out: &mut [T],
+    options: SweepOptions,
+    workspace: impl Fn() -> Result<W> + Sync,
+    item: impl Fn(&mut W, usize) -> Result<T> + Sync,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<()> {
+    let total = out.len();
+    if options.count(total.div_ceil(TILE))? > 1 {
+        #[cfg(feature = "parallel")]
+        on_threads::fill(out, options.count(total.div_ceil(TILE))?, workspace, item, observer)?;
+    } else {
+        alone(out, workspace, item, observer)?;
+    }
+    stop_if(observer(Progress { done: total, total }))
+}
+
+fn stop_if(flow: ControlFlow<()>) -> Result<()> {
+    match flow {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    }
+}
+
+/// On the calling thread.
+fn alone<T, W>(
+    out: &mut [T],
+    workspace: impl Fn() -> Result<W>,
+    item: impl Fn(&mut W, usize) -> Result<T>,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<()> {
+    let total = out.len();
+    let mut workspace = workspace()?;
+    let mut last = Instant::now();
+    for (i, slot) in out.iter_mut().enumerate() {
+        *slot = item(&mut workspace, i)?;
+        if last.elapsed() >= OBSERVER_INTERVAL {
+            stop_if(observer(Progress { done: i + 1, total }))?;
+            last = Instant::now();
+        }
+    }
+    Ok(())
+}
+
+#[cfg(feature = "parallel")]
+mod on_threads {
+    use super::{OBSERVER_INTERVAL, Progress, TILE, stop_if};
+    use crate::error::{Error, Result};
+    use std::ops::ControlFlow;
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+    /// What the threads of one sweep share.
+    struct Shared<'a, T> {
+        /// The tiles not yet taken, with the index of their first item.
+        tiles: Mutex<std::iter::Enumerate<std::slice::ChunksMut<'a, T>>>,
+        done: AtomicUsize,
+        working: AtomicUsize,
+        is_stopped: AtomicBool,
+        /// The failure of lowest index.
+        failure: Mutex<Option<(usize, Error)>>,
+    }
+
+    impl<T> Shared<'_, T> {
+        fn fail(&self, index: usize, error: Error) {
+            self.is_stopped.store(true, Ordering::Relaxed);
+            let mut failure = self.failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            if failure.as_ref().is_none_or(|(first, _)| index < *first) {
+                *failure = Some((index, error));
+            }
+        }
+
+        /// Takes tiles until there are none, or the sweep is stopped.
+        fn work<W>(&self, workspace: impl Fn() -> Result<W>, item: impl Fn(&mut W, usize) -> Result<T>) {
+            let mut workspace = match workspace() {
+                Ok(workspace) => workspace,
+                Err(error) => return self.fail(0, error),
+            };
+            loop {
+                let next = self.tiles.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
+                let Some((tile, slots)) = next else { return };
+                for (i, slot) in slots.iter_mut().enumerate() {
+                    if self.is_stopped.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    match item(&mut workspace, tile * TILE + i) {
+                        Ok(value) => *slot = value,
+                        Err(error) => return self.fail(tile * TILE + i, error),
+                    }
+                }
+                self.done.fetch_add(slots.len(), Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// Wakes the calling thread when a worker ends, also when it ends by a panic.
+    struct Leaving<'a>(&'a AtomicUsize, &'a std::thread::Thread);
+
+    impl Drop for Leaving<'_> {
+        fn drop(&mut self) {
+            self.0.fetch_sub(1, Ordering::Release);
+            self.1.unpark();
+        }
+    }
+
+    /// On a pool of so many threads, while the calling thread observes.
+    pub(super) fn fill<T: Send, W>(
+        out: &mut [T],
+        threads: usize,
+        workspace: impl Fn() -> Result<W> + Sync,
+        item: impl Fn(&mut W, usize) -> Result<T> + Sync,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        let total = out.len();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Error::bad_value("threads", threads, format!("the system refuses them: {e}")))?;
+        let shared = Shared {
+            tiles: Mutex::new(out.chunks_mut(TILE).enumerate()),
+            done: AtomicUsize::new(0),
+            working: AtomicUsize::new(threads),
+            is_stopped: AtomicBool::new(false),
+            failure: Mutex::new(None),
+        };
+        let caller = std::thread::current();
+        let mut verdict = Ok(());
+        pool.in_place_scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|_| {
+                    let _leaving = Leaving(&shared.working, &caller);
+                    shared.work(&workspace, &item);
+                });
+            }
+            let mut last = std::time::Instant::now();
+            while shared.working.load(Ordering::Acquire) > 0 {
+                std::thread::park_timeout(OBSERVER_INTERVAL.saturating_sub(last.elapsed()));
+                if last.elapsed() < OBSERVER_INTERVAL {
+                    continue;
+                }
+                last = std::time::Instant::now();
+                if verdict.is_ok() {
+                    verdict = stop_if(observer(Progress { done: shared.done.load(Ordering::Relaxed), total }));
+                    shared.is_stopped.fetch_or(verdict.is_err(), Ordering::Relaxed);
+                }
+            }
+        });
+        verdict?;
+        match shared.failure.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+            Some((_, error)) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn squares(threads: usize, observer: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Vec<usize>> {
+        let mut out = vec![0; 3000];
+        let slow = |(): &mut (), i: usize| {
+            std::thread::sleep(Duration::from_micros(50));
+            Ok(i * i)
+        };
+        fill(&mut out, SweepOptions { threads: Some(threads) }, || Ok(()), slow, observer)?;
+        Ok(out)
+    }
+
+    #[test]
+    fn every_item_is_at_its_index_and_the_observer_sees_the_end() {
+        for threads in [1, 2, 3] {
+            let mut seen = Vec::new();
+            let out = squares(threads, &mut |p| {
+                seen.push(p.done);
+                ControlFlow::Continue(())
+            });
+            assert!(out.expect("no failure").iter().enumerate().all(|(i, &x)| x == i * i));
+            assert!(seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&3000), "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn an_observer_that_breaks_stops_the_sweep() {
+        for threads in [1, 2] {
+            let mut calls = 0;
+            let out = squares(threads, &mut |_| {
+                calls += 1;
+                ControlFlow::Break(())
+            });
+            assert_eq!((out, calls), (Err(Error::Interrupted), 1));
+        }
+    }
+
+    #[test]
+    fn a_failure_is_reported_and_no_threads_are_refused() {
+        for threads in [1, 2] {
+            let fails = |(): &mut (), i: usize| if i == 2000 { Err(Error::bad_value("item", i, "no")) } else { Ok(i) };
+            let options = SweepOptions { threads: Some(threads) };
+            let result = fill(&mut [0; 3000], options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
+            assert_eq!(result, Err(Error::bad_value("item", 2000, "no")));
+        }
+        assert!(squares(0, &mut |_| ControlFlow::Continue(())).is_err());
+    }
+}
