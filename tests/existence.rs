@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
     Axis, BaseMotion, Change, Error, ExistenceCell, ExistenceMap, Harmonic, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Progress, Scene, Stop, SweepOptions, existence_at, existence_map, existence_tile,
+    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress, Scene, Stop, SweepOptions, existence_at, existence_map, existence_tile,
     paper_scene, paper_system, periodic_orbits,
 };
 
@@ -101,9 +101,11 @@ fn a_force_that_grows_with_the_frequency_moves_the_fold_line_with_it() {
     }
 }
 
-/// Numbers in [0, 1) that look random: the fractional parts of a square.
-fn scattered(i: usize) -> f64 {
-    (0.754_877_666_246_693 * (i * i + 3 * i + 1) as f64).fract()
+/// Indices that look random: a linear congruence (Knuth's MMIX), its high bits.
+fn scattered(i: usize, count: usize) -> usize {
+    let turn = |x: u64| x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    let high = turn(turn(turn(i as u64))) >> 33;
+    usize::try_from(high % count as u64).expect("an index")
 }
 
 /// Compares scattered cells of a map with the orbits of the scene made for each.
@@ -113,8 +115,7 @@ fn compare(scene: &Scene, pattern: &Pattern, (x, y): (&Axis, &Axis), n_periods: 
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
     let found = existence_map(scene, pattern, x, y, n_periods, options, go_on).expect("solved");
     for sample in 0..10 {
-        let i = (scattered(2 * sample) * x.values.len() as f64) as usize;
-        let j = (scattered(2 * sample + 1) * y.values.len() as f64) as usize;
+        let (i, j) = (scattered(2 * sample, x.values.len()), scattered(2 * sample + 1, y.values.len()));
         let changed = scene
             .replace(x.parameter.change(x.values[i]))
             .and_then(|s| s.replace(y.parameter.change(y.values[j])))
@@ -123,11 +124,11 @@ fn compare(scene: &Scene, pattern: &Pattern, (x, y): (&Axis, &Axis), n_periods: 
         let orbits = periodic_orbits(&changed, pattern, &options).expect("solved");
         let cell = found.cell(i, j);
         assert_eq!(cell.n_orbits as usize, orbits.len());
-        assert_eq!(cell.is_admissible, orbits.iter().any(|o| o.is_admissible()));
-        let stable = |o: &vibroimpact::PeriodicOrbit| o.stability().expect("converges").is_stable == Some(true);
+        assert_eq!(cell.is_admissible, orbits.iter().any(PeriodicOrbit::is_admissible));
+        let stable = |o: &PeriodicOrbit| o.stability().expect("converges").is_stable == Some(true);
         assert_eq!(cell.is_stable, orbits.iter().any(|o| o.is_admissible() && stable(o)));
         let first = orbits.first().map(|o| o.stability().expect("converges"));
-        match first.and_then(|s| s.orders.first().map(|o| o.spectral_radius())) {
+        match first.and_then(|s| s.orders.first().map(OrderMultipliers::spectral_radius)) {
             Some(radius) => assert!((cell.multiplier / radius - 1.0).abs() < 1e-9, "{} {radius}", cell.multiplier),
             None => assert!(cell.multiplier.is_nan()),
         }

@@ -25,12 +25,6 @@ impl<F: LinearFlow> Ladder<F> {
         Self { longest: flow.longest_step(), rungs, made: 0 }
     }
 
-    /// Empties the ladder for another flow; its memory is kept.
-    pub fn reset(&mut self, flow: &F) {
-        self.longest = flow.longest_step();
-        self.made = 0;
-    }
-
     /// The step of a level.
     #[inline]
     pub fn step(&self, level: usize) -> f64 {
@@ -81,6 +75,20 @@ impl FlightCheck {
     }
 }
 
+/// How far a violation is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Effort {
+    /// A violation deeper than this ends the search.
+    pub enough: f64,
+    /// Relative error that its depth may have; the margin decides where that is finer.
+    pub depth_error: f64,
+}
+
+impl Effort {
+    /// The deepest point, as well as it can be known.
+    pub const FULL: Self = Self { enough: f64::INFINITY, depth_error: 0.0 };
+}
+
 /// Searches a flight of a known span for the lowest value of one gap; every value above the margin is passed over by
 /// proof. An end at which the stop is hit has gap zero and is judged by the sign of the slope, not by its rounding.
 pub(crate) fn check_flight<F: LinearFlow>(
@@ -89,7 +97,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
     gap: &GapRow,
     (state, u): (&mut [Pair], &mut F::Phasor),
     span: f64,
-    margin: f64,
+    (margin, effort): (f64, Effort),
 ) -> FlightCheck {
     let rows = std::slice::from_ref(gap);
     let mut jet = [Jet::default()];
@@ -102,7 +110,11 @@ pub(crate) fn check_flight<F: LinearFlow>(
         if jet.c[0] < -margin {
             check.note(Lowest { time, gap: jet.c[0] }, margin);
         }
-        let floor = check.violation.map_or(ROUNDING * jet.size, |v| v.gap);
+        let floor = match check.violation {
+            Some(lowest) if lowest.gap < -effort.enough => return check,
+            Some(lowest) => lowest.gap,
+            None => ROUNDING * jet.size,
+        };
         let mut step;
         let mut refined = false;
         loop {
@@ -112,7 +124,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
                 Shape::Minimum { at, value } => {
                     let error = jet.remainder(at);
                     let is_clear = value - error > margin;
-                    let is_sharp = is_clear || error <= 0.1 * margin;
+                    let is_sharp = is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
                     if is_sharp && !is_clear {
                         check.note(Lowest { time: time + at, gap: value }, margin);
                     }

@@ -75,8 +75,8 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
     let [[a, b], [c, d]] = block.matrix();
     let product = a * d - b * c;
     let at_forcing = Complex::new(product - w * w, -w * (a + d));
-    // Not "less than": a NaN counts as near.
-    !(at_forcing.norm() > NEAR_RESONANCE * (w * w + product.abs()))
+    let (distance, scale) = (at_forcing.norm(), w * w + product.abs());
+    distance.is_nan() || distance <= NEAR_RESONANCE * scale
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::francis;
-use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, Schur, SymmetricEigen};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, SymmetricEigen};
 
 /// Sweeps of the QR iteration allowed, per row of the matrix.
 const SWEEPS_PER_ROW: usize = 100;
@@ -91,7 +91,12 @@ fn fixed_orthogonal(n: usize) -> DMatrix<f64> {
 
 /// Eigenvalues of a real square matrix: by real arithmetic, by the guarded complex Schur form where that stalls.
 pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
-    match francis::eigenvalues(a.clone()) {
+    let values = match a.nrows() {
+        // Two degrees of freedom are what most maps are made of: keep their matrices on the stack.
+        4 => francis::eigenvalues(SMatrix::<f64, 4, 4>::from_column_slice(a.as_slice())),
+        _ => francis::eigenvalues(a.clone()),
+    };
+    match values {
         Some(values) => Ok(values),
         None => Ok(complex_schur(a)?.1.diagonal().iter().copied().collect()),
     }

@@ -2,13 +2,17 @@
 //! sweeps. Real arithmetic in place, for matrices so many or so small that a Schur form with its vectors is too dear.
 //! After the procedures `orthes` and `hqr` of Wilkinson and Reinsch, Handbook for Automatic Computation II (1971).
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Complex, DefaultAllocator, Dim, OMatrix};
 
 /// Sweeps allowed for one eigenvalue, the exceptional shifts of every tenth included.
 const MOST_SWEEPS: usize = 60;
 
 /// Turns a matrix into one with the same eigenvalues and zeros below the subdiagonal, by Householder reflections.
-fn to_hessenberg(a: &mut DMatrix<f64>) {
+fn to_hessenberg<D: Dim>(a: &mut OMatrix<f64, D, D>)
+where
+    DefaultAllocator: Allocator<D, D>,
+{
     let n = a.nrows();
     for k in 0..n.saturating_sub(2) {
         let scale = (k + 2..n).map(|i| a[(i, k)].abs()).fold(0.0, f64::max);
@@ -57,7 +61,10 @@ fn of_pair(x: f64, y: f64, w: f64, shift: f64) -> [Complex<f64>; 2] {
 }
 
 /// The eigenvalues, in no order; `None` if the iteration reaches its cap or the matrix is not finite. Uses up the matrix.
-pub(crate) fn eigenvalues(mut a: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+pub(crate) fn eigenvalues<D: Dim>(mut a: OMatrix<f64, D, D>) -> Option<Vec<Complex<f64>>>
+where
+    DefaultAllocator: Allocator<D, D>,
+{
     to_hessenberg(&mut a);
     let n = a.nrows();
     let size: f64 = a.iter().map(|x| x.abs()).sum();
@@ -87,7 +94,7 @@ pub(crate) fn eigenvalues(mut a: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
             return None;
         }
         sweeps += 1;
-        let shifts = if sweeps % 10 == 0 {
+        let shifts = if sweeps.is_multiple_of(10) {
             shift += x;
             for i in 0..end {
                 a[(i, i)] -= x;
@@ -103,7 +110,10 @@ pub(crate) fn eigenvalues(mut a: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 }
 
 /// The first row of the block without a negligible subdiagonal entry that ends in row `last`.
-fn block_start(a: &mut DMatrix<f64>, last: usize, size: f64) -> usize {
+fn block_start<D: Dim>(a: &mut OMatrix<f64, D, D>, last: usize, size: f64) -> usize
+where
+    DefaultAllocator: Allocator<D, D>,
+{
     let mut l = last;
     while l > 0 {
         let near = a[(l - 1, l - 1)].abs() + a[(l, l)].abs();
@@ -118,7 +128,10 @@ fn block_start(a: &mut DMatrix<f64>, last: usize, size: f64) -> usize {
 }
 
 /// One double QR sweep on the rows `start..=last` with the shifts that are the eigenvalues of the trailing pair.
-fn sweep(a: &mut DMatrix<f64>, start: usize, last: usize, [x, y, w]: [f64; 3]) {
+fn sweep<D: Dim>(a: &mut OMatrix<f64, D, D>, start: usize, last: usize, [x, y, w]: [f64; 3])
+where
+    DefaultAllocator: Allocator<D, D>,
+{
     // The bulge may start further down, where two consecutive subdiagonal entries are small.
     let mut m = last - 2;
     let mut first;

@@ -1,7 +1,7 @@
 //! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
 //! time, by a search that proves what it passes over.
 
-use crate::contact::walk::{Ladder, check_flight};
+use crate::contact::walk::{Effort, Ladder, check_flight};
 use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
 use crate::modal::{ModalScene, Pair, SceneFlow, along, with_flow};
 use crate::orbit::periodic_orbit::{Flight, Impact};
@@ -119,6 +119,17 @@ impl<'a> Judge<'a> {
 
     /// Judges the impacts, and searches every flight for every stop.
     pub fn admissibility(&mut self, phase: f64, flights: &[Flight], impacts: &[Impact]) -> Admissibility {
+        self.with_effort(Effort::FULL, phase, flights, impacts)
+    }
+
+    /// The same, but content with less about a violation.
+    pub fn with_effort(
+        &mut self,
+        effort: Effort,
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+    ) -> Admissibility {
         let scene = self.scene;
         let margins: Vec<f64> = (0..scene.n_stops()).map(|i| MARGIN * motion_size(scene, i, flights)).collect();
         let mut found = Admissibility::default();
@@ -127,18 +138,21 @@ impl<'a> Judge<'a> {
         match &mut self.searched {
             Searched::Split(split, ladder) => {
                 let start = |flight: &Flight, state: &mut Vec<Pair>| split.enlarge(&flight.after, angle(flight), state);
-                search(split.flow(), ladder, (&self.gaps, &margins), flights, start, &mut found);
+                search(split.flow(), ladder, &self.gaps, (&margins, effort), flights, start, &mut found);
             }
             Searched::Whole(flow) => with_flow!(flow, f => {
-                let start = |flight: &Flight, state: &mut Vec<Pair>| {
-                    state.clone_from(&flight.after);
-                    f.phasor(angle(flight))
-                };
-                search(f, &mut Ladder::new(f), (&self.gaps, &margins), flights, start, &mut found);
+                let start = |flight: &Flight, state: &mut Vec<Pair>| start_whole(f, flight, angle(flight), state);
+                search(f, &mut Ladder::new(f), &self.gaps, (&margins, effort), flights, start, &mut found);
             }),
         }
         found
     }
+}
+
+/// Puts the whole state at the start of a flight.
+fn start_whole<F: LinearFlow>(flow: &F, flight: &Flight, angle: f64, state: &mut Vec<Pair>) -> F::Phasor {
+    state.clone_from(&flight.after);
+    flow.phasor(angle)
 }
 
 /// Impacts are approached and push; `slow` is the speed below which one grazes.
@@ -159,7 +173,8 @@ fn judge_impacts(impacts: &[Impact], slow: impl Fn(usize) -> f64, found: &mut Ad
 fn search<F: LinearFlow>(
     flow: &F,
     ladder: &mut Ladder<F>,
-    (gaps, margins): (&[GapRow], &[f64]),
+    gaps: &[GapRow],
+    (margins, effort): (&[f64], Effort),
     flights: &[Flight],
     start: impl Fn(&Flight, &mut Vec<Pair>) -> F::Phasor,
     found: &mut Admissibility,
@@ -167,8 +182,11 @@ fn search<F: LinearFlow>(
     let mut state: Vec<Pair> = Vec::new();
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
         for flight in flights {
+            if found.breach.is_some_and(|breach| breach.depth > effort.enough) {
+                return;
+            }
             let mut u = start(flight, &mut state);
-            let check = check_flight(flow, ladder, gap, (&mut state, &mut u), flight.span, margin);
+            let check = check_flight(flow, ladder, gap, (&mut state, &mut u), flight.span, (margin, effort));
             if let Some(lowest) = check.violation {
                 let (time, depth) = (flight.start + lowest.time, -lowest.gap);
                 found.keep_worst(Breach { stop, time, depth, rule: Rule::Passed });

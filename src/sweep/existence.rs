@@ -4,9 +4,10 @@
 use crate::error::{Error, Result};
 use crate::modal::ModalScene;
 use crate::model::{Parameter, Scene};
+use crate::contact::walk::Effort;
 use crate::orbit::{
-    Judge, OrbitOptions, Pattern, Solution, check, clearance_given, decides, largest_multiplier, list_impacts, period,
-    periodic_orbits, ranking,
+    Admissibility, Impact, Instant, Judge, OrbitOptions, Pattern, Solution, check, clearance_given, decides,
+    largest_multiplier, list_impacts, period, periodic_orbits, ranking,
 };
 use crate::sweep::moving::Moving;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
@@ -256,39 +257,74 @@ fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
     Ok(())
 }
 
+/// Relative error of the depth of a violation that is good enough to tell two of them apart.
+const ROUGH: f64 = 1e-3;
+/// Relative difference of two depths above which a rough error does not change their order.
+const DISTINCT: f64 = 1e-2;
+
 /// One orbit of a cell, as far as a map needs it.
 struct Candidate {
     solution: Solution,
-    admissibility: crate::orbit::Admissibility,
+    impacts: Vec<Impact>,
+    admissibility: Admissibility,
+}
+
+impl Candidate {
+    fn new(scene: &ModalScene, pattern: &Pattern, solution: Solution) -> Self {
+        let flights = std::slice::from_ref(&solution.flight);
+        let impacts = list_impacts(scene, pattern, solution.phase, flights, solution.impulses.as_slice());
+        Self { solution, impacts, admissibility: Admissibility::default() }
+    }
+
+    fn judge(&mut self, judge: &mut Judge<'_>, effort: Effort) {
+        let flights = std::slice::from_ref(&self.solution.flight);
+        self.admissibility = judge.with_effort(effort, self.solution.phase, flights, &self.impacts);
+    }
+
+    /// Depth of the violation, `None` if the orbit is admissible.
+    fn depth(&self) -> Option<f64> {
+        self.admissibility.breach.map(|breach| breach.depth)
+    }
+
+    fn largest_multiplier(&self, scene: &ModalScene, pattern: &Pattern) -> Result<Option<f64>> {
+        let flights = std::slice::from_ref(&self.solution.flight);
+        largest_multiplier(scene, pattern.instants(), self.solution.phase, flights, &self.admissibility)
+    }
+}
+
+/// Judges all candidates as far as their order asks: a violation that is deeper than one before need not be followed to
+/// its end, and depths are worked out only where they are near each other.
+fn judge_all(scene: &ModalScene, candidates: &mut [Candidate]) {
+    let mut judge = Judge::new(scene);
+    let mut least = f64::INFINITY;
+    for candidate in candidates.iter_mut() {
+        candidate.judge(&mut judge, Effort { enough: least * (1.0 + DISTINCT), depth_error: ROUGH });
+        // After an admissible one, any violation is enough.
+        least = candidate.depth().unwrap_or(-1.0).min(least);
+    }
+    let mut depths: Vec<f64> = candidates.iter().filter_map(Candidate::depth).collect();
+    depths.sort_by(f64::total_cmp);
+    if depths.windows(2).any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1]) {
+        for candidate in candidates {
+            candidate.judge(&mut judge, Effort::FULL);
+        }
+    }
 }
 
 /// The cell of a pattern of one instant, without building scenes or orbits.
 fn one_instant(scene: &ModalScene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
     let span = period(scene, n_periods);
-    let instant = crate::orbit::Instant::new(scene, &pattern.instants()[0], span);
+    let instant = Instant::new(scene, &pattern.instants()[0], span);
     let crossing = clearance_given(&instant)?;
     if crossing.points.is_empty() {
         return Ok(EMPTY);
     }
-    let mut judge = Judge::new(scene);
-    let candidates: Vec<Candidate> = crossing
-        .points
-        .iter()
-        .map(|x| {
-            let solution = Solution::new(&instant, x, span);
-            let flights = std::slice::from_ref(&solution.flight);
-            let impacts = list_impacts(scene, pattern, solution.phase, flights, solution.impulses.as_slice());
-            let admissibility = judge.admissibility(solution.phase, flights, &impacts);
-            Candidate { solution, admissibility }
-        })
-        .collect();
-    let radius = |i: usize| {
-        let Candidate { solution, admissibility } = &candidates[i];
-        let flights = std::slice::from_ref(&solution.flight);
-        largest_multiplier(scene, pattern.instants(), solution.phase, flights, admissibility)
-    };
+    let mut candidates: Vec<Candidate> =
+        crossing.points.iter().map(|x| Candidate::new(scene, pattern, Solution::new(&instant, x, span))).collect();
+    judge_all(scene, &mut candidates);
+    let depths: Vec<Option<f64>> = candidates.iter().map(Candidate::depth).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
-    let depths: Vec<Option<f64>> = candidates.iter().map(|c| c.admissibility.breach.map(|b| b.depth)).collect();
+    let radius = |i: usize| candidates[i].largest_multiplier(scene, pattern);
     let first = ranking(scene.form.n_dof(), &depths, |i| Ok(is_stable(radius(i)?)))?[0];
     let (is_admissible, radius) = (depths[first].is_none(), radius(first)?);
     Ok(ExistenceCell {

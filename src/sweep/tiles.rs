@@ -243,7 +243,7 @@ mod tests {
         for threads in [1, 2] {
             let fails = |(): &mut (), i: usize| if i == 2000 { Err(Error::bad_value("item", i, "no")) } else { Ok(i) };
             let options = SweepOptions { threads: Some(threads) };
-            let result = fill(&mut [0; 3000], options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
+            let result = fill(&mut vec![0; 3000], options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
             assert_eq!(result, Err(Error::bad_value("item", 2000, "no")));
         }
         assert!(squares(0, &mut |_| ControlFlow::Continue(())).is_err());
