@@ -13,3 +13,5 @@ mod flow;
 pub use impact::*;
 pub mod orbit;
 pub use orbit::*;
+pub mod simulate;
+pub use simulate::*;

@@ -6,7 +6,7 @@ use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 
 /// Halvings of the longest step before the search gives up proving and takes the node for what it is.
-const DEEPEST: usize = 52;
+pub(crate) const DEEPEST: usize = 52;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 

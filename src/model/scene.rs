@@ -358,6 +358,15 @@ impl ContactGeometry {
         }
     }
 
+    /// Whether an impact on one of two stops changes the normal velocity at the other.
+    pub fn is_coupled(&self, i: usize, j: usize) -> bool {
+        let sees = |n: usize, b: usize| {
+            let (n, b) = (self.normals.column(n), self.reactions.column(b));
+            n.dot(&b).abs() > 1e-12 * n.norm() * b.norm()
+        };
+        sees(i, j) || sees(j, i)
+    }
+
     /// Number of stops.
     pub fn len(&self) -> usize {
         self.clearances.len()

@@ -15,3 +15,4 @@ pub use pattern::Pattern;
 pub use periodic_orbit::{Family, Impact, OrbitOptions, Orbits, PeriodicOrbit, Verdict};
 pub use search::{Free, periodic_orbits};
 pub use stability::{OrderMultipliers, Stability};
+pub(crate) use periodic_orbit::wrapped;

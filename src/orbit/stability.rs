@@ -140,12 +140,7 @@ fn refusal(scene: &ModalScene, pattern: &[Vec<usize>], found: &Admissibility) ->
     for instant in pattern {
         for (i, &a) in instant.iter().enumerate() {
             for &b in &instant[i + 1..] {
-                let g = &scene.geometry;
-                let coupling = |n: usize, b: usize| {
-                    let (n, b) = (g.normals.column(n), g.reactions.column(b));
-                    n.dot(&b).abs() > 1e-12 * n.norm() * b.norm()
-                };
-                if coupling(a, b) || coupling(b, a) {
+                if scene.geometry.is_coupled(a, b) {
                     return Some(format!(
                         "stops {a} and {b} are hit together and are coupled by inertia: which is hit first changes the \
                          outcome, so the return map is discontinuous there"

@@ -1,0 +1,10 @@
+//! From a scene to a trajectory: flights, contacts, impacts (theory 8, 9).
+
+mod clock;
+mod event_loop;
+mod options;
+mod trajectory;
+
+pub use event_loop::{simulate, simulate_checked};
+pub use options::{Keep, Method, SimulateOptions, Stats, Status};
+pub use trajectory::{Graze, Segment, SegmentKind, Side as ImpactSide, Trajectory};
