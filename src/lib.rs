@@ -15,3 +15,5 @@ pub mod orbit;
 pub use orbit::*;
 pub mod simulate;
 pub use simulate::*;
+#[cfg(feature = "python")]
+mod python;

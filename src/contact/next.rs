@@ -64,11 +64,10 @@ fn from_open(jet: &Jet, step: f64, margin: f64) -> Ahead {
             }
         }
         Shape::LowestAtEnd if jet.value(step) - jet.remainder(step) > -margin => Ahead::Clear,
-        Shape::Minimum { at, value } => {
-            let error = jet.remainder(at);
+        Shape::Minimum { at, value, error } => {
             if value - error > margin {
                 Ahead::Clear
-            } else if value + error < -margin {
+            } else if value + jet.remainder(at) < -margin {
                 Ahead::Reached { at: backwards(jet, at) }
             } else if error <= 0.1 * margin {
                 Ahead::Touch { at, gap: value }

@@ -101,8 +101,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             step = ladder.step(level).min(span - time);
             let proved = match jet.shape(floor, step) {
                 Shape::Unknown => false,
-                Shape::Minimum { at, value } => {
-                    let error = jet.remainder(at);
+                Shape::Minimum { at, value, error } => {
                     let is_clear = value - error > margin;
                     let is_sharp = is_clear || error <= 0.1 * margin;
                     if is_sharp && !is_clear {

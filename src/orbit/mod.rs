@@ -12,7 +12,7 @@ mod stability;
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
-pub use periodic_orbit::{Family, Impact, OrbitOptions, Orbits, PeriodicOrbit, Verdict};
+pub use periodic_orbit::{Family, Impact, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
 pub use search::{Free, periodic_orbits};
 pub use stability::{OrderMultipliers, Stability};
 pub(crate) use periodic_orbit::wrapped;

@@ -3,8 +3,10 @@
 mod clock;
 mod event_loop;
 mod options;
+mod plan;
 mod trajectory;
 
 pub use event_loop::{simulate, simulate_checked};
+pub use plan::plan;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
-pub use trajectory::{Graze, Segment, SegmentKind, Side as ImpactSide, Trajectory};
+pub use trajectory::{Graze, Samples, Segment, SegmentKind, Side as ImpactSide, Trajectory};
