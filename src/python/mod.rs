@@ -25,7 +25,7 @@ mod _core {
     #[pymodule_export]
     use super::orbit::{PyCoefficients, PyFamily, PyOrbit, PyOrbits, PyStability, PyViolation, _restore_orbit, _restore_orbits, periodic_orbits};
     #[pymodule_export]
-    use super::simulate::{PyStats, PyTrajectory, simulate};
+    use super::simulate::{PyStats, PyTrajectory, _restore_trajectory, simulate};
 
     use pyo3::prelude::*;
 

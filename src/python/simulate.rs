@@ -1,13 +1,14 @@
 //! Simulation and trajectories in Python.
 
-use crate::python::array::{out_matrix, out_vector, structured, times, vector};
+use crate::python::array::{matrix, out_matrix, out_vector, structured, times, vector};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::{is_before, out_impacts, out_states};
-use crate::simulate::{self as core, ImpactSide, Keep, Method, Samples, SimulateOptions, Stats, Trajectory};
+use crate::simulate::{self as core, ImpactSide, Keep, Method, Samples, SavedTrajectory, SimulateOptions, Stats, Trajectory};
 use nalgebra::DVector;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
+use pyo3::conversion::FromPyObjectOwned;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::OnceLock;
@@ -243,6 +244,23 @@ impl PyTrajectory {
         Ok(arrays)
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyScene, Bound<'py, PyDict>))> {
+        let saved = self.core.save();
+        let numbers = PyDict::new(py);
+        numbers.set_item("span", saved.span)?;
+        numbers.set_item("status", saved.status)?;
+        numbers.set_item("message", saved.message)?;
+        numbers.set_item("stats", saved.stats)?;
+        numbers.set_item("impacts", saved.impacts)?;
+        numbers.set_item("grazes", saved.grazes)?;
+        numbers.set_item("last", saved.last)?;
+        numbers.set_item("motion", saved.motion)?;
+        if let Some((t, q, v)) = saved.samples {
+            numbers.set_item("samples", (t, out_matrix(py, &q)?, out_matrix(py, &v)?))?;
+        }
+        Ok((py.import("vibroimpact._core")?.getattr("_restore_trajectory")?, (self.scene(), numbers)))
+    }
+
     fn __repr__(&self) -> String {
         let (start, end) = self.core.span();
         let s = self.core.stats();
@@ -254,6 +272,34 @@ impl PyTrajectory {
             self.core.message()
         )
     }
+}
+
+/// A trajectory from what it was saved as; used by pickle.
+#[pyfunction]
+pub(crate) fn _restore_trajectory(scene: PyRef<'_, PyScene>, saved: &Bound<'_, PyDict>) -> PyResult<PyTrajectory> {
+    fn get<'py, T: FromPyObjectOwned<'py>>(saved: &Bound<'py, PyDict>, name: &str) -> PyResult<T> {
+        let item = saved.get_item(name)?.ok_or_else(|| PyValueError::new_err(format!("{name} is missing")))?;
+        item.extract().map_err(Into::into)
+    }
+    let samples = match saved.get_item("samples")? {
+        Some(samples) if !samples.is_none() => {
+            let (t, q, v): (Vec<f64>, Bound<'_, PyAny>, Bound<'_, PyAny>) = samples.extract()?;
+            Some((t, matrix("q", &q)?, matrix("v", &v)?))
+        }
+        _ => None,
+    };
+    let saved = SavedTrajectory {
+        span: get(saved, "span")?,
+        status: get(saved, "status")?,
+        message: get(saved, "message")?,
+        stats: get(saved, "stats")?,
+        impacts: get(saved, "impacts")?,
+        grazes: get(saved, "grazes")?,
+        last: get(saved, "last")?,
+        motion: get(saved, "motion")?,
+        samples,
+    };
+    Ok(PyTrajectory { core: Trajectory::restore(&scene.0, saved)?, samples: OnceLock::new() })
 }
 
 fn keep(value: &str) -> PyResult<Keep> {

@@ -53,6 +53,16 @@ impl Clock {
         self
     }
 
+    /// Whole periods and the time beyond them, from which the clock can be set again.
+    pub fn reading(self) -> [f64; 2] {
+        [self.whole, self.local]
+    }
+
+    /// The same clock set to a reading.
+    pub fn set(self, [whole, local]: [f64; 2]) -> Self {
+        Self { whole, local, ..self }
+    }
+
     /// The time.
     pub fn time(self) -> f64 {
         self.whole * self.period + self.local

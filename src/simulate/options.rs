@@ -77,6 +77,14 @@ pub enum Status {
 }
 
 impl Status {
+    /// The status of a name.
+    pub(crate) fn from_name(name: &str) -> Result<Self> {
+        [Self::Finished, Self::MaxImpacts, Self::UnresolvedContact]
+            .into_iter()
+            .find(|s| s.name() == name)
+            .ok_or_else(|| Error::bad_value("status", name, "there is no such status"))
+    }
+
     /// The name used in Python.
     pub fn name(self) -> &'static str {
         match self {
