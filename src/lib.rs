@@ -13,5 +13,9 @@ mod flow;
 pub use impact::*;
 pub mod orbit;
 pub use orbit::*;
+pub mod simulate;
+pub use simulate::*;
 pub mod sweep;
 pub use sweep::*;
+#[cfg(feature = "python")]
+mod python;

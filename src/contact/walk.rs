@@ -6,7 +6,7 @@ use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 
 /// Halvings of the longest step before the search gives up proving and takes the node for what it is.
-const DEEPEST: usize = 52;
+pub(crate) const DEEPEST: usize = 52;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
@@ -121,8 +121,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             step = ladder.step(level).min(span - time);
             let proved = match jet.shape(floor, step) {
                 Shape::Unknown => false,
-                Shape::Minimum { at, value } => {
-                    let error = jet.remainder(at);
+                Shape::Minimum { at, value, error } => {
                     let is_clear = value - error > margin;
                     let is_sharp = is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
                     if is_sharp && !is_clear {

@@ -30,6 +30,16 @@ impl Harmonic {
     pub fn amplitude(&self) -> &DVector<Complex<f64>> {
         &self.amplitude
     }
+
+    /// The circular frequency [rad/s].
+    pub fn frequency(&self) -> f64 {
+        self.frequency
+    }
+
+    /// The phase [rad].
+    pub fn phase(&self) -> f64 {
+        self.phase
+    }
 }
 
 /// Base displacement `amplitude cos(frequency t + phase)` of a pendulum, or of a linear system with an influence vector.
@@ -56,6 +66,16 @@ impl BaseMotion {
     /// The displacement amplitude.
     pub fn amplitude(&self) -> f64 {
         self.amplitude
+    }
+
+    /// The circular frequency [rad/s].
+    pub fn frequency(&self) -> f64 {
+        self.frequency
+    }
+
+    /// The phase [rad].
+    pub fn phase(&self) -> f64 {
+        self.phase
     }
 }
 

@@ -6,9 +6,9 @@ use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
 use crate::modal::{ModalScene, Pair, SceneFlow, along, with_flow};
 use crate::orbit::periodic_orbit::{Flight, Impact};
 
-/// Margin within which a gap counts as touching, relative to the motion's size along the normal: 10 times the accuracy
-/// to which an orbit is known.
-const MARGIN: f64 = 1e-12;
+/// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
+/// orbit's position, with room to spare.
+const MARGIN: f64 = 2e-13;
 
 /// Where and by how much an orbit breaks the rules of contact.
 #[derive(Debug, Clone, PartialEq)]

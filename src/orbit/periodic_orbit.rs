@@ -195,6 +195,60 @@ impl PeriodicOrbit {
     }
 }
 
+/// An orbit as plain numbers, from which it can be made again: spans of its flights, modal states (after, then before the
+/// next instant, flight by flight), impulses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Saved {
+    /// Forcing periods in one period.
+    pub n_periods: usize,
+    /// Forcing phase at the first impact.
+    pub phase: f64,
+    /// Spans of the flights.
+    pub spans: Vec<f64>,
+    /// Modal states, flattened.
+    pub states: Vec<f64>,
+    /// Impulses in the order of the pattern.
+    pub impulses: Vec<f64>,
+}
+
+impl PeriodicOrbit {
+    /// The orbit as plain numbers.
+    pub fn save(&self) -> Saved {
+        let states = self.flights.iter().flat_map(|f| f.after.iter().chain(&f.before_next)).flatten();
+        Saved {
+            n_periods: self.n_periods,
+            phase: self.phase,
+            spans: self.flights.iter().map(|f| f.span).collect(),
+            states: states.copied().collect(),
+            impulses: self.impacts.iter().map(|i| i.impulse).collect(),
+        }
+    }
+
+    /// The orbit that was saved; `scene` is the orbit's own.
+    ///
+    /// # Errors
+    /// Numbers that do not fit the scene.
+    pub fn restore(scene: &Scene, pattern: Pattern, saved: Saved) -> Result<Self> {
+        let modal = Arc::new(ModalScene::new(scene, "an orbit")?);
+        let n = modal.form.n_dof();
+        if saved.states.len() != 4 * n * saved.spans.len() || saved.spans.is_empty() {
+            let expected = format!("({},)", 4 * n * saved.spans.len());
+            return Err(crate::error::Error::bad_shape("states", format!("({},)", saved.states.len()), expected));
+        }
+        let pairs: Vec<Pair> = saved.states.chunks(2).map(|z| [z[0], z[1]]).collect();
+        let mut start = 0.0;
+        let mut flights = Vec::new();
+        for (span, states) in saved.spans.iter().zip(pairs.chunks(2 * n)) {
+            let (after, before_next) = (states[..n].to_vec(), states[n..].to_vec());
+            flights.push(Flight { start, span: *span, after, before_next });
+            start += span;
+        }
+        let flow = Arc::new(modal.flow());
+        let Saved { n_periods, phase, impulses, .. } = saved;
+        Self::new(scene, modal, flow, Parts { pattern, n_periods, phase, flights, impulses })
+    }
+}
+
 fn go<F: LinearFlow>(flow: &F, angle: f64, span: f64, state: &mut [Pair]) {
     let mut propagator = F::Propagator::default();
     flow.prepare(span, &mut propagator);
@@ -293,6 +347,15 @@ impl Orbits {
     /// The family, where the verdict is one.
     pub fn family(&self) -> Option<&Family> {
         self.family.as_ref()
+    }
+}
+
+impl IntoIterator for Orbits {
+    type Item = PeriodicOrbit;
+    type IntoIter = std::vec::IntoIter<PeriodicOrbit>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.orbits.into_iter()
     }
 }
 

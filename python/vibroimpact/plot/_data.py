@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
-Side: TypeAlias = Literal["after", "before"]
 
 
 class Scene(Protocol):
@@ -33,7 +32,7 @@ class Motion(Protocol):
     @property
     def impacts(self) -> NDArray[Any]: ...
     def position(self, t: ArrayLike, /) -> FloatArray: ...
-    def velocity(self, t: ArrayLike, /, side: Side = "after") -> FloatArray: ...
+    def velocity(self, t: ArrayLike, /, side: Literal["after", "before"] = "after") -> FloatArray: ...
 
 
 class Orbit(Motion, Protocol):

@@ -8,12 +8,12 @@ the one at its start is not.
 import operator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.plot._data import FloatArray, Orbit, Side, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
 
 IntArray: TypeAlias = NDArray[np.intp]
 
@@ -201,7 +201,9 @@ def _window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple
     return start, end
 
 
-def _states(trajectory: Trajectory, times: FloatArray, side: Side, coordinate: int) -> tuple[FloatArray, FloatArray]:
+def _states(
+    trajectory: Trajectory, times: FloatArray, side: Literal["after", "before"], coordinate: int
+) -> tuple[FloatArray, FloatArray]:
     """Ask a trajectory for states between its rows; nothing is asked for no times."""
     if len(times) == 0:
         return np.empty(0), np.empty(0)

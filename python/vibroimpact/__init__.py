@@ -1,0 +1,91 @@
+"""Vibro-impact dynamics: structures that vibrate and hit stops.
+
+Periodic impact motions in closed form by recovery matrices, their admissibility and stability, and simulation with
+impacts located to a stated guarantee. ``import vibroimpact`` needs NumPy alone; ``vibroimpact.plot`` needs matplotlib,
+the extra ``plot``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from vibroimpact._core import (
+    BaseMotion,
+    Coefficients,
+    DoublePendulum,
+    Family,
+    Harmonic,
+    LinearSystem,
+    Modes,
+    Orbit,
+    Orbits,
+    PendulumChain,
+    RecoveryAudit,
+    Scene,
+    Stability,
+    Stats,
+    Stop,
+    Trajectory,
+    Violation,
+    Wall,
+    __version__,
+    audit_recovery,
+    modes,
+    paper_scene,
+    paper_system,
+    periodic_orbits,
+    recovery_matrix,
+    simulate,
+)
+from vibroimpact.errors import ConvergenceError
+
+if TYPE_CHECKING:
+    from vibroimpact import plot
+
+#: Table 1 of the source paper as patterns: the stops hit in one period, a tuple at one instant.
+KINDS: dict[int, list[int | tuple[int, ...]]] = {1: [(0, 1)], 2: [0], 3: [1], 4: []}
+
+__all__ = [
+    "KINDS",
+    "BaseMotion",
+    "Coefficients",
+    "ConvergenceError",
+    "DoublePendulum",
+    "Family",
+    "Harmonic",
+    "LinearSystem",
+    "Modes",
+    "Orbit",
+    "Orbits",
+    "PendulumChain",
+    "RecoveryAudit",
+    "Scene",
+    "Stability",
+    "Stats",
+    "Stop",
+    "Trajectory",
+    "Violation",
+    "Wall",
+    "__version__",
+    "audit_recovery",
+    "modes",
+    "paper_scene",
+    "paper_system",
+    "periodic_orbits",
+    "plot",
+    "recovery_matrix",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import ``plot``, and with it matplotlib, when it is first used."""
+    if name == "plot":
+        return importlib.import_module("vibroimpact.plot")
+    message = f"module {__name__!r} has no attribute {name!r}"
+    raise AttributeError(message)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

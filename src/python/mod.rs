@@ -1,0 +1,36 @@
+//! The Python module `vibroimpact._core`: frozen newtypes round the core's values. Every function extracts, calls the
+//! core with the interpreter released, and converts.
+
+mod array;
+mod error;
+mod interrupt;
+mod modal;
+mod model;
+mod orbit;
+mod pattern;
+mod simulate;
+
+use pyo3::prelude::*;
+
+/// The compiled core of vibroimpact.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
+    #[pymodule_export]
+    use super::model::{
+        PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyScene, PyStop, PyWall,
+        paper_scene, paper_system,
+    };
+    #[pymodule_export]
+    use super::orbit::{PyCoefficients, PyFamily, PyOrbit, PyOrbits, PyStability, PyViolation, _restore_orbit, _restore_orbits, periodic_orbits};
+    #[pymodule_export]
+    use super::simulate::{PyStats, PyTrajectory, _restore_trajectory, simulate};
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,225 @@
+//! Modes, recovery matrices and their audit in Python.
+
+use crate::impact::{self, RecoveryAudit};
+use crate::modal::{self, Modes};
+use crate::python::array::{matrix, out_complex, out_matrix, out_vector};
+use crate::python::model::{PyLinearSystem, PyScene, normals};
+use crate::python::pattern::stop_set;
+use nalgebra::Complex;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+/// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
+#[pyclass(name = "Modes", module = "vibroimpact", frozen, skip_from_py_object)]
+pub(crate) struct PyModes {
+    modes: Modes,
+    system: PyLinearSystem,
+}
+
+#[pymethods]
+impl PyModes {
+    #[new]
+    fn new(system: PyRef<'_, PyLinearSystem>) -> PyResult<Self> {
+        Ok(Self { modes: modal::modes(&system.0)?, system: system.clone() })
+    }
+
+    /// Natural frequencies of the undamped system [rad/s], shape (n,); nan where the equilibrium is unstable.
+    #[getter]
+    fn natural_frequencies<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.modes.natural_frequencies)
+    }
+
+    /// Mode shapes in the columns, shape (n, n); complex where the stiffness is not symmetric.
+    #[getter]
+    fn shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        if self.modes.shapes.iter().all(|z| z.im == 0.0) {
+            Ok(out_matrix(py, &self.modes.shapes.map(|z| z.re))?.into_any())
+        } else {
+            Ok(out_matrix::<Complex<f64>>(py, &self.modes.shapes)?.into_any())
+        }
+    }
+
+    /// Damping ratios [-], shape (n,).
+    #[getter]
+    fn damping_ratios<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.modes.damping_ratios)
+    }
+
+    /// Eigenvalues of the damped system [1/s], shape (2n,).
+    #[getter]
+    fn eigenvalues<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex<f64>>> {
+        out_complex(py, &self.modes.eigenvalues)
+    }
+
+    /// Whether the damping is proportional: the real shapes uncouple the damped motion too.
+    #[getter]
+    fn is_proportional(&self) -> bool {
+        self.modes.is_proportional
+    }
+
+    fn __repr__(&self) -> String {
+        let list = |v: &nalgebra::DVector<f64>| {
+            let shown: Vec<String> = v.iter().take(6).map(|x| format!("{x:.6}")).collect();
+            format!("[{}{}]", shown.join(", "), if v.len() > 6 { ", ..." } else { "" })
+        };
+        format!(
+            "Modes(natural_frequencies={}, damping_ratios={}, is_proportional={})",
+            list(&self.modes.natural_frequencies),
+            list(&self.modes.damping_ratios),
+            if self.modes.is_proportional { "True" } else { "False" }
+        )
+    }
+
+    fn __getnewargs__(&self) -> (PyLinearSystem,) {
+        (self.system.clone(),)
+    }
+}
+
+/// The modes of a linear system.
+///
+/// Parameters
+/// ----------
+/// system : LinearSystem
+///     The system.
+///
+/// Returns
+/// -------
+/// Modes
+///     ``natural_frequencies`` (n,), ``shapes`` (n, n), ``damping_ratios`` (n,), ``eigenvalues`` (2n,), ``is_proportional``.
+///
+/// Raises
+/// ------
+/// ConvergenceError
+///     If an eigenvalue iteration fails.
+///
+/// Notes
+/// -----
+/// For the source paper's system these are its (10) and (11), in ascending order.
+///
+/// Examples
+/// --------
+/// >>> import vibroimpact as vi
+/// >>> vi.modes(vi.paper_system(3.0, 3.24, 0.05)).natural_frequencies.round(6)
+/// array([0.452567, 1.988661])
+#[pyfunction]
+pub(crate) fn modes(system: PyRef<'_, PyLinearSystem>) -> PyResult<PyModes> {
+    PyModes::new(system)
+}
+
+/// The recovery matrix R of the stops hit together: ``x+ = R x-``, ``x = (q, v)``.
+///
+/// Parameters
+/// ----------
+/// scene : Scene
+///     A linear scene.
+/// stops : int or sequence of int
+///     The stops hit at one instant.
+///
+/// Returns
+/// -------
+/// ndarray, shape (2n, 2n)
+///
+/// Raises
+/// ------
+/// ValueError
+///     A nonlinear scene, a stop that does not exist or stands twice, stops with dependent normals and unequal restitution.
+///
+/// References
+/// ----------
+/// The source paper, eq. (23) and Note 2, where the reaction is the coordinate's own.
+///
+/// Examples
+/// --------
+/// >>> import vibroimpact as vi
+/// >>> vi.recovery_matrix(vi.paper_scene(kind=3), 1).diagonal()
+/// array([ 1. ,  1. ,  1. , -0.9])
+#[pyfunction]
+pub(crate) fn recovery_matrix<'py>(
+    py: Python<'py>,
+    scene: PyRef<'_, PyScene>,
+    stops: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    out_matrix(py, &impact::recovery_matrix(&scene.0, &stop_set("stops", stops)?)?)
+}
+
+/// What ``audit_recovery`` found.
+#[pyclass(name = "RecoveryAudit", module = "vibroimpact", frozen, skip_from_py_object)]
+pub(crate) struct PyRecoveryAudit(RecoveryAudit);
+
+#[pymethods]
+impl PyRecoveryAudit {
+    /// Whether rigid, frictionless stops can act so.
+    #[getter]
+    fn is_realisable(&self) -> bool {
+        self.0.is_realisable
+    }
+
+    /// Restitution coefficient along each normal [-], shape (k,); nan where there is none.
+    #[getter]
+    fn restitution<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.0.restitution)
+    }
+
+    /// The largest factor by which the matrix can multiply the kinetic energy [-].
+    #[getter]
+    fn energy_gain(&self) -> f64 {
+        self.0.energy_gain
+    }
+
+    /// Every rule that is broken, in words.
+    #[getter]
+    fn reasons(&self) -> Vec<String> {
+        self.0.reasons.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        let verdict = if self.0.is_realisable { "realisable" } else { "not realisable" };
+        let mut text = format!("RecoveryAudit({verdict}, energy_gain={:.6})", self.0.energy_gain);
+        for reason in &self.0.reasons {
+            text.push_str("\n  ");
+            text.push_str(reason);
+        }
+        text
+    }
+}
+
+/// Audits a recovery matrix: can rigid, frictionless stops with these normals do it?
+///
+/// Parameters
+/// ----------
+/// matrix : array_like, shape (2n, 2n)
+///     The matrix R of ``x+ = R x-``, ``x = (q, v)``.
+/// mass : array_like, shape (n, n) or (n,)
+///     Mass matrix, symmetric positive definite.
+/// normals : sequence of int or array_like, shape (k, n)
+///     The normals of the stops hit: indices of coordinates, or vectors.
+///
+/// Returns
+/// -------
+/// RecoveryAudit
+///     ``is_realisable``, ``restitution`` (k,), ``energy_gain``, ``reasons``.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite.
+///
+/// Examples
+/// --------
+/// The source paper's R2 can multiply the pendulum's kinetic energy by 5.27 for equal masses.
+///
+/// >>> import vibroimpact as vi
+/// >>> scene = vi.paper_scene(kind=2)
+/// >>> audit = vi.audit_recovery(vi.recovery_matrix(scene, 0), scene.system.mass, [0])
+/// >>> audit.is_realisable, round(audit.energy_gain, 2)
+/// (False, 5.27)
+#[pyfunction]
+pub(crate) fn audit_recovery(
+    matrix: &Bound<'_, PyAny>,
+    mass: &Bound<'_, PyAny>,
+    normals: &Bound<'_, PyAny>,
+) -> PyResult<PyRecoveryAudit> {
+    let mass = crate::python::array::coefficient("mass", mass)?.to_dense();
+    let normals = self::normals(normals, mass.nrows())?;
+    Ok(PyRecoveryAudit(impact::audit_recovery(&self::matrix("matrix", matrix)?, &mass, &normals)?))
+}

@@ -1,0 +1,65 @@
+//! Patterns as Python lists: an index is an instant with one stop, a tuple one with several.
+
+use crate::orbit::Pattern;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+
+/// A stop's index; negative ones are refused, they are not "the other side".
+pub(crate) fn stop_index(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    let shown = || value.repr().map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+    if value.is_instance_of::<pyo3::types::PyBool>() {
+        return Err(PyValueError::new_err(format!("{argument} is {}, but an index is needed", shown())));
+    }
+    let index: i64 = value
+        .call_method0("__index__")
+        .and_then(|i| i.extract())
+        .map_err(|_| PyValueError::new_err(format!("{argument} is {}, but an index is needed", shown())))?;
+    usize::try_from(index)
+        .map_err(|_| PyValueError::new_err(format!("{argument} is {index}, but indices count from 0 upwards")))
+}
+
+/// Stops hit together: one index or several.
+pub(crate) fn stop_set(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
+    match value.try_iter() {
+        Ok(items) => items.map(|item| stop_index(argument, &item?)).collect(),
+        Err(_) => Ok(vec![stop_index(argument, value)?]),
+    }
+}
+
+/// A pattern from a list of indices and tuples of indices.
+pub(crate) fn pattern(value: &Bound<'_, PyAny>) -> PyResult<Pattern> {
+    let items = value.try_iter().map_err(|_| {
+        PyValueError::new_err("pattern must be a list of stops, such as [1], [(0, 1)] or []; a tuple is hit at one instant")
+    })?;
+    let instants = items
+        .enumerate()
+        .map(|(k, item)| stop_set(&format!("pattern[{k}]"), &item?))
+        .collect::<PyResult<Vec<_>>>()?;
+    Ok(Pattern::new(instants)?)
+}
+
+/// The pattern as Python writes it.
+pub(crate) fn out_pattern<'py>(py: Python<'py>, pattern: &Pattern) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for instant in pattern.instants() {
+        match instant.as_slice() {
+            [stop] => list.append(stop)?,
+            stops => list.append(PyTuple::new(py, stops)?)?,
+        }
+    }
+    Ok(list)
+}
+
+/// The pattern as text.
+pub(crate) fn shown(pattern: &Pattern) -> String {
+    let parts: Vec<String> = pattern
+        .instants()
+        .iter()
+        .map(|instant| match instant.as_slice() {
+            [stop] => stop.to_string(),
+            stops => format!("({})", stops.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+        })
+        .collect();
+    format!("[{}]", parts.join(", "))
+}

@@ -1,0 +1,111 @@
+//! What is asked of a simulation beside the scene and the start, and what it counts.
+
+use crate::error::{Error, Result};
+
+/// How the flights are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// The least machinery that is exact for the scene: closed-form flights for a linear one.
+    #[default]
+    Auto,
+    /// Closed-form flights; linear scenes only.
+    Exact,
+}
+
+/// What a trajectory keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Keep {
+    /// Every flight: the motion can be asked for at any time.
+    #[default]
+    Motion,
+    /// The impacts, and the motion at `t_eval`.
+    Impacts,
+    /// The final state, and the motion at `t_eval`: constant memory.
+    Final,
+}
+
+/// Options of [`crate::simulate`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulateOptions {
+    /// How the flights are computed.
+    pub method: Method,
+    /// Relative tolerance, default 1e-9; exact flights use it for the margin of grazing alone.
+    pub rtol: f64,
+    /// Absolute tolerance, default 1e-12; as `rtol`.
+    pub atol: f64,
+    /// Times at which the motion is wanted, ascending and inside the span.
+    pub t_eval: Option<Vec<f64>>,
+    /// What is kept.
+    pub keep: Keep,
+    /// The run ends after this many impacts.
+    pub max_impacts: Option<usize>,
+}
+
+impl Default for SimulateOptions {
+    fn default() -> Self {
+        Self { method: Method::Auto, rtol: 1e-9, atol: 1e-12, t_eval: None, keep: Keep::Motion, max_impacts: None }
+    }
+}
+
+impl SimulateOptions {
+    pub(crate) fn check(&self, (start, end): (f64, f64)) -> Result<()> {
+        for (name, value) in [("rtol", self.rtol), ("atol", self.atol)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::bad_value(name, value, "it must be finite and not negative"));
+            }
+        }
+        let Some(times) = &self.t_eval else { return Ok(()) };
+        if let Some(&t) = times.iter().find(|t| !(start..=end).contains(*t)) {
+            return Err(Error::bad_value("t_eval", t, format!("it must lie in the span [{start}, {end}]")));
+        }
+        if let Some(pair) = times.windows(2).find(|w| w[1] < w[0]) {
+            return Err(Error::bad_value("t_eval", format!("{} after {}", pair[1], pair[0]), "times must ascend"));
+        }
+        Ok(())
+    }
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// At the end of the span.
+    Finished,
+    /// After `max_impacts`.
+    MaxImpacts,
+    /// At a contact that this version does not go through: chatter, sticking, coupled simultaneous impacts.
+    UnresolvedContact,
+}
+
+impl Status {
+    /// The status of a name.
+    pub(crate) fn from_name(name: &str) -> Result<Self> {
+        [Self::Finished, Self::MaxImpacts, Self::UnresolvedContact]
+            .into_iter()
+            .find(|s| s.name() == name)
+            .ok_or_else(|| Error::bad_value("status", name, "there is no such status"))
+    }
+
+    /// The name used in Python.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::MaxImpacts => "max_impacts",
+            Self::UnresolvedContact => "unresolved_contact",
+        }
+    }
+}
+
+/// What a run did, counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Stats {
+    /// Evaluations of the right-hand side; none in exact flights.
+    pub n_rhs: usize,
+    /// Steps of an integrator; none in exact flights.
+    pub n_steps: usize,
+    /// Evaluations of a gap with its derivatives.
+    pub n_gap_evaluations: usize,
+    /// Flights.
+    pub n_flights: usize,
+    /// Impacts.
+    pub n_impacts: usize,
+}

@@ -1,0 +1,28 @@
+//! What will run for a scene, in words: the same choice that the machinery makes by type.
+
+use crate::error::Result;
+use crate::modal::{Form, ModalScene};
+use crate::model::Scene;
+
+/// The machinery that a scene needs, in words.
+///
+/// # Errors
+/// `Error::NoConvergence` if an eigenvalue iteration of a linear scene fails.
+pub fn plan(scene: &Scene) -> Result<String> {
+    let Ok(_) = scene.linear_system("plan") else {
+        return Ok("nonlinear scene: analysed through scene.linearise(); its own motion is not simulated yet".to_owned());
+    };
+    let modal = ModalScene::new(scene, "plan")?;
+    let flights = match &modal.form.form {
+        Form::Blocks(_) if modal.form.shapes().is_some() => "closed-form flights in real modes",
+        Form::Blocks(_) => "closed-form flights in complex modes (the damping is not proportional)",
+        Form::Dense(_) => "closed-form flights by the matrix exponential (the state matrix is defective)",
+    };
+    let forcing = if modal.frequency > 0.0 { "harmonic forcing" } else { "no forcing: free response" };
+    let stops = match modal.n_stops() {
+        0 => "no stops: one flight to the end, no event search".to_owned(),
+        1 => "1 stop: every next impact proved to be the first".to_owned(),
+        k => format!("{k} stops: every next impact proved to be the first"),
+    };
+    Ok(format!("{flights}; {forcing}; {stops}"))
+}

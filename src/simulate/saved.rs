@@ -1,0 +1,101 @@
+//! Trajectories as plain numbers, from which they can be made again without running them: for pickling and files.
+
+use crate::error::{Error, Result};
+use crate::flow::LinearFlow;
+use crate::modal::{ModalScene, with_flow};
+use crate::model::Scene;
+use crate::orbit::{Impact, wrapped};
+use crate::simulate::clock::Clock;
+use crate::simulate::trajectory::{Kept, KeptFlight};
+use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// A trajectory as plain numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedTrajectory {
+    /// Start and end.
+    pub span: (f64, f64),
+    /// Name of the status.
+    pub status: String,
+    /// How the run ended, in words.
+    pub message: String,
+    /// The five counts of [`Stats`].
+    pub stats: [usize; 5],
+    /// Time, stop, speed before, speed after, impulse and forcing phase of each impact.
+    pub impacts: Vec<(f64, usize, f64, f64, f64, f64)>,
+    /// Time, stop and depth of each graze.
+    pub grazes: Vec<(f64, usize, f64)>,
+    /// Final position and velocity.
+    pub last: (Vec<f64>, Vec<f64>),
+    /// Clock reading and span of each flight kept, with the modal states at their starts, flattened.
+    pub motion: Option<(Vec<[f64; 3]>, Vec<f64>)>,
+    /// The samples at `t_eval`.
+    pub samples: Option<Samples>,
+}
+
+impl Trajectory {
+    /// The trajectory as plain numbers.
+    pub fn save(&self) -> SavedTrajectory {
+        let s = self.stats;
+        let reading = |f: &KeptFlight| {
+            let [whole, local] = f.clock.reading();
+            [whole, local, f.span]
+        };
+        SavedTrajectory {
+            span: self.span,
+            status: self.status.name().to_owned(),
+            message: self.message.clone(),
+            stats: [s.n_rhs, s.n_steps, s.n_gap_evaluations, s.n_flights, s.n_impacts],
+            impacts: self.impacts.iter().map(|i| (i.time, i.stop, i.approach, i.departure, i.impulse, i.phase)).collect(),
+            grazes: self.grazes.iter().map(|g| (g.time, g.stop, g.depth)).collect(),
+            last: (self.last.0.as_slice().to_vec(), self.last.1.as_slice().to_vec()),
+            motion: self.kept.as_ref().map(|kept| {
+                (kept.flights.iter().map(reading).collect(), kept.states.iter().flatten().copied().collect())
+            }),
+            samples: self.samples.clone(),
+        }
+    }
+
+    /// The trajectory of a scene that was saved.
+    ///
+    /// # Errors
+    /// A status that does not exist, numbers that do not fit the scene.
+    pub fn restore(scene: &Scene, saved: SavedTrajectory) -> Result<Self> {
+        let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
+        let flow = Arc::new(modal.flow());
+        let n = modal.form.n_dof();
+        let beat = with_flow!(&*flow, f => 8.0 * f.longest_step());
+        let clock = Clock::new(0.0, modal.frequency, beat);
+        let kept = saved.motion.map(|(flights, states)| Kept {
+            flights: flights.iter().map(|&[whole, local, span]| KeptFlight { clock: clock.set([whole, local]), span }).collect(),
+            states: states.chunks(2).map(|z| [z[0], z[1]]).collect(),
+        });
+        let fits = kept.as_ref().is_none_or(|k| k.states.len() == n * k.flights.len());
+        if !fits || saved.last.0.len() != n || saved.last.1.len() != n {
+            return Err(Error::bad_shape("saved states", "another number of coordinates", format!("{n} coordinates")));
+        }
+        let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
+        Ok(Self {
+            scene: scene.clone(),
+            phase: scene.forcing().phase(),
+            modal,
+            flow,
+            span: saved.span,
+            kept,
+            impacts: saved
+                .impacts
+                .into_iter()
+                .map(|(time, stop, approach, departure, impulse, phase)| {
+                    Impact { time, stop, approach, departure, impulse, phase: wrapped(phase) }
+                })
+                .collect(),
+            grazes: saved.grazes.into_iter().map(|(time, stop, depth)| Graze { time, stop, depth }).collect(),
+            samples: saved.samples,
+            last: (DVector::from_vec(saved.last.0), DVector::from_vec(saved.last.1)),
+            status: Status::from_name(&saved.status)?,
+            message: saved.message,
+            stats: Stats { n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts },
+        })
+    }
+}
