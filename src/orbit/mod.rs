@@ -2,12 +2,20 @@
 
 mod admissible;
 mod closed_form;
+mod conditions;
+mod green;
 mod impulses;
+mod isolate;
+mod minors;
 mod one_instant;
 mod pattern;
 mod periodic_orbit;
+mod polish;
+mod retained;
 mod search;
+mod series;
 mod stability;
+mod two_instants;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};

@@ -6,6 +6,7 @@ use crate::model::{Change, Parameter, Scene};
 use crate::orbit::impulses::Instant;
 use crate::orbit::one_instant::{Crossing, clearance_given, meet_circle, phase_given};
 use crate::orbit::periodic_orbit::{Family, Flight, Parts, wrapped};
+use crate::orbit::two_instants::two_instants;
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -54,10 +55,11 @@ pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions)
     match pattern.instants() {
         [] => without_impacts(scene, &modal, options),
         [stops] => one_instant(scene, &modal, stops, options),
+        [_, _] => two_instants(scene, &modal, pattern, options),
         more => Err(Error::bad_value(
             "pattern",
             format!("of {} instants", more.len()),
-            "periodic_orbits solves patterns of one instant so far",
+            "periodic_orbits solves patterns of one or two instants; use find_orbit with a guess for more",
         )),
     }
 }
@@ -98,7 +100,7 @@ fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<()>
     }
 }
 
-fn period(modal: &ModalScene, options: &OrbitOptions) -> f64 {
+pub(super) fn period(modal: &ModalScene, options: &OrbitOptions) -> f64 {
     TAU * options.n_periods as f64 / modal.frequency
 }
 
@@ -221,7 +223,7 @@ fn build(
 }
 
 /// The scene with the clearances of the given stops set so that they are where the contacts are.
-fn with_contacts(
+pub(super) fn with_contacts(
     scene: &Scene,
     modal: &Arc<ModalScene>,
     stops: &[usize],
@@ -237,7 +239,7 @@ fn with_contacts(
 }
 
 /// Stable and admissible first, then admissible, then by depth of violation.
-fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
+pub(super) fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
     let mut keys = Vec::with_capacity(orbits.len());
     let admissible = orbits.iter().filter(|o| o.is_admissible()).count();
     for orbit in &orbits {

@@ -1,0 +1,336 @@
+//! Orbits with two instants of impact in a period T (theory 5): the flight time dt between them is the one unknown that
+//! the periodic conditions do not determine linearly. Cramer's rule makes `|u| = 1` (clearances given) or "the stop is
+//! where it was" (phase given) one analytic equation in dt without poles, of which every zero in (0, T) is isolated by
+//! bounds; each is then polished with all unknowns at once, which stays regular where Cramer's rule is 0/0.
+
+use crate::error::{Error, Result};
+use crate::modal::{ModalScene, Pair};
+use crate::model::Scene;
+use crate::orbit::conditions::{Conditions, point};
+use crate::orbit::green::Cell;
+use crate::orbit::impulses::Instant;
+use crate::orbit::isolate::{Bracket, End, Isolated, Place, Sampled, isolate};
+use crate::orbit::minors::Minors;
+use crate::orbit::periodic_orbit::{Flight, Parts, wrapped};
+use crate::orbit::polish::{Equations, Root, circle_starts, least_squares_start, polish};
+use crate::orbit::search::{period, sorted, with_contacts};
+use crate::orbit::series::Series;
+use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
+/// Rounding of a determinant, relative to the sum of its products' sizes.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Unknowns whose determinants are still expanded: two impulses and four retained modes.
+const MOST_UNKNOWNS: usize = 12;
+/// A flight time this close to a trivial one, relative to T, is that one: far below, rounding rules.
+const TRIVIAL: f64 = 1e-6;
+/// Two roots this close, relative to T, and in phase, are one.
+const SAME: f64 = 1e-9;
+/// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
+const TOGETHER: f64 = 1e-9;
+
+/// A search of flight times: what is asked, and what the trivial solutions are.
+struct Search<'a> {
+    conditions: &'a Conditions<'a>,
+    period: f64,
+    /// The instants are alike, so that an orbit may be a shorter one repeated.
+    is_alike: bool,
+    n_periods: usize,
+    phase: Option<Pair>,
+    /// With the phase given: the places in the list of stops of one hit at both instants.
+    pair: (usize, usize),
+}
+
+/// Every orbit whose pattern has the two given instants.
+pub(crate) fn two_instants(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+) -> Result<Orbits> {
+    let [first, second] = pattern.instants() else {
+        return Err(Error::bad_value("pattern", format!("{pattern:?}"), "two instants are needed here"));
+    };
+    let stops = [first.as_slice(), second.as_slice()].concat();
+    let pair = common_stop(first, second);
+    if let (Some(phase), None) = (options.phase, pair) {
+        let rule = "with two different stops the flight time would be one unknown too many; leave the phase free, or \
+                    give a pattern that hits one stop at both instants";
+        return Err(Error::bad_value("phase", phase, rule));
+    }
+    let period = period(modal, options);
+    let instant = Instant::new(modal, &stops, period);
+    if instant.n_inner() + 2 > MOST_UNKNOWNS {
+        let rule = "the search in the flight time keeps at most four undamped modes in step with the period; damp them";
+        return Err(Error::bad_value("scene", format!("of {} unknowns", instant.n_inner() + 2), rule));
+    }
+    let conditions = Conditions::new(&instant, first.len());
+    let mut sets = [first.clone(), second.clone()];
+    sets.iter_mut().for_each(|s| s.sort_unstable());
+    let search = Search {
+        conditions: &conditions,
+        period,
+        is_alike: sets[0] == sets[1],
+        n_periods: options.n_periods,
+        phase: options.phase.map(|phase| [phase.cos(), phase.sin()]),
+        pair: pair.unwrap_or((0, first.len())),
+    };
+    let (roots, reason) = search.run()?;
+    let flow = Arc::new(modal.flow());
+    let mut orbits = Vec::with_capacity(roots.len());
+    for root in &roots {
+        let (impulses, u) = conditions.read(&root.x);
+        let phase = options.phase.map_or_else(|| wrapped(u[1].atan2(u[0])), wrapped);
+        let flights = flights(modal, &stops, first.len(), &impulses, conditions.states(root.dt, &root.x), (root.dt, period));
+        let (scene, modal) = if options.phase.is_some() {
+            let rows = &modal.position_rows;
+            let contact = |i: usize| crate::modal::along(&rows[stops[i]], &flights[usize::from(i >= first.len())].after);
+            with_contacts(scene, modal, &stops, &(0..stops.len()).map(contact).collect::<Vec<_>>())?
+        } else {
+            (scene.clone(), modal.clone())
+        };
+        let parts = Parts { pattern: pattern.clone(), n_periods: options.n_periods, phase, flights, impulses };
+        orbits.push(PeriodicOrbit::new(&scene, modal, flow.clone(), parts)?);
+    }
+    let verdict = if orbits.is_empty() { Verdict::None } else { Verdict::Found };
+    Ok(Orbits { orbits: sorted(orbits)?, verdict, reason, margin: None, family: None })
+}
+
+/// Where a stop of both instants stands in their joint list.
+fn common_stop(first: &[usize], second: &[usize]) -> Option<(usize, usize)> {
+    let both = |(i, stop): (usize, &usize)| Some((i, first.len() + second.iter().position(|s| s == stop)?));
+    first.iter().enumerate().find_map(both)
+}
+
+/// The two flights from the states after the instants.
+fn flights(
+    scene: &ModalScene,
+    stops: &[usize],
+    first: usize,
+    impulses: &[f64],
+    [after, later]: [Vec<Pair>; 2],
+    (dt, period): (f64, f64),
+) -> Vec<Flight> {
+    let before = |after: &[Pair], which: std::ops::Range<usize>| {
+        let mut state = after.to_vec();
+        for b in which {
+            for (z, jump) in state.iter_mut().zip(&scene.jumps[stops[b]]) {
+                *z = [z[0] + jump[0] * impulses[b], z[1] + jump[1] * impulses[b]];
+            }
+        }
+        state
+    };
+    let (before_first, before_later) = (before(&after, 0..first), before(&later, first..stops.len()));
+    vec![
+        Flight { start: 0.0, span: dt, after, before_next: before_later },
+        Flight { start: dt, span: period - dt, after: later, before_next: before_first },
+    ]
+}
+
+impl Search<'_> {
+    /// Number of unknowns.
+    fn n_unknowns(&self) -> usize {
+        self.conditions.n_inner() + if self.phase.is_some() { 0 } else { 2 }
+    }
+
+    /// The range of flight times: half of it where `dt` and `T - dt` are one orbit, started at either impact.
+    fn range(&self) -> (f64, f64) {
+        let is_half = self.is_alike && self.phase.is_none();
+        (0.0, if is_half { 0.5 * self.period } else { self.period })
+    }
+
+    /// The scaled equations over a cell, the meeting of the instants divided out where `end` says so.
+    fn rows(&self, cell: &Cell, end: End) -> Vec<Series> {
+        let entries = self.conditions.entries(cell);
+        match self.phase {
+            Some(u) => self.conditions.phase_rows(&entries, u, self.pair, end != End::Neither),
+            None => {
+                let factor = if end == End::Neither { None } else { self.conditions.same_surface() };
+                self.conditions.circle_rows(&entries, factor)
+            }
+        }
+    }
+
+    /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
+    /// determinant of the conditions with the phase given.
+    fn sample(&self, minors: &mut Minors, place: &Place) -> Sampled {
+        let (low, high) = (place.low, place.high);
+        let cell = match place.end {
+            End::Neither => Cell { origin: 0.5 * (low + high), scale: 0.5 * (high - low), low, high },
+            End::Low => Cell { origin: low, scale: high - low, low, high },
+            End::High => Cell { origin: high, scale: high - low, low, high },
+        };
+        minors.compute(&self.rows(&cell, place.end));
+        let n = self.n_unknowns();
+        if self.phase.is_some() {
+            let series = *minors.det((1 << (n + 1)) - 1);
+            return Sampled { series, floor: ROUNDING * series.size() };
+        }
+        let [det, over_sin, over_cos] = self.wanted_circle().map(|set| minors.det(set));
+        let unit = Series::constant(self.conditions.phase_unit().powi(2));
+        let squares = Series::sum_of_products([(1.0, over_sin, over_sin), (1.0, over_cos, over_cos)].into_iter());
+        let one = Series::constant(1.0);
+        let square = Series::sum_of_products([(1.0, det, det)].into_iter());
+        let series = Series::sum_of_products([(1.0, &unit, &squares), (-1.0, &one, &square)].into_iter());
+        let error = |s: &Series| (2.0 * s.bound() + ROUNDING * s.size()) * ROUNDING * s.size();
+        Sampled { series, floor: unit.bound() * (error(over_sin) + error(over_cos)) + error(det) }
+    }
+
+    /// The columns of the determinant, and of the numerators of the phase.
+    fn wanted_circle(&self) -> [usize; 3] {
+        let n = self.n_unknowns();
+        let all = (1 << (n + 1)) - 1;
+        [all & !(1 << n), all & !(1 << (n - 1)), all & !(1 << (n - 2))]
+    }
+
+    fn minors(&self) -> Minors {
+        let n = self.n_unknowns();
+        match self.phase {
+            Some(_) => Minors::new(n + 1, n + 1, &[(1 << (n + 1)) - 1]),
+            None => Minors::new(n + 1, n, &self.wanted_circle()),
+        }
+    }
+
+    /// All roots, and in words what is proved of the rest.
+    fn run(&self) -> Result<(Vec<Root>, String)> {
+        let mut minors = self.minors();
+        let range = self.range();
+        let meets = self.phase.is_some() || self.conditions.same_surface().is_some();
+        let at_end = meets && !self.conditions.has_retained();
+        let at_high = at_end && (range.1 - self.period).abs() < 0.25 * self.period;
+        let found = isolate(range, (meets, at_high), |place| self.sample(&mut minors, place));
+        let mut roots: Vec<Root> = Vec::new();
+        let mut lost = Vec::new();
+        for bracket in &found.simple {
+            match self.solve(bracket, 1.0)? {
+                roots_here if roots_here.is_empty() => lost.push(*bracket),
+                roots_here => roots_here.into_iter().for_each(|root| self.keep(&mut roots, root)),
+            }
+        }
+        let mut open = Vec::new();
+        for bracket in &found.undecided {
+            if self.is_trivial(bracket) {
+                continue;
+            }
+            open.push(*bracket);
+            for root in self.solve(bracket, 8.0)? {
+                self.keep(&mut roots, root);
+            }
+        }
+        let solved = roots.len();
+        roots.retain(|root| !self.is_shorter(root));
+        let repeats = solved > roots.len();
+        let before = roots.len();
+        let mut kept = Vec::with_capacity(before);
+        for root in roots {
+            if self.conditions.contact_misfit(&root, self.phase.is_some()) <= TOGETHER * root.x.norm() {
+                kept.push(root);
+            }
+        }
+        let reason = self.describe(&kept, before - kept.len(), repeats, &open, &lost, &found);
+        Ok((kept, reason))
+    }
+
+    /// Where instants of one surface meet there is no orbit to find.
+    fn is_trivial(&self, bracket: &Bracket) -> bool {
+        let meets = self.phase.is_some() || self.conditions.same_surface().is_some();
+        meets && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
+    }
+
+    /// Whether a root is an orbit of half the period, gone through twice.
+    fn is_shorter(&self, root: &Root) -> bool {
+        self.is_alike
+            && self.n_periods % 2 == 0
+            && (root.dt - 0.5 * self.period).abs() <= TRIVIAL * self.period
+            && self.conditions.impulses_repeat(&root.x)
+    }
+
+    fn keep(&self, roots: &mut Vec<Root>, root: Root) {
+        let is_known = roots.iter().any(|r| {
+            (r.dt - root.dt).abs() <= SAME * self.period && (&r.x - &root.x).amax() <= 1e-6 * root.x.amax()
+        });
+        if !is_known {
+            roots.push(root);
+        }
+    }
+
+    /// The roots that start from a bracket and stay within its width, times `reach`, of it.
+    fn solve(&self, bracket: &Bracket, reach: f64) -> Result<Vec<Root>> {
+        let slack = reach * (bracket.high - bracket.low) + 1e-8 * self.period;
+        let inside = |dt: f64| dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack;
+        let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
+        let n = self.n_unknowns();
+        let equations = |dt: f64| {
+            let rows = self.rows(&point(dt, unit), End::Neither);
+            let count = rows.len() / (n + 1);
+            Equations {
+                matrix: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].at_origin()),
+                rate: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].slope_at_origin()),
+            }
+        };
+        let circle = self.phase.is_none().then(|| self.conditions.phase_unit());
+        let starts: Vec<(f64, DVector<f64>)> = {
+            let here = equations(bracket.guess);
+            let starts = match circle {
+                Some(phase_unit) => circle_starts(&here, phase_unit)?,
+                None => vec![least_squares_start(&here)?],
+            };
+            starts.into_iter().map(|x| (bracket.guess, x)).collect()
+        };
+        let mut roots = Vec::new();
+        for (dt, x) in starts {
+            if let Some(mut root) = polish(&equations, circle, unit, dt, x).filter(|root| inside(root.dt)) {
+                if let Some(u) = self.phase {
+                    root.x = self.conditions.with_phase(&root.x, u);
+                }
+                self.keep(&mut roots, root);
+            }
+        }
+        Ok(roots)
+    }
+
+    fn describe(
+        &self,
+        kept: &[Root],
+        apart: usize,
+        repeats: bool,
+        open: &[Bracket],
+        lost: &[Bracket],
+        found: &Isolated,
+    ) -> String {
+        let (low, high) = self.range();
+        let range = if high < 0.75 * self.period { "(0, T/2]" } else { "(0, T)" };
+        let mut reason = match kept.len() {
+            0 => "no solution".to_owned(),
+            1 => "one solution".to_owned(),
+            n => format!("{n} solutions"),
+        };
+        let width: f64 = open.iter().map(|b| b.high - b.low).sum();
+        if width > 0.01 * (high - low) {
+            reason.push_str(&format!(
+                "; {:.0} % of the flight times in {range} could not be decided: the conditions are degenerate there",
+                100.0 * width / (high - low)
+            ));
+            return reason;
+        }
+        reason.push_str(&format!("; every other flight time in {range} is excluded by bounds on {} cells", found.cells));
+        if !open.is_empty() {
+            let places: Vec<String> = open.iter().map(|b| format!("{:.9}", b.guess)).collect();
+            reason.push_str(&format!(
+                ", but for a width of {width:.1e} about dt = {}, where the conditions are degenerate and were solved without bounds",
+                places.join(", ")
+            ));
+        }
+        if repeats {
+            reason.push_str("; the orbit of half the period, repeated, is left out");
+        }
+        if apart > 0 {
+            reason.push_str(&format!("; {apart} more solve one contact of each instant, but not those of the other stops"));
+        }
+        if !lost.is_empty() {
+            reason.push_str(&format!("; {} bracketed flight times could not be refined", lost.len()));
+        }
+        reason
+    }
+}

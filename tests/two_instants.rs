@@ -1,0 +1,554 @@
+//! Orbits with two instants of impact, from outside: against a scan of flight times written independently of the library
+//! (the 2N cyclic solve of theory 5), closed forms, and the laws every orbit obeys.
+
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use std::f64::consts::{PI, TAU};
+use vibroimpact::{Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side, Stop, Verdict, periodic_orbits};
+
+/// A small reproducible source of numbers in (0, 1).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f64) as usize).min(n - 1)
+    }
+
+    fn matrix(&mut self, n: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(n, n, |_, _| self.between(-1.0, 1.0))
+    }
+}
+
+/// One stop as the scan uses it: gap `clearance - normal.q`.
+#[derive(Clone)]
+struct Face {
+    normal: DVector<f64>,
+    clearance: f64,
+    restitution: f64,
+}
+
+/// A scene in plain matrices, and the flight times at which the periodic conditions hold.
+struct Plain {
+    mass: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    load: DVector<f64>,
+    force: DVector<f64>,
+    w: f64,
+    n_periods: usize,
+    /// The stops of the two instants.
+    faces: [Face; 2],
+}
+
+/// The contact conditions at one flight time: `L u = d`.
+struct Contact {
+    l: DMatrix<f64>,
+    d: DVector<f64>,
+}
+
+impl Contact {
+    /// `|u|^2 - 1` times `det^2`, relative: between -1 and 1.
+    fn residual(&self) -> f64 {
+        let (l, d) = (&self.l, &self.d);
+        let det = l[(0, 0)] * l[(1, 1)] - l[(0, 1)] * l[(1, 0)];
+        let a = [l[(1, 1)] * d[0] - l[(0, 1)] * d[1], l[(0, 0)] * d[1] - l[(1, 0)] * d[0]];
+        let size = a[0] * a[0] + a[1] * a[1];
+        (size - det * det) / (size + det * det)
+    }
+}
+
+impl Plain {
+    fn n(&self) -> usize {
+        self.load.len()
+    }
+
+    fn period(&self) -> f64 {
+        TAU * self.n_periods as f64 / self.w
+    }
+
+    fn state_matrix(&self) -> DMatrix<f64> {
+        let n = self.n();
+        let inverse = self.mass.clone().try_inverse().expect("positive definite");
+        let mut a = DMatrix::zeros(2 * n, 2 * n);
+        a.view_mut((0, n), (n, n)).copy_from(&DMatrix::identity(n, n));
+        a.view_mut((n, 0), (n, n)).copy_from(&(-&inverse * &self.stiffness));
+        a.view_mut((n, n), (n, n)).copy_from(&(-&inverse * &self.damping));
+        a
+    }
+
+    /// The steady response at t to the phases 0 (cosine) and pi/2 in the columns: `s(t) u`, u = (cos phase, sin phase).
+    fn steady(&self, t: f64) -> DMatrix<f64> {
+        let (n, w) = (self.n(), self.w);
+        // (K - w^2 M + i w C) X = F as a real system for (Re X, Im X).
+        let dynamic = &self.stiffness - &self.mass * (w * w);
+        let cross = &self.damping * w;
+        let mut big = DMatrix::zeros(2 * n, 2 * n);
+        big.view_mut((0, 0), (n, n)).copy_from(&dynamic);
+        big.view_mut((n, n), (n, n)).copy_from(&dynamic);
+        big.view_mut((0, n), (n, n)).copy_from(&-&cross);
+        big.view_mut((n, 0), (n, n)).copy_from(&cross);
+        let mut rhs = DVector::zeros(2 * n);
+        rhs.rows_mut(0, n).copy_from(&self.force);
+        let x = big.lu().solve(&rhs).expect("damped");
+        let (re, im) = (x.rows(0, n), x.rows(n, n));
+        let (s, c) = (w * t).sin_cos();
+        // q = Re(X e^{i(wt + phase)}), v = Re(i w X e^{i(wt + phase)})
+        let mut out = DMatrix::zeros(2 * n, 2);
+        for i in 0..n {
+            let (a, b) = (re[i] * c - im[i] * s, re[i] * s + im[i] * c); // X e^{iwt} = a + i b
+            out[(i, 0)] = a;
+            out[(i, 1)] = -b;
+            out[(n + i, 0)] = -w * b;
+            out[(n + i, 1)] = -w * a;
+        }
+        out
+    }
+
+    fn recovery(&self, face: &Face) -> DMatrix<f64> {
+        let n = self.n();
+        let b = self.mass.clone().try_inverse().expect("positive definite") * &face.normal;
+        let p = DMatrix::identity(n, n) - &b * face.normal.transpose() * ((1.0 + face.restitution) / face.normal.dot(&b));
+        let mut r = DMatrix::identity(2 * n, 2 * n);
+        r.view_mut((n, n), (n, n)).copy_from(&p);
+        r
+    }
+
+    /// The cyclic solve for a flight time whose propagators are given.
+    fn contact(&self, dt: f64, there: &DMatrix<f64>, back: &DMatrix<f64>) -> Contact {
+        let n = self.n();
+        let [r0, r1] = [0, 1].map(|i| self.recovery(&self.faces[i]));
+        let identity = DMatrix::identity(2 * n, 2 * n);
+        let (s0, s1) = (self.steady(0.0), self.steady(dt));
+        let home = &r0 * back;
+        let matrix = &identity - &home * &r1 * there;
+        let rhs = &home * (&r1 - &identity) * &s1 + (&r0 - &identity) * &s0;
+        let z = matrix.lu().solve(&rhs).expect("regular");
+        let q0 = (&z + &s0).rows(0, n).into_owned();
+        let q1 = (there * &z + &s1).rows(0, n).into_owned();
+        let rest = self.stiffness.clone().lu().solve(&self.load).expect("stiff");
+        let mut l = DMatrix::zeros(2, 2);
+        l.set_row(0, &(self.faces[0].normal.transpose() * q0));
+        l.set_row(1, &(self.faces[1].normal.transpose() * q1));
+        let d = DVector::from_fn(2, |i, _| self.faces[i].clearance - self.faces[i].normal.dot(&rest));
+        Contact { l, d }
+    }
+
+    fn at(&self, dt: f64) -> Contact {
+        let a = self.state_matrix();
+        self.contact(dt, &(&a * dt).exp(), &(&a * (self.period() - dt)).exp())
+    }
+
+    /// The flight times found by a scan of `count` equal steps: sign changes, and minima of the modulus that reach zero.
+    fn scan(&self, count: usize) -> Vec<f64> {
+        let a = self.state_matrix();
+        let t = self.period();
+        let step = t / count as f64;
+        let one = (&a * step).exp();
+        let mut powers = vec![DMatrix::identity(2 * self.n(), 2 * self.n())];
+        for k in 1..count {
+            // Made afresh now and then, so that rounding does not add up.
+            let next = if k % 500 == 0 { (&a * (step * k as f64)).exp() } else { &powers[k - 1] * &one };
+            powers.push(next);
+        }
+        let value: Vec<f64> =
+            (1..count).map(|k| self.contact(step * k as f64, &powers[k], &powers[count - k]).residual()).collect();
+        let mut found = Vec::new();
+        for k in 0..value.len() - 1 {
+            let (mut x0, mut x1) = (step * (k + 1) as f64, step * (k + 2) as f64);
+            if value[k] * value[k + 1] < 0.0 {
+                for _ in 0..50 {
+                    let x = 0.5 * (x0 + x1);
+                    if self.at(x).residual() * value[k] > 0.0 { x0 = x } else { x1 = x }
+                }
+                found.push(0.5 * (x0 + x1));
+            } else if k > 0 && value[k - 1] * value[k] > 0.0 && value[k].abs() < value[k - 1].abs() && value[k].abs() <= value[k + 1].abs() && value[k].abs() < 1e-3 {
+                // Golden section for the least modulus.
+                let (mut low, mut high) = (step * k as f64, step * (k + 2) as f64);
+                let modulus = |x: f64| self.at(x).residual() * value[k].signum();
+                for _ in 0..60 {
+                    let (a, b) = (low + 0.382 * (high - low), low + 0.618 * (high - low));
+                    let (fa, fb) = (modulus(a), modulus(b));
+                    if fa < 0.0 || fb < 0.0 {
+                        // A pair of roots between two samples.
+                        let middle = if fa < 0.0 { a } else { b };
+                        for (mut x0, mut x1) in [(low, middle), (high, middle)] {
+                            for _ in 0..50 {
+                                let x = 0.5 * (x0 + x1);
+                                if modulus(x) > 0.0 { x0 = x } else { x1 = x }
+                            }
+                            found.push(x1);
+                        }
+                        break;
+                    }
+                    if fa < fb { high = b } else { low = a }
+                }
+            }
+        }
+        found
+    }
+
+    fn scene(&self) -> (Scene, Pattern) {
+        let system = LinearSystem::new(self.mass.clone(), self.damping.clone(), self.stiffness.clone())
+            .and_then(|s| s.with_load(self.load.clone()))
+            .expect("valid");
+        let stop = |f: &Face| Stop::new(f.normal.clone(), f.clearance, f.restitution).expect("valid");
+        let is_one = self.faces[0].normal == self.faces[1].normal && self.faces[0].clearance == self.faces[1].clearance;
+        let faces = if is_one { &self.faces[..1] } else { &self.faces[..] };
+        let forcing = Harmonic::new(self.force.map(Into::into), self.w, 0.0).expect("valid");
+        let scene = Scene::new(system, forcing, faces.iter().map(stop)).expect("valid");
+        (scene, Pattern::new(vec![vec![0], vec![faces.len() - 1]]).expect("valid"))
+    }
+
+    fn options(&self) -> OrbitOptions {
+        OrbitOptions { n_periods: self.n_periods, ..Default::default() }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Sides {
+    One,
+    Two,
+    Symmetric,
+}
+
+fn random_plain(random: &mut Random, sides: Sides) -> Plain {
+    let n = 1 + random.below(3);
+    let identity = DMatrix::identity(n, n);
+    let (a, b) = (random.matrix(n), random.matrix(n));
+    let mass = &identity + &a * a.transpose() * 0.3;
+    let stiffness = &identity * random.between(0.2, 2.0) + &b * b.transpose() * random.between(0.5, 4.0);
+    let damping = if random.unit() < 0.5 {
+        &mass * random.between(0.0, 0.05) + &stiffness * random.between(0.005, 0.1)
+    } else {
+        let c = random.matrix(n);
+        &c * c.transpose() * 0.2 + &identity * 0.02
+    };
+    let normal = if random.unit() < 0.5 {
+        DVector::from_fn(n, |i, _| f64::from(u8::from(i == 0)))
+    } else {
+        DVector::from_fn(n, |_, _| random.between(-1.0, 1.0))
+    };
+    let w = random.between(0.5, 3.0);
+    let restitution = [0.0, 0.3, 0.7, 0.9, 1.0][random.below(5)];
+    let clearance = random.between(-0.1, 0.5);
+    let first = Face { normal, clearance, restitution };
+    let second = match sides {
+        Sides::One => first.clone(),
+        Sides::Symmetric => Face { normal: -&first.normal, ..first.clone() },
+        Sides::Two => Face { normal: -&first.normal, clearance: random.between(0.11, 0.6), ..first.clone() },
+    };
+    let load = if sides == Sides::Symmetric { DVector::zeros(n) } else { DVector::from_fn(n, |_, _| random.between(-0.1, 0.1)) };
+    Plain {
+        force: DVector::from_fn(n, |_, _| random.between(-1.0, 1.0)),
+        n_periods: 1 + random.below(3),
+        mass,
+        damping,
+        stiffness,
+        load,
+        w,
+        faces: [first, second],
+    }
+}
+
+fn flight_time(orbit: &PeriodicOrbit) -> f64 {
+    orbit.impacts()[1].time
+}
+
+/// The laws of an orbit: it closes, its contacts are at the stops, its velocities turn.
+fn check_orbit(plain: &Plain, orbit: &PeriodicOrbit, label: &str) {
+    let t = orbit.period();
+    let dt = flight_time(orbit);
+    let speed = orbit.v0().amax() + orbit.state(0.0, true).1.amax();
+    let size = orbit.q0().amax() + speed / plain.w;
+    for (face, time) in plain.faces.iter().zip([0.0, dt]) {
+        let ((q, before), (q_after, after)) = (orbit.state(time, true), orbit.state(time, false));
+        assert!((&q - &q_after).amax() < 1e-12 * size, "{label}: position jumps by {:e} at {time}", (&q - &q_after).amax());
+        assert!((face.normal.dot(&q) - face.clearance).abs() < 1e-11 * size, "{label}: contact at {time}");
+        let turned = face.normal.dot(&after) + face.restitution * face.normal.dot(&before);
+        assert!(turned.abs() < 1e-11 * speed, "{label}: restitution {turned:e} at {time}");
+    }
+    // The flights by the exponential of the plain matrix, enlarged by the load and the forcing.
+    let n = plain.n();
+    let inverse = plain.mass.clone().try_inverse().expect("positive definite");
+    let mut big = DMatrix::zeros(2 * n + 3, 2 * n + 3);
+    big.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&plain.state_matrix());
+    big.view_mut((n, 2 * n), (n, 1)).copy_from(&(&inverse * &plain.load));
+    big.view_mut((n, 2 * n + 1), (n, 1)).copy_from(&(&inverse * &plain.force));
+    big[(2 * n + 1, 2 * n + 2)] = -plain.w;
+    big[(2 * n + 2, 2 * n + 1)] = plain.w;
+    for (start, end) in [(0.0, dt), (dt, t)] {
+        let ((q, v), angle) = (orbit.state(start, false), orbit.phase() + plain.w * start);
+        let x = DVector::from_iterator(2 * n + 3, q.iter().chain(v.iter()).copied().chain([1.0, angle.cos(), angle.sin()]));
+        let arrived = (&big * (end - start)).exp() * x;
+        let (q, v) = orbit.state(end, true);
+        let miss = (arrived.rows(0, n) - q).amax() + (arrived.rows(n, n) - v).amax() / plain.w;
+        assert!(miss < 1e-9 * size, "{label}: the flight from {start} to {end} misses by {miss:e}");
+    }
+}
+
+fn number(name: &str, default: usize) -> usize {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+#[test]
+fn random_scenes_have_the_orbits_that_a_scan_finds() {
+    let cases = number("VIBROIMPACT_CASES", 40);
+    let count = number("VIBROIMPACT_SCAN", if cases > 40 { 100_000 } else { 10_000 });
+    let mut random = Random(number("VIBROIMPACT_SEED", 0x5EED) as u64);
+    let (mut total, mut spent) = (0, 0.0);
+    for case in 0..cases {
+        let sides = [Sides::One, Sides::Two, Sides::Symmetric][case % 3];
+        let plain = random_plain(&mut random, sides);
+        let label = format!("case {case}, {sides:?}, n = {}, n_periods = {}", plain.n(), plain.n_periods);
+        let (scene, pattern) = plain.scene();
+        let start = std::time::Instant::now();
+        let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+        spent += start.elapsed().as_secs_f64();
+        let t = plain.period();
+        let folded = |dt: f64| if sides == Sides::One { dt.min(t - dt) } else { dt };
+        // At T/2 like instants have a shorter orbit, and symmetric scenes a double zero: tests of their own.
+        let is_half = |dt: f64| sides != Sides::Two && (dt - 0.5 * t).abs() < 1e-5 * t;
+        let mut expected: Vec<f64> = plain.scan(count).into_iter().filter(|&dt| !is_half(dt)).map(folded).collect();
+        expected.retain(|&dt| sides != Sides::One || (dt > 1e-6 * t && t - dt > 1e-6 * t));
+        for &dt in &expected {
+            let found = orbits.iter().any(|o| (flight_time(o) - dt).abs() < 1e-6 * t);
+            let all: Vec<f64> = orbits.iter().map(flight_time).collect();
+            assert!(found, "{label}: dt = {dt} of T = {t} is missing from {all:?}: {}", orbits.reason());
+        }
+        for orbit in orbits.iter() {
+            check_orbit(&plain, orbit, &label);
+            let dt = flight_time(orbit);
+            if !is_half(dt) {
+                let contact = plain.at(dt);
+                let u = DVector::from_vec(vec![orbit.phase().cos(), orbit.phase().sin()]);
+                let miss = (&contact.l * u - &contact.d).amax() / (contact.d.amax() + contact.l.amax());
+                assert!(miss < 1e-8, "{label}: dt = {dt} is invented, {miss:e}");
+            }
+            let twins = orbits.iter().filter(|o| (flight_time(o) - dt).abs() < 1e-9 * t && (o.phase() - orbit.phase()).abs() < 1e-7);
+            assert_eq!(twins.count(), 1, "{label}: dt = {dt} is there twice");
+        }
+        assert!(!orbits.reason().contains("could not"), "{label}: {}", orbits.reason());
+        total += orbits.len();
+        println!("{label}: {} expected {}; {}", orbits.len(), expected.len(), orbits.reason());
+    }
+    println!("{total} orbits in {cases} scenes, {:.3} ms a search", 1e3 * spent / cases as f64);
+    assert!(total >= cases / 2, "{total} orbits are too few to mean anything");
+}
+
+fn oscillator(damping: f64, load: f64, restitution: f64, clearances: (f64, f64), force: f64, w: f64, n_periods: usize) -> Plain {
+    let face = |normal: f64, clearance: f64| Face { normal: dvector![normal], clearance, restitution };
+    Plain {
+        mass: dmatrix![1.0],
+        damping: dmatrix![damping],
+        stiffness: dmatrix![1.0],
+        load: dvector![load],
+        force: dvector![force],
+        w,
+        n_periods,
+        faces: [face(1.0, clearances.0), face(-1.0, clearances.1)],
+    }
+}
+
+#[test]
+fn the_symmetric_orbit_of_a_two_sided_oscillator_has_its_closed_form() {
+    // q(t + T/2) = -q(t) for odd n: with h = T/2 the impulse p obeys the half-period problem
+    // x+ = z + s(0), z = -(I + e^{Ah})^-1 B p, v+ + e v- = 0, v- = v+ + p.
+    for (n_periods, w, force, clearance, e) in [(1, 1.7, 1.0, 0.3, 0.8), (3, 3.3, 4.0, 0.2, 0.6), (1, 0.8, 0.5, 0.6, 1.0)] {
+        let plain = oscillator(0.1, 0.0, e, (clearance, clearance), force, w, n_periods);
+        let (scene, pattern) = plain.scene();
+        let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+        let (t, a) = (plain.period(), plain.state_matrix());
+        let response = (DMatrix::identity(2, 2) + (&a * (0.5 * t)).exp()).try_inverse().expect("damped") * dvector![0.0, -1.0];
+        // v+ = s_v u + response_v p; v+ (1 + e) + e p = 0; q+ = s_q u + response_q p = clearance
+        let s = plain.steady(0.0);
+        let factor = -(1.0 + e) / ((1.0 + e) * response[1] + e);
+        let alpha = [0, 1].map(|c| s[(0, c)] + response[0] * factor * s[(1, c)]);
+        let (size, angle) = (alpha[0].hypot(alpha[1]), alpha[1].atan2(alpha[0]));
+        let expected: Vec<f64> = if clearance > size {
+            Vec::new()
+        } else {
+            [1.0, -1.0].map(|sign| (angle + sign * (clearance / size).acos()).rem_euclid(TAU)).to_vec()
+        };
+        assert!(!expected.is_empty());
+        let symmetric: Vec<&PeriodicOrbit> = orbits.iter().filter(|o| (flight_time(o) / t - 0.5).abs() < 1e-9).collect();
+        assert_eq!(symmetric.len(), 2, "{n_periods}: {}", orbits.reason());
+        for phase in expected {
+            let orbit = symmetric.iter().min_by(|a, b| (a.phase() - phase).abs().total_cmp(&(b.phase() - phase).abs())).expect("two");
+            assert!((orbit.phase() - phase).abs() < 1e-12, "{} {phase}", orbit.phase());
+            assert!((flight_time(orbit) / t - 0.5).abs() < 1e-14);
+            for i in 0..10 {
+                let time = t * f64::from(i) / 20.0 + 0.01;
+                assert!((orbit.state(time, false).0 + orbit.state(time + 0.5 * t, false).0).amax() < 1e-12);
+            }
+            check_orbit(&plain, orbit, "symmetric");
+        }
+    }
+}
+
+#[test]
+fn asymmetric_orbits_of_a_symmetric_scene_come_in_pairs() {
+    let mut random = Random(77);
+    let mut pairs = 0;
+    for case in 0..60 {
+        let plain = random_plain(&mut random, Sides::Symmetric);
+        let (scene, pattern) = plain.scene();
+        let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+        let t = plain.period();
+        for orbit in orbits.iter() {
+            // The mirror image, started at its other impact.
+            let dt = t - flight_time(orbit);
+            let phase = orbit.phase() + plain.w * flight_time(orbit) + PI;
+            let is_there = orbits.iter().any(|o| (flight_time(o) - dt).abs() < 1e-9 * t && (0.5 * (o.phase() - phase)).sin().abs() < 1e-7);
+            assert!(is_there, "case {case}: dt = {} of {t} has no mirror image", flight_time(orbit));
+            pairs += usize::from((dt / t - 0.5).abs() > 1e-6);
+        }
+    }
+    assert!(pairs >= 10, "{pairs}");
+}
+
+#[test]
+fn a_shorter_orbit_gone_through_twice_is_not_an_orbit_of_two_impacts() {
+    let mut found = 0;
+    for force in [0.8, 1.0, 1.5, 3.0] {
+        for (w, n_periods) in [(1.7, 2), (2.8, 2), (2.8, 4), (0.7, 2)] {
+            let mut plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.3), force, w, n_periods);
+            plain.faces[1] = plain.faces[0].clone();
+            let (scene, pattern) = plain.scene();
+            let half = OrbitOptions { n_periods: n_periods / 2, ..Default::default() };
+            let short = periodic_orbits(&scene, &Pattern::single(0), &half).expect("solved");
+            let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+            found += short.len();
+            for orbit in orbits.iter() {
+                let impacts = orbit.impacts();
+                let is_repeated = (impacts[1].time / orbit.period() - 0.5).abs() < 1e-9
+                    && (impacts[0].impulse - impacts[1].impulse).abs() < 1e-9 * impacts[0].impulse.abs();
+                assert!(!is_repeated, "force {force} w {w}: {}", orbits.reason());
+            }
+        }
+    }
+    assert!(found > 10);
+}
+
+#[test]
+fn a_given_phase_gives_the_flight_time_and_the_clearance() {
+    let mut random = Random(4242);
+    let mut total = 0;
+    for case in 0..40 {
+        let plain = random_plain(&mut random, Sides::One);
+        let (scene, pattern) = plain.scene();
+        // The phases of orbits at the given clearance give these orbits back.
+        let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+        for orbit in orbits.iter().take(2) {
+            let options = OrbitOptions { phase: Some(orbit.phase()), ..plain.options() };
+            let again = periodic_orbits(&scene, &pattern, &options).expect("solved");
+            let same = again.iter().find(|o| (flight_time(o) - flight_time(orbit)).abs() < 1e-8 * plain.period());
+            let Some(same) = same else { panic!("case {case}: dt = {} is missing: {}", flight_time(orbit), again.reason()) };
+            assert!((same.v0() - orbit.v0()).amax() < 1e-6 * (1.0 + orbit.v0().amax()), "case {case}");
+            for other in again.iter() {
+                let dt = flight_time(other);
+                let n = &plain.faces[0].normal;
+                let (here, there) = (n.dot(&other.state(0.0, false).0), n.dot(&other.state(dt, false).0));
+                assert!((here - there).abs() < 1e-10 * (1.0 + here.abs()), "case {case}: {here} {there}");
+                let moved = Plain { faces: [0, 1].map(|_| Face { clearance: here, ..plain.faces[0].clone() }), ..plain_copy(&plain) };
+                check_orbit(&moved, other, &format!("case {case}, phase given"));
+                assert!((other.phase() - orbit.phase()).abs() < 1e-14);
+            }
+            total += again.len();
+        }
+    }
+    assert!(total > 20, "{total}");
+    let plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
+    let (scene, pattern) = plain.scene();
+    let options = OrbitOptions { phase: Some(0.3), ..plain.options() };
+    let message = periodic_orbits(&scene, &pattern, &options).expect_err("refused").to_string();
+    assert!(message.starts_with("phase"), "{message}");
+}
+
+fn plain_copy(plain: &Plain) -> Plain {
+    Plain {
+        mass: plain.mass.clone(),
+        damping: plain.damping.clone(),
+        stiffness: plain.stiffness.clone(),
+        load: plain.load.clone(),
+        force: plain.force.clone(),
+        faces: plain.faces.clone(),
+        ..*plain
+    }
+}
+
+#[test]
+fn multipliers_have_the_determinant_of_two_impacts() {
+    let mut random = Random(99);
+    let mut checked = 0;
+    for case in 0..30 {
+        let plain = random_plain(&mut random, if case % 2 == 0 { Sides::Two } else { Sides::One });
+        let (scene, pattern) = plain.scene();
+        for orbit in periodic_orbits(&scene, &pattern, &plain.options()).expect("solved").iter() {
+            let stability = orbit.stability().expect("converges");
+            let Some(order) = stability.orders.first() else { continue };
+            let trace = (plain.mass.clone().try_inverse().expect("positive definite") * &plain.damping).trace();
+            let expected = plain.faces[0].restitution.powi(2) * plain.faces[1].restitution.powi(2) * (-trace * plain.period()).exp();
+            let det = order.monodromy.determinant();
+            let scale = order.monodromy.norm().powi(2);
+            assert!((det - expected).abs() < 1e-9 * (expected + scale), "case {case}: {det} {expected}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 10, "{checked}");
+}
+
+#[test]
+fn undamped_modes_in_step_with_the_period_keep_their_unknowns() {
+    // w = w_1 exactly, no damping: no steady response; and a rigid body under a load (a ball between two plates).
+    for (stiffness, load, w) in [(4.0, 0.0, 2.0), (0.0, 0.4, 1.3), (4.0, 0.1, 2.0)] {
+        for sides in [Sides::One, Sides::Two] {
+            let mut plain = oscillator(0.0, load, 0.7, (0.3, 0.5), 0.6, w, 2);
+            plain.stiffness[(0, 0)] = stiffness;
+            if sides == Sides::One {
+                plain.faces[1] = plain.faces[0].clone();
+            }
+            let (scene, pattern) = plain.scene();
+            let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+            println!("{stiffness} {sides:?} {:?} {}", orbits.iter().map(flight_time).collect::<Vec<_>>(), orbits.reason());
+            for orbit in orbits.iter() {
+                check_orbit(&plain, orbit, "retained");
+            }
+            // A little damping, off resonance by as little, must change little.
+            let mut near = plain_copy(&plain);
+            near.damping[(0, 0)] = 1e-3;
+            near.stiffness[(0, 0)] += 1e-3;
+            let (scene, pattern) = near.scene();
+            let others = periodic_orbits(&scene, &pattern, &near.options()).expect("solved");
+            assert_eq!(others.len(), orbits.len(), "{} against {}", orbits.reason(), others.reason());
+            for orbit in orbits.iter() {
+                let t = orbit.period();
+                assert!(others.iter().any(|o| (flight_time(o) - flight_time(orbit)).abs() < 0.02 * t), "{}", flight_time(orbit));
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_is_found_where_the_forcing_is_too_weak() {
+    let plain = oscillator(0.1, 0.0, 0.8, (5.0, 5.0), 0.1, 1.7, 1);
+    let (scene, pattern) = plain.scene();
+    let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+    assert_eq!((orbits.verdict(), orbits.len()), (Verdict::None, 0));
+    assert!(orbits.reason().contains("excluded by bounds"), "{}", orbits.reason());
+    // The same on the lower side of one coordinate, given as a side.
+    let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
+    let stops = [Stop::new(0, 0.3, 0.8).expect("valid"), Stop::new(0, 0.3, 0.8).expect("valid").on_side(Side::Lower)];
+    let forcing = Harmonic::new(dvector![1.0.into()], 1.7, 0.0).expect("valid");
+    let scene = Scene::new(system, forcing, stops).expect("valid");
+    assert!(periodic_orbits(&scene, &pattern, &plain.options()).expect("solved").len() >= 2);
+}
