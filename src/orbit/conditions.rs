@@ -256,10 +256,10 @@ impl<'a> Conditions<'a> {
         ((0..self.instant.stops.len()).map(value).collect(), [value(inner), value(inner + 1)])
     }
 
-    /// Scaled unknowns with the given phase from those without.
+    /// Scaled unknowns with the given phase from the solution of `phase_rows`, whose right-hand side has the phase's unit.
     pub fn with_phase(&self, x: &DVector<f64>, u: Pair) -> DVector<f64> {
         let unit = self.phase_unit();
-        DVector::from_iterator(x.len() + 2, x.iter().copied().chain(u.map(|u| u / unit)))
+        DVector::from_iterator(x.len() + 2, x.iter().copied().chain(u).map(|x| x / unit))
     }
 
     /// The states after the two instants, for scaled unknowns.

@@ -79,7 +79,10 @@ fn judge(place: &Place, sampled: &Sampled) -> Verdict {
     if a.min(b) > slack || a.max(b) < -slack {
         return Verdict::Clear;
     }
-    // A zero within the slack of an end may belong to the neighbour: both claim it, and the same zero is kept once.
+    // A zero within the slack of an end may be the neighbour's, or nobody's.
+    if a.abs().min(b.abs()) <= slack {
+        return Verdict::Unknown;
+    }
     Verdict::Simple(series.newton(0.5 * (first + last)).clamp(first, last))
 }
 
