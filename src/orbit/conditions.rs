@@ -10,6 +10,9 @@ use crate::orbit::retained::Retained;
 use crate::orbit::series::{Entry, Series};
 use nalgebra::{DMatrix, DVector};
 
+/// Entries that vanish by symmetry are below this, relative to their terms.
+const SPLIT: f64 = 1e-13;
+
 /// Rows: restitution of each stop, repetition of the retained modes, contact of each stop. Columns: impulses, states of
 /// the retained modes, cos and sin, right-hand side.
 pub(crate) struct Conditions<'a> {
@@ -183,6 +186,63 @@ impl<'a> Conditions<'a> {
                         difference.over_x(unit)
                     }
                     None => entry.series(unit),
+                });
+            }
+        }
+        rows
+    }
+
+    /// The equations over a cell with the phase counted from the middle of the flight, in sums and differences over the two
+    /// instants, of their rows and of their impulses: rows R+, R-, C+, C-, columns p+, p-, cos, sin, right-hand side.
+    fn half_entries(&self, cell: &Cell) -> [[Entry; 5]; 4] {
+        let (inner, width) = (self.n_inner(), self.constant.ncols());
+        let mut entries = self.entries(cell);
+        let rows = [[0, 1], [inner, inner + 1]];
+        for (row, side) in rows.iter().flat_map(|pair| pair.iter().zip([-0.5, 0.5])) {
+            let steady = [self.constant[(*row, inner)], self.constant[(*row, inner + 1)]];
+            let turned = turned(cell, side * self.scene().frequency, steady);
+            entries[row * width + inner..row * width + inner + 2].copy_from_slice(&turned);
+        }
+        let mut half = [[Entry::default(); 5]; 4];
+        for (i, [first, second]) in rows.into_iter().enumerate() {
+            for (j, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let line: [Entry; 5] = std::array::from_fn(|c| {
+                    Entry::combined([1.0, sign], [&entries[second * width + c], &entries[first * width + c]])
+                });
+                let [p, q, rest @ ..] = &line;
+                let [sum, difference] = [1.0, -1.0].map(|s| Entry::combined([1.0, s], [p, q]));
+                half[2 * i + j] = [sum, difference, rest[0], rest[1], rest[2]];
+            }
+        }
+        half
+    }
+
+    /// Whether half the period apart the instants are alike, the same stop or mirror images: the conditions then split
+    /// into sums and differences over the instants, and every flight time has a line of solutions there. That line holds
+    /// the shorter orbit gone through twice, or the symmetric orbits.
+    pub fn splits_at_half(&self) -> bool {
+        if self.instant.stops.len() != 2 || self.retained.is_some() {
+            return false;
+        }
+        let half = self.half_entries(&point(0.5 * self.instant.period, 1.0 / self.scene().frequency));
+        [1, 3].iter().all(|&row| [0, 2, 3, 4].iter().all(|&c| half[row][c].c[0].abs() <= SPLIT * half[row][c].size))
+    }
+
+    /// The scaled equations over a cell about `dt = T/2` where they split, the double zero there divided out: the rows of
+    /// differences over x, the unknown difference of the impulses over x.
+    pub fn half_rows(&self, cell: &Cell) -> Vec<Series> {
+        let inner = self.n_inner();
+        let half = self.half_entries(cell);
+        let x = Series::x();
+        let mut rows = Vec::with_capacity(20);
+        for (i, line) in half.iter().enumerate() {
+            let unit = self.units.rows[[0, 0, inner, inner][i]];
+            for (c, entry) in line.iter().enumerate() {
+                let factor = unit * self.units.columns[[0, 0, inner, inner, inner + 2][c]];
+                rows.push(match (i % 2, c) {
+                    (0, 1) => Series::sum_of_products([(1.0, &x, &entry.series(factor))].into_iter()),
+                    (0, _) | (_, 1) => entry.series(factor),
+                    _ => entry.over_x(factor),
                 });
             }
         }

@@ -34,6 +34,16 @@ pub(crate) struct Isolated {
     pub cells: usize,
 }
 
+impl Isolated {
+    /// What walks over two intervals found.
+    pub fn joined(mut self, other: Self) -> Self {
+        self.simple.extend(other.simple);
+        self.undecided.extend(other.undecided);
+        self.cells += other.cells;
+        self
+    }
+}
+
 /// A cell as the function sees it: both ends and the origin of its series; `end` says that the interval's end is part of
 /// it, and that the series is about that end.
 #[derive(Debug, Clone, Copy)]

@@ -40,6 +40,13 @@ impl Series {
         series
     }
 
+    /// The function x.
+    pub fn x() -> Self {
+        let mut c = [0.0; ORDER];
+        c[1] = 1.0;
+        Self::new(c, 0.0, 1.0)
+    }
+
     /// A function from its coefficients, the bound on the next one, and the size of its terms.
     pub fn new(c: [f64; ORDER], rest: f64, size: f64) -> Self {
         let bounds = shifted(&c, rest);
@@ -168,6 +175,14 @@ impl Entry {
             *a += factor.abs() * b;
         }
         self.size += factor.abs() * other.size;
+    }
+
+    /// The sum of two entries times factors.
+    pub fn combined(factors: [f64; 2], entries: [&Self; 2]) -> Self {
+        let mut sum = Self::default();
+        sum.add(factors[0], entries[0]);
+        sum.add(factors[1], entries[1]);
+        sum
     }
 
     /// The entry times a number.

@@ -30,6 +30,9 @@ const SAME: f64 = 1e-9;
 /// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
 const TOGETHER: f64 = 1e-9;
 
+/// Part of the range that may stay undecided before the outcome says so first.
+const UNDECIDED: f64 = 0.01;
+
 /// A search of flight times: what is asked, and what the trivial solutions are.
 struct Search<'a> {
     conditions: &'a Conditions<'a>,
@@ -140,8 +143,17 @@ impl Search<'_> {
         (0.0, if is_half { 0.5 * self.period } else { self.period })
     }
 
-    /// The scaled equations over a cell, the meeting of the instants divided out where `end` says so.
+    /// Whether a flight time is half the period, where like or mirrored instants have their line of solutions.
+    fn is_half(&self, dt: f64) -> bool {
+        (dt - 0.5 * self.period).abs() <= 4.0 * f64::EPSILON * self.period
+    }
+
+    /// The scaled equations over a cell, the meeting of the instants, or the line of solutions half the period apart,
+    /// divided out where `end` says so.
     fn rows(&self, cell: &Cell, end: End) -> Vec<Series> {
+        if end != End::Neither && self.phase.is_none() && self.is_half(cell.origin) {
+            return self.conditions.half_rows(cell);
+        }
         let entries = self.conditions.entries(cell);
         match self.phase {
             Some(u) => self.conditions.phase_rows(&entries, u, self.pair, end != End::Neither),
@@ -192,56 +204,66 @@ impl Search<'_> {
         }
     }
 
+    /// Whether the instants are on one surface, so that they can meet in contact.
+    fn meets(&self) -> bool {
+        self.phase.is_some() || self.conditions.same_surface().is_some()
+    }
+
+    /// The walk over the range; `splits` as in `Conditions::splits_at_half`.
+    fn walk(&self, splits: bool) -> Isolated {
+        let mut minors = self.minors();
+        let (low, high) = self.range();
+        let meets = self.meets();
+        // The repetition of retained modes hides the meeting at T.
+        let at_end = meets && !self.conditions.has_retained();
+        let half = 0.5 * self.period;
+        let mut walk = |range, deflated| isolate(range, deflated, |place| self.sample(&mut minors, place));
+        if !splits {
+            return walk((low, high), (meets, at_end && high > half));
+        }
+        let first = walk((low, half), (meets, true));
+        if high > half { first.joined(walk((half, high), (true, at_end))) } else { first }
+    }
+
     /// All roots, and in words what is proved of the rest.
     fn run(&self) -> Result<(Vec<Root>, String)> {
-        let mut minors = self.minors();
-        let range = self.range();
-        let meets = self.phase.is_some() || self.conditions.same_surface().is_some();
-        let at_end = meets && !self.conditions.has_retained();
-        let at_high = at_end && (range.1 - self.period).abs() < 0.25 * self.period;
-        let found = isolate(range, (meets, at_high), |place| self.sample(&mut minors, place));
+        let splits = self.phase.is_none() && self.conditions.splits_at_half();
+        let found = self.walk(splits);
         let mut roots: Vec<Root> = Vec::new();
-        let mut lost = Vec::new();
+        let mut lost = 0;
         for bracket in &found.simple {
-            match self.solve(bracket, 1.0)? {
-                roots_here if roots_here.is_empty() => lost.push(*bracket),
-                roots_here => roots_here.into_iter().for_each(|root| self.keep(&mut roots, root)),
-            }
+            let here = self.solve(bracket, 1.0)?;
+            lost += usize::from(here.is_empty());
+            here.into_iter().for_each(|root| self.keep(&mut roots, root));
         }
-        let mut open = Vec::new();
-        for bracket in &found.undecided {
-            if self.is_trivial(bracket) {
-                continue;
-            }
-            open.push(*bracket);
-            for root in self.solve(bracket, 8.0)? {
-                self.keep(&mut roots, root);
-            }
+        let open: Vec<Bracket> = found.undecided.iter().filter(|b| !self.is_trivial(b)).copied().collect();
+        for bracket in &open {
+            self.solve(bracket, 8.0)?.into_iter().for_each(|root| self.keep(&mut roots, root));
+        }
+        if splits && !self.is_alike {
+            let half = 0.5 * self.period;
+            let line = self.solve(&Bracket { low: half, high: half, guess: half }, 1.0)?;
+            line.into_iter().for_each(|root| self.keep(&mut roots, root));
         }
         let solved = roots.len();
         roots.retain(|root| !self.is_shorter(root));
-        let repeats = solved > roots.len();
-        let before = roots.len();
-        let mut kept = Vec::with_capacity(before);
-        for root in roots {
-            if self.conditions.contact_misfit(&root, self.phase.is_some()) <= TOGETHER * root.x.norm() {
-                kept.push(root);
-            }
-        }
-        let reason = self.describe(&kept, before - kept.len(), repeats, &open, &lost, &found);
-        Ok((kept, reason))
+        let repeats = solved > roots.len() || (splits && self.is_alike);
+        let together = roots.len();
+        roots.retain(|root| self.conditions.contact_misfit(root, self.phase.is_some()) <= TOGETHER * root.x.norm());
+        let rest = Rest { apart: together - roots.len(), repeats, open, lost, cells: found.cells };
+        let reason = self.describe(roots.len(), &rest);
+        Ok((roots, reason))
     }
 
     /// Where instants of one surface meet there is no orbit to find.
     fn is_trivial(&self, bracket: &Bracket) -> bool {
-        let meets = self.phase.is_some() || self.conditions.same_surface().is_some();
-        meets && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
+        self.meets() && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
     }
 
     /// Whether a root is an orbit of half the period, gone through twice.
     fn is_shorter(&self, root: &Root) -> bool {
         self.is_alike
-            && self.n_periods % 2 == 0
+            && self.n_periods.is_multiple_of(2)
             && (root.dt - 0.5 * self.period).abs() <= TRIVIAL * self.period
             && self.conditions.impulses_repeat(&root.x)
     }
@@ -270,17 +292,16 @@ impl Search<'_> {
             }
         };
         let circle = self.phase.is_none().then(|| self.conditions.phase_unit());
-        let starts: Vec<(f64, DVector<f64>)> = {
+        let starts: Vec<DVector<f64>> = {
             let here = equations(bracket.guess);
-            let starts = match circle {
+            match circle {
                 Some(phase_unit) => circle_starts(&here, phase_unit)?,
                 None => vec![least_squares_start(&here)?],
-            };
-            starts.into_iter().map(|x| (bracket.guess, x)).collect()
+            }
         };
         let mut roots = Vec::new();
-        for (dt, x) in starts {
-            if let Some(mut root) = polish(&equations, circle, unit, dt, x).filter(|root| inside(root.dt)) {
+        for x in starts {
+            if let Some(mut root) = polish(&equations, circle, unit, bracket.guess, x).filter(|root| inside(root.dt)) {
                 if let Some(u) = self.phase {
                     root.x = self.conditions.with_phase(&root.x, u);
                 }
@@ -290,47 +311,51 @@ impl Search<'_> {
         Ok(roots)
     }
 
-    fn describe(
-        &self,
-        kept: &[Root],
-        apart: usize,
-        repeats: bool,
-        open: &[Bracket],
-        lost: &[Bracket],
-        found: &Isolated,
-    ) -> String {
+    /// The outcome in words.
+    fn describe(&self, count: usize, rest: &Rest) -> String {
         let (low, high) = self.range();
         let range = if high < 0.75 * self.period { "(0, T/2]" } else { "(0, T)" };
-        let mut reason = match kept.len() {
+        let solutions = match count {
             0 => "no solution".to_owned(),
             1 => "one solution".to_owned(),
             n => format!("{n} solutions"),
         };
-        let width: f64 = open.iter().map(|b| b.high - b.low).sum();
-        if width > 0.01 * (high - low) {
-            reason.push_str(&format!(
-                "; {:.0} % of the flight times in {range} could not be decided: the conditions are degenerate there",
-                100.0 * width / (high - low)
-            ));
-            return reason;
+        let width: f64 = rest.open.iter().map(|b| b.high - b.low).sum();
+        if width > UNDECIDED * (high - low) {
+            let share = 100.0 * width / (high - low);
+            return format!("{solutions}; {share:.0} % of the flight times in {range} are undecided: the conditions hold there to rounding");
         }
-        reason.push_str(&format!("; every other flight time in {range} is excluded by bounds on {} cells", found.cells));
-        if !open.is_empty() {
-            let places: Vec<String> = open.iter().map(|b| format!("{:.9}", b.guess)).collect();
-            reason.push_str(&format!(
-                ", but for a width of {width:.1e} about dt = {}, where the conditions are degenerate and were solved without bounds",
+        let cells = rest.cells;
+        let mut parts = vec![solutions, format!("every other flight time in {range} is excluded by bounds on {cells} cells")];
+        if !rest.open.is_empty() {
+            let places: Vec<String> = rest.open.iter().map(|b| format!("{:.9}", b.guess)).collect();
+            parts.push(format!(
+                "but for a width of {width:.1e} about dt = {}, a double zero, decided by Newton's method",
                 places.join(", ")
             ));
         }
-        if repeats {
-            reason.push_str("; the orbit of half the period, repeated, is left out");
+        if rest.repeats {
+            parts.push("the orbit of half the period, gone through twice, is left out".to_owned());
         }
-        if apart > 0 {
-            reason.push_str(&format!("; {apart} more solve one contact of each instant, but not those of the other stops"));
+        if rest.apart > 0 {
+            parts.push(format!("{} more meet one contact of each instant, but not those of all stops", rest.apart));
         }
-        if !lost.is_empty() {
-            reason.push_str(&format!("; {} bracketed flight times could not be refined", lost.len()));
+        if rest.lost > 0 {
+            parts.push(format!("{} more are bracketed, but could not be refined", rest.lost));
         }
-        reason
+        parts.join("; ")
     }
+}
+
+/// What a search has to say besides its roots.
+struct Rest {
+    /// Roots that leave contacts of further stops unmet.
+    apart: usize,
+    /// Whether a shorter orbit was left out.
+    repeats: bool,
+    /// Stretches that bounds did not decide.
+    open: Vec<Bracket>,
+    /// Brackets without a root.
+    lost: usize,
+    cells: usize,
 }
