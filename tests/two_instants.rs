@@ -552,3 +552,100 @@ fn nothing_is_found_where_the_forcing_is_too_weak() {
     let scene = Scene::new(system, forcing, stops).expect("valid");
     assert!(periodic_orbits(&scene, &pattern, &plain.options()).expect("solved").len() >= 2);
 }
+
+#[test]
+fn stops_hit_together_meet_all_their_contacts_or_none() {
+    // Two equal oscillators, uncoupled, between equal stops: what one does the other does.
+    let single = oscillator(0.1, 0.0, 0.7, (0.3, 0.4), 1.0, 1.7, 1);
+    let (scene, pattern) = single.scene();
+    let alone = periodic_orbits(&scene, &pattern, &single.options()).expect("solved");
+    let pair = |clearance: f64| {
+        let two = |x: f64| dvector![x, x];
+        let system = LinearSystem::new(two(1.0), two(0.1), two(1.0)).expect("valid");
+        let stop = |i: usize, c: f64| Stop::new(i, c, 0.7).expect("valid");
+        let lower = |i: usize, c: f64| stop(i, c).on_side(Side::Lower);
+        let forcing = Harmonic::new(two(1.0).map(Into::into), 1.7, 0.0).expect("valid");
+        let stops = [stop(0, 0.3), stop(1, clearance), lower(0, 0.4), lower(1, 0.4)];
+        let scene = Scene::new(system, forcing, stops).expect("valid");
+        let pattern = Pattern::new(vec![vec![0, 1], vec![2, 3]]).expect("valid");
+        periodic_orbits(&scene, &pattern, &single.options()).expect("solved")
+    };
+    assert!(!alone.is_empty());
+    let both = pair(0.3);
+    assert_eq!(both.len(), alone.len(), "{} against {}", both.reason(), alone.reason());
+    for orbit in both.iter() {
+        assert_eq!(orbit.impacts().len(), 4);
+        assert!((orbit.q0()[0] - orbit.q0()[1]).abs() < 1e-12);
+        assert!(alone.iter().any(|o| (flight_time(o) - orbit.impacts()[2].time).abs() < 1e-10));
+    }
+    let none = pair(0.31);
+    assert!(none.is_empty() && none.reason().contains("not those of all stops"), "{}", none.reason());
+}
+
+#[test]
+fn without_damping_and_loss_the_orbits_are_those_of_a_little_of_both() {
+    let mut found = 0;
+    for (sides, w, n_periods) in [(Sides::Two, 1.7, 1), (Sides::Two, 2.9, 2), (Sides::One, 1.7, 2), (Sides::One, 2.9, 3), (Sides::Symmetric, 1.7, 1)] {
+        let with = |loss: f64| {
+            let mut plain = oscillator(loss, 0.0, 1.0 - loss, (0.3, 0.4), 1.0, w, n_periods);
+            match sides {
+                Sides::One => plain.faces[1] = plain.faces[0].clone(),
+                Sides::Symmetric => plain.faces[1].clearance = 0.3,
+                Sides::Two => {}
+            }
+            let (scene, pattern) = plain.scene();
+            (periodic_orbits(&scene, &pattern, &plain.options()).expect("solved"), plain)
+        };
+        let ((ideal, plain), (real, _)) = (with(0.0), with(1e-7));
+        println!("{sides:?} {w} {n_periods}: {} and {}; {}", ideal.len(), real.len(), ideal.reason());
+        for orbit in ideal.iter() {
+            check_orbit(&plain, orbit, "conservative");
+        }
+        for orbit in real.iter() {
+            let near = ideal.iter().filter(|o| (flight_time(o) - flight_time(orbit)).abs() < 1e-4 * orbit.period());
+            let miss = near.map(|o| (0.5 * (o.phase() - orbit.phase())).sin().abs()).fold(1.0, f64::min);
+            println!("   {} {} {miss:e}", flight_time(orbit) / orbit.period(), orbit.phase());
+            assert!(miss < 1e-3, "{sides:?} {w}: {}", flight_time(orbit));
+        }
+        found += real.len();
+    }
+    assert!(found > 5, "{found}");
+}
+
+#[test]
+fn extreme_scenes_are_searched_in_reasonable_time() {
+    let timed = |plain: &Plain, label: &str| {
+        let (scene, pattern) = plain.scene();
+        let start = std::time::Instant::now();
+        let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+        let spent = start.elapsed().as_secs_f64();
+        println!("{label}: {:.2} ms, {} orbits, {}", 1e3 * spent, orbits.len(), orbits.reason());
+        for orbit in orbits.iter() {
+            check_orbit(plain, orbit, label);
+        }
+        orbits.len()
+    };
+    timed(&oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 0.0, 1.7, 1), "no force");
+    timed(&oscillator(0.1, 0.0, 0.0, (0.3, 0.3), 1.0, 1.7, 1), "plastic");
+    timed(&oscillator(0.1, 0.0, 1e-6, (0.3, 0.3), 1.0, 1.7, 2), "nearly plastic");
+    timed(&oscillator(50.0, 0.0, 0.8, (0.01, 0.02), 1.0, 1.7, 1), "overdamped");
+    timed(&oscillator(2.0, 0.0, 0.8, (0.1, 0.2), 1.0, 1.7, 2), "critical");
+    timed(&oscillator(0.01, 0.0, 0.8, (0.3, 0.4), 1.0, 0.05, 1), "slow forcing");
+    timed(&oscillator(0.01, 0.0, 0.8, (0.003, 0.004), 1.0, 20.0, 1), "fast forcing");
+    timed(&oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 12), "twelve periods");
+    let n = 30;
+    let mut chain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
+    chain.mass = DMatrix::identity(n, n);
+    chain.stiffness = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+        0 => 2.0 * 9.0,
+        1 => -9.0,
+        _ => 0.0,
+    });
+    chain.damping = &chain.stiffness * 0.02;
+    chain.load = DVector::zeros(n);
+    chain.force = DVector::from_element(n, 0.2);
+    let normal = DVector::from_fn(n, |i, _| f64::from(u8::from(i == n / 2)));
+    chain.faces[0].normal = normal.clone();
+    chain.faces[1].normal = -normal;
+    timed(&chain, "chain of 30");
+}

@@ -335,7 +335,7 @@ impl Search<'_> {
             ));
         }
         if rest.repeats {
-            parts.push("the orbit of half the period, gone through twice, is left out".to_owned());
+            parts.push("orbits of half the period, gone through twice, are not counted".to_owned());
         }
         if rest.apart > 0 {
             parts.push(format!("{} more meet one contact of each instant, but not those of all stops", rest.apart));
