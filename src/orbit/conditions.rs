@@ -7,26 +7,23 @@ use crate::orbit::green::{Cell, Green, turned};
 use crate::orbit::impulses::{Instant, Units, times};
 use crate::orbit::polish::Root;
 use crate::orbit::retained::Retained;
-use crate::orbit::series::{Entry, Series};
-use nalgebra::{DMatrix, DVector};
-
-/// Entries that vanish by symmetry are below this, relative to their terms.
-const SPLIT: f64 = 1e-13;
+use crate::orbit::series::Entry;
+use nalgebra::{Complex, DMatrix, DVector};
 
 /// Rows: restitution of each stop, repetition of the retained modes, contact of each stop. Columns: impulses, states of
 /// the retained modes, cos and sin, right-hand side.
 pub(crate) struct Conditions<'a> {
-    instant: &'a Instant<'a>,
+    pub(super) instant: &'a Instant<'a>,
     /// Stops of the first instant; those of the second follow in `instant.stops`.
-    first: usize,
+    pub(super) first: usize,
     /// The equations with dt = 0 wherever dt enters.
-    constant: DMatrix<f64>,
-    units: Units,
+    pub(super) constant: DMatrix<f64>,
+    pub(super) units: Units,
     /// What each stop's impulse leaves of itself in the eliminated modes.
     green: Vec<Green>,
     /// What the restitution and the contact rows of the stops of either instant see of the eliminated modes.
     seen: [Vec<(f64, Vec<Pair>)>; 2],
-    retained: Option<Retained<'a>>,
+    pub(super) retained: Option<Retained<'a>>,
 }
 
 impl<'a> Conditions<'a> {
@@ -37,33 +34,62 @@ impl<'a> Conditions<'a> {
         let (repeat, rhs) = instant.repeat_rows();
         let (contact, offset) = instant.contact_rows();
         let mut constant = DMatrix::zeros(inner + k, inner + 3);
-        constant.view_mut((0, 0), (inner, inner + 2)).copy_from(&repeat);
-        constant.view_mut((inner, 0), (k, inner + 2)).copy_from(&contact);
-        constant.view_mut((0, inner + 2), (inner, 1)).copy_from(&rhs);
-        constant.view_mut((inner, inner + 2), (k, 1)).copy_from(&(instant.clearances() - offset));
+        constant
+            .view_mut((0, 0), (inner, inner + 2))
+            .copy_from(&repeat);
+        constant
+            .view_mut((inner, 0), (k, inner + 2))
+            .copy_from(&contact);
+        constant
+            .view_mut((0, inner + 2), (inner, 1))
+            .copy_from(&rhs);
+        constant
+            .view_mut((inner, inner + 2), (k, 1))
+            .copy_from(&(instant.clearances() - offset));
         let mut units = instant.units(&constant.columns(0, inner + 2).into_owned(), k);
         units.columns = units.columns.push(1.0);
         let (eliminated, blocks) = eliminated(instant);
-        let softest = blocks.iter().flat_map(|b| b.roots().map(|l| l.norm())).filter(|&r| r > 0.0);
+        let softest = blocks
+            .iter()
+            .flat_map(|b| b.roots().map(Complex::norm))
+            .filter(|&r| r > 0.0);
         let softest = softest.fold(scene.frequency, f64::min);
         let green = instant
             .stops
             .iter()
             .map(|&stop| {
-                let start = eliminated.iter().filter_map(|&j| Some(times(instant.resolvents[j].as_ref()?, scene.jumps[stop][j])));
+                let start = eliminated.iter().filter_map(|&j| {
+                    Some(times(instant.resolvents[j].as_ref()?, scene.jumps[stop][j]))
+                });
                 Green::new(blocks.iter().copied().zip(start).collect(), softest)
             })
             .collect();
         let pick = |row: &[Pair]| eliminated.iter().map(|&j| row[j]).collect::<Vec<_>>();
         let seen = [&instant.stops[..first], &instant.stops[first..]].map(|stops| {
-            let velocity = stops.iter().map(|&a| (-1.0 - scene.geometry.restitutions[a], pick(&scene.velocity_rows[a])));
-            velocity.chain(stops.iter().map(|&a| (-1.0, pick(&scene.position_rows[a])))).collect()
+            let velocity = stops.iter().map(|&a| {
+                (
+                    -1.0 - scene.geometry.restitutions[a],
+                    pick(&scene.velocity_rows[a]),
+                )
+            });
+            velocity
+                .chain(stops.iter().map(|&a| (-1.0, pick(&scene.position_rows[a]))))
+                .collect()
         });
-        let retained = (!instant.retained.is_empty()).then(|| Retained::new(scene, &instant.retained));
-        Self { instant, first, constant, units, green, seen, retained }
+        let retained =
+            (!instant.retained.is_empty()).then(|| Retained::new(scene, &instant.retained));
+        Self {
+            instant,
+            first,
+            constant,
+            units,
+            green,
+            seen,
+            retained,
+        }
     }
 
-    fn scene(&self) -> &'a ModalScene {
+    pub(super) fn scene(&self) -> &'a ModalScene {
         self.instant.scene
     }
 
@@ -84,16 +110,33 @@ impl<'a> Conditions<'a> {
 
     /// The equations over a cell of dt, by rows, unscaled.
     pub fn entries(&self, cell: &Cell) -> Vec<Entry> {
-        let (k, inner, width) = (self.instant.stops.len(), self.n_inner(), self.constant.ncols());
-        let mut entries: Vec<Entry> = self.constant.transpose().iter().map(|&x| Entry::constant(x)).collect();
+        let (k, inner, width) = (
+            self.instant.stops.len(),
+            self.n_inner(),
+            self.constant.ncols(),
+        );
+        let mut entries: Vec<Entry> = self
+            .constant
+            .transpose()
+            .iter()
+            .map(|&x| Entry::constant(x))
+            .collect();
         let t = self.instant.period;
-        let rest = Cell { origin: t - cell.origin, low: t - cell.high, high: t - cell.low, ..*cell };
+        let rest = Cell {
+            origin: t - cell.origin,
+            low: t - cell.high,
+            high: t - cell.low,
+            ..*cell
+        };
         let mut out = vec![Entry::default(); 2 * k];
         for (b, green) in self.green.iter().enumerate() {
             let is_first = b < self.first;
             // An impulse of one instant as the stops of the other one see it.
-            let (rows, targets, tau) =
-                if is_first { (&self.seen[1], self.first..k, cell) } else { (&self.seen[0], 0..self.first, &rest) };
+            let (rows, targets, tau) = if is_first {
+                (&self.seen[1], self.first..k, cell)
+            } else {
+                (&self.seen[0], 0..self.first, &rest)
+            };
             let n = targets.len();
             out.fill(Entry::default());
             green.add(tau, !is_first, rows, &mut out);
@@ -115,14 +158,34 @@ impl<'a> Conditions<'a> {
         entries
     }
 
-    fn put_retained(&self, retained: &Retained<'_>, cell: &Cell, rest: &Cell, entries: &mut [Entry]) {
+    fn put_retained(
+        &self,
+        retained: &Retained<'_>,
+        cell: &Cell,
+        rest: &Cell,
+        entries: &mut [Entry],
+    ) {
         let scene = self.scene();
-        let (k, inner, width) = (self.instant.stops.len(), self.n_inner(), self.constant.ncols());
+        let (k, inner, width) = (
+            self.instant.stops.len(),
+            self.n_inner(),
+            self.constant.ncols(),
+        );
         let (there, back) = (retained.flow(cell.origin), retained.flow(rest.origin));
-        let pick = |row: &[Pair]| self.instant.retained.iter().flat_map(|&j| row[j]).collect::<Vec<f64>>();
+        let pick = |row: &[Pair]| {
+            self.instant
+                .retained
+                .iter()
+                .flat_map(|&j| row[j])
+                .collect::<Vec<f64>>()
+        };
         for a in self.first..k {
             let stop = self.instant.stops[a];
-            let velocity = (a, 1.0 + scene.geometry.restitutions[stop], &scene.velocity_rows[stop]);
+            let velocity = (
+                a,
+                1.0 + scene.geometry.restitutions[stop],
+                &scene.velocity_rows[stop],
+            );
             for (row, factor, seen) in [velocity, (inner + a, 1.0, &scene.position_rows[stop])] {
                 let seen = pick(seen);
                 let along = retained.row(&seen, &there, cell);
@@ -137,10 +200,10 @@ impl<'a> Conditions<'a> {
                 line[inner].add(factor, &along[inner - k + 1]);
                 line[inner + 1].add(factor, &along[inner - k + 2]);
                 // z at the second instant is the one before its own impulses.
-                for b in self.first..k {
-                    let jump = pick(&scene.jumps[self.instant.stops[b]]);
+                for (entry, &stop) in line.iter_mut().zip(self.instant.stops).skip(self.first) {
+                    let jump = pick(&scene.jumps[stop]);
                     let own: f64 = seen.iter().zip(&jump).map(|(r, j)| r * j).sum();
-                    line[b].add(-factor, &Entry::constant(own));
+                    entry.add(-factor, &Entry::constant(own));
                 }
             }
         }
@@ -150,131 +213,6 @@ impl<'a> Conditions<'a> {
                 entries[(k + i) * width + b] = entry;
             }
         }
-    }
-
-    /// The factor by which the contact row of the first stop of the second instant repeats that of the first instant
-    /// when the instants meet: both stops are one surface.
-    pub fn same_surface(&self) -> Option<f64> {
-        let g = &self.scene().geometry;
-        let (a, b) = (self.instant.stops[0], self.instant.stops[self.first]);
-        let (n, m) = (g.normals.column(a), g.normals.column(b));
-        let factor = n.dot(&m) / n.norm_squared();
-        let is_parallel = (m - n * factor).amax() <= 4.0 * f64::EPSILON * m.amax();
-        let offset = g.clearances[b] - factor * g.clearances[a];
-        (is_parallel && offset.abs() <= 4.0 * f64::EPSILON * g.clearances[b].abs()).then_some(factor)
-    }
-
-    /// The two contact rows that a search solves: the first stop of either instant.
-    fn leading_contacts(&self) -> [usize; 2] {
-        [self.n_inner(), self.n_inner() + self.first]
-    }
-
-    /// The scaled equations for impulses, states and phase with the clearances given: all rows but the contacts, and the
-    /// leading contacts. With `factor` the second of these is the difference to `factor` times the first, over x.
-    pub fn circle_rows(&self, entries: &[Entry], factor: Option<f64>) -> Vec<Series> {
-        let (inner, width) = (self.n_inner(), self.constant.ncols());
-        let [first, second] = self.leading_contacts();
-        let mut rows = Vec::with_capacity((inner + 2) * width);
-        for row in (0..=inner).chain([second]) {
-            for c in 0..width {
-                let entry = &entries[row * width + c];
-                let unit = self.units.rows[row] * self.units.columns[c];
-                rows.push(match factor.filter(|_| row == second) {
-                    Some(factor) => {
-                        let mut difference = *entry;
-                        difference.add(-factor, &entries[first * width + c]);
-                        difference.over_x(unit)
-                    }
-                    None => entry.series(unit),
-                });
-            }
-        }
-        rows
-    }
-
-    /// The equations over a cell with the phase counted from the middle of the flight, in sums and differences over the two
-    /// instants, of their rows and of their impulses: rows R+, R-, C+, C-, columns p+, p-, cos, sin, right-hand side.
-    fn half_entries(&self, cell: &Cell) -> [[Entry; 5]; 4] {
-        let (inner, width) = (self.n_inner(), self.constant.ncols());
-        let mut entries = self.entries(cell);
-        let rows = [[0, 1], [inner, inner + 1]];
-        for (row, side) in rows.iter().flat_map(|pair| pair.iter().zip([-0.5, 0.5])) {
-            let steady = [self.constant[(*row, inner)], self.constant[(*row, inner + 1)]];
-            let turned = turned(cell, side * self.scene().frequency, steady);
-            entries[row * width + inner..row * width + inner + 2].copy_from_slice(&turned);
-        }
-        let mut half = [[Entry::default(); 5]; 4];
-        for (i, [first, second]) in rows.into_iter().enumerate() {
-            for (j, sign) in [1.0, -1.0].into_iter().enumerate() {
-                let line: [Entry; 5] = std::array::from_fn(|c| {
-                    Entry::combined([1.0, sign], [&entries[second * width + c], &entries[first * width + c]])
-                });
-                let [p, q, rest @ ..] = &line;
-                let [sum, difference] = [1.0, -1.0].map(|s| Entry::combined([1.0, s], [p, q]));
-                half[2 * i + j] = [sum, difference, rest[0], rest[1], rest[2]];
-            }
-        }
-        half
-    }
-
-    /// Whether half the period apart the instants are alike, the same stop or mirror images: the conditions then split
-    /// into sums and differences over the instants, and every flight time has a line of solutions there. That line holds
-    /// the shorter orbit gone through twice, or the symmetric orbits.
-    pub fn splits_at_half(&self) -> bool {
-        if self.instant.stops.len() != 2 || self.retained.is_some() {
-            return false;
-        }
-        let half = self.half_entries(&point(0.5 * self.instant.period, 1.0 / self.scene().frequency));
-        [1, 3].iter().all(|&row| [0, 2, 3, 4].iter().all(|&c| half[row][c].c[0].abs() <= SPLIT * half[row][c].size))
-    }
-
-    /// The scaled equations over a cell about `dt = T/2` where they split, the double zero there divided out: the rows of
-    /// differences over x, the unknown difference of the impulses over x.
-    pub fn half_rows(&self, cell: &Cell) -> Vec<Series> {
-        let inner = self.n_inner();
-        let half = self.half_entries(cell);
-        let x = Series::x();
-        let mut rows = Vec::with_capacity(20);
-        for (i, line) in half.iter().enumerate() {
-            let unit = self.units.rows[[0, 0, inner, inner][i]];
-            for (c, entry) in line.iter().enumerate() {
-                let factor = unit * self.units.columns[[0, 0, inner, inner, inner + 2][c]];
-                rows.push(match (i % 2, c) {
-                    (0, 1) => Series::sum_of_products([(1.0, &x, &entry.series(factor))].into_iter()),
-                    (0, _) | (_, 1) => entry.series(factor),
-                    _ => entry.over_x(factor),
-                });
-            }
-        }
-        rows
-    }
-
-    /// The scaled equations for impulses and states with the phase given: all rows but the contacts, and "stop number
-    /// `contacts.1` of the list is at its second instant where `contacts.0` was at its first"; over x if `deflated`.
-    pub fn phase_rows(&self, entries: &[Entry], u: Pair, contacts: (usize, usize), deflated: bool) -> Vec<Series> {
-        let (inner, width) = (self.n_inner(), self.constant.ncols());
-        let mut rows = Vec::with_capacity((inner + 1) * (inner + 1));
-        let known = |line: &[Entry]| {
-            let mut known = line[inner + 2];
-            known.add(-u[0], &line[inner]);
-            known.add(-u[1], &line[inner + 1]);
-            known
-        };
-        for row in 0..inner {
-            let line = &entries[row * width..(row + 1) * width];
-            let unit = self.units.rows[row];
-            rows.extend((0..inner).map(|c| line[c].series(unit * self.units.columns[c])));
-            rows.push(known(line).series(unit * self.phase_unit()));
-        }
-        let line = |a: usize| &entries[(inner + a) * width..(inner + a + 1) * width];
-        let (before, after) = (line(contacts.0), line(contacts.1));
-        for c in 0..=inner {
-            let (mut difference, from) = if c < inner { (after[c], before[c]) } else { (known(after), known(before)) };
-            difference.add(-1.0, &from);
-            let unit = self.units.rows[inner] * if c < inner { self.units.columns[c] } else { self.phase_unit() };
-            rows.push(if deflated { difference.over_x(unit) } else { difference.series(unit) });
-        }
-        rows
     }
 
     /// The largest misfit of the contacts that the search did not solve for, scaled: stops hit together have more contacts
@@ -288,11 +226,14 @@ impl<'a> Conditions<'a> {
         let entries = self.entries(&point(root.dt, 1.0));
         let position = |a: usize| {
             let row = inner + a;
-            let terms = (0..inner + 2).map(|c| entries[row * width + c].c[0] * self.units.columns[c] * root.x[c]);
+            let terms = (0..inner + 2)
+                .map(|c| entries[row * width + c].c[0] * self.units.columns[c] * root.x[c]);
             self.units.rows[row] * (terms.sum::<f64>() - entries[row * width + inner + 2].c[0])
         };
         if !is_phase_given {
-            return (0..stops.len()).map(|a| position(a).abs()).fold(0.0, f64::max);
+            return (0..stops.len())
+                .map(|a| position(a).abs())
+                .fold(0.0, f64::max);
         }
         let again = |a: usize| (self.first..stops.len()).find(|&b| stops[b] == stops[a]);
         let moved = |a: usize| again(a).map_or(0.0, |b| (position(b) - position(a)).abs());
@@ -313,7 +254,10 @@ impl<'a> Conditions<'a> {
     pub fn read(&self, x: &DVector<f64>) -> (Vec<f64>, Pair) {
         let value = |i: usize| x[i] * self.units.columns[i];
         let inner = self.n_inner();
-        ((0..self.instant.stops.len()).map(value).collect(), [value(inner), value(inner + 1)])
+        (
+            (0..self.instant.stops.len()).map(value).collect(),
+            [value(inner), value(inner + 1)],
+        )
     }
 
     /// Scaled unknowns with the given phase from the solution of `phase_rows`, whose right-hand side has the phase's unit.
@@ -332,9 +276,8 @@ impl<'a> Conditions<'a> {
         let mut states = [(); 2].map(|()| instant.equilibrium.clone());
         for (side, (state, u)) in states.iter_mut().zip([u, later]).enumerate() {
             for &j in &eliminated {
-                for k in 0..2 {
-                    state[j][k] += instant.steady[j][0][k] * u[0] + instant.steady[j][1][k] * u[1];
-                }
+                let [by_cos, by_sin] = instant.steady[j];
+                state[j] = [0, 1].map(|k| state[j][k] + by_cos[k] * u[0] + by_sin[k] * u[1]);
             }
             for (b, green) in self.green.iter().enumerate() {
                 let tau = match (side, b < self.first) {
@@ -343,7 +286,10 @@ impl<'a> Conditions<'a> {
                     (_, false) => instant.period - dt,
                 };
                 for (&j, z) in eliminated.iter().zip(green.states(tau)) {
-                    state[j] = [state[j][0] - impulses[b] * z[0], state[j][1] - impulses[b] * z[1]];
+                    state[j] = [
+                        state[j][0] - impulses[b] * z[0],
+                        state[j][1] - impulses[b] * z[1],
+                    ];
                 }
             }
         }
@@ -355,9 +301,9 @@ impl<'a> Conditions<'a> {
             for (i, &j) in instant.retained.iter().enumerate() {
                 states[0][j] = [y[2 * i], y[2 * i + 1]];
                 states[1][j] = [moved[2 * i], moved[2 * i + 1]];
-                for b in self.first..k {
-                    let jump = scene.jumps[instant.stops[b]][j];
-                    states[1][j] = [states[1][j][0] - jump[0] * impulses[b], states[1][j][1] - jump[1] * impulses[b]];
+                for (&stop, p) in instant.stops.iter().zip(&impulses).skip(self.first) {
+                    let jump = scene.jumps[stop][j];
+                    states[1][j] = [states[1][j][0] - jump[0] * p, states[1][j][1] - jump[1] * p];
                 }
             }
         }
@@ -367,13 +313,21 @@ impl<'a> Conditions<'a> {
 
 /// A cell of one point: values and derivatives only.
 pub(crate) fn point(dt: f64, scale: f64) -> Cell {
-    Cell { origin: dt, scale, low: dt, high: dt }
+    Cell {
+        origin: dt,
+        scale,
+        low: dt,
+        high: dt,
+    }
 }
 
 /// The eliminated modes of an instant.
 fn eliminated(instant: &Instant<'_>) -> (Vec<usize>, Vec<crate::modal::Block>) {
     match &instant.scene.form.form {
-        Form::Blocks(blocks) => (0..blocks.len()).filter(|&j| instant.resolvents[j].is_some()).map(|j| (j, blocks[j])).unzip(),
+        Form::Blocks(blocks) => (0..blocks.len())
+            .filter(|&j| instant.resolvents[j].is_some())
+            .map(|j| (j, blocks[j]))
+            .unzip(),
         Form::Dense(_) => (Vec::new(), Vec::new()),
     }
 }

@@ -24,26 +24,37 @@ pub(crate) struct Green {
 
 #[inline]
 fn times(a: &[Pair; 2], z: Pair) -> Pair {
-    [a[0][0] * z[0] + a[0][1] * z[1], a[1][0] * z[0] + a[1][1] * z[1]]
+    [
+        a[0][0] * z[0] + a[0][1] * z[1],
+        a[1][0] * z[0] + a[1][1] * z[1],
+    ]
 }
 
 impl Green {
     /// The blocks with their states at tau = 0; `softest` as in `Block::norm`.
     pub fn new(blocks: Vec<(Block, Pair)>, softest: f64) -> Self {
-        let norms = blocks.iter().map(|(block, _)| block.norm(softest)).map(|n| (n.weight, n.growth)).collect();
+        let norms = blocks
+            .iter()
+            .map(|(block, _)| block.norm(softest))
+            .map(|n| (n.weight, n.growth))
+            .collect();
         Self { blocks, norms }
     }
 
     /// The states at tau, block by block.
     pub fn states(&self, tau: f64) -> impl Iterator<Item = Pair> {
-        self.blocks.iter().map(move |(block, z)| times(&block.propagator(tau), *z))
+        self.blocks
+            .iter()
+            .map(move |(block, z)| times(&block.propagator(tau), *z))
     }
 
     /// Adds to each of `out` its factor times what its row sees of the motion over a cell of tau. With `backward` the
     /// functions are of -tau: x counts against it.
     pub fn add(&self, cell: &Cell, backward: bool, rows: &[(f64, Vec<Pair>)], out: &mut [Entry]) {
         let step = if backward { -cell.scale } else { cell.scale };
-        for (j, ((block, start), (weight, growth))) in self.blocks.iter().zip(&self.norms).enumerate() {
+        for (j, ((block, start), (weight, growth))) in
+            self.blocks.iter().zip(&self.norms).enumerate()
+        {
             let a = block.matrix().map(|row| row.map(|x| x * step));
             let mut chain = [[0.0; 2]; ORDER + 1];
             chain[0] = times(&block.propagator(cell.origin), *start);
@@ -57,7 +68,8 @@ impl Green {
             }
             let later = times(&a, early).map(|x| x / (ORDER + 1) as f64);
             let grown = (growth * (cell.high - cell.low)).exp();
-            let [rest, next] = [early, later].map(|z| grown * (weight * z[0] * z[0] + z[1] * z[1]).sqrt());
+            let [rest, next] =
+                [early, later].map(|z| grown * (weight * z[0] * z[0] + z[1] * z[1]).sqrt());
             for ((factor, row), entry) in rows.iter().zip(out.iter_mut()) {
                 let r = row[j];
                 if r == [0.0, 0.0] {
@@ -69,7 +81,8 @@ impl Green {
                 let dual = factor.abs() * (r[0] * r[0] / weight + r[1] * r[1]).sqrt();
                 entry.rest[0] += dual * rest;
                 entry.rest[1] += dual * next;
-                entry.size += factor.abs() * ((r[0] * chain[0][0]).abs() + (r[1] * chain[0][1]).abs());
+                entry.size +=
+                    factor.abs() * ((r[0] * chain[0][0]).abs() + (r[1] * chain[0][1]).abs());
             }
         }
     }
@@ -81,7 +94,10 @@ pub(crate) fn turned(cell: &Cell, frequency: f64, [cosine, sine]: Pair) -> [Entr
     let (s, c) = (frequency * cell.origin).sin_cos();
     let mut value = [cosine * c + sine * s, sine * c - cosine * s];
     let size = cosine.abs() + sine.abs();
-    let mut entries = [Entry { size, ..Entry::default() }; 2];
+    let mut entries = [Entry {
+        size,
+        ..Entry::default()
+    }; 2];
     let amplitude = cosine.hypot(sine);
     let mut factor = 1.0;
     for k in 0..ORDER + 2 {
@@ -112,14 +128,29 @@ mod tests {
             Block::Oscillator { w2: 4.0, eta: 40.0 },
             Block::Oscillator { w2: 0.0, eta: 0.3 },
             Block::Oscillator { w2: -0.5, eta: 0.2 },
-            Block::Spiral { sigma: -0.2, omega: 1.5 },
-            Block::Decays { roots: [-0.5, -30.0] },
+            Block::Spiral {
+                sigma: -0.2,
+                omega: 1.5,
+            },
+            Block::Decays {
+                roots: [-0.5, -30.0],
+            },
         ];
         for block in blocks {
             let green = Green::new(vec![(block, [0.7, -1.3])], 0.5);
             let rows = [(1.5, vec![[0.6, -0.2]]), (-1.0, vec![[0.0, 1.0]])];
-            for (origin, low, scale) in [(0.4, 0.2, 0.2), (0.0, 0.0, 0.3), (0.05, 0.0, 0.05), (2.0, 1.7, 0.3)] {
-                let cell = Cell { origin, scale, low, high: origin + scale };
+            for (origin, low, scale) in [
+                (0.4, 0.2, 0.2),
+                (0.0, 0.0, 0.3),
+                (0.05, 0.0, 0.05),
+                (2.0, 1.7, 0.3),
+            ] {
+                let cell = Cell {
+                    origin,
+                    scale,
+                    low,
+                    high: origin + scale,
+                };
                 let mut out = [Entry::default(); 2];
                 green.add(&cell, false, &rows, &mut out);
                 for i in 0..=20 {
@@ -129,27 +160,43 @@ mod tests {
                         let exact = factor * (row[0][0] * z[0][0] + row[0][1] * z[0][1]);
                         let (x, f) = ((t - origin) / scale, entry.series(1.0));
                         let miss = (f.value(x) - exact).abs();
-                        assert!(miss <= f.remainder() * x.abs().powi(8) + 1e-12, "{block:?} {t} {miss:e}");
+                        assert!(
+                            miss <= f.remainder() * x.abs().powi(8) + 1e-12,
+                            "{block:?} {t} {miss:e}"
+                        );
                         let next = entry.rest[1] * x.abs().powi(9);
-                        assert!((f.value(x) + entry.c[ORDER] * x.powi(8) - exact).abs() <= next + 1e-12);
+                        assert!(
+                            (f.value(x) + entry.c[ORDER] * x.powi(8) - exact).abs() <= next + 1e-12
+                        );
                     }
                 }
                 let mut back = [Entry::default(); 2];
                 green.add(&cell, true, &rows, &mut back);
-                assert!((back[0].series(1.0).value(-0.3) - out[0].series(1.0).value(0.3)).abs() < 1e-12);
+                assert!(
+                    (back[0].series(1.0).value(-0.3) - out[0].series(1.0).value(0.3)).abs() < 1e-12
+                );
             }
         }
     }
 
     #[test]
     fn a_steady_response_turns_with_the_phase() {
-        let cell = Cell { origin: 1.1, scale: 0.2, low: 0.9, high: 1.3 };
+        let cell = Cell {
+            origin: 1.1,
+            scale: 0.2,
+            low: 0.9,
+            high: 1.3,
+        };
         let [by_cos, by_sin] = turned(&cell, 2.0, [0.3, -0.8]);
         for (x, phase) in [(-1.0, 0.4), (0.6, 2.0f64)] {
             let angle = 2.0 * (1.1 + 0.2 * x) + phase;
             let exact = 0.3 * angle.cos() - 0.8 * angle.sin();
-            let got = by_cos.series(1.0).value(x) * phase.cos() + by_sin.series(1.0).value(x) * phase.sin();
-            assert!((got - exact).abs() < 2.0 * by_cos.rest[0] + 1e-15, "{got} {exact}");
+            let got = by_cos.series(1.0).value(x) * phase.cos()
+                + by_sin.series(1.0).value(x) * phase.sin();
+            assert!(
+                (got - exact).abs() < 2.0 * by_cos.rest[0] + 1e-15,
+                "{got} {exact}"
+            );
         }
     }
 }

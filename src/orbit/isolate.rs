@@ -103,7 +103,13 @@ pub(crate) fn isolate(
     mut function: impl FnMut(&Place) -> Sampled,
 ) -> Isolated {
     let mut found = Isolated::default();
-    let at = |i: u64| if i == FINEST { high } else { low + (high - low) * (i as f64 / FINEST as f64) };
+    let at = |i: u64| {
+        if i == FINEST {
+            high
+        } else {
+            low + (high - low) * (i as f64 / FINEST as f64)
+        }
+    };
     let (mut position, mut step) = (0, FINEST / 16);
     while position < FINEST {
         let mut width = step.min(FINEST - position);
@@ -114,7 +120,11 @@ pub(crate) fn isolate(
                 (_, FINEST) if deflated.1 => End::High,
                 _ => End::Neither,
             };
-            let place = Place { low: at(position), high: at(position + width), end };
+            let place = Place {
+                low: at(position),
+                high: at(position + width),
+                end,
+            };
             found.cells += 1;
             let verdict = judge(&place, &function(&place));
             let is_last = width == 1 || found.cells >= MOST_CELLS;
@@ -127,18 +137,31 @@ pub(crate) fn isolate(
                 Verdict::Clear => {}
                 Verdict::Simple(x) => {
                     let guess = match end {
-                        End::Neither => 0.5 * ((place.low + place.high) + x * (place.high - place.low)),
+                        End::Neither => {
+                            0.5 * ((place.low + place.high) + x * (place.high - place.low))
+                        }
                         End::Low => place.low + x * (place.high - place.low),
                         End::High => place.high + x * (place.high - place.low),
                     };
-                    found.simple.push(Bracket { low: place.low, high: place.high, guess });
+                    found.simple.push(Bracket {
+                        low: place.low,
+                        high: place.high,
+                        guess,
+                    });
                 }
                 Verdict::Unknown | Verdict::Rounding => extend(&mut found.undecided, &place),
             }
             break;
         }
         if found.cells >= MOST_CELLS {
-            extend(&mut found.undecided, &Place { low: at(position), high, end: End::Neither });
+            extend(
+                &mut found.undecided,
+                &Place {
+                    low: at(position),
+                    high,
+                    end: End::Neither,
+                },
+            );
             return found;
         }
         position += width;
@@ -153,7 +176,11 @@ fn extend(stretches: &mut Vec<Bracket>, place: &Place) {
         Some(last) if last.high >= place.low => stretches.pop().map_or(place.low, |s| s.low),
         _ => place.low,
     };
-    stretches.push(Bracket { low: start, high: place.high, guess: 0.5 * (start + place.high) });
+    stretches.push(Bracket {
+        low: start,
+        high: place.high,
+        guess: 0.5 * (start + place.high),
+    });
 }
 
 #[cfg(test)]
@@ -164,13 +191,25 @@ mod tests {
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {
         isolate((0.0, 10.0), (false, false), |place| {
-            let (origin, scale) = (0.5 * (place.low + place.high), 0.5 * (place.high - place.low));
-            let cell = Cell { origin, scale, low: place.low, high: place.high };
+            let (origin, scale) = (
+                0.5 * (place.low + place.high),
+                0.5 * (place.high - place.low),
+            );
+            let cell = Cell {
+                origin,
+                scale,
+                low: place.low,
+                high: place.high,
+            };
             let [cosine, _] = turned(&cell, w, [shift.cos(), shift.sin()]);
             let (one, f) = (Series::constant(1.0), cosine.series(1.0));
             let offset = Series::constant(offset);
-            let series = Series::sum_of_products([(1.0, &one, &f), (1.0, &one, &offset)].into_iter());
-            Sampled { series, floor: 1e-15 }
+            let series =
+                Series::sum_of_products([(1.0, &one, &f), (1.0, &one, &offset)].into_iter());
+            Sampled {
+                series,
+                floor: 1e-15,
+            }
         })
     }
 
@@ -179,7 +218,11 @@ mod tests {
         for w in [0.3, 2.0, 17.0] {
             let found = search(w, 0.3, 0.1);
             let zeros: Vec<f64> = (-2..40)
-                .flat_map(|k| [1.0, -1.0].map(|s| (s * (-0.1f64).acos() + 0.3 + std::f64::consts::TAU * f64::from(k)) / w))
+                .flat_map(|k| {
+                    [1.0, -1.0].map(|s| {
+                        (s * (-0.1f64).acos() + 0.3 + std::f64::consts::TAU * f64::from(k)) / w
+                    })
+                })
                 .filter(|t| (0.0..10.0).contains(t))
                 .collect();
             assert_eq!(found.simple.len(), zeros.len(), "{w}");
@@ -193,7 +236,10 @@ mod tests {
     #[test]
     fn double_zeros_are_left_undecided_and_near_ones_are_told_apart() {
         let found = search(2.0, 0.3, 1.0);
-        assert!(found.simple.is_empty() && found.undecided.len() == 3, "{found:?}");
+        assert!(
+            found.simple.is_empty() && found.undecided.len() == 3,
+            "{found:?}"
+        );
         assert!(found.undecided.iter().all(|b| b.high - b.low < 1e-5));
         assert_eq!(search(2.0, 0.3, 1.0 - 1e-10).simple.len(), 6);
         assert!(search(2.0, 0.3, 1.0 + 1e-10).simple.is_empty());

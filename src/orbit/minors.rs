@@ -18,14 +18,22 @@ impl Minors {
         for _ in 1..rows {
             let mut below: Vec<usize> = levels[levels.len() - 1]
                 .iter()
-                .flat_map(|&set| (0..columns).filter(move |c| set >> c & 1 == 1).map(move |c| set & !(1 << c)))
+                .flat_map(|&set| {
+                    (0..columns)
+                        .filter(move |c| set >> c & 1 == 1)
+                        .map(move |c| set & !(1 << c))
+                })
                 .collect();
             below.sort_unstable();
             below.dedup();
             levels.push(below);
         }
         levels.reverse();
-        Self { columns, levels, table: vec![Series::constant(0.0); 1 << columns] }
+        Self {
+            columns,
+            levels,
+            table: vec![Series::constant(0.0); 1 << columns],
+        }
     }
 
     /// Computes the determinants of a matrix given by rows; read them with `det`.
@@ -61,7 +69,10 @@ mod tests {
 
     #[test]
     fn determinants_over_chosen_columns() {
-        let values = [2.0, -1.0, 0.0, 0.5, 3.0, 1.0, 4.0, -2.0, 0.3, 0.0, 0.7, 1.1, -0.4, 2.2, 5.0, 0.9, 0.2, 0.1, 0.6, -1.0];
+        let values = [
+            2.0, -1.0, 0.0, 0.5, 3.0, 1.0, 4.0, -2.0, 0.3, 0.0, 0.7, 1.1, -0.4, 2.2, 5.0, 0.9, 0.2,
+            0.1, 0.6, -1.0,
+        ];
         let entries: Vec<Series> = values.iter().map(|&x| Series::constant(x)).collect();
         let matrix = DMatrix::from_row_slice(4, 5, &values);
         let wanted = [0b0_1111, 0b1_0111, 0b1_1011];
@@ -70,7 +81,10 @@ mod tests {
         for set in wanted {
             let columns: Vec<usize> = (0..5).filter(|c| set >> c & 1 == 1).collect();
             let expected = matrix.select_columns(&columns).determinant();
-            assert!((minors.det(set).at_origin() - expected).abs() < 1e-13, "{set:b}");
+            assert!(
+                (minors.det(set).at_origin() - expected).abs() < 1e-13,
+                "{set:b}"
+            );
         }
     }
 }

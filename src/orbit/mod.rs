@@ -3,6 +3,7 @@
 mod admissible;
 mod closed_form;
 mod conditions;
+mod flight_time;
 mod green;
 mod impulses;
 mod isolate;
@@ -12,6 +13,7 @@ mod pattern;
 mod periodic_orbit;
 mod polish;
 mod retained;
+mod scaled_rows;
 mod search;
 mod series;
 mod stability;

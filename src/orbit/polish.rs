@@ -46,11 +46,12 @@ pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVec
     let n = equations.n();
     let square = equations.matrix.columns(0, n).into_owned();
     let rhs = equations.matrix.column(n);
-    let svd = SVD::try_new(square, true, true, f64::EPSILON, 100 * n).ok_or(Error::NoConvergence {
-        stage: "the singular value decomposition",
-        iterations: 100 * n,
-        residual: f64::NAN,
-    })?;
+    let svd =
+        SVD::try_new(square, true, true, f64::EPSILON, 100 * n).ok_or(Error::NoConvergence {
+            stage: "the singular value decomposition",
+            iterations: 100 * n,
+            residual: f64::NAN,
+        })?;
     let (u, v_t) = (svd.u.unwrap_or_default(), svd.v_t.unwrap_or_default());
     let sigma = &svd.singular_values;
     let last = sigma.imin();
@@ -62,14 +63,22 @@ pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVec
     let part = |x: &DVector<f64>| [unit * x[n - 2], unit * x[n - 1]];
     let (p, d) = (part(&base), part(&direction));
     // |p + s d|^2 = 1
-    let (a, b, c) = (d[0] * d[0] + d[1] * d[1], p[0] * d[0] + p[1] * d[1], p[0] * p[0] + p[1] * p[1] - 1.0);
+    let (a, b, c) = (
+        d[0] * d[0] + d[1] * d[1],
+        p[0] * d[0] + p[1] * d[1],
+        p[0] * p[0] + p[1] * p[1] - 1.0,
+    );
     let wanted = u.column(last).dot(&rhs) / sigma[last];
     let half = (b * b - a * c).max(0.0).sqrt();
     // The larger root first, the other from the product.
     let q = if b >= 0.0 { -b - half } else { half - b };
     let roots = [q / a, c / q].map(|s| if s.is_finite() { s } else { -b / a });
     if roots.iter().any(|s| !s.is_finite()) {
-        return Ok(if wanted.is_finite() { vec![base + direction * wanted] } else { vec![base] });
+        return Ok(if wanted.is_finite() {
+            vec![base + direction * wanted]
+        } else {
+            vec![base]
+        });
     }
     let mut starts: Vec<f64> = roots.to_vec();
     starts.sort_by(|s, t| (s - wanted).abs().total_cmp(&(t - wanted).abs()));
@@ -103,10 +112,15 @@ pub(crate) fn polish(
         let mut jacobian = DMatrix::zeros(n + 1, n + 1);
         let mut misfit = DVector::zeros(n + 1);
         let rows = here.matrix.nrows();
-        jacobian.view_mut((0, 0), (rows, n)).copy_from(&here.matrix.columns(0, n));
-        jacobian.view_mut((0, n), (rows, 1)).copy_from(&here.slope(&x));
+        jacobian
+            .view_mut((0, 0), (rows, n))
+            .copy_from(&here.matrix.columns(0, n));
+        jacobian
+            .view_mut((0, n), (rows, 1))
+            .copy_from(&here.slope(&x));
         misfit.rows_mut(0, rows).copy_from(&here.misfit(&x));
-        let mut size = misfit.norm() / (x.norm() + here.matrix.column(n).norm()).max(f64::MIN_POSITIVE);
+        let mut size =
+            misfit.norm() / (x.norm() + here.matrix.column(n).norm()).max(f64::MIN_POSITIVE);
         if let Some(unit) = circle {
             let u = [unit * x[n - 2], unit * x[n - 1]];
             misfit[n] = 0.5 * (u[0] * u[0] + u[1] * u[1] - 1.0);
@@ -123,15 +137,28 @@ pub(crate) fn polish(
         } else if size < CONVERGED {
             break;
         }
-        let step = jacobian.clone().lu().solve(&misfit).filter(|s| s.iter().all(|v| v.is_finite()));
+        let step = jacobian
+            .clone()
+            .lu()
+            .solve(&misfit)
+            .filter(|s| s.iter().all(|v| v.is_finite()));
         // At a fold the bordered system is singular too: the shortest step that solves what can be solved.
-        let shortest = || Some(rank::solve(&jacobian, &misfit, 1e-13 * jacobian.amax()).ok()?.particular);
-        let Some(step) = step.or_else(shortest) else { break };
+        let shortest = || {
+            Some(
+                rank::solve(&jacobian, &misfit, 1e-13 * jacobian.amax())
+                    .ok()?
+                    .particular,
+            )
+        };
+        let Some(step) = step.or_else(shortest) else {
+            break;
+        };
         x -= step.rows(0, n);
         dt -= step[n] * time_unit;
         if !dt.is_finite() || x.iter().any(|v| !v.is_finite()) {
             break;
         }
     }
-    best.filter(|(size, _)| *size < CONVERGED).map(|(_, root)| root)
+    best.filter(|(size, _)| *size < CONVERGED)
+        .map(|(_, root)| root)
 }

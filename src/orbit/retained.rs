@@ -53,20 +53,33 @@ impl<'a> Retained<'a> {
         matrix[(m + 1, m + 2)] = -w;
         matrix[(m + 2, m + 1)] = w;
         for c in m..m + 3 {
-            let size = (0..m).map(|i| (units[i] * matrix[(i, c)]).abs()).fold(0.0, f64::max) / w;
+            let size = (0..m)
+                .map(|i| (units[i] * matrix[(i, c)]).abs())
+                .fold(0.0, f64::max)
+                / w;
             units[c] = if size > 0.0 { size } else { 1.0 };
         }
         let largest = units[m + 1].max(units[m + 2]);
         (units[m + 1], units[m + 2]) = (largest, largest);
-        let rate = matrix.map_with_location(|r, c, x| x * units[r] / units[c]).norm();
-        Self { scene, indices, matrix, units, rate }
+        let rate = matrix
+            .map_with_location(|r, c, x| x * units[r] / units[c])
+            .norm();
+        Self {
+            scene,
+            indices,
+            matrix,
+            units,
+            rate,
+        }
     }
 
     /// `e^{A t}`, from the closed forms of the blocks where there are such.
     pub fn flow(&self, t: f64) -> DMatrix<f64> {
         let m = 2 * self.indices.len();
         let Form::Blocks(blocks) = &self.scene.form.form else {
-            let Form::Dense(state) = &self.scene.form.form else { return DMatrix::zeros(m + 3, m + 3) };
+            let Form::Dense(state) = &self.scene.form.form else {
+                return DMatrix::zeros(m + 3, m + 3);
+            };
             return enlarged_exponential(state, self.scene, t);
         };
         let mut flow = DMatrix::identity(m + 3, m + 3);
@@ -84,7 +97,8 @@ impl<'a> Retained<'a> {
             }
         }
         let (s, c) = (self.scene.frequency * t).sin_cos();
-        flow.view_mut((m + 1, m + 1), (2, 2)).copy_from(&nalgebra::matrix![c, -s; s, c]);
+        flow.view_mut((m + 1, m + 1), (2, 2))
+            .copy_from(&nalgebra::matrix![c, -s; s, c]);
         flow
     }
 
@@ -98,7 +112,9 @@ impl<'a> Retained<'a> {
         let mut term = padded * flow;
         for k in 0..ORDER + 2 {
             let norm = term.transpose().component_div(&self.units).norm() * growth;
-            put(&mut entries, k, term.iter().copied(), |i| norm * self.units[i]);
+            put(&mut entries, k, term.iter().copied(), |i| {
+                norm * self.units[i]
+            });
             term = term * &self.matrix * (cell.scale / (k + 1) as f64);
         }
         entries
@@ -113,7 +129,9 @@ impl<'a> Retained<'a> {
         let mut term = flow * padded;
         for k in 0..ORDER + 2 {
             let norm = term.component_mul(&self.units).norm() * growth;
-            put(&mut entries, k, term.iter().copied(), |i| norm / self.units[i]);
+            put(&mut entries, k, term.iter().copied(), |i| {
+                norm / self.units[i]
+            });
             term = &self.matrix * term * (-cell.scale / (k + 1) as f64);
         }
         entries
@@ -121,7 +139,12 @@ impl<'a> Retained<'a> {
 }
 
 /// Stores the coefficients of order k, or their bounds.
-fn put(entries: &mut [Entry], k: usize, term: impl Iterator<Item = f64>, bound: impl Fn(usize) -> f64) {
+fn put(
+    entries: &mut [Entry],
+    k: usize,
+    term: impl Iterator<Item = f64>,
+    bound: impl Fn(usize) -> f64,
+) {
     for (i, (entry, x)) in entries.iter_mut().zip(term).enumerate() {
         if k <= ORDER {
             entry.c[k] = x;

@@ -34,7 +34,12 @@ fn shifted(c: &[f64; ORDER], rest: f64) -> [f64; ORDER + 1] {
 impl Series {
     /// A number.
     pub fn constant(value: f64) -> Self {
-        let mut series = Self { c: [0.0; ORDER], bounds: [0.0; ORDER + 1], size: value.abs(), is_constant: true };
+        let mut series = Self {
+            c: [0.0; ORDER],
+            bounds: [0.0; ORDER + 1],
+            size: value.abs(),
+            is_constant: true,
+        };
         series.c[0] = value;
         series.bounds[0] = value.abs();
         series
@@ -51,7 +56,12 @@ impl Series {
     pub fn new(c: [f64; ORDER], rest: f64, size: f64) -> Self {
         let bounds = shifted(&c, rest);
         let is_constant = bounds[1] == 0.0;
-        Self { c, bounds, size: size.max(bounds[0]), is_constant }
+        Self {
+            c,
+            bounds,
+            size: size.max(bounds[0]),
+            is_constant,
+        }
     }
 
     /// Whether the function is zero all over.
@@ -161,7 +171,10 @@ pub(crate) struct Entry {
 impl Entry {
     /// A number.
     pub fn constant(value: f64) -> Self {
-        let mut entry = Self { size: value.abs(), ..Self::default() };
+        let mut entry = Self {
+            size: value.abs(),
+            ..Self::default()
+        };
         entry.c[0] = value;
         entry
     }
@@ -189,7 +202,11 @@ impl Entry {
     pub fn series(&self, factor: f64) -> Series {
         let mut c = [0.0; ORDER];
         c.copy_from_slice(&self.c[..ORDER]);
-        Series::new(c.map(|x| x * factor), factor.abs() * self.rest[0], factor.abs() * self.size)
+        Series::new(
+            c.map(|x| x * factor),
+            factor.abs() * self.rest[0],
+            factor.abs() * self.size,
+        )
     }
 
     /// The entry, whose value at the origin is zero, over x, times a number: `|(f/x)^(k)|/k!` is at most the bound on
@@ -207,7 +224,10 @@ mod tests {
 
     /// `a cos(k x) + b` over `|x| <= 1`.
     fn cosine(a: f64, k: f64, b: f64) -> Entry {
-        let mut entry = Entry { size: a.abs() + b.abs(), ..Entry::default() };
+        let mut entry = Entry {
+            size: a.abs() + b.abs(),
+            ..Entry::default()
+        };
         let mut factor = a;
         for n in 0..=ORDER {
             entry.c[n] = [factor, 0.0, -factor, 0.0][n % 4];
@@ -223,7 +243,10 @@ mod tests {
     #[test]
     fn products_and_their_derivatives_stay_inside_their_bounds() {
         for k in [0.1, 0.5, 1.0] {
-            let (f, g) = (cosine(2.0, k, 0.3).series(1.0), cosine(-1.0, 1.7 * k, 1.0).series(1.0));
+            let (f, g) = (
+                cosine(2.0, k, 0.3).series(1.0),
+                cosine(-1.0, 1.7 * k, 1.0).series(1.0),
+            );
             let three = Series::constant(3.0);
             let h = Series::sum_of_products([(1.0, &f, &g), (-1.0, &three, &f)].into_iter());
             let exact = |x: f64| {
@@ -233,7 +256,11 @@ mod tests {
             for i in -50..=50 {
                 let x = f64::from(i) / 50.0;
                 let miss = (h.value(x) - exact(x)).abs();
-                assert!(miss <= h.remainder() * x.abs().powi(8) + 1e-14, "{k} {x} {miss:e} {:e}", h.remainder());
+                assert!(
+                    miss <= h.remainder() * x.abs().powi(8) + 1e-14,
+                    "{k} {x} {miss:e} {:e}",
+                    h.remainder()
+                );
                 assert!(exact(x).abs() <= h.bound());
                 let slope = (exact(x + 1e-6) - exact(x - 1e-6)) / 2e-6;
                 assert!(slope.abs() <= h.bounds[1] + 1e-8);
