@@ -60,18 +60,12 @@ impl Search<'_> {
             return self.conditions.half_rows(cell);
         }
         let entries = self.conditions.entries(cell);
-        let is_deflated = end != End::Neither;
-        if let Some(u) = self.phase {
-            return self
+        match self.phase {
+            Some(u) => self
                 .conditions
-                .phase_rows(&entries, u, self.pair, is_deflated);
+                .phase_rows(&entries, u, self.pair, (cell, end)),
+            None => self.conditions.circle_rows(&entries, cell, end),
         }
-        let factor = if is_deflated {
-            self.conditions.same_surface()
-        } else {
-            None
-        };
-        self.conditions.circle_rows(&entries, factor)
     }
 
     /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
@@ -189,7 +183,10 @@ impl Search<'_> {
             .collect();
         for bracket in &open {
             for root in self.solve(bracket, 8.0)? {
-                self.keep(&mut roots, root);
+                let to_end = root.dt.min(self.period - root.dt);
+                if !(self.meets() && to_end < TRIVIAL * self.period) {
+                    self.keep(&mut roots, root);
+                }
             }
         }
         if splits && !self.is_alike {

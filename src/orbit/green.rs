@@ -56,9 +56,9 @@ impl Green {
             self.blocks.iter().zip(&self.norms).enumerate()
         {
             let a = block.matrix().map(|row| row.map(|x| x * step));
-            let mut chain = [[0.0; 2]; ORDER + 1];
+            let mut chain = [[0.0; 2]; ORDER + 2];
             chain[0] = times(&block.propagator(cell.origin), *start);
-            for k in 1..=ORDER {
+            for k in 1..ORDER + 2 {
                 chain[k] = times(&a, chain[k - 1]).map(|x| x / k as f64);
             }
             // The free motion is largest at the early end in this norm, whatever the derivative, but for its growth.
@@ -66,10 +66,12 @@ impl Green {
             for k in 1..=ORDER {
                 early = times(&a, early).map(|x| x / k as f64);
             }
-            let later = times(&a, early).map(|x| x / (ORDER + 1) as f64);
             let grown = (growth * (cell.high - cell.low)).exp();
-            let [rest, next] =
-                [early, later].map(|z| grown * (weight * z[0] * z[0] + z[1] * z[1]).sqrt());
+            let mut rest = [0.0; 3];
+            for (i, rest) in rest.iter_mut().enumerate() {
+                *rest = grown * (weight * early[0] * early[0] + early[1] * early[1]).sqrt();
+                early = times(&a, early).map(|x| x / (ORDER + 1 + i) as f64);
+            }
             for ((factor, row), entry) in rows.iter().zip(out.iter_mut()) {
                 let r = row[j];
                 if r == [0.0, 0.0] {
@@ -79,8 +81,9 @@ impl Green {
                     *c += factor * (r[0] * z[0] + r[1] * z[1]);
                 }
                 let dual = factor.abs() * (r[0] * r[0] / weight + r[1] * r[1]).sqrt();
-                entry.rest[0] += dual * rest;
-                entry.rest[1] += dual * next;
+                for (sum, rest) in entry.rest.iter_mut().zip(rest) {
+                    *sum += dual * rest;
+                }
                 entry.size +=
                     factor.abs() * ((r[0] * chain[0][0]).abs() + (r[1] * chain[0][1]).abs());
             }
@@ -100,8 +103,8 @@ pub(crate) fn turned(cell: &Cell, frequency: f64, [cosine, sine]: Pair) -> [Entr
     }; 2];
     let amplitude = cosine.hypot(sine);
     let mut factor = 1.0;
-    for k in 0..ORDER + 2 {
-        if k <= ORDER {
+    for k in 0..ORDER + 3 {
+        if k < ORDER + 2 {
             entries[0].c[k] = factor * value[0];
             entries[1].c[k] = factor * value[1];
         }

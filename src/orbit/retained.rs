@@ -110,7 +110,7 @@ impl<'a> Retained<'a> {
         let growth = (self.rate * cell.scale).exp();
         let mut entries = vec![Entry::default(); width];
         let mut term = padded * flow;
-        for k in 0..ORDER + 2 {
+        for k in 0..ORDER + 3 {
             let norm = term.transpose().component_div(&self.units).norm() * growth;
             put(&mut entries, k, term.iter().copied(), |i| {
                 norm * self.units[i]
@@ -127,7 +127,7 @@ impl<'a> Retained<'a> {
         let growth = (self.rate * cell.scale).exp();
         let mut entries = vec![Entry::default(); column.len()];
         let mut term = flow * padded;
-        for k in 0..ORDER + 2 {
+        for k in 0..ORDER + 3 {
             let norm = term.component_mul(&self.units).norm() * growth;
             put(&mut entries, k, term.iter().copied(), |i| {
                 norm / self.units[i]
@@ -146,7 +146,7 @@ fn put(
     bound: impl Fn(usize) -> f64,
 ) {
     for (i, (entry, x)) in entries.iter_mut().zip(term).enumerate() {
-        if k <= ORDER {
+        if k < ORDER + 2 {
             entry.c[k] = x;
         }
         if k == 0 {

@@ -5,6 +5,7 @@
 use crate::modal::Pair;
 use crate::orbit::conditions::{Conditions, point};
 use crate::orbit::green::{Cell, turned};
+use crate::orbit::isolate::End;
 use crate::orbit::series::{Entry, Series};
 
 /// Entries that vanish by symmetry are below this, relative to their terms.
@@ -29,21 +30,41 @@ impl Conditions<'_> {
         [self.n_inner(), self.n_inner() + self.first]
     }
 
+    /// The restitution row, and its factor, of the impact before the short flight where the instants meet on one surface,
+    /// if that impact leaves no speed (`e = 0`): the contacts then differ by that row times the flight time, to first order.
+    fn dead_stop(&self, places: (usize, usize), end: End, factor: f64) -> Option<(usize, f64)> {
+        let (place, factor) = if end == End::Low {
+            (places.0, factor)
+        } else {
+            (places.1, 1.0)
+        };
+        let restitution = self.scene().geometry.restitutions[self.instant.stops[place]];
+        (restitution < f64::MIN_POSITIVE).then_some((place, factor))
+    }
+
     /// The scaled equations for impulses, states and phase with the clearances given: all rows but the contacts, and the
-    /// leading contacts. With `factor` the second of these is the difference to `factor` times the first, over x.
-    pub fn circle_rows(&self, entries: &[Entry], factor: Option<f64>) -> Vec<Series> {
+    /// leading contacts. At an `end` at which these meet, on one surface, the second is what is left of their difference
+    /// with its known zero divided out.
+    pub fn circle_rows(&self, entries: &[Entry], cell: &Cell, end: End) -> Vec<Series> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let [first, second] = self.leading_contacts();
+        let meeting = if end == End::Neither {
+            None
+        } else {
+            self.same_surface()
+        };
+        let dead = meeting.and_then(|factor| self.dead_stop((0, self.first), end, factor));
         let mut rows = Vec::with_capacity((inner + 2) * width);
         for row in (0..=inner).chain([second]) {
             for c in 0..width {
                 let entry = &entries[row * width + c];
                 let unit = self.units.rows[row] * self.units.columns[c];
-                rows.push(match factor.filter(|_| row == second) {
+                rows.push(match meeting.filter(|_| row == second) {
                     Some(factor) => {
-                        let mut difference = *entry;
-                        difference.add(-factor, &entries[first * width + c]);
-                        difference.over_x(unit)
+                        let before = &entries[first * width + c];
+                        let difference = Entry::combined([1.0, -factor], [entry, before]);
+                        let dead = dead.map(|(place, factor)| (entries[place * width + c], factor));
+                        met(difference, dead, cell, unit)
                     }
                     None => entry.series(unit),
                 });
@@ -117,7 +138,7 @@ impl Conditions<'_> {
                         Series::sum_of_products([(1.0, &x, &entry.series(factor))].into_iter())
                     }
                     (0, _) | (_, 1) => entry.series(factor),
-                    _ => entry.over_x(factor),
+                    _ => entry.over_x(1, factor),
                 });
             }
         }
@@ -125,49 +146,60 @@ impl Conditions<'_> {
     }
 
     /// The scaled equations for impulses and states with the phase given: all rows but the contacts, and "stop number
-    /// `contacts.1` of the list is at its second instant where `contacts.0` was at its first"; over x if `deflated`.
+    /// `places.1` of the list is at its second instant where `places.0` was at its first"; at an `end` as `circle_rows`.
     pub fn phase_rows(
         &self,
         entries: &[Entry],
         u: Pair,
-        contacts: (usize, usize),
-        deflated: bool,
+        places: (usize, usize),
+        (cell, end): (&Cell, End),
     ) -> Vec<Series> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
-        let mut rows = Vec::with_capacity((inner + 1) * (inner + 1));
-        let known = |line: &[Entry]| {
+        // The entry of a row and an unknown, or of what is known.
+        let entry = |row: usize, c: usize| {
+            let line = &entries[row * width..(row + 1) * width];
+            if c < inner {
+                return line[c];
+            }
             let mut known = line[inner + 2];
             known.add(-u[0], &line[inner]);
             known.add(-u[1], &line[inner + 1]);
             known
         };
-        for row in 0..inner {
-            let line = &entries[row * width..(row + 1) * width];
-            let unit = self.units.rows[row];
-            rows.extend((0..inner).map(|c| line[c].series(unit * self.units.columns[c])));
-            rows.push(known(line).series(unit * self.phase_unit()));
-        }
-        let line = |a: usize| &entries[(inner + a) * width..(inner + a + 1) * width];
-        let (before, after) = (line(contacts.0), line(contacts.1));
-        for c in 0..=inner {
-            let (mut difference, from) = if c < inner {
-                (after[c], before[c])
-            } else {
-                (known(after), known(before))
-            };
-            difference.add(-1.0, &from);
-            let unit = self.units.rows[inner]
-                * if c < inner {
-                    self.units.columns[c]
+        let dead = self.dead_stop(places, end, 1.0);
+        let mut rows = Vec::with_capacity((inner + 1) * (inner + 1));
+        for row in 0..=inner {
+            for c in 0..=inner {
+                // What is known has the unit of the phase's columns, the next in the list.
+                let unit = self.units.rows[row] * self.units.columns[c];
+                if row < inner {
+                    rows.push(entry(row, c).series(unit));
+                    continue;
+                }
+                let contacts = [entry(inner + places.1, c), entry(inner + places.0, c)];
+                let difference = Entry::combined([1.0, -1.0], [&contacts[0], &contacts[1]]);
+                rows.push(if end == End::Neither {
+                    difference.series(unit)
                 } else {
-                    self.phase_unit()
-                };
-            rows.push(if deflated {
-                difference.over_x(unit)
-            } else {
-                difference.series(unit)
-            });
+                    met(
+                        difference,
+                        dead.map(|(place, factor)| (entry(place, c), factor)),
+                        cell,
+                        unit,
+                    )
+                });
+            }
         }
         rows
     }
+}
+
+/// A difference of contacts about a flight time at which they meet, over x; or, where the impact before leaves no speed,
+/// less the way made at that speed and over `x^2`. In the given unit.
+fn met(mut difference: Entry, dead: Option<(Entry, f64)>, cell: &Cell, unit: f64) -> Series {
+    let Some((speed, factor)) = dead else {
+        return difference.over_x(1, unit);
+    };
+    difference.add(-factor * cell.scale, &speed.times_x());
+    difference.over_x(2, unit)
 }

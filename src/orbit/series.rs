@@ -156,14 +156,14 @@ impl Series {
     }
 }
 
-/// One entry of the conditions before it is scaled: one more coefficient than a `Series` and the bounds of both orders,
-/// so that a zero known to lie at the origin can be divided out.
+/// One entry of the conditions before it is scaled: two more coefficients than a `Series` and the bounds of these orders
+/// too, so that a simple or double zero known to lie at the origin can be divided out.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Entry {
     /// `f^(k)/k!`, in units x of the cell.
-    pub c: [f64; ORDER + 1],
-    /// Bounds on `|f^(k)|/k!` over the cell for `k = ORDER` and `ORDER + 1`.
-    pub rest: [f64; 2],
+    pub c: [f64; ORDER + 2],
+    /// Bounds on `|f^(k)|/k!` over the cell for `k = ORDER`, `ORDER + 1` and `ORDER + 2`.
+    pub rest: [f64; 3],
     /// Size of the terms at the origin.
     pub size: f64,
 }
@@ -209,12 +209,25 @@ impl Entry {
         )
     }
 
-    /// The entry, whose value at the origin is zero, over x, times a number: `|(f/x)^(k)|/k!` is at most the bound on
-    /// `|f^(k+1)|/(k+1)!`.
-    pub fn over_x(&self, factor: f64) -> Series {
+    /// The entry, whose first `power` coefficients are zero, over `x^power`, times a number: `|(f/x)^(k)|/k!` is at most
+    /// the bound on `|f^(k+1)|/(k+1)!`.
+    pub fn over_x(&self, power: usize, factor: f64) -> Series {
         let mut c = [0.0; ORDER];
-        c.copy_from_slice(&self.c[1..]);
-        Series::new(c.map(|x| x * factor), factor.abs() * self.rest[1], 0.0)
+        c.copy_from_slice(&self.c[power..power + ORDER]);
+        Series::new(c.map(|x| x * factor), factor.abs() * self.rest[power], 0.0)
+    }
+
+    /// The entry times x; only the last of its bounds is known.
+    pub fn times_x(&self) -> Self {
+        let mut c = [0.0; ORDER + 2];
+        c[1..].copy_from_slice(&self.c[..=ORDER]);
+        // (x f)^(k)/k! = x f^(k)/k! + f^(k-1)/(k-1)!
+        let rest = [f64::INFINITY, f64::INFINITY, self.rest[1] + self.rest[2]];
+        Self {
+            c,
+            rest,
+            size: self.size,
+        }
     }
 }
 
@@ -229,12 +242,14 @@ mod tests {
             ..Entry::default()
         };
         let mut factor = a;
-        for n in 0..=ORDER {
-            entry.c[n] = [factor, 0.0, -factor, 0.0][n % 4];
-            factor *= k / (n + 1) as f64;
-            if n + 1 >= ORDER {
-                entry.rest[n + 1 - ORDER] = factor.abs();
+        for n in 0..ORDER + 3 {
+            if n >= ORDER {
+                entry.rest[n - ORDER] = factor.abs();
             }
+            if n < ORDER + 2 {
+                entry.c[n] = [factor, 0.0, -factor, 0.0][n % 4];
+            }
+            factor *= k / (n + 1) as f64;
         }
         entry.c[0] += b;
         entry
@@ -271,12 +286,21 @@ mod tests {
     #[test]
     fn a_known_zero_is_divided_out() {
         // (cos(x) - 1)/x
-        let over = cosine(1.0, 1.0, -1.0).over_x(1.0);
+        let over = cosine(1.0, 1.0, -1.0).over_x(1, 1.0);
         for x in [-1.0, -0.3, 0.2, 0.9f64] {
             let miss = (over.value(x) - (x.cos() - 1.0) / x).abs();
             assert!(miss <= over.remainder() * x.abs().powi(8) + 1e-15);
         }
         assert!(over.remainder() < 1e-5);
+        // (x cos(2 x) - x cos(x))/x^2
+        let mut difference = cosine(1.0, 2.0, 0.0).times_x();
+        difference.add(-1.0, &cosine(1.0, 1.0, 0.0).times_x());
+        let over = difference.over_x(2, 1.0);
+        for x in [-1.0, -0.3, 0.2, 0.9f64] {
+            let miss = (over.value(x) - ((2.0 * x).cos() - x.cos()) / x).abs();
+            assert!(miss <= over.remainder() * x.abs().powi(8) + 1e-15);
+        }
+        assert!(over.remainder() < 1e-2);
     }
 
     #[test]
