@@ -39,6 +39,7 @@ from vibroimpact._core import (
     simulate,
 )
 from vibroimpact.errors import ConvergenceError
+from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_many
 
 if TYPE_CHECKING:
     from vibroimpact import plot
@@ -52,6 +53,8 @@ __all__ = [
     "Coefficients",
     "ConvergenceError",
     "DoublePendulum",
+    "Ensemble",
+    "ExistenceMap",
     "Family",
     "Harmonic",
     "LinearSystem",
@@ -69,6 +72,7 @@ __all__ = [
     "Wall",
     "__version__",
     "audit_recovery",
+    "existence_map",
     "modes",
     "paper_scene",
     "paper_system",
@@ -76,6 +80,7 @@ __all__ = [
     "plot",
     "recovery_matrix",
     "simulate",
+    "simulate_many",
 ]
 
 

@@ -124,6 +124,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         }
     }
 
+    /// Forgets what earlier flights left, so that the next run has the same bits as a first one.
+    pub fn restart(&mut self) {
+        self.level = 0;
+        self.n_gap_evaluations = 0;
+        self.steps_to_check = STEPS_PER_CHECK;
+    }
+
     /// The jets of every gap at a state.
     pub fn jets(&mut self, state: &[Pair], u: F::Phasor) -> &mut [Jet] {
         self.n_gap_evaluations += self.rows.len();

@@ -6,9 +6,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 /// Time between two looks.
-const SLICE: Duration = Duration::from_millis(50);
-/// Calls between two looks at the clock.
-const CALLS_PER_LOOK: u32 = 64;
+const SLICE: Duration = Duration::from_millis(45);
 
 /// A tqdm bar over the fraction done, or nothing.
 pub(crate) fn progress_bar(py: Python<'_>, wanted: bool) -> PyResult<Option<Py<PyAny>>> {
@@ -35,10 +33,9 @@ pub(crate) fn run<T: Send>(
     let shown = bar.as_ref().map(|b| b.clone_ref(py));
     let (result, raised) = py.detach(move || {
         let mut raised: Option<PyErr> = None;
-        let (mut last, mut calls) = (Instant::now(), 0);
+        let mut last = Instant::now();
         let mut observe = |fraction: f64| {
-            calls += 1;
-            if calls % CALLS_PER_LOOK != 0 || last.elapsed() < SLICE {
+            if last.elapsed() < SLICE {
                 return ControlFlow::Continue(());
             }
             last = Instant::now();

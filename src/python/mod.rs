@@ -9,6 +9,7 @@ mod model;
 mod orbit;
 mod pattern;
 mod simulate;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -26,6 +27,9 @@ mod _core {
     use super::orbit::{PyCoefficients, PyFamily, PyOrbit, PyOrbits, PyStability, PyViolation, _restore_orbit, _restore_orbits, periodic_orbits};
     #[pymodule_export]
     use super::simulate::{PyStats, PyTrajectory, _restore_trajectory, simulate};
+
+    #[pymodule_export]
+    use super::sweep::{_existence_at, _existence_cells, _existence_tile, _simulate_rows};
 
     use pyo3::prelude::*;
 

@@ -64,13 +64,9 @@ pub fn simulate_checked(
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Trajectory> {
     let modal = Arc::new(ModalScene::new(scene, "simulate")?);
-    let n = scene.n_dof();
-    finite_vector("q0", q0, n)?;
-    finite_vector("v0", v0, n)?;
-    let (start, end) = t_span;
-    if !(start.is_finite() && end.is_finite() && start <= end) {
-        return Err(Error::bad_value("t_span", format!("({start}, {end})"), "it must be finite with start <= end"));
-    }
+    let start = t_span.0;
+    finite_vector("q0", q0, scene.n_dof())?;
+    finite_vector("v0", v0, scene.n_dof())?;
     options.check(t_span)?;
     let flow = Arc::new(modal.flow());
     let phase = scene.forcing().phase();
@@ -125,14 +121,26 @@ struct Record {
     samples: Option<Sampler>,
 }
 
+impl Record {
+    fn new(options: &SimulateOptions, n: usize) -> Self {
+        Self {
+            keep: options.keep,
+            kept: (options.keep == Keep::Motion).then(Kept::default),
+            impacts: Vec::new(),
+            grazes: Vec::new(),
+            samples: options.t_eval.as_ref().map(|times| Sampler::new(times, n)),
+        }
+    }
+}
+
 /// What a run leaves behind.
-struct Outcome {
+pub(crate) struct Outcome {
     record: Record,
-    state: Vec<Pair>,
+    pub state: Vec<Pair>,
     end: f64,
-    status: Status,
+    pub status: Status,
     message: String,
-    stats: Stats,
+    pub stats: Stats,
 }
 
 /// Why a contact could not be resolved.
@@ -140,10 +148,12 @@ struct Unresolved {
     reason: String,
 }
 
-struct Run<'a, F: LinearFlow> {
+/// One run after another of the same scene, with their buffers.
+pub(crate) struct Run<'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
     phase: f64,
+    options: &'a SimulateOptions,
     search: Search<'a, F>,
     propagator: F::Propagator,
     rate: Vec<Pair>,
@@ -158,7 +168,7 @@ struct Run<'a, F: LinearFlow> {
 }
 
 impl<'a, F: LinearFlow> Run<'a, F> {
-    fn new(flow: &'a F, scene: &'a ModalScene, phase: f64, options: &SimulateOptions) -> Self {
+    pub fn new(flow: &'a F, scene: &'a ModalScene, phase: f64, options: &'a SimulateOptions) -> Self {
         let g = &scene.geometry;
         let rows =
             (0..scene.n_stops()).map(|i| flow.gap_row(scene.position_rows[i].clone(), g.clearances[i])).collect();
@@ -171,6 +181,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             flow,
             scene,
             phase,
+            options,
             search: Search::new(flow, rows, (0..scene.n_stops()).map(margin).collect()),
             propagator: F::Propagator::default(),
             rate: vec![[0.0; 2]; n],
@@ -179,26 +190,31 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             sizes: vec![0.0; scene.n_stops()],
             max_impacts: options.max_impacts.unwrap_or(usize::MAX),
             stats: Stats::default(),
-            record: Record {
-                keep: options.keep,
-                kept: (options.keep == Keep::Motion).then(Kept::default),
-                impacts: Vec::new(),
-                grazes: Vec::new(),
-                samples: options.t_eval.as_ref().map(|times| Sampler::new(times, n)),
-            },
+            record: Record::new(options, n),
         }
+    }
+
+    /// As new, but for the buffers.
+    fn restart(&mut self) {
+        self.search.restart();
+        self.starts.fill(0);
+        self.sizes.fill(0.0);
+        self.stats = Stats::default();
+        self.record = Record::new(self.options, self.scene.form.n_dof());
     }
 
     fn phasor(&self, clock: Clock) -> F::Phasor {
         self.flow.phasor(self.scene.frequency * clock.local + self.phase)
     }
 
-    fn run(
-        mut self,
+    /// A run from a state in modal pairs.
+    pub fn run(
+        &mut self,
         mut state: Vec<Pair>,
         (t0, t_end): (f64, f64),
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Outcome> {
+        self.restart();
         let mut clock = Clock::new(t0, self.scene.frequency, 8.0 * self.flow.longest_step());
         let end = clock.at(t_end);
         if let Err(unresolved) = self.begin(clock, &mut state)? {
@@ -423,7 +439,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
         }
     }
 
-    fn finish(mut self, state: Vec<Pair>, end: f64, ended: std::result::Result<Status, Unresolved>) -> Outcome {
+    fn finish(&mut self, state: Vec<Pair>, end: f64, ended: std::result::Result<Status, Unresolved>) -> Outcome {
         self.stats.n_gap_evaluations = self.search.n_gap_evaluations;
         let (status, message) = match ended {
             Ok(Status::MaxImpacts) => {
@@ -432,7 +448,8 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             Ok(status) => (status, format!("reached t = {end} with {} impacts", self.stats.n_impacts)),
             Err(unresolved) => (Status::UnresolvedContact, format!("at t = {end}: {}", unresolved.reason)),
         };
-        Outcome { record: self.record, state, end, status, message, stats: self.stats }
+        let record = std::mem::replace(&mut self.record, Record::new(self.options, 0));
+        Outcome { record, state, end, status, message, stats: self.stats }
     }
 }
 

@@ -7,6 +7,7 @@ mod plan;
 mod saved;
 mod trajectory;
 
+pub(crate) use event_loop::Run;
 pub use event_loop::{simulate, simulate_checked};
 pub use plan::plan;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};

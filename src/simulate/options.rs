@@ -49,6 +49,9 @@ impl Default for SimulateOptions {
 
 impl SimulateOptions {
     pub(crate) fn check(&self, (start, end): (f64, f64)) -> Result<()> {
+        if !(start.is_finite() && end.is_finite() && start <= end) {
+            return Err(Error::bad_value("t_span", format!("({start}, {end})"), "it must be finite with start <= end"));
+        }
         for (name, value) in [("rtol", self.rtol), ("atol", self.atol)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(Error::bad_value(name, value, "it must be finite and not negative"));

@@ -10,8 +10,11 @@ use crate::orbit::{
     largest_multiplier, list_impacts, period, periodic_orbits, ranking,
 };
 use crate::sweep::moving::Moving;
-use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};
 use std::ops::{ControlFlow, Range};
+
+/// Cells that a thread takes at a time.
+const TILE: usize = 256;
 
 /// A parameter of a scene and the values that it takes on one axis of a map.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,8 +148,8 @@ pub fn existence_map(
 ) -> Result<ExistenceMap> {
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
-    let item = |moving: &mut Moving<'_>, index| sweep.cell(moving, index);
-    fill(&mut cells, options, || sweep.moving(), item, observer)?;
+    let item = |moving: &mut Moving<'_>, index, _: GoOn<'_>| sweep.cell(moving, index);
+    fill(&mut cells, TILE, options, || sweep.moving(), item, observer)?;
     let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
     ExistenceMap::from_cells(named(x), named(y), &cells)
 }

@@ -1,8 +1,10 @@
 //! Sweeps over parameters: many small computations in pieces, on any number of threads.
 
+mod ensemble;
 mod existence;
 mod moving;
 mod tiles;
 
+pub use ensemble::{Ensemble, simulate_many};
 pub use existence::{Axis, ExistenceCell, ExistenceMap, existence_at, existence_map, existence_tile};
 pub use tiles::{Progress, SweepOptions};

@@ -7,9 +7,6 @@ use std::time::{Duration, Instant};
 
 /// Time between two calls of the observer: short beside the 0.2 s in which an interruption is to be answered.
 const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
-/// Items handed to a thread at a time: many enough to make the handing out cheap, few enough to share evenly.
-const TILE: usize = 256;
-
 /// How far a sweep is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
@@ -38,23 +35,28 @@ impl SweepOptions {
     }
 }
 
-/// Fills `out[i]` with `item(&mut workspace, i)`, a workspace for each thread; the observer is called on the calling
-/// thread, about every 50 ms and at the end.
+/// Asked by a long item from time to time whether to go on.
+pub(crate) type GoOn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
+
+/// Fills `out[i]` with `item(&mut workspace, i, go_on)`, a workspace for each thread; the observer is called on the calling
+/// thread, about every 50 ms and at the end. A thread takes `tile` items at a time: many enough to make the handing out
+/// cheap, few enough to share evenly.
 ///
 /// # Errors
 /// `Error::Interrupted` if the observer breaks off; else the error of the item of lowest index among those that failed
 /// before the sweep stopped.
 pub(crate) fn fill<T: Send, W>(
     out: &mut [T],
+    tile: usize,
     options: SweepOptions,
     workspace: impl Fn() -> Result<W> + Sync,
-    item: impl Fn(&mut W, usize) -> Result<T> + Sync,
+    item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T> + Sync,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let total = out.len();
-    if options.count(total.div_ceil(TILE))? > 1 {
+    if options.count(total.div_ceil(tile))? > 1 {
         #[cfg(feature = "parallel")]
-        on_threads::fill(out, options.count(total.div_ceil(TILE))?, workspace, item, observer)?;
+        on_threads::fill(out, tile, options.count(total.div_ceil(tile))?, workspace, item, observer)?;
     } else {
         alone(out, workspace, item, observer)?;
     }
@@ -72,25 +74,29 @@ fn stop_if(flow: ControlFlow<()>) -> Result<()> {
 fn alone<T, W>(
     out: &mut [T],
     workspace: impl Fn() -> Result<W>,
-    item: impl Fn(&mut W, usize) -> Result<T>,
+    item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T>,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let total = out.len();
     let mut workspace = workspace()?;
     let mut last = Instant::now();
-    for (i, slot) in out.iter_mut().enumerate() {
-        *slot = item(&mut workspace, i)?;
-        if last.elapsed() >= OBSERVER_INTERVAL {
-            stop_if(observer(Progress { done: i + 1, total }))?;
-            last = Instant::now();
+    let mut look = |done: usize| {
+        if last.elapsed() < OBSERVER_INTERVAL {
+            return ControlFlow::Continue(());
         }
+        last = Instant::now();
+        observer(Progress { done, total })
+    };
+    for (i, slot) in out.iter_mut().enumerate() {
+        *slot = item(&mut workspace, i, &mut || look(i))?;
+        stop_if(look(i + 1))?;
     }
     Ok(())
 }
 
 #[cfg(feature = "parallel")]
 mod on_threads {
-    use super::{OBSERVER_INTERVAL, Progress, TILE, stop_if};
+    use super::{GoOn, OBSERVER_INTERVAL, Progress, stop_if};
     use crate::error::{Error, Result};
     use std::ops::ControlFlow;
     use std::sync::Mutex;
@@ -110,6 +116,9 @@ mod on_threads {
     impl<T> Shared<'_, T> {
         fn fail(&self, index: usize, error: Error) {
             self.is_stopped.store(true, Ordering::Relaxed);
+            if error == Error::Interrupted {
+                return; // an item that was told to stop: why, is known elsewhere
+            }
             let mut failure = self.failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             if failure.as_ref().is_none_or(|(first, _)| index < *first) {
                 *failure = Some((index, error));
@@ -117,7 +126,12 @@ mod on_threads {
         }
 
         /// Takes tiles until there are none, or the sweep is stopped.
-        fn work<W>(&self, workspace: impl Fn() -> Result<W>, item: impl Fn(&mut W, usize) -> Result<T>) {
+        fn work<W>(
+            &self,
+            size: usize,
+            workspace: impl Fn() -> Result<W>,
+            item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T>,
+        ) {
             let mut workspace = match workspace() {
                 Ok(workspace) => workspace,
                 Err(error) => return self.fail(0, error),
@@ -129,9 +143,13 @@ mod on_threads {
                     if self.is_stopped.load(Ordering::Relaxed) {
                         return;
                     }
-                    match item(&mut workspace, tile * TILE + i) {
+                    let mut go_on = || match self.is_stopped.load(Ordering::Relaxed) {
+                        true => ControlFlow::Break(()),
+                        false => ControlFlow::Continue(()),
+                    };
+                    match item(&mut workspace, tile * size + i, &mut go_on) {
                         Ok(value) => *slot = value,
-                        Err(error) => return self.fail(tile * TILE + i, error),
+                        Err(error) => return self.fail(tile * size + i, error),
                     }
                 }
                 self.done.fetch_add(slots.len(), Ordering::Relaxed);
@@ -152,9 +170,10 @@ mod on_threads {
     /// On a pool of so many threads, while the calling thread observes.
     pub(super) fn fill<T: Send, W>(
         out: &mut [T],
+        tile: usize,
         threads: usize,
         workspace: impl Fn() -> Result<W> + Sync,
-        item: impl Fn(&mut W, usize) -> Result<T> + Sync,
+        item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T> + Sync,
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<()> {
         let total = out.len();
@@ -163,7 +182,7 @@ mod on_threads {
             .build()
             .map_err(|e| Error::bad_value("threads", threads, format!("the system refuses them: {e}")))?;
         let shared = Shared {
-            tiles: Mutex::new(out.chunks_mut(TILE).enumerate()),
+            tiles: Mutex::new(out.chunks_mut(tile).enumerate()),
             done: AtomicUsize::new(0),
             working: AtomicUsize::new(threads),
             is_stopped: AtomicBool::new(false),
@@ -175,7 +194,7 @@ mod on_threads {
             for _ in 0..threads {
                 scope.spawn(|_| {
                     let _leaving = Leaving(&shared.working, &caller);
-                    shared.work(&workspace, &item);
+                    shared.work(tile, &workspace, &item);
                 });
             }
             let mut last = std::time::Instant::now();
@@ -205,11 +224,11 @@ mod tests {
 
     fn squares(threads: usize, observer: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Vec<usize>> {
         let mut out = vec![0; 3000];
-        let slow = |(): &mut (), i: usize| {
+        let slow = |(): &mut (), i: usize, _: GoOn<'_>| {
             std::thread::sleep(Duration::from_micros(50));
             Ok(i * i)
         };
-        fill(&mut out, SweepOptions { threads: Some(threads) }, || Ok(()), slow, observer)?;
+        fill(&mut out, 256, SweepOptions { threads: Some(threads) }, || Ok(()), slow, observer)?;
         Ok(out)
     }
 
@@ -241,9 +260,9 @@ mod tests {
     #[test]
     fn a_failure_is_reported_and_no_threads_are_refused() {
         for threads in [1, 2] {
-            let fails = |(): &mut (), i: usize| if i == 2000 { Err(Error::bad_value("item", i, "no")) } else { Ok(i) };
+            let fails = |(): &mut (), i: usize, _: GoOn<'_>| if i == 2000 { Err(Error::bad_value("item", i, "no")) } else { Ok(i) };
             let options = SweepOptions { threads: Some(threads) };
-            let result = fill(&mut vec![0; 3000], options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
+            let result = fill(&mut vec![0; 3000], 256, options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
             assert_eq!(result, Err(Error::bad_value("item", 2000, "no")));
         }
         assert!(squares(0, &mut |_| ControlFlow::Continue(())).is_err());

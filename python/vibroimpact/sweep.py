@@ -1,0 +1,281 @@
+"""Sweeps: existence maps over two parameters, and many trajectories at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact import _core, _workers
+from vibroimpact._core import Scene
+
+__all__ = ["Ensemble", "ExistenceMap", "existence_map", "simulate_many"]
+
+#: Pieces handed to an executor: enough to share evenly, each long enough to be worth sending.
+_PIECES = 64
+
+Pattern = Iterable[int | tuple[int, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class ExistenceMap:
+    """Where in a plane of two parameters a pattern has periodic orbits.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (nx,) and (ny,)
+        Values of the parameters.
+    x_name, y_name : str or None
+        What they are, None for a map made by a callable.
+    n_orbits : ndarray of int, shape (ny, nx)
+        Number of orbits, admissible or not.
+    is_admissible, is_stable : ndarray of bool, shape (ny, nx)
+        Whether one of them is admissible; admissible and stable.
+    multiplier : ndarray, shape (ny, nx)
+        Largest modulus of the multipliers of the first orbit, nan where there is none.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    x_name: str | None
+    y_name: str | None
+    n_orbits: NDArray[np.int64]
+    is_admissible: NDArray[np.bool_]
+    is_stable: NDArray[np.bool_]
+    multiplier: NDArray[np.float64]
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the map, for ``numpy.savez``."""
+        names = ("x", "y", "n_orbits", "is_admissible", "is_stable", "multiplier")
+        return {name: getattr(self, name) for name in names}
+
+    def __repr__(self) -> str:
+        """Say what the map is over and what it found."""
+        cells = self.n_orbits.size
+        found = (
+            f"{np.count_nonzero(self.n_orbits)} with an orbit, {np.count_nonzero(self.is_admissible)} with an admissible "
+            f"one, {np.count_nonzero(self.is_stable)} with a stable admissible one"
+        )
+        return f"ExistenceMap({self.x_name or 'x'} x {self.y_name or 'y'}, {cells} cells: {found})"
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """The ends of many trajectories, one row each.
+
+    Attributes
+    ----------
+    q, v : ndarray, shape (k, n)
+        Final positions and velocities.
+    n_impacts : ndarray of int, shape (k,)
+        Impacts of each trajectory.
+    status : ndarray of str, shape (k,)
+        How each ended.
+    """
+
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    n_impacts: NDArray[np.int64]
+    status: NDArray[np.str_]
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the ensemble, for ``numpy.savez``."""
+        return {name: getattr(self, name) for name in ("q", "v", "n_impacts", "status")}
+
+    def __repr__(self) -> str:
+        """Say how many trajectories there are and how they ended."""
+        kinds, counts = np.unique(self.status, return_counts=True)
+        ends = ", ".join(f"{count} {kind}" for kind, count in zip(kinds, counts, strict=True))
+        return f"Ensemble({len(self.status)} trajectories: {ends}; {self.n_impacts.sum()} impacts)"
+
+
+def _bounds(total: int) -> list[tuple[int, int]]:
+    """Cut ``range(total)`` into pieces of nearly equal length."""
+    edges = np.linspace(0, total, min(total, _PIECES) + 1).astype(int)
+    return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _tile(piece: tuple[Any, ...]) -> tuple[NDArray[Any], ...]:
+    return _core._existence_tile(*piece)
+
+
+def _called_cells(piece: tuple[Any, ...]) -> tuple[NDArray[Any], ...]:
+    """Cells of a map whose scenes a callable makes."""
+    make, pattern, n_periods, values = piece
+    cells = [_core._existence_at(make(x, y), pattern, n_periods) for x, y in values]
+    kinds: tuple[type, ...] = (np.int64, np.bool_, np.bool_, np.float64)
+    return tuple(np.array([cell[k] for cell in cells], dtype=kind) for k, kind in enumerate(kinds))
+
+
+def _grid(values: ArrayLike, argument: str) -> NDArray[np.float64]:
+    grid = np.asarray(values, dtype=np.float64)
+    if grid.ndim != 1 or grid.size == 0:
+        message = f"{argument} has shape {grid.shape}, but (m,) with at least one value is needed"
+        raise ValueError(message)
+    return grid
+
+
+def _named(axis: Any, argument: str) -> tuple[str, NDArray[np.float64]]:
+    try:
+        name, values = axis
+    except (TypeError, ValueError):
+        name = None
+    if not isinstance(name, str):
+        message = f"{argument} is {axis!r}, but (name of Scene.replace, values) is needed"
+        raise ValueError(message)
+    return name, _grid(values, argument)
+
+
+def existence_map(
+    scene: Scene | Callable[[float, float], Scene],
+    pattern: Pattern,
+    x: tuple[str, ArrayLike] | ArrayLike,
+    y: tuple[str, ArrayLike] | ArrayLike,
+    n_periods: int = 1,
+    *,
+    workers: _workers.Workers = None,
+    progress: bool = False,
+) -> ExistenceMap:
+    """Map where in a plane of two parameters a pattern has a periodic orbit, an admissible one, a stable one.
+
+    Parameters
+    ----------
+    scene : Scene or callable
+        A linear, forced scene, or ``(x, y) -> Scene`` (slower; called in the calling process or, pickled, by ``workers``).
+    pattern : list
+        Indices of stops in order of impact; a tuple is hit at one instant.
+    x, y : (str, array_like) or array_like, shape (nx,) and (ny,)
+        A name of ``Scene.replace`` ("frequency", "forcing_scale", "damping_scale", "restitution", "clearance",
+        "clearance[1]" for one stop) and its values; for a callable the values alone.
+    n_periods : int, default 1
+        Forcing periods in one period of the orbit.
+    workers : int, Executor or callable, optional
+        Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable. The result has the same bits
+        with any of them.
+    progress : bool, default False
+        Show a progress bar (threads only; needs tqdm).
+
+    Returns
+    -------
+    ExistenceMap
+        Arrays ``n_orbits``, ``is_admissible``, ``is_stable``, ``multiplier`` of shape ``(len(y), len(x))``.
+
+    Raises
+    ------
+    ValueError
+        A name that does not exist, a value that breaks its rule, a scene or pattern that ``periodic_orbits`` refuses.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> scene = vi.paper_scene(kind=3)
+    >>> vi.existence_map(scene, [1], ("frequency", [1.4, 1.5]), ("clearance", [0.15, 10.0]), n_periods=2).n_orbits
+    array([[2, 2],
+           [0, 0]])
+    """
+    pattern = list(pattern)
+    if callable(scene):
+        x_values, y_values = _grid(x, "x"), _grid(y, "y")  # type: ignore[arg-type]
+        points = [(float(a), float(b)) for b in y_values for a in x_values]
+        pieces = [(scene, pattern, n_periods, points[i:j]) for i, j in _bounds(len(points))]
+        parts = _workers.run(_called_cells, pieces, workers if _workers.is_elsewhere(workers) else map)
+        return _assemble(parts, (None, x_values), (None, y_values))
+    x_axis, y_axis = _named(x, "x"), _named(y, "y")
+    if not _workers.is_elsewhere(workers):
+        cells = _core._existence_cells(
+            scene, pattern, x_axis, y_axis, n_periods, _workers.threads(workers), progress
+        )
+        return _assemble([cells], x_axis, y_axis)
+    bounds = _bounds(x_axis[1].size * y_axis[1].size)
+    pieces = [(scene, pattern, x_axis, y_axis, n_periods, i, j) for i, j in bounds]
+    return _assemble(_workers.run(_tile, pieces, workers), x_axis, y_axis)
+
+
+def _assemble(
+    parts: list[tuple[NDArray[Any], ...]],
+    x: tuple[str | None, NDArray[np.float64]],
+    y: tuple[str | None, NDArray[np.float64]],
+) -> ExistenceMap:
+    """Put the cells of the pieces together."""
+    shape = (y[1].size, x[1].size)
+    n_orbits, admissible, stable, multiplier = (
+        np.concatenate([part[k] for part in parts]).reshape(shape) for k in range(4)
+    )
+    return ExistenceMap(x[1], y[1], x[0], y[0], n_orbits, admissible, stable, multiplier)
+
+
+def _rows(piece: tuple[Any, ...]) -> tuple[Any, ...]:
+    return _core._simulate_rows(*piece)
+
+
+def simulate_many(
+    scene: Scene,
+    q0: ArrayLike,
+    v0: ArrayLike,
+    t_span: tuple[float, float],
+    *,
+    method: str = "auto",
+    rtol: float = 1e-9,
+    atol: float = 1e-12,
+    keep: str = "final",
+    max_impacts: int | None = None,
+    workers: _workers.Workers = None,
+    progress: bool = False,
+) -> Ensemble:
+    """Simulate a scene from many states; the same bits as one by one.
+
+    Parameters
+    ----------
+    scene : Scene
+        A linear scene.
+    q0, v0 : array_like, shape (k, n)
+        Positions and velocities at the start, one row each.
+    t_span : pair of float
+        Start and end [s].
+    method, rtol, atol, max_impacts
+        As for ``simulate``.
+    keep : {"final"}, default "final"
+        Final states, in constant memory for each trajectory.
+    workers : int, Executor or callable, optional
+        Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable.
+    progress : bool, default False
+        Show a progress bar (threads only; needs tqdm).
+
+    Returns
+    -------
+    Ensemble
+        ``q``, ``v`` (k, n), ``n_impacts``, ``status`` (k,).
+
+    Raises
+    ------
+    ValueError
+        As for ``simulate``, naming the row.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> scene = vi.paper_scene(kind=3)
+    >>> ends = vi.simulate_many(scene, np.zeros((3, 2)), [[0, 0], [0, 0.1], [0.1, 0]], (0, 20))
+    >>> ends.q.shape
+    (3, 2)
+    """
+    if keep != "final":
+        message = f"keep is {keep!r}, but an ensemble keeps final states alone: it must be \"final\""
+        raise ValueError(message)
+    if method.lower() not in ("auto", "exact"):
+        message = f"method is {method!r}, but it must be \"auto\" or \"exact\""
+        raise ValueError(message)
+    rest = (t_span, (rtol, atol), max_impacts)
+    if not _workers.is_elsewhere(workers):
+        parts = [_rows((scene, q0, v0, *rest, _workers.threads(workers), progress))]
+    else:
+        q_rows, v_rows = (np.asarray(rows, dtype=np.float64).reshape(-1, scene.n_dof) for rows in (q0, v0))
+        pieces = [(scene, q_rows[i:j], v_rows[i:j], *rest, 1, False) for i, j in _bounds(len(q_rows))]
+        parts = _workers.run(_rows, pieces, workers)
+    q, v, n_impacts, status = (np.concatenate([np.asarray(part[k]) for part in parts]) for k in range(4))
+    return Ensemble(q, v, n_impacts, status)

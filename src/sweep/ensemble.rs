@@ -1,0 +1,110 @@
+//! Many trajectories of one scene: the final states, in constant memory for each, on any number of threads.
+
+use crate::error::{Error, Result};
+use crate::flow::LinearFlow;
+use crate::modal::{ModalScene, with_flow};
+use crate::model::Scene;
+use crate::simulate::{Keep, Run, SimulateOptions, Status};
+use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};
+use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
+
+/// Trajectories that a thread takes at a time.
+const TILE: usize = 8;
+
+/// The ends of many trajectories, one row each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ensemble {
+    /// Final positions, shape `(k, n)`.
+    pub q: DMatrix<f64>,
+    /// Final velocities, shape `(k, n)`.
+    pub v: DMatrix<f64>,
+    /// Impacts of each trajectory, shape `(k,)`.
+    pub n_impacts: Vec<usize>,
+    /// How each ended, shape `(k,)`.
+    pub status: Vec<Status>,
+}
+
+/// The end of one trajectory.
+#[derive(Clone)]
+struct End {
+    q: DVector<f64>,
+    v: DVector<f64>,
+    n_impacts: usize,
+    status: Status,
+}
+
+/// Simulates a scene from many states, rows of `q0` and `v0`, shape `(k, n)` each; the same bits as one by one.
+///
+/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+///
+/// # Errors
+/// As [`crate::simulate`], naming the row; `keep` other than [`Keep::Final`], or `t_eval`.
+///
+/// # Examples
+/// ```
+/// use nalgebra::dmatrix;
+/// use std::ops::ControlFlow;
+/// use vibroimpact::{Keep, Kind, PaperOptions, SimulateOptions, SweepOptions, paper_scene, simulate_many};
+/// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
+/// let (q0, v0) = (dmatrix![0.0, 0.0; 0.1, -0.1], dmatrix![0.0, 0.1; 0.0, 0.0]);
+/// let options = SimulateOptions { keep: Keep::Final, ..Default::default() };
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let ends = simulate_many(&scene, &q0, &v0, (0.0, 50.0), &options, SweepOptions::default(), go_on)?;
+/// assert_eq!(ends.q.shape(), (2, 2));
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn simulate_many(
+    scene: &Scene,
+    q0: &DMatrix<f64>,
+    v0: &DMatrix<f64>,
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+    sweep: SweepOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Ensemble> {
+    let modal = ModalScene::new(scene, "simulate_many")?;
+    let (k, n) = (q0.nrows(), scene.n_dof());
+    for (name, rows) in [("q0", q0), ("v0", v0)] {
+        if rows.shape() != (k, n) {
+            let found = format!("({}, {})", rows.nrows(), rows.ncols());
+            return Err(Error::bad_shape(name, found, format!("({k}, {n})")));
+        }
+        if let Some(i) = (0..k).find(|&i| rows.row(i).iter().any(|x| !x.is_finite())) {
+            return Err(Error::bad_value(format!("{name}[{i}]"), rows.row(i), "it must be finite"));
+        }
+    }
+    options.check(t_span)?;
+    if options.keep != Keep::Final || options.t_eval.is_some() {
+        return Err(Error::bad_value("keep", format!("{:?}", options.keep), "an ensemble keeps final states alone"));
+    }
+    let phase = scene.forcing().phase();
+    let mut ends = vec![End { q: DVector::zeros(n), v: DVector::zeros(n), n_impacts: 0, status: Status::Finished }; k];
+    with_flow!(&modal.flow(), f => {
+        let work = |run: &mut Run<'_, _>, i: usize, go_on: GoOn<'_>| end_of(run, &modal, (q0, v0), i, t_span, go_on);
+        fill(&mut ends, TILE, sweep, || Ok(Run::new(f, &modal, phase, options)), work, observer)
+    })?;
+    Ok(Ensemble {
+        q: DMatrix::from_fn(k, n, |i, j| ends[i].q[j]),
+        v: DMatrix::from_fn(k, n, |i, j| ends[i].v[j]),
+        n_impacts: ends.iter().map(|e| e.n_impacts).collect(),
+        status: ends.iter().map(|e| e.status).collect(),
+    })
+}
+
+fn end_of<F: LinearFlow>(
+    run: &mut Run<'_, F>,
+    modal: &ModalScene,
+    (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
+    i: usize,
+    t_span: (f64, f64),
+    go_on: GoOn<'_>,
+) -> Result<End> {
+    let state = modal.form.to_modal(&q0.row(i).transpose(), &v0.row(i).transpose());
+    let outcome = run.run(state, t_span, &mut |_| go_on()).map_err(|error| match error {
+        Error::BadValue { argument, value, rule } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
+        other => other,
+    })?;
+    let (q, v) = modal.form.to_physical(&outcome.state);
+    Ok(End { q, v, n_impacts: outcome.stats.n_impacts, status: outcome.status })
+}
