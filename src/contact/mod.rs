@@ -1,5 +1,4 @@
 //! Where the next impact is, and where a gap is lowest (theory 8).
 
-pub(crate) mod jet;
 pub(crate) mod next;
 pub(crate) mod walk;

@@ -1,7 +1,7 @@
 //! The next impact of an exact flight (theory 8): the first time at which some gap falls below minus its margin, led back
 //! to its zero. Every step is proved to hold no other; touches inside the margin are noted as grazes.
 
-use crate::contact::jet::{Jet, Shape};
+use crate::flow::jet::{Jet, Shape};
 use crate::contact::walk::{DEEPEST, Ladder, ROUNDING};
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;

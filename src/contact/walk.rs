@@ -1,7 +1,7 @@
 //! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves of one
 //! longest step, so that their propagators are made once and kept.
 
-use crate::contact::jet::{Jet, Shape};
+use crate::flow::jet::{Jet, Shape};
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 

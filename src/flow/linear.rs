@@ -2,7 +2,7 @@
 //! certified remainder (theory 4 and 8). The state is the whole motion, forcing included, so that nothing is subtracted
 //! at a resonance.
 
-use crate::contact::jet::Jet;
+use crate::flow::jet::Jet;
 use crate::flow::Drive;
 use crate::modal::{Block, Pair};
 use nalgebra::{Complex, DMatrix};

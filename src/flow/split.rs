@@ -3,7 +3,8 @@
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
 use crate::flow::{BlockFlow, GapRow, LinearFlow, Undriven};
-use crate::modal::{Block, Form, ModalScene, Pair, Response};
+use crate::flow::ModalScene;
+use crate::modal::{Block, Form, Pair, Response};
 use nalgebra::Complex;
 
 /// A resonance is near where `|(i w - l_1)(i w - l_2)|` is below this times `w^2 + |l_1 l_2|`: the steady response and the
@@ -82,14 +83,14 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::jet::Jet;
+    use crate::flow::jet::Jet;
     use crate::model::{Kind, PaperOptions, paper_scene};
 
     #[test]
     fn a_split_flow_is_the_flow_it_splits() {
         let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
         let modal = ModalScene::new(&scene, "the test").expect("linear");
-        let crate::modal::SceneFlow::Forced(whole) = modal.flow() else { panic!("blocks, forced") };
+        let crate::flow::SceneFlow::Forced(whole) = modal.flow() else { panic!("blocks, forced") };
         let split = SplitFlow::new(&modal).expect("away from resonance");
         let mut state = vec![[0.3, -0.2], [0.1, 0.7]];
         let mut enlarged = Vec::new();

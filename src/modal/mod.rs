@@ -6,9 +6,7 @@ mod complex;
 mod form;
 mod modes;
 mod real;
-mod scene;
 
 pub(crate) use block::{Block, Pair, Response};
 pub(crate) use form::{Form, ModalForm};
-pub(crate) use scene::{ModalScene, SceneFlow, along, with_flow};
 pub use modes::{Modes, modes};

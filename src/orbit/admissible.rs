@@ -3,8 +3,10 @@
 
 use crate::contact::walk::{Effort, Ladder, check_flight};
 use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
-use crate::modal::{ModalScene, Pair, SceneFlow, along, with_flow};
-use crate::orbit::periodic_orbit::{Flight, Impact};
+use crate::flow::{ModalScene, SceneFlow, along, with_flow};
+use crate::modal::Pair;
+use crate::impact::Impact;
+use crate::orbit::periodic_orbit::Flight;
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
 /// orbit's position, with room to spare.

@@ -1,7 +1,8 @@
 //! The closed form of an orbit in the paper's coefficients, eq. (14) with the corrections of theory 3 and 4:
 //! `q = sum_j phi_j (e^{-eta_j t}(a_j cos wd_j t + b_j sin wd_j t) + A_j sin w t + B_j cos w t)`.
 
-use crate::modal::{Block, Form, ModalScene, Pair};
+use crate::flow::ModalScene;
+use crate::modal::{Block, Form, Pair};
 use nalgebra::{Complex, DVector};
 
 /// The coefficients of eq. (14) in the mass-normalised modes, ascending; t = 0 just after the first impact.

@@ -2,7 +2,8 @@
 //! equations in the impulses, the states of retained modes and the phase `u = (cos, sin)` at the first instant, whose
 //! coefficients are analytic functions of dt: restitution, repetition of the retained modes, and the contacts.
 
-use crate::modal::{Form, ModalScene, Pair};
+use crate::flow::ModalScene;
+use crate::modal::{Form, Pair};
 use crate::orbit::green::{Cell, Green, turned};
 use crate::orbit::impulses::{Instant, Units, times};
 use crate::orbit::polish::Root;

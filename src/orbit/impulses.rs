@@ -4,7 +4,8 @@
 //! rigid body) keep their own two unknowns. O(n k) for n modes and k stops.
 
 use crate::linalg::rank::{self, SolutionSet};
-use crate::modal::{Block, Form, ModalScene, Pair, along};
+use crate::flow::{ModalScene, along};
+use crate::modal::{Block, Form, Pair};
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
 

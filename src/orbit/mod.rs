@@ -23,13 +23,13 @@ mod two_instants;
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
-pub use periodic_orbit::{Family, Impact, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
+pub use periodic_orbit::{Family, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
 pub use search::{Free, periodic_orbits};
 pub use stability::{OrderMultipliers, Stability};
 
 pub(crate) use admissible::{Admissibility, Judge};
 pub(crate) use impulses::Instant;
 pub(crate) use one_instant::{Solution, clearance_given};
-pub(crate) use periodic_orbit::{list_impacts, wrapped};
+pub(crate) use periodic_orbit::list_impacts;
 pub(crate) use search::{check, period, ranking};
 pub(crate) use stability::{decides, largest_multiplier};

@@ -6,7 +6,8 @@ use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 use crate::orbit::impulses::{Instant, RANK_TOL};
 use crate::orbit::one_stop;
-use crate::orbit::periodic_orbit::{Flight, wrapped};
+use crate::impact::wrapped;
+use crate::orbit::periodic_orbit::Flight;
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of a linear system above which it has no solution.

@@ -54,7 +54,7 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Option<Crossing> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modal::ModalScene;
+    use crate::flow::ModalScene;
     use crate::model::{Change, Kind, PaperOptions, paper_scene};
     use crate::orbit::one_instant::meet_circle;
 

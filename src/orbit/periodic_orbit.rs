@@ -3,32 +3,16 @@
 
 use crate::error::Result;
 use crate::flow::LinearFlow;
-use crate::modal::{ModalScene, Pair, SceneFlow, along, with_flow};
+use crate::impact::{Impact, wrapped};
+use crate::flow::{ModalScene, SceneFlow, along, with_flow};
+use crate::modal::Pair;
 use crate::model::{Change, Scene};
 use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::stability::{Stability, stability};
 use crate::orbit::Pattern;
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
-
-/// One impact of one stop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Impact {
-    /// Time [s].
-    pub time: f64,
-    /// The stop hit.
-    pub stop: usize,
-    /// Normal velocity towards the stop before the impact; negative where an orbit is not admissible.
-    pub approach: f64,
-    /// Normal speed away from the stop after the impact.
-    pub departure: f64,
-    /// The impulse, positive where it pushes away from the stop.
-    pub impulse: f64,
-    /// Forcing phase at the impact [rad], in [0, 2 pi).
-    pub phase: f64,
-}
 
 /// One flight of an orbit, in modal pairs.
 #[derive(Debug, Clone)]
@@ -40,12 +24,6 @@ pub(crate) struct Flight {
     pub after: Vec<Pair>,
     /// The state at its end, before the impacts there.
     pub before_next: Vec<Pair>,
-}
-
-/// An angle in [0, 2 pi).
-pub(crate) fn wrapped(angle: f64) -> f64 {
-    let wrapped = angle.rem_euclid(TAU);
-    if wrapped >= TAU { 0.0 } else { wrapped }
 }
 
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.

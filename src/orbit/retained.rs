@@ -1,7 +1,8 @@
 //! Modes that keep their two unknowns in the periodic conditions (undamped, in resonance, rigid): what rows see of their
 //! flight from a state, a load and a forcing, as functions of its span with proved bounds (theory 5).
 
-use crate::modal::{Form, ModalScene};
+use crate::flow::ModalScene;
+use crate::modal::Form;
 use crate::orbit::green::Cell;
 use crate::orbit::impulses::enlarged_exponential;
 use crate::orbit::series::{Entry, ORDER};

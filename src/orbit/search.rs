@@ -1,7 +1,7 @@
 //! `periodic_orbits`: from a scene and a pattern to every orbit, its verdict and its order.
 
 use crate::error::{Error, Result};
-use crate::modal::{ModalScene, SceneFlow};
+use crate::flow::{ModalScene, SceneFlow};
 use crate::model::{Change, Parameter, Scene};
 use crate::orbit::impulses::Instant;
 use crate::orbit::one_instant::{Crossing, Solution, clearance_given, meet_circle, phase_given};

@@ -3,7 +3,8 @@
 
 use crate::error::Result;
 use crate::linalg::eigen;
-use crate::modal::{Form, ModalScene, Pair, along};
+use crate::flow::{ModalScene, along};
+use crate::modal::{Form, Pair};
 use crate::orbit::admissible::{Admissibility, Touch};
 use crate::orbit::periodic_orbit::Flight;
 use nalgebra::{Complex, DMatrix, DVector};

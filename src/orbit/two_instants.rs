@@ -2,12 +2,14 @@
 //! flight time between the instants, to the orbits and what was proved of the other flight times.
 
 use crate::error::{Error, Result};
-use crate::modal::{ModalScene, Pair, along};
+use crate::flow::{ModalScene, along};
+use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
 use crate::orbit::flight_time::Search;
 use crate::orbit::impulses::Instant;
-use crate::orbit::periodic_orbit::{Flight, Parts, wrapped};
+use crate::impact::wrapped;
+use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::search::{period, sorted, with_contacts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use std::sync::Arc;

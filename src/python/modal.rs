@@ -10,7 +10,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 /// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
-#[pyclass(name = "Modes", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Modes", module = "vibroimpact", frozen)]
 pub(crate) struct PyModes {
     modes: Modes,
     system: PyLinearSystem,
@@ -143,7 +143,7 @@ pub(crate) fn recovery_matrix<'py>(
 }
 
 /// What ``audit_recovery`` found.
-#[pyclass(name = "RecoveryAudit", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "RecoveryAudit", module = "vibroimpact", frozen)]
 pub(crate) struct PyRecoveryAudit(RecoveryAudit);
 
 #[pymethods]

@@ -61,7 +61,7 @@ fn out_coefficient<'py>(py: Python<'py>, c: &model::Coefficient) -> PyResult<Bou
 /// >>> w = np.array([1.0, 3.0])
 /// >>> vi.LinearSystem(np.ones(2), 2 * 0.01 * w, w**2).n_dof
 /// 2
-#[pyclass(name = "LinearSystem", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "LinearSystem", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyLinearSystem(pub LinearSystem);
 
@@ -180,7 +180,7 @@ impl PyLinearSystem {
 /// ------
 /// ValueError
 ///     A ratio that is not positive, a damper that is not finite.
-#[pyclass(name = "DoublePendulum", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "DoublePendulum", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyDoublePendulum(pub DoublePendulum);
 
@@ -262,7 +262,7 @@ impl PyDoublePendulum {
 /// ------
 /// ValueError
 ///     Arrays of different lengths, masses or lengths that are not positive, numbers that are not finite.
-#[pyclass(name = "PendulumChain", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "PendulumChain", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyPendulumChain(pub PendulumChain);
 
@@ -358,7 +358,7 @@ impl PyPendulumChain {
 /// ------
 /// ValueError
 ///     Numbers that are not finite, a frequency that is not positive.
-#[pyclass(name = "Harmonic", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Harmonic", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyHarmonic(pub Harmonic);
 
@@ -424,7 +424,7 @@ impl PyHarmonic {
 /// ------
 /// ValueError
 ///     Numbers that are not finite, a frequency that is not positive.
-#[pyclass(name = "BaseMotion", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "BaseMotion", module = "vibroimpact", frozen)]
 #[derive(Clone, Copy)]
 pub(crate) struct PyBaseMotion(pub BaseMotion);
 
@@ -522,7 +522,7 @@ fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
 /// >>> import vibroimpact as vi
 /// >>> vi.Stop(1, 0.15, 0.9, reaction="coordinate")
 /// Stop(1, clearance=0.15, restitution=0.9, side='upper', reaction='coordinate')
-#[pyclass(name = "Stop", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Stop", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyStop(pub Stop);
 
@@ -624,7 +624,7 @@ impl PyStop {
 /// ------
 /// ValueError
 ///     A negative bob, a restitution outside [0, 1], an unknown side.
-#[pyclass(name = "Wall", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Wall", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyWall(pub Wall);
 
@@ -760,7 +760,7 @@ fn constraints(value: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Constraint>> {
 /// >>> scene = vi.Scene(oscillator, vi.Harmonic(1.0, 2.8), vi.Stop(0, 0.5, 0.8))
 /// >>> scene.gaps([0.2])
 /// array([0.3])
-#[pyclass(name = "Scene", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Scene", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyScene(pub Scene);
 

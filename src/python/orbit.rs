@@ -1,9 +1,8 @@
 //! Periodic orbits in Python.
 
 use crate::model::Parameter;
-use crate::orbit::{
-    self, Coefficients, Family, Free, Impact, OrbitOptions, Orbits, PeriodicOrbit, Saved, Stability, Verdict, Violation,
-};
+use crate::impact::Impact;
+use crate::orbit::{self, Coefficients, Family, Free, OrbitOptions, Orbits, PeriodicOrbit, Saved, Stability, Verdict, Violation};
 use crate::python::array::{out_complex, out_matrix, out_rows, out_vector, structured, times};
 use crate::python::model::PyScene;
 use crate::python::pattern::{out_pattern, pattern, shown};
@@ -41,7 +40,7 @@ pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<
 }
 
 /// Coefficients of eq. (14) in the mass-normalised modes; t = 0 just after the first impact.
-#[pyclass(name = "Coefficients", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Coefficients", module = "vibroimpact", frozen)]
 pub(crate) struct PyCoefficients(Coefficients);
 
 #[pymethods]
@@ -83,7 +82,7 @@ impl PyCoefficients {
 }
 
 /// Where and by how much an orbit breaks the rules of contact.
-#[pyclass(name = "Violation", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Violation", module = "vibroimpact", frozen)]
 pub(crate) struct PyViolation(Violation);
 
 #[pymethods]
@@ -118,7 +117,7 @@ impl PyViolation {
 }
 
 /// The directions of a family of orbits.
-#[pyclass(name = "Family", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Family", module = "vibroimpact", frozen)]
 pub(crate) struct PyFamily(Family);
 
 #[pymethods]
@@ -141,7 +140,7 @@ impl PyFamily {
 }
 
 /// Whether small deviations die out.
-#[pyclass(name = "Stability", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Stability", module = "vibroimpact", frozen)]
 pub(crate) struct PyStability(Stability);
 
 #[pymethods]
@@ -174,7 +173,7 @@ impl PyStability {
 }
 
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.
-#[pyclass(name = "Orbit", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Orbit", module = "vibroimpact", frozen)]
 pub(crate) struct PyOrbit(pub PeriodicOrbit);
 
 impl PyOrbit {
@@ -436,7 +435,7 @@ pub(crate) fn _restore_orbit(
 }
 
 /// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
-#[pyclass(name = "Orbits", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Orbits", module = "vibroimpact", frozen)]
 pub(crate) struct PyOrbits {
     orbits: Vec<Py<PyOrbit>>,
     verdict: Verdict,

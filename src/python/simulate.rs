@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use std::sync::OnceLock;
 
 /// What a run did, counted.
-#[pyclass(name = "Stats", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Stats", module = "vibroimpact", frozen)]
 pub(crate) struct PyStats(Stats);
 
 #[pymethods]
@@ -59,7 +59,7 @@ impl PyStats {
 }
 
 /// A simulated motion.
-#[pyclass(name = "Trajectory", module = "vibroimpact", frozen, skip_from_py_object)]
+#[pyclass(name = "Trajectory", module = "vibroimpact", frozen)]
 pub(crate) struct PyTrajectory {
     core: Trajectory,
     samples: OnceLock<Samples>,

@@ -1,14 +1,15 @@
 //! The loop of a simulation: fly to the next contact, apply the impact, tell the recorder; for linear scenes with exact
 //! flights (theory 8). Chatter, sticking and coupled simultaneous impacts end the run with a diagnosis.
 
-use crate::contact::jet::Jet;
+use crate::flow::jet::Jet;
 use crate::contact::next::{Grazed, Margin, Next, Search};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
-use crate::modal::{ModalScene, Pair, along, with_flow};
+use crate::flow::{ModalScene, along, with_flow};
+use crate::modal::Pair;
 use crate::model::Scene;
-use crate::orbit::{Impact, wrapped};
+use crate::impact::{Impact, wrapped};
 use crate::quantity::finite_vector;
 use crate::simulate::clock::Clock;
 use crate::simulate::trajectory::{Graze, Kept, KeptFlight};

@@ -1,7 +1,8 @@
 //! What will run for a scene, in words: the same choice that the machinery makes by type.
 
 use crate::error::Result;
-use crate::modal::{Form, ModalScene};
+use crate::flow::ModalScene;
+use crate::modal::Form;
 use crate::model::Scene;
 
 /// The machinery that a scene needs, in words.

@@ -2,9 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
-use crate::modal::{ModalScene, with_flow};
+use crate::flow::{ModalScene, with_flow};
 use crate::model::Scene;
-use crate::orbit::{Impact, wrapped};
+use crate::impact::{Impact, wrapped};
 use crate::simulate::clock::Clock;
 use crate::simulate::trajectory::{Kept, KeptFlight};
 use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};

@@ -2,9 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
-use crate::modal::{ModalScene, Pair, SceneFlow, with_flow};
+use crate::flow::{ModalScene, SceneFlow, with_flow};
+use crate::modal::Pair;
 use crate::model::Scene;
-use crate::orbit::Impact;
+use crate::impact::Impact;
 use crate::simulate::clock::Clock;
 use crate::simulate::{Stats, Status};
 use nalgebra::{DMatrix, DVector};

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
-use crate::modal::{ModalScene, with_flow};
+use crate::flow::{ModalScene, with_flow};
 use crate::model::Scene;
 use crate::simulate::{Keep, Run, SimulateOptions, Status};
 use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};

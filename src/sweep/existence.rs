@@ -2,13 +2,11 @@
 //! admissible one (theory 6), a stable one (theory 7). Arrays are in rows of equal y, x running fastest.
 
 use crate::error::{Error, Result};
-use crate::modal::ModalScene;
+use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::contact::walk::Effort;
-use crate::orbit::{
-    Admissibility, Impact, Instant, Judge, OrbitOptions, Pattern, Solution, check, clearance_given, decides,
-    largest_multiplier, list_impacts, period, periodic_orbits, ranking,
-};
+use crate::impact::Impact;
+use crate::orbit::{Admissibility, Instant, Judge, OrbitOptions, Pattern, Solution, check, clearance_given, decides, largest_multiplier, list_impacts, period, periodic_orbits, ranking};
 use crate::sweep::moving::Moving;
 use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};
 use std::ops::{ControlFlow, Range};

@@ -2,7 +2,8 @@
 //! the scene anew. Only complex modes must be made again, for another damping.
 
 use crate::error::Result;
-use crate::modal::{Block, Form, ModalScene};
+use crate::flow::ModalScene;
+use crate::modal::{Block, Form};
 use crate::model::{Forcing, Parameter, Scene};
 use std::sync::Arc;
 

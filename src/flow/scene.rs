@@ -117,9 +117,9 @@ pub(crate) fn along(row: &[Pair], state: &[Pair]) -> f64 {
 macro_rules! with_flow {
     ($scene_flow:expr, $flow:ident => $body:expr) => {
         match $scene_flow {
-            $crate::modal::SceneFlow::Free($flow) => $body,
-            $crate::modal::SceneFlow::Forced($flow) => $body,
-            $crate::modal::SceneFlow::Dense($flow) => $body,
+            $crate::flow::SceneFlow::Free($flow) => $body,
+            $crate::flow::SceneFlow::Forced($flow) => $body,
+            $crate::flow::SceneFlow::Dense($flow) => $body,
         }
     };
 }
