@@ -363,6 +363,28 @@ fn a_given_phase_gives_the_flight_time_and_the_clearance() {
 }
 
 #[test]
+fn an_impact_that_leaves_no_speed_leaves_nothing_undecided() {
+    // e = 0: the contacts then agree to second order where the instants meet.
+    let mut random = Random(621);
+    for case in 0..300 {
+        let mut plain = random_plain(&mut random, Sides::One);
+        for face in &mut plain.faces {
+            face.restitution = 0.0;
+        }
+        let (scene, pattern) = plain.scene();
+        let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
+        assert!(
+            !orbits.reason().contains("double zero"),
+            "case {case}: {}",
+            orbits.reason()
+        );
+        for orbit in orbits.iter() {
+            check_orbit(&plain, orbit, &format!("case {case}, e = 0"));
+        }
+    }
+}
+
+#[test]
 fn the_monodromy_matrix_is_the_derivative_of_the_return_map() {
     let mut random = Random(99);
     let mut checked = 0;
@@ -651,6 +673,25 @@ fn extreme_scenes_are_searched_in_reasonable_time() {
         &oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 12),
         "twelve periods",
     );
+    for n in [2, 3] {
+        // One Jordan block of equal oscillators: nothing uncouples.
+        let mut defective = oscillator(0.0, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
+        defective.mass = DMatrix::identity(n, n);
+        defective.damping = DMatrix::identity(n, n) * 0.2;
+        defective.stiffness =
+            DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j || j == i + 1)));
+        defective.load = DVector::zeros(n);
+        defective.force = DVector::from_element(n, 1.0);
+        let normal = DVector::from_fn(n, |i, _| f64::from(u8::from(i == 0)));
+        defective.faces[0].normal = normal.clone();
+        defective.faces[1].normal = -normal;
+        let found = timed(&defective, "defective");
+        // A little apart, the oscillators have complex modes.
+        for i in 0..n {
+            defective.stiffness[(i, i)] += 1e-2 * (i + 1) as f64;
+        }
+        assert_eq!(timed(&defective, "nearly defective"), found);
+    }
     let n = 30;
     let mut chain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
     chain.mass = DMatrix::identity(n, n);
