@@ -18,6 +18,10 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 const TRIVIAL: f64 = 1e-6;
 /// Two roots this close, relative to T, and in phase, are one.
 const SAME: f64 = 1e-9;
+/// How far from an undecided stretch its roots may be, relative to T.
+const NEAR: f64 = 1e-8;
+/// Bisections of a bracket from which Newton's method went astray.
+const HALVINGS: usize = 30;
 /// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
 const TOGETHER: f64 = 1e-9;
 /// Part of the range that may stay undecided before the outcome says so first.
@@ -169,10 +173,9 @@ impl Search<'_> {
         let mut roots: Vec<Root> = Vec::new();
         let mut lost = 0;
         for bracket in &found.simple {
-            let here = self.solve(bracket, 1.0)?;
-            lost += usize::from(here.is_empty());
-            for root in here {
-                self.keep(&mut roots, root);
+            match self.solve_simple(bracket, splits)? {
+                Some(root) => self.keep(&mut roots, root),
+                None => lost += 1,
             }
         }
         let open: Vec<Bracket> = found
@@ -182,25 +185,23 @@ impl Search<'_> {
             .copied()
             .collect();
         for bracket in &open {
-            for root in self.solve(bracket, 8.0)? {
-                let to_end = root.dt.min(self.period - root.dt);
-                if !(self.meets() && to_end < TRIVIAL * self.period) {
+            for root in self.solve(bracket)? {
+                if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL) {
                     self.keep(&mut roots, root);
                 }
             }
         }
         if splits && !self.is_alike {
             let half = 0.5 * self.period;
-            let line = self.solve(
-                &Bracket {
-                    low: half,
-                    high: half,
-                    guess: half,
-                },
-                1.0,
-            )?;
-            for root in line {
-                self.keep(&mut roots, root);
+            let line = Bracket {
+                low: half,
+                high: half,
+                guess: half,
+            };
+            for root in self.solve(&line)? {
+                if self.is_near(root.dt, &line) {
+                    self.keep(&mut roots, root);
+                }
             }
         }
         let solved = roots.len();
@@ -245,12 +246,66 @@ impl Search<'_> {
         }
     }
 
-    /// The roots that start from a bracket and stay within its width, times `reach`, of it.
-    fn solve(&self, bracket: &Bracket, reach: f64) -> Result<Vec<Root>> {
-        let slack = reach * (bracket.high - bracket.low) + 1e-8 * self.period;
-        let inside = |dt: f64| {
-            dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack
+    /// Whether two instants of one surface are no farther apart than `margin` periods.
+    fn is_meeting(&self, dt: f64, margin: f64) -> bool {
+        self.meets() && dt.min(self.period - dt) < margin * self.period
+    }
+
+    /// Whether a flight time belongs to an undecided bracket.
+    fn is_near(&self, dt: f64, bracket: &Bracket) -> bool {
+        let slack = 8.0 * (bracket.high - bracket.low) + NEAR * self.period;
+        dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack
+    }
+
+    /// The one root of a bracket that is proved to hold one.
+    fn solve_simple(&self, bracket: &Bracket, splits: bool) -> Result<Option<Root>> {
+        let is_other = |dt: f64| {
+            self.is_meeting(dt, SAME)
+                || (splits && (dt - 0.5 * self.period).abs() < SAME * self.period)
         };
+        let inside =
+            |root: &Root| (bracket.low..=bracket.high).contains(&root.dt) && !is_other(root.dt);
+        if let Some(root) = self.solve(bracket)?.into_iter().find(inside) {
+            return Ok(Some(root));
+        }
+        Ok(self.solve(&self.halved(bracket))?.into_iter().find(inside))
+    }
+
+    /// A bracket of one sign change, narrowed by bisection.
+    fn halved(&self, bracket: &Bracket) -> Bracket {
+        let mut minors = self.minors();
+        let mut value = |t: f64| {
+            let place = Place {
+                low: t,
+                high: t,
+                end: End::Neither,
+            };
+            self.sample(&mut minors, &place).series.at_origin()
+        };
+        let Bracket {
+            mut low, mut high, ..
+        } = *bracket;
+        // The end of the range may be a zero that was divided out: the sign is that of the other one.
+        let (below, above) = (value(low), value(high));
+        let is_from_low = below.abs() > above.abs();
+        let sign = if is_from_low { below } else { above };
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if (value(middle) * sign > 0.0) == is_from_low {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Bracket {
+            low,
+            high,
+            guess: 0.5 * (low + high),
+        }
+    }
+
+    /// The roots that Newton's method reaches from the guess of a bracket.
+    fn solve(&self, bracket: &Bracket) -> Result<Vec<Root>> {
         let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
         let n = self.n_unknowns();
         let equations = |dt: f64| {
@@ -273,9 +328,7 @@ impl Search<'_> {
         };
         let mut roots = Vec::new();
         for x in starts {
-            if let Some(mut root) =
-                polish(&equations, circle, unit, bracket.guess, x).filter(|root| inside(root.dt))
-            {
+            if let Some(mut root) = polish(&equations, circle, unit, bracket.guess, x) {
                 if let Some(u) = self.phase {
                     root.x = self.conditions.with_phase(&root.x, u);
                 }

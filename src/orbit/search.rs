@@ -33,8 +33,13 @@ pub enum Free {
 /// the clearances of the stops in the pattern come out. Orbits that are not admissible are returned with their
 /// violation.
 ///
+/// A pattern of two instants is searched in the flight time between them, every one of which is decided by bounds;
+/// `Orbits::reason` says what was proved. One stop hit twice gives one orbit for each pair of flight times that add up to
+/// the period, and none that is an orbit of half the period gone through twice.
+///
 /// # Errors
-/// A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other.
+/// A nonlinear or unforced scene, a pattern that does not fit it or has more than two instants, options that contradict
+/// each other, a phase given for two instants without a common stop.
 ///
 /// # References
 /// The source paper, eqs. (29) and (38), with the corrections of theory section 3.

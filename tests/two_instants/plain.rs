@@ -97,6 +97,41 @@ impl Plain {
         a
     }
 
+    /// The state matrix enlarged by the load and the forcing: of the state (q, v, 1, cos, sin).
+    pub fn enlarged(&self) -> DMatrix<f64> {
+        let n = self.n();
+        let inverse = self.mass.clone().try_inverse().expect("positive definite");
+        let mut big = DMatrix::zeros(2 * n + 3, 2 * n + 3);
+        big.view_mut((0, 0), (2 * n, 2 * n))
+            .copy_from(&self.state_matrix());
+        big.view_mut((n, 2 * n), (n, 1))
+            .copy_from(&(&inverse * &self.load));
+        big.view_mut((n, 2 * n + 1), (n, 1))
+            .copy_from(&(&inverse * &self.force));
+        big[(2 * n + 1, 2 * n + 2)] = -self.w;
+        big[(2 * n + 2, 2 * n + 1)] = self.w;
+        big
+    }
+
+    /// The enlarged state a period after x, over an impact of the second stop near `dt` and one of the first near T.
+    pub fn return_map(&self, x: &DVector<f64>, dt: f64) -> DVector<f64> {
+        let (n, big) = (self.n(), self.enlarged());
+        let (mut x, mut time) = (x.clone(), 0.0);
+        for (face, guess) in [(&self.faces[1], dt), (&self.faces[0], self.period())] {
+            x = (&big * (guess - time)).exp() * x;
+            time = guess;
+            for _ in 0..6 {
+                let speed = face.normal.dot(&x.rows(n, n));
+                let step = (face.clearance - face.normal.dot(&x.rows(0, n))) / speed;
+                x = (&big * step).exp() * x;
+                time += step;
+            }
+            let after = self.recovery(face) * x.rows(0, 2 * n);
+            x.rows_mut(0, 2 * n).copy_from(&after);
+        }
+        (&big * (self.period() - time)).exp() * x
+    }
+
     /// The steady response at t to the phases 0 (cosine) and pi/2 in the columns: `s(t) u`, u = (cos phase, sin phase).
     pub fn steady(&self, t: f64) -> DMatrix<f64> {
         let (n, w) = (self.n(), self.w);
