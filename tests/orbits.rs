@@ -139,6 +139,17 @@ fn an_orbit_closes_and_its_coefficients_draw_it() {
     assert!((orbit.impacts()[0].approach - before[1]).abs() < 1e-13);
 }
 
+#[test]
+fn without_impacts_the_steady_response_is_the_orbit() {
+    // F/(k - w^2 + i c w) for one degree of freedom, no stop reached.
+    let orbits = periodic_orbits(&oscillator(4.0, 0.3, 0.0, 0.7, 5.0, 0.8, 1.5), &Pattern::none(), &periods(1)).expect("solved");
+    assert_eq!((orbits.len(), orbits.verdict()), (1, Verdict::Found));
+    assert!(orbits[0].is_admissible() && orbits[0].stability().expect("converges").is_stable == Some(true));
+    let response = nalgebra::Complex::new(4.0 - 2.25, 0.3 * 1.5).inv() * 0.8;
+    assert!((orbits[0].q0()[0] - response.re).abs() < 1e-15);
+    assert!((orbits[0].v0()[0] + 1.5 * response.im).abs() < 1e-15);
+}
+
 fn oscillator(stiffness: f64, damping: f64, load: f64, e: f64, clearance: f64, force: f64, w: f64) -> Scene {
     let system = LinearSystem::new(dvector![1.0], dvector![damping], dvector![stiffness])
         .and_then(|s| s.with_load(dvector![load]))

@@ -34,7 +34,11 @@ impl SweepOptions {
         }
         let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let wanted = self.threads.unwrap_or_else(available);
-        Ok(if cfg!(feature = "parallel") { wanted.min(tiles.max(1)) } else { 1 })
+        Ok(if cfg!(feature = "parallel") {
+            wanted.min(tiles.max(1))
+        } else {
+            1
+        })
     }
 }
 
@@ -54,7 +58,13 @@ pub(crate) fn fill<T: Send, W>(
     let total = out.len();
     if options.count(total.div_ceil(TILE))? > 1 {
         #[cfg(feature = "parallel")]
-        on_threads::fill(out, options.count(total.div_ceil(TILE))?, workspace, item, observer)?;
+        on_threads::fill(
+            out,
+            options.count(total.div_ceil(TILE))?,
+            workspace,
+            item,
+            observer,
+        )?;
     } else {
         alone(out, workspace, item, observer)?;
     }
@@ -110,20 +120,31 @@ mod on_threads {
     impl<T> Shared<'_, T> {
         fn fail(&self, index: usize, error: Error) {
             self.is_stopped.store(true, Ordering::Relaxed);
-            let mut failure = self.failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut failure = self
+                .failure
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             if failure.as_ref().is_none_or(|(first, _)| index < *first) {
                 *failure = Some((index, error));
             }
         }
 
         /// Takes tiles until there are none, or the sweep is stopped.
-        fn work<W>(&self, workspace: impl Fn() -> Result<W>, item: impl Fn(&mut W, usize) -> Result<T>) {
+        fn work<W>(
+            &self,
+            workspace: impl Fn() -> Result<W>,
+            item: impl Fn(&mut W, usize) -> Result<T>,
+        ) {
             let mut workspace = match workspace() {
                 Ok(workspace) => workspace,
                 Err(error) => return self.fail(0, error),
             };
             loop {
-                let next = self.tiles.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
+                let next = self
+                    .tiles
+                    .lock()
+                    .unwrap_or_else(std::sync::PoisonError::into_inner)
+                    .next();
                 let Some((tile, slots)) = next else { return };
                 for (i, slot) in slots.iter_mut().enumerate() {
                     if self.is_stopped.load(Ordering::Relaxed) {
@@ -161,7 +182,9 @@ mod on_threads {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .map_err(|e| Error::bad_value("threads", threads, format!("the system refuses them: {e}")))?;
+            .map_err(|e| {
+                Error::bad_value("threads", threads, format!("the system refuses them: {e}"))
+            })?;
         let shared = Shared {
             tiles: Mutex::new(out.chunks_mut(TILE).enumerate()),
             done: AtomicUsize::new(0),
@@ -186,13 +209,22 @@ mod on_threads {
                 }
                 last = std::time::Instant::now();
                 if verdict.is_ok() {
-                    verdict = stop_if(observer(Progress { done: shared.done.load(Ordering::Relaxed), total }));
-                    shared.is_stopped.fetch_or(verdict.is_err(), Ordering::Relaxed);
+                    verdict = stop_if(observer(Progress {
+                        done: shared.done.load(Ordering::Relaxed),
+                        total,
+                    }));
+                    shared
+                        .is_stopped
+                        .fetch_or(verdict.is_err(), Ordering::Relaxed);
                 }
             }
         });
         verdict?;
-        match shared.failure.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+        match shared
+            .failure
+            .into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+        {
             Some((_, error)) => Err(error),
             None => Ok(()),
         }
@@ -203,13 +235,24 @@ mod on_threads {
 mod tests {
     use super::*;
 
-    fn squares(threads: usize, observer: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Vec<usize>> {
+    fn squares(
+        threads: usize,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Vec<usize>> {
         let mut out = vec![0; 3000];
         let slow = |(): &mut (), i: usize| {
             std::thread::sleep(Duration::from_micros(50));
             Ok(i * i)
         };
-        fill(&mut out, SweepOptions { threads: Some(threads) }, || Ok(()), slow, observer)?;
+        fill(
+            &mut out,
+            SweepOptions {
+                threads: Some(threads),
+            },
+            || Ok(()),
+            slow,
+            observer,
+        )?;
         Ok(out)
     }
 
@@ -221,8 +264,16 @@ mod tests {
                 seen.push(p.done);
                 ControlFlow::Continue(())
             });
-            assert!(out.expect("no failure").iter().enumerate().all(|(i, &x)| x == i * i));
-            assert!(seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&3000), "{seen:?}");
+            assert!(
+                out.expect("no failure")
+                    .iter()
+                    .enumerate()
+                    .all(|(i, &x)| x == i * i)
+            );
+            assert!(
+                seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&3000),
+                "{seen:?}"
+            );
         }
     }
 
@@ -241,9 +292,19 @@ mod tests {
     #[test]
     fn a_failure_is_reported_and_no_threads_are_refused() {
         for threads in [1, 2] {
-            let fails = |(): &mut (), i: usize| if i == 2000 { Err(Error::bad_value("item", i, "no")) } else { Ok(i) };
-            let options = SweepOptions { threads: Some(threads) };
-            let result = fill(&mut vec![0; 3000], options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
+            let fails = |(): &mut (), i: usize| {
+                if i == 2000 {
+                    Err(Error::bad_value("item", i, "no"))
+                } else {
+                    Ok(i)
+                }
+            };
+            let options = SweepOptions {
+                threads: Some(threads),
+            };
+            let result = fill(&mut vec![0; 3000], options, || Ok(()), fails, &mut |_| {
+                ControlFlow::Continue(())
+            });
             assert_eq!(result, Err(Error::bad_value("item", 2000, "no")));
         }
         assert!(squares(0, &mut |_| ControlFlow::Continue(())).is_err());
