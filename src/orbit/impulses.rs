@@ -15,15 +15,15 @@ pub(crate) const RANK_TOL: f64 = 1e-10;
 
 /// The periodic conditions of one instant as linear forms in the unknowns `(p, retained states, u)`.
 pub(crate) struct Instant<'a> {
-    scene: &'a ModalScene,
-    stops: &'a [usize],
+    pub(super) scene: &'a ModalScene,
+    pub(super) stops: &'a [usize],
     /// Per eliminated block: `(I - P)^-1`; `None` for retained ones.
-    resolvents: Vec<Option<[Pair; 2]>>,
-    retained: Vec<usize>,
+    pub(super) resolvents: Vec<Option<[Pair; 2]>>,
+    pub(super) retained: Vec<usize>,
     /// `(cos, sin)` parts of the steady response of the eliminated blocks, zero for retained ones.
-    steady: Vec<[Pair; 2]>,
-    equilibrium: Vec<Pair>,
-    period: f64,
+    pub(super) steady: Vec<[Pair; 2]>,
+    pub(super) equilibrium: Vec<Pair>,
+    pub(super) period: f64,
 }
 
 /// The two conditions for one stop hit, in the unknowns `(p, cos, sin)`: `rows[0] x = 0`, the normal velocity is
@@ -52,7 +52,7 @@ fn resolvent(block: Block, period: f64) -> Option<[Pair; 2]> {
     Some([[d / det, -b / det], [-c / det, a / det]])
 }
 
-fn times(m: &[Pair; 2], z: Pair) -> Pair {
+pub(super) fn times(m: &[Pair; 2], z: Pair) -> Pair {
     [m[0][0] * z[0] + m[0][1] * z[1], m[1][0] * z[0] + m[1][1] * z[1]]
 }
 
@@ -93,7 +93,7 @@ impl<'a> Instant<'a> {
     }
 
     /// Number of unknowns besides the phase.
-    fn n_inner(&self) -> usize {
+    pub(super) fn n_inner(&self) -> usize {
         self.n_impulses() + 2 * self.retained.len()
     }
 
@@ -179,7 +179,7 @@ impl<'a> Instant<'a> {
 
     /// Rows that say "the normal velocities are reversed", and that the retained blocks repeat: `matrix X = rhs` with X
     /// the inner unknowns and u.
-    fn repeat_rows(&self) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn repeat_rows(&self) -> (DMatrix<f64>, DVector<f64>) {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let mut matrix = DMatrix::zeros(inner, inner + 2);
         let mut rhs = DVector::zeros(inner);
@@ -251,7 +251,7 @@ impl<'a> Instant<'a> {
     }
 
     /// Rows that say where the contacts are: `matrix X + constant = n.q` at the stops hit.
-    fn contact_rows(&self) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn contact_rows(&self) -> (DMatrix<f64>, DVector<f64>) {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let position = self.sums(&self.scene.position_rows);
         let mut matrix = DMatrix::zeros(k, inner + 2);
@@ -353,17 +353,17 @@ impl<'a> Instant<'a> {
 
 /// Units in which the conditions have entries of order one, so that neither a unit of measurement nor the rounding of a
 /// vanishing entry decides the rank.
-struct Units {
+pub(super) struct Units {
     /// Of the unknowns.
-    columns: DVector<f64>,
+    pub columns: DVector<f64>,
     /// Of the equations.
-    rows: DVector<f64>,
+    pub rows: DVector<f64>,
 }
 
 impl Instant<'_> {
     /// Velocities are measured by the normal velocity of a unit impulse, positions by that over the forcing frequency,
     /// forcing by the largest response to it; `contacts` rows follow those of `repeat_rows`, `extra` columns the phase.
-    fn units(&self, matrix: &DMatrix<f64>, contacts: usize) -> Units {
+    pub(super) fn units(&self, matrix: &DMatrix<f64>, contacts: usize) -> Units {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
         let w = or_one(self.scene.frequency);
@@ -413,7 +413,7 @@ fn solve_in(units: &Units, matrix: &DMatrix<f64>, rhs: &DVector<f64>, floor: f64
     Ok(set)
 }
 
-fn enlarged_exponential(state: &DMatrix<f64>, scene: &ModalScene, t: f64) -> DMatrix<f64> {
+pub(super) fn enlarged_exponential(state: &DMatrix<f64>, scene: &ModalScene, t: f64) -> DMatrix<f64> {
     let flow = crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.force, scene.frequency);
     let mut whole = DMatrix::zeros(0, 0);
     crate::flow::LinearFlow::prepare(&flow, t, &mut whole);

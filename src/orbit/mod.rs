@@ -2,13 +2,23 @@
 
 mod admissible;
 mod closed_form;
+mod conditions;
+mod flight_time;
+mod green;
 mod impulses;
+mod isolate;
+mod minors;
 mod one_instant;
 mod one_stop;
 mod pattern;
 mod periodic_orbit;
+mod polish;
+mod retained;
+mod scaled_rows;
 mod search;
+mod series;
 mod stability;
+mod two_instants;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};

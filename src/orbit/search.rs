@@ -6,6 +6,7 @@ use crate::model::{Change, Parameter, Scene};
 use crate::orbit::impulses::Instant;
 use crate::orbit::one_instant::{Crossing, Solution, clearance_given, meet_circle, phase_given};
 use crate::orbit::periodic_orbit::{Family, Parts};
+use crate::orbit::two_instants::two_instants;
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -54,10 +55,11 @@ pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions)
     match pattern.instants() {
         [] => without_impacts(scene, &modal, options),
         [stops] => one_instant(scene, &modal, stops, options),
+        [_, _] => two_instants(scene, &modal, pattern, options),
         more => Err(Error::bad_value(
             "pattern",
             format!("of {} instants", more.len()),
-            "periodic_orbits solves patterns of one instant so far",
+            "periodic_orbits solves patterns of one or two instants; use find_orbit with a guess for more",
         )),
     }
 }
@@ -222,7 +224,7 @@ fn build(
 }
 
 /// The scene with the clearances of the given stops set so that they are where the contacts are.
-fn with_contacts(
+pub(super) fn with_contacts(
     scene: &Scene,
     modal: &Arc<ModalScene>,
     stops: &[usize],
@@ -256,7 +258,7 @@ pub(crate) fn ranking(
 }
 
 /// The orbits in the order of [`ranking`].
-fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
+pub(super) fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
     let depths: Vec<Option<f64>> = orbits.iter().map(|o| o.violation().map(|v| v.depth)).collect();
     let n_dof = orbits.first().map_or(0, |o| o.q0().len());
     let order = ranking(n_dof, &depths, |i| Ok(orbits[i].stability()?.is_stable == Some(true)))?;

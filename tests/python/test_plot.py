@@ -325,6 +325,16 @@ class TestTimeHistory:
         assert not labelled(plot.time_history(BouncingOrbit(), coordinate=1, walls=False), "stop")
         assert not labelled(plot.time_history(BouncingOrbit(), quantity="velocity"), "stop")
 
+    def test_walls_of_stops_on_a_coordinate_by_its_index(self):
+        orbit = BouncingOrbit()
+        orbit.scene.stops = tuple(
+            SimpleNamespace(normal=normal, clearance=0.25, side=side)
+            for normal, side in ((0, "upper"), (1, "upper"), (1, "lower"))
+        )
+        walls = labelled(plot.time_history(orbit, coordinate=1), "stop")
+        assert [wall.get_label() for wall in walls] == ["stop 1", "stop 2"]
+        np.testing.assert_allclose([wall.get_ydata() for wall in walls], [[0.25, 0.25], [-0.25, -0.25]])
+
     def test_trajectory_by_its_own_rows(self):
         trajectory = BouncingTrajectory()
         ax = plot.time_history(trajectory, quantity="velocity")

@@ -117,13 +117,18 @@ def draw_walls(ax: Axes, scene: Scene, coordinate: int, along: Literal["x", "y"]
 
 
 def _wall_position(stop: Any, coordinate: int) -> tuple[float, bool] | None:
-    """Return where the gap is zero and whether the stop is solid above it, or None."""
+    """Return where the gap is zero and whether the stop is solid above it, or None.
+
+    A stop's normal is the index of a coordinate, or a vector (n,); a wall of a pendulum has none.
+    """
     normal = getattr(stop, "normal", None)
     if normal is None:
         return None
-    normal = np.atleast_1d(np.asarray(normal, dtype=float))
-    component = normal[coordinate]
-    if component == 0.0 or np.count_nonzero(normal) > 1:
+    if np.ndim(normal) == 0:
+        component = float(normal == coordinate)
+    else:
+        component = float(normal[coordinate]) if np.count_nonzero(normal) == 1 else 0.0
+    if component == 0.0:
         return None
     signed = -component if stop.side == "lower" else component
     return float(stop.clearance / signed), bool(signed > 0.0)

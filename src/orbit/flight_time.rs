@@ -1,0 +1,354 @@
+//! The search for the flight time dt between two instants of impact (theory 5). Cramer's rule makes `|u| = 1` (clearances
+//! given) or "the stop is where it was" (phase given) one analytic equation in dt without poles, of which every zero in
+//! (0, T) is isolated by bounds; each is then polished with all unknowns at once.
+
+use crate::error::Result;
+use crate::modal::Pair;
+use crate::orbit::conditions::{Conditions, point};
+use crate::orbit::green::Cell;
+use crate::orbit::isolate::{Bracket, End, Isolated, Place, Sampled, isolate};
+use crate::orbit::minors::Minors;
+use crate::orbit::polish::{Equations, Root, circle_starts, least_squares_start, polish};
+use crate::orbit::series::Series;
+use nalgebra::{DMatrix, DVector};
+
+/// Rounding of a determinant, relative to the sum of its products' sizes.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// A flight time this close to a trivial one, relative to T, is that one: far below, rounding rules.
+const TRIVIAL: f64 = 1e-6;
+/// Two roots this close, relative to T, and in phase, are one.
+const SAME: f64 = 1e-9;
+/// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
+const TOGETHER: f64 = 1e-9;
+/// Part of the range that may stay undecided before the outcome says so first.
+const UNDECIDED: f64 = 0.01;
+
+/// A search of flight times: what is asked, and what the trivial solutions are.
+pub(crate) struct Search<'a> {
+    pub conditions: &'a Conditions<'a>,
+    pub period: f64,
+    /// The instants are alike, so that an orbit may be a shorter one repeated.
+    pub is_alike: bool,
+    pub n_periods: usize,
+    pub phase: Option<Pair>,
+    /// With the phase given: the places in the list of stops of one hit at both instants.
+    pub pair: (usize, usize),
+}
+
+impl Search<'_> {
+    /// Number of unknowns.
+    fn n_unknowns(&self) -> usize {
+        self.conditions.n_inner() + if self.phase.is_some() { 0 } else { 2 }
+    }
+
+    /// The range of flight times: half of it where `dt` and `T - dt` are one orbit, started at either impact.
+    fn range(&self) -> (f64, f64) {
+        let is_half = self.is_alike && self.phase.is_none();
+        let share = if is_half { 0.5 } else { 1.0 };
+        (0.0, share * self.period)
+    }
+
+    /// Whether a flight time is half the period, where like or mirrored instants have their line of solutions.
+    fn is_half(&self, dt: f64) -> bool {
+        (dt - 0.5 * self.period).abs() <= 4.0 * f64::EPSILON * self.period
+    }
+
+    /// The scaled equations over a cell, the meeting of the instants, or the line of solutions half the period apart,
+    /// divided out where `end` says so.
+    fn rows(&self, cell: &Cell, end: End) -> Vec<Series> {
+        if end != End::Neither && self.phase.is_none() && self.is_half(cell.origin) {
+            return self.conditions.half_rows(cell);
+        }
+        let entries = self.conditions.entries(cell);
+        match self.phase {
+            Some(u) => self
+                .conditions
+                .phase_rows(&entries, u, self.pair, (cell, end)),
+            None => self.conditions.circle_rows(&entries, cell, end),
+        }
+    }
+
+    /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
+    /// determinant of the conditions with the phase given.
+    fn sample(&self, minors: &mut Minors, place: &Place) -> Sampled {
+        let (low, high) = (place.low, place.high);
+        let cell = match place.end {
+            End::Neither => Cell {
+                origin: 0.5 * (low + high),
+                scale: 0.5 * (high - low),
+                low,
+                high,
+            },
+            End::Low => Cell {
+                origin: low,
+                scale: high - low,
+                low,
+                high,
+            },
+            End::High => Cell {
+                origin: high,
+                scale: high - low,
+                low,
+                high,
+            },
+        };
+        minors.compute(&self.rows(&cell, place.end));
+        let n = self.n_unknowns();
+        if self.phase.is_some() {
+            let series = *minors.det((1 << (n + 1)) - 1);
+            return Sampled {
+                series,
+                floor: ROUNDING * series.size(),
+            };
+        }
+        let [det, over_sin, over_cos] = self.wanted_circle().map(|set| minors.det(set));
+        let unit = Series::constant(self.conditions.phase_unit().powi(2));
+        let squares = Series::sum_of_products(
+            [(1.0, over_sin, over_sin), (1.0, over_cos, over_cos)].into_iter(),
+        );
+        let one = Series::constant(1.0);
+        let square = Series::sum_of_products([(1.0, det, det)].into_iter());
+        let series =
+            Series::sum_of_products([(1.0, &unit, &squares), (-1.0, &one, &square)].into_iter());
+        let error = |s: &Series| (2.0 * s.bound() + ROUNDING * s.size()) * ROUNDING * s.size();
+        Sampled {
+            series,
+            floor: unit.bound() * (error(over_sin) + error(over_cos)) + error(det),
+        }
+    }
+
+    /// The columns of the determinant, and of the numerators of the phase.
+    fn wanted_circle(&self) -> [usize; 3] {
+        let n = self.n_unknowns();
+        let all = (1 << (n + 1)) - 1;
+        [
+            all & !(1 << n),
+            all & !(1 << (n - 1)),
+            all & !(1 << (n - 2)),
+        ]
+    }
+
+    fn minors(&self) -> Minors {
+        let n = self.n_unknowns();
+        match self.phase {
+            Some(_) => Minors::new(n + 1, n + 1, &[(1 << (n + 1)) - 1]),
+            None => Minors::new(n + 1, n, &self.wanted_circle()),
+        }
+    }
+
+    /// Whether the instants are on one surface, so that they can meet in contact.
+    fn meets(&self) -> bool {
+        self.phase.is_some() || self.conditions.same_surface().is_some()
+    }
+
+    /// The walk over the range; `splits` as in `Conditions::splits_at_half`.
+    fn walk(&self, splits: bool) -> Isolated {
+        let mut minors = self.minors();
+        let (low, high) = self.range();
+        let meets = self.meets();
+        // The repetition of retained modes hides the meeting at T.
+        let at_end = meets && !self.conditions.has_retained();
+        let half = 0.5 * self.period;
+        let mut walk =
+            |range, deflated| isolate(range, deflated, |place| self.sample(&mut minors, place));
+        if !splits {
+            return walk((low, high), (meets, at_end && high > half));
+        }
+        let first = walk((low, half), (meets, true));
+        if high > half {
+            first.joined(walk((half, high), (true, at_end)))
+        } else {
+            first
+        }
+    }
+
+    /// All roots, and in words what is proved of the rest.
+    pub fn run(&self) -> Result<(Vec<Root>, String)> {
+        let splits = self.phase.is_none() && self.conditions.splits_at_half();
+        let found = self.walk(splits);
+        let mut roots: Vec<Root> = Vec::new();
+        let mut lost = 0;
+        for bracket in &found.simple {
+            let here = self.solve(bracket, 1.0)?;
+            lost += usize::from(here.is_empty());
+            for root in here {
+                self.keep(&mut roots, root);
+            }
+        }
+        let open: Vec<Bracket> = found
+            .undecided
+            .iter()
+            .filter(|b| !self.is_trivial(b))
+            .copied()
+            .collect();
+        for bracket in &open {
+            for root in self.solve(bracket, 8.0)? {
+                let to_end = root.dt.min(self.period - root.dt);
+                if !(self.meets() && to_end < TRIVIAL * self.period) {
+                    self.keep(&mut roots, root);
+                }
+            }
+        }
+        if splits && !self.is_alike {
+            let half = 0.5 * self.period;
+            let line = self.solve(
+                &Bracket {
+                    low: half,
+                    high: half,
+                    guess: half,
+                },
+                1.0,
+            )?;
+            for root in line {
+                self.keep(&mut roots, root);
+            }
+        }
+        let solved = roots.len();
+        roots.retain(|root| !self.is_shorter(root));
+        let repeats = solved > roots.len() || (splits && self.is_alike);
+        let together = roots.len();
+        roots.retain(|root| {
+            self.conditions.contact_misfit(root, self.phase.is_some()) <= TOGETHER * root.x.norm()
+        });
+        let rest = Rest {
+            apart: together - roots.len(),
+            repeats,
+            open,
+            lost,
+            cells: found.cells,
+        };
+        let reason = self.describe(roots.len(), &rest);
+        Ok((roots, reason))
+    }
+
+    /// Where instants of one surface meet there is no orbit to find.
+    fn is_trivial(&self, bracket: &Bracket) -> bool {
+        self.meets()
+            && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
+    }
+
+    /// Whether a root is an orbit of half the period, gone through twice.
+    fn is_shorter(&self, root: &Root) -> bool {
+        self.is_alike
+            && self.n_periods.is_multiple_of(2)
+            && (root.dt - 0.5 * self.period).abs() <= TRIVIAL * self.period
+            && self.conditions.impulses_repeat(&root.x)
+    }
+
+    fn keep(&self, roots: &mut Vec<Root>, root: Root) {
+        let is_known = roots.iter().any(|r| {
+            (r.dt - root.dt).abs() <= SAME * self.period
+                && (&r.x - &root.x).amax() <= 1e-6 * root.x.amax()
+        });
+        if !is_known {
+            roots.push(root);
+        }
+    }
+
+    /// The roots that start from a bracket and stay within its width, times `reach`, of it.
+    fn solve(&self, bracket: &Bracket, reach: f64) -> Result<Vec<Root>> {
+        let slack = reach * (bracket.high - bracket.low) + 1e-8 * self.period;
+        let inside = |dt: f64| {
+            dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack
+        };
+        let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
+        let n = self.n_unknowns();
+        let equations = |dt: f64| {
+            let rows = self.rows(&point(dt, unit), End::Neither);
+            let count = rows.len() / (n + 1);
+            Equations {
+                matrix: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].at_origin()),
+                rate: DMatrix::from_fn(count, n + 1, |i, j| {
+                    rows[i * (n + 1) + j].slope_at_origin()
+                }),
+            }
+        };
+        let circle = self.phase.is_none().then(|| self.conditions.phase_unit());
+        let starts: Vec<DVector<f64>> = {
+            let here = equations(bracket.guess);
+            match circle {
+                Some(phase_unit) => circle_starts(&here, phase_unit)?,
+                None => vec![least_squares_start(&here)?],
+            }
+        };
+        let mut roots = Vec::new();
+        for x in starts {
+            if let Some(mut root) =
+                polish(&equations, circle, unit, bracket.guess, x).filter(|root| inside(root.dt))
+            {
+                if let Some(u) = self.phase {
+                    root.x = self.conditions.with_phase(&root.x, u);
+                }
+                self.keep(&mut roots, root);
+            }
+        }
+        Ok(roots)
+    }
+
+    /// The outcome in words.
+    fn describe(&self, count: usize, rest: &Rest) -> String {
+        let (low, high) = self.range();
+        let range = if high < 0.75 * self.period {
+            "(0, T/2]"
+        } else {
+            "(0, T)"
+        };
+        let solutions = match count {
+            0 => "no solution".to_owned(),
+            1 => "one solution".to_owned(),
+            n => format!("{n} solutions"),
+        };
+        let width: f64 = rest.open.iter().map(|b| b.high - b.low).sum();
+        if width > UNDECIDED * (high - low) {
+            let share = 100.0 * width / (high - low);
+            return format!(
+                "{solutions}; {share:.0} % of the flight times in {range} are undecided: the conditions hold there to rounding"
+            );
+        }
+        let cells = rest.cells;
+        let mut parts = vec![
+            solutions,
+            format!("every other flight time in {range} is excluded by bounds on {cells} cells"),
+        ];
+        if !rest.open.is_empty() {
+            let places: Vec<String> = rest
+                .open
+                .iter()
+                .map(|b| format!("{:.9}", b.guess))
+                .collect();
+            parts.push(format!(
+                "but for a width of {width:.1e} about dt = {}, a double zero, decided by Newton's method",
+                places.join(", ")
+            ));
+        }
+        if rest.repeats {
+            parts.push("orbits of half the period, gone through twice, are not counted".to_owned());
+        }
+        if rest.apart > 0 {
+            parts.push(format!(
+                "{} more meet one contact of each instant, but not those of all stops",
+                rest.apart
+            ));
+        }
+        if rest.lost > 0 {
+            parts.push(format!(
+                "{} more are bracketed, but could not be refined",
+                rest.lost
+            ));
+        }
+        parts.join("; ")
+    }
+}
+
+/// What a search has to say besides its roots.
+struct Rest {
+    /// Roots that leave contacts of further stops unmet.
+    apart: usize,
+    /// Whether a shorter orbit was left out.
+    repeats: bool,
+    /// Stretches that bounds did not decide.
+    open: Vec<Bracket>,
+    /// Brackets without a root.
+    lost: usize,
+    cells: usize,
+}

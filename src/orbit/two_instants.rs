@@ -1,0 +1,160 @@
+//! Orbits with two instants of impact in a period (theory 5): from a scene and a pattern, through the search for the
+//! flight time between the instants, to the orbits and what was proved of the other flight times.
+
+use crate::error::{Error, Result};
+use crate::modal::{ModalScene, Pair, along};
+use crate::model::Scene;
+use crate::orbit::conditions::Conditions;
+use crate::orbit::flight_time::Search;
+use crate::orbit::impulses::Instant;
+use crate::orbit::periodic_orbit::{Flight, Parts, wrapped};
+use crate::orbit::search::{period, sorted, with_contacts};
+use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use std::sync::Arc;
+
+/// Unknowns whose determinants are still expanded: two impulses and four retained modes.
+const MOST_UNKNOWNS: usize = 12;
+
+/// Every orbit whose pattern has the two given instants.
+pub(crate) fn two_instants(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+) -> Result<Orbits> {
+    let [first, second] = pattern.instants() else {
+        return Err(Error::bad_value(
+            "pattern",
+            format!("{pattern:?}"),
+            "two instants are needed here",
+        ));
+    };
+    let stops = [first.as_slice(), second.as_slice()].concat();
+    let pair = common_stop(first, second);
+    if let (Some(phase), None) = (options.phase, pair) {
+        let rule = "with two different stops the flight time would be one unknown too many; leave the phase free, or \
+                    give a pattern that hits one stop at both instants";
+        return Err(Error::bad_value("phase", phase, rule));
+    }
+    let period = period(modal, options.n_periods);
+    let instant = Instant::new(modal, &stops, period);
+    if instant.n_inner() + 2 > MOST_UNKNOWNS {
+        let rule = "the search in the flight time keeps at most four undamped modes in step with the period; damp them";
+        return Err(Error::bad_value(
+            "scene",
+            format!("of {} unknowns", instant.n_inner() + 2),
+            rule,
+        ));
+    }
+    let conditions = Conditions::new(&instant, first.len());
+    let mut sets = [first.clone(), second.clone()];
+    for set in &mut sets {
+        set.sort_unstable();
+    }
+    let search = Search {
+        conditions: &conditions,
+        period,
+        is_alike: sets[0] == sets[1],
+        n_periods: options.n_periods,
+        phase: options.phase.map(|phase| [phase.cos(), phase.sin()]),
+        pair: pair.unwrap_or((0, first.len())),
+    };
+    let (roots, reason) = search.run()?;
+    let flow = Arc::new(modal.flow());
+    let mut orbits = Vec::with_capacity(roots.len());
+    for root in &roots {
+        let (impulses, u) = conditions.read(&root.x);
+        let phase = options
+            .phase
+            .map_or_else(|| wrapped(u[1].atan2(u[0])), wrapped);
+        let flights = flights(
+            modal,
+            &stops,
+            first.len(),
+            &impulses,
+            conditions.states(root.dt, &root.x),
+            (root.dt, period),
+        );
+        let (scene, modal) = if options.phase.is_some() {
+            let rows = &modal.position_rows;
+            let contact = |i: usize| {
+                along(
+                    &rows[stops[i]],
+                    &flights[usize::from(i >= first.len())].after,
+                )
+            };
+            with_contacts(
+                scene,
+                modal,
+                &stops,
+                &(0..stops.len()).map(contact).collect::<Vec<_>>(),
+            )?
+        } else {
+            (scene.clone(), modal.clone())
+        };
+        let parts = Parts {
+            pattern: pattern.clone(),
+            n_periods: options.n_periods,
+            phase,
+            flights,
+            impulses,
+        };
+        orbits.push(PeriodicOrbit::new(&scene, modal, flow.clone(), parts)?);
+    }
+    let verdict = if orbits.is_empty() {
+        Verdict::None
+    } else {
+        Verdict::Found
+    };
+    Ok(Orbits {
+        orbits: sorted(orbits)?,
+        verdict,
+        reason,
+        margin: None,
+        family: None,
+    })
+}
+
+/// Where a stop of both instants stands in their joint list.
+fn common_stop(first: &[usize], second: &[usize]) -> Option<(usize, usize)> {
+    let both = |(i, stop): (usize, &usize)| {
+        Some((i, first.len() + second.iter().position(|s| s == stop)?))
+    };
+    first.iter().enumerate().find_map(both)
+}
+
+/// The two flights from the states after the instants.
+fn flights(
+    scene: &ModalScene,
+    stops: &[usize],
+    first: usize,
+    impulses: &[f64],
+    [after, later]: [Vec<Pair>; 2],
+    (dt, period): (f64, f64),
+) -> Vec<Flight> {
+    let before = |after: &[Pair], which: std::ops::Range<usize>| {
+        let mut state = after.to_vec();
+        for b in which {
+            for (z, jump) in state.iter_mut().zip(&scene.jumps[stops[b]]) {
+                *z = [z[0] + jump[0] * impulses[b], z[1] + jump[1] * impulses[b]];
+            }
+        }
+        state
+    };
+    let (before_first, before_later) =
+        (before(&after, 0..first), before(&later, first..stops.len()));
+    vec![
+        Flight {
+            start: 0.0,
+            span: dt,
+            after,
+            before_next: before_later,
+        },
+        Flight {
+            start: dt,
+            span: period - dt,
+            after: later,
+            before_next: before_first,
+        },
+    ]
+}
