@@ -306,6 +306,16 @@ fn cells_of_other_forms_are_what_periodic_orbits_finds() {
 }
 
 #[test]
+fn cells_of_two_instants_are_what_periodic_orbits_finds() {
+    let twice = Pattern::new(vec![vec![1], vec![1]]).expect("valid");
+    let (x, y) = (
+        axis("frequency", [1.4, 1.5]),
+        axis("clearance[1]", [0.02, 0.15]),
+    );
+    assert!(compare(&third_kind(), &twice, (&x, &y), 3)[0] > 0);
+}
+
+#[test]
 fn resonance_and_no_damping_are_cells_like_others() {
     let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![4.0]).expect("valid");
     let force = Harmonic::new(dvector![0.3.into()], 1.0, 0.0).expect("valid");
