@@ -7,6 +7,8 @@ use crate::modal::Pair;
 
 /// Halvings of the longest step before the search gives up proving and takes the node for what it is.
 pub(crate) const DEEPEST: usize = 52;
+/// Rungs that a ladder has room for from the start.
+const USUAL_DEPTH: usize = 12;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
@@ -21,8 +23,7 @@ pub(crate) struct Ladder<F: LinearFlow> {
 impl<F: LinearFlow> Ladder<F> {
     /// An empty ladder for a flow.
     pub fn new(flow: &F) -> Self {
-        let rungs = std::iter::repeat_with(F::Propagator::default).take(DEEPEST + 1).collect();
-        Self { longest: flow.longest_step(), rungs, made: 0 }
+        Self { longest: flow.longest_step(), rungs: Vec::with_capacity(USUAL_DEPTH), made: 0 }
     }
 
     /// The step of a level.
@@ -42,6 +43,9 @@ impl<F: LinearFlow> Ladder<F> {
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair], u: &mut F::Phasor) {
         if self.made >> level & 1 == 0 {
+            if self.rungs.len() <= level {
+                self.rungs.resize_with(level + 1, F::Propagator::default);
+            }
             flow.prepare(self.step(level), &mut self.rungs[level]);
             self.made |= 1 << level;
         }

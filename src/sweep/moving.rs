@@ -56,13 +56,13 @@ impl<'a> Moving<'a> {
                     .clearances
                     .fill(value),
                 Parameter::ClearanceOf(i) => {
-                    Arc::make_mut(&mut self.moved.geometry).clearances[i] = value
+                    Arc::make_mut(&mut self.moved.geometry).clearances[i] = value;
                 }
                 Parameter::Restitution => Arc::make_mut(&mut self.moved.geometry)
                     .restitutions
                     .fill(value),
                 Parameter::RestitutionOf(i) => {
-                    Arc::make_mut(&mut self.moved.geometry).restitutions[i] = value
+                    Arc::make_mut(&mut self.moved.geometry).restitutions[i] = value;
                 }
                 // The phase of the forcing is an outcome; the damping was dealt with.
                 Parameter::Phase | Parameter::DampingScale => {}
