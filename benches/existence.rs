@@ -6,7 +6,8 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::Duration;
 use vibroimpact::{
-    Axis, Kind, OrbitOptions, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene, periodic_orbits,
+    Axis, Kind, OrbitOptions, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene,
+    periodic_orbits,
 };
 
 /// Cells along one side of the maps.
@@ -14,27 +15,39 @@ const SIDE: u32 = 100;
 
 fn axis(name: &str, low: f64, high: f64) -> Axis {
     let step = (high - low) / f64::from(SIDE);
-    Axis::new(name.parse().expect("a name"), (0..SIDE).map(|i| low + step * (f64::from(i) + 0.5)))
+    Axis::new(
+        name.parse().expect("a name"),
+        (0..SIDE).map(|i| low + step * (f64::from(i) + 0.5)),
+    )
 }
 
 fn existence(criterion: &mut Criterion) {
     let scene = paper_scene(Kind::Two, &PaperOptions::default()).expect("valid");
     let pattern = Pattern::single(0);
     let mut group = criterion.benchmark_group("existence_map");
-    group.throughput(Throughput::Elements(u64::from(SIDE * SIDE))).measurement_time(Duration::from_secs(5));
+    group
+        .throughput(Throughput::Elements(u64::from(SIDE * SIDE)))
+        .measurement_time(Duration::from_secs(5));
     for (label, scale) in [("none", (0.0, 0.01)), ("orbits", (0.2, 2.2))] {
-        let (x, y) = (axis("frequency", 1.0, 2.0), axis("forcing_scale", scale.0, scale.1));
+        let (x, y) = (
+            axis("frequency", 1.0, 2.0),
+            axis("forcing_scale", scale.0, scale.1),
+        );
         group.bench_function(label, |bencher| {
             bencher.iter(|| {
                 let options = SweepOptions { threads: Some(1) };
                 let go_on = &mut |_| ControlFlow::Continue(());
-                existence_map(black_box(&scene), &pattern, &x, &y, 2, options, go_on).expect("solved")
+                existence_map(black_box(&scene), &pattern, &x, &y, 2, options, go_on)
+                    .expect("solved")
             });
         });
     }
     group.finish();
     criterion.bench_function("periodic_orbits", |bencher| {
-        let options = OrbitOptions { n_periods: 2, ..Default::default() };
+        let options = OrbitOptions {
+            n_periods: 2,
+            ..Default::default()
+        };
         bencher.iter(|| periodic_orbits(black_box(&scene), &pattern, &options).expect("solved"));
     });
 }

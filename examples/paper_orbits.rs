@@ -3,12 +3,19 @@
 //! A double pendulum on a shaken base hits a wall with both pendulums at once (kind 1), with the upper one (kind 2) or with
 //! the lower one (kind 3). You will see each orbit's wall angle, forcing phase, velocities and largest multiplier.
 
-use vibroimpact::{Free, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Result, paper_scene, periodic_orbits};
+use vibroimpact::{
+    Free, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Result, paper_scene,
+    periodic_orbits,
+};
 
 fn paper_orbit(kind: Kind) -> Result<PeriodicOrbit> {
     let scene = paper_scene(kind, &PaperOptions::default())?;
     let free = (kind == Kind::One).then_some(Free::Clearance);
-    let options = OrbitOptions { n_periods: kind.n_periods(), free, ..Default::default() };
+    let options = OrbitOptions {
+        n_periods: kind.n_periods(),
+        free,
+        ..Default::default()
+    };
     let orbits = periodic_orbits(&scene, &Pattern::new(kind.pattern())?, &options)?;
     Ok(orbits[0].clone())
 }

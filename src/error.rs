@@ -47,12 +47,28 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     /// Bad input: `argument` is `value`, but `rule`.
-    pub fn bad_value(argument: impl Into<String>, value: impl ToString, rule: impl Into<String>) -> Self {
-        Self::BadValue { argument: argument.into(), value: value.to_string(), rule: rule.into() }
+    pub fn bad_value(
+        argument: impl Into<String>,
+        value: impl ToString,
+        rule: impl Into<String>,
+    ) -> Self {
+        Self::BadValue {
+            argument: argument.into(),
+            value: value.to_string(),
+            rule: rule.into(),
+        }
     }
 
     /// Bad input: `argument` has the shape `found`, `expected` is needed.
-    pub fn bad_shape(argument: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
-        Self::BadShape { argument: argument.into(), found: found.to_string(), expected: expected.into() }
+    pub fn bad_shape(
+        argument: impl Into<String>,
+        found: impl ToString,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self::BadShape {
+            argument: argument.into(),
+            found: found.to_string(),
+            expected: expected.into(),
+        }
     }
 }

@@ -1,15 +1,15 @@
 //! crate
 pub mod error;
-pub mod quantity;
 mod linalg;
-pub mod model;
 pub mod modal;
-pub use error::{Error,Result};
+pub mod model;
+pub mod quantity;
+pub use error::{Error, Result};
+pub use modal::{Modes, modes};
 pub use model::*;
-pub use modal::{modes,Modes};
-pub mod impact;
 mod contact;
 mod flow;
+pub mod impact;
 pub use impact::*;
 pub mod orbit;
 pub use orbit::*;

@@ -16,7 +16,11 @@ impl Restitution {
         if (0.0..=1.0).contains(&value) {
             Ok(Self(value))
         } else {
-            Err(Error::bad_value("restitution", value, "it must lie in [0, 1]"))
+            Err(Error::bad_value(
+                "restitution",
+                value,
+                "it must lie in [0, 1]",
+            ))
         }
     }
 
@@ -28,7 +32,11 @@ impl Restitution {
 
 /// A finite number, or an error that names the argument.
 pub(crate) fn finite(argument: &str, value: f64) -> Result<f64> {
-    if value.is_finite() { Ok(value) } else { Err(Error::bad_value(argument, value, "it must be finite")) }
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::bad_value(argument, value, "it must be finite"))
+    }
 }
 
 /// A finite number above zero, or an error that names the argument.
@@ -36,17 +44,29 @@ pub(crate) fn positive(argument: &str, value: f64) -> Result<f64> {
     if value.is_finite() && value > 0.0 {
         Ok(value)
     } else {
-        Err(Error::bad_value(argument, value, "it must be finite and greater than zero"))
+        Err(Error::bad_value(
+            argument,
+            value,
+            "it must be finite and greater than zero",
+        ))
     }
 }
 
 /// A vector of `len` finite numbers, or an error that names the argument.
 pub(crate) fn finite_vector(argument: &str, vector: &DVector<f64>, len: usize) -> Result<()> {
     if vector.len() != len {
-        return Err(Error::bad_shape(argument, format!("({},)", vector.len()), format!("({len},)")));
+        return Err(Error::bad_shape(
+            argument,
+            format!("({},)", vector.len()),
+            format!("({len},)"),
+        ));
     }
     match vector.iter().position(|x| !x.is_finite()) {
-        Some(i) => Err(Error::bad_value(format!("{argument}[{i}]"), vector[i], "it must be finite")),
+        Some(i) => Err(Error::bad_value(
+            format!("{argument}[{i}]"),
+            vector[i],
+            "it must be finite",
+        )),
         None => Ok(()),
     }
 }
@@ -84,7 +104,9 @@ mod tests {
 
     #[test]
     fn arrays_must_be_finite_and_of_the_right_shape() {
-        let message = finite_vector("load", &DVector::from_vec(vec![0.0, f64::NAN]), 2).unwrap_err().to_string();
+        let message = finite_vector("load", &DVector::from_vec(vec![0.0, f64::NAN]), 2)
+            .unwrap_err()
+            .to_string();
         assert_eq!(message, "load[1] is NaN, but it must be finite");
         assert!(finite_vector("load", &DVector::zeros(3), 2).is_err());
         assert!(finite_square("mass", &DMatrix::zeros(2, 3), 2).is_err());

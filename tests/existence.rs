@@ -5,9 +5,10 @@ use nalgebra::{Complex, DMatrix, dvector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Axis, BaseMotion, Change, Error, ExistenceCell, ExistenceMap, Harmonic, Kind, LinearSystem, OrbitOptions,
-    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress, Scene, Stop, SweepOptions, existence_at, existence_map, existence_tile,
-    paper_scene, paper_system, periodic_orbits,
+    Axis, BaseMotion, Change, Error, ExistenceCell, ExistenceMap, Harmonic, Kind, LinearSystem,
+    OrbitOptions, OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress,
+    Scene, Stop, SweepOptions, existence_at, existence_map, existence_tile, paper_scene,
+    paper_system, periodic_orbits,
 };
 
 fn grid(low: f64, high: f64, n: usize) -> impl Iterator<Item = f64> {
@@ -18,10 +19,28 @@ fn axis(name: &str, values: impl IntoIterator<Item = f64>) -> Axis {
     Axis::new(name.parse().expect("a name of Scene::replace"), values)
 }
 
-fn map(scene: &Scene, stop: usize, x: &Axis, y: &Axis, n_periods: usize, threads: usize) -> ExistenceMap {
-    let options = SweepOptions { threads: Some(threads) };
+fn map(
+    scene: &Scene,
+    stop: usize,
+    x: &Axis,
+    y: &Axis,
+    n_periods: usize,
+    threads: usize,
+) -> ExistenceMap {
+    let options = SweepOptions {
+        threads: Some(threads),
+    };
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
-    existence_map(scene, &Pattern::single(stop), x, y, n_periods, options, go_on).expect("solved")
+    existence_map(
+        scene,
+        &Pattern::single(stop),
+        x,
+        y,
+        n_periods,
+        options,
+        go_on,
+    )
+    .expect("solved")
 }
 
 fn third_kind() -> Scene {
@@ -30,11 +49,23 @@ fn third_kind() -> Scene {
 
 /// Bits, so that nan equals nan.
 fn bits(cells: &[ExistenceCell]) -> Vec<(u32, bool, bool, u64)> {
-    cells.iter().map(|c| (c.n_orbits, c.is_admissible, c.is_stable, c.multiplier.to_bits())).collect()
+    cells
+        .iter()
+        .map(|c| {
+            (
+                c.n_orbits,
+                c.is_admissible,
+                c.is_stable,
+                c.multiplier.to_bits(),
+            )
+        })
+        .collect()
 }
 
 fn cells(map: &ExistenceMap) -> Vec<ExistenceCell> {
-    (0..map.y.len()).flat_map(|j| (0..map.x.len()).map(move |i| map.cell(i, j))).collect()
+    (0..map.y.len())
+        .flat_map(|j| (0..map.x.len()).map(move |i| map.cell(i, j)))
+        .collect()
 }
 
 /// The least force with which a mass 1, damping 2 eta, stiffness k^2 can hit a stop at clearance c once in n periods of
@@ -64,15 +95,24 @@ fn least_force(k: f64, eta: f64, e: f64, clearance: f64, w: f64, n: usize) -> f6
 #[test]
 fn the_fold_line_is_where_its_closed_form_puts_it() {
     let (k, eta, e, clearance, n) = (1.0, 0.05, 0.8, 1.0, 1);
-    let system = LinearSystem::new(dvector![1.0], dvector![2.0 * eta], dvector![k * k]).expect("valid");
+    let system =
+        LinearSystem::new(dvector![1.0], dvector![2.0 * eta], dvector![k * k]).expect("valid");
     let force = Harmonic::new(dvector![1.0.into()], 2.0, 0.0).expect("valid");
-    let scene = Scene::new(system, force, [Stop::new(0, clearance, e).expect("valid")]).expect("valid");
+    let scene =
+        Scene::new(system, force, [Stop::new(0, clearance, e).expect("valid")]).expect("valid");
     let frequency = axis("frequency", grid(1.6, 4.0, 37));
     for &w in &frequency.values {
         let fold = least_force(k, eta, e, clearance, w, n);
         let column = axis("frequency", [w]);
-        let close = axis("forcing_scale", [0.5, 1.0 - 1e-11, 1.0 + 1e-11, 2.0].map(|x| x * fold));
-        assert_eq!(map(&scene, 0, &column, &close, n, 1).n_orbits, [0, 0, 2, 2], "{w}");
+        let close = axis(
+            "forcing_scale",
+            [0.5, 1.0 - 1e-11, 1.0 + 1e-11, 2.0].map(|x| x * fold),
+        );
+        assert_eq!(
+            map(&scene, 0, &column, &close, n, 1).n_orbits,
+            [0, 0, 2, 2],
+            "{w}"
+        );
     }
     // The boundary of a whole map, cell by cell.
     let scale = axis("forcing_scale", grid(0.01, 3.0, 83));
@@ -80,7 +120,11 @@ fn the_fold_line_is_where_its_closed_form_puts_it() {
     for (i, &w) in whole.x.iter().enumerate() {
         let fold = least_force(k, eta, e, clearance, w, n);
         for (j, &s) in whole.y.iter().enumerate() {
-            assert_eq!(whole.cell(i, j).n_orbits, if s < fold { 0 } else { 2 }, "{w} {s} {fold}");
+            assert_eq!(
+                whole.cell(i, j).n_orbits,
+                if s < fold { 0 } else { 2 },
+                "{w} {s} {fold}"
+            );
         }
     }
     assert!(whole.n_orbits.contains(&0) && whole.n_orbits.contains(&2));
@@ -96,44 +140,78 @@ fn a_force_that_grows_with_the_frequency_moves_the_fold_line_with_it() {
     let scene = Scene::new(system, base, [Stop::new(0, 1.0, 0.8).expect("valid")]).expect("valid");
     for w in [1.7, 2.3, 3.1] {
         let fold = least_force(1.0, 0.05, 0.8, 1.0, w, 1) / (0.5 * w * w);
-        let y = axis("forcing_scale", [1.0 - 1e-11, 1.0 + 1e-11].map(|x| x * fold));
-        assert_eq!(map(&scene, 0, &axis("frequency", [w]), &y, 1, 1).n_orbits, [0, 2], "{w}");
+        let y = axis(
+            "forcing_scale",
+            [1.0 - 1e-11, 1.0 + 1e-11].map(|x| x * fold),
+        );
+        assert_eq!(
+            map(&scene, 0, &axis("frequency", [w]), &y, 1, 1).n_orbits,
+            [0, 2],
+            "{w}"
+        );
     }
 }
 
 /// Indices that look random: a linear congruence (Knuth's MMIX), its high bits.
 fn scattered(i: usize, count: usize) -> usize {
-    let turn = |x: u64| x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    let turn = |x: u64| {
+        x.wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407)
+    };
     let high = turn(turn(turn(i as u64))) >> 33;
     usize::try_from(high % count as u64).expect("an index")
 }
 
 /// Compares scattered cells of a map with the orbits of the scene made for each.
-fn compare(scene: &Scene, pattern: &Pattern, (x, y): (&Axis, &Axis), n_periods: usize) -> [usize; 3] {
+fn compare(
+    scene: &Scene,
+    pattern: &Pattern,
+    (x, y): (&Axis, &Axis),
+    n_periods: usize,
+) -> [usize; 3] {
     let mut seen = [0; 3];
     let options = SweepOptions { threads: Some(1) };
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
     let found = existence_map(scene, pattern, x, y, n_periods, options, go_on).expect("solved");
     for sample in 0..10 {
-        let (i, j) = (scattered(2 * sample, x.values.len()), scattered(2 * sample + 1, y.values.len()));
+        let (i, j) = (
+            scattered(2 * sample, x.values.len()),
+            scattered(2 * sample + 1, y.values.len()),
+        );
         let changed = scene
             .replace(x.parameter.change(x.values[i]))
             .and_then(|s| s.replace(y.parameter.change(y.values[j])))
             .expect("valid");
-        let options = OrbitOptions { n_periods, ..Default::default() };
+        let options = OrbitOptions {
+            n_periods,
+            ..Default::default()
+        };
         let orbits = periodic_orbits(&changed, pattern, &options).expect("solved");
         let cell = found.cell(i, j);
         assert_eq!(cell.n_orbits as usize, orbits.len());
-        assert_eq!(cell.is_admissible, orbits.iter().any(PeriodicOrbit::is_admissible));
+        assert_eq!(
+            cell.is_admissible,
+            orbits.iter().any(PeriodicOrbit::is_admissible)
+        );
         let stable = |o: &PeriodicOrbit| o.stability().expect("converges").is_stable == Some(true);
-        assert_eq!(cell.is_stable, orbits.iter().any(|o| o.is_admissible() && stable(o)));
+        assert_eq!(
+            cell.is_stable,
+            orbits.iter().any(|o| o.is_admissible() && stable(o))
+        );
         let first = orbits.first().map(|o| o.stability().expect("converges"));
         match first.and_then(|s| s.orders.first().map(OrderMultipliers::spectral_radius)) {
-            Some(radius) => assert!((cell.multiplier / radius - 1.0).abs() < 1e-9, "{} {radius}", cell.multiplier),
+            Some(radius) => assert!(
+                (cell.multiplier / radius - 1.0).abs() < 1e-9,
+                "{} {radius}",
+                cell.multiplier
+            ),
             None => assert!(cell.multiplier.is_nan()),
         }
         let alone = existence_at(&changed, pattern, n_periods).expect("solved");
-        assert_eq!((alone.n_orbits, alone.is_admissible, alone.is_stable), (cell.n_orbits, cell.is_admissible, cell.is_stable));
+        assert_eq!(
+            (alone.n_orbits, alone.is_admissible, alone.is_stable),
+            (cell.n_orbits, cell.is_admissible, cell.is_stable)
+        );
         seen[0] += orbits.len();
         seen[1] += usize::from(cell.is_admissible);
         seen[2] += usize::from(cell.is_stable);
@@ -154,12 +232,19 @@ fn cells_are_what_periodic_orbits_finds() {
     ];
     let mut seen = [0; 3];
     for (k, x) in axes.iter().enumerate() {
-        for y in axes.iter().skip(k + 1).filter(|y| (k, y.parameter) != (2, Parameter::RestitutionOf(1))) {
+        for y in axes
+            .iter()
+            .skip(k + 1)
+            .filter(|y| (k, y.parameter) != (2, Parameter::RestitutionOf(1)))
+        {
             let found = compare(&third_kind(), &lone, (x, y), 2);
             seen = [0, 1, 2].map(|i| seen[i] + found[i]);
         }
     }
-    assert!(seen.iter().all(|&count| count > 30), "every kind of cell is among the samples: {seen:?}");
+    assert!(
+        seen.iter().all(|&count| count > 30),
+        "every kind of cell is among the samples: {seen:?}"
+    );
 }
 
 #[test]
@@ -171,17 +256,38 @@ fn cells_of_other_forms_are_what_periodic_orbits_finds() {
     let system = LinearSystem::new(paper.mass().clone(), damping, paper.stiffness().clone())
         .and_then(|s| s.with_influence(dvector![1.0, 0.0]))
         .expect("valid");
-    let scene = Scene::new(system, BaseMotion::new(0.05, 1.5, 0.0).expect("valid"), stops()).expect("valid");
-    let (x, y) = (axis("damping_scale", [0.0, 0.3, 1.0, 2.0]), axis("frequency", grid(1.2, 1.8, 7)));
+    let scene = Scene::new(
+        system,
+        BaseMotion::new(0.05, 1.5, 0.0).expect("valid"),
+        stops(),
+    )
+    .expect("valid");
+    let (x, y) = (
+        axis("damping_scale", [0.0, 0.3, 1.0, 2.0]),
+        axis("frequency", grid(1.2, 1.8, 7)),
+    );
     let seen = compare(&scene, &Pattern::single(1), (&x, &y), 2);
     assert!(seen[0] > 0, "{seen:?}");
     compare(&scene, &Pattern::single(1), (&y, &x), 1);
     // Two stops together: an orbit only where the clearances fit; and none hit at all.
-    compare(&third_kind(), &Pattern::together(&[0, 1]).expect("valid"), (&x, &y), 3);
-    compare(&third_kind(), &Pattern::none(), (&axis("clearance", grid(0.1, 1.0, 9)), &y), 1);
+    compare(
+        &third_kind(),
+        &Pattern::together(&[0, 1]).expect("valid"),
+        (&x, &y),
+        3,
+    );
+    compare(
+        &third_kind(),
+        &Pattern::none(),
+        (&axis("clearance", grid(0.1, 1.0, 9)), &y),
+        1,
+    );
     let first = paper_scene(Kind::One, &PaperOptions::default()).expect("valid");
     let theta0 = 0.806_286_029_398_939_5;
-    let (x, y) = (axis("clearance", [theta0, 0.5]), axis("forcing_scale", [1.0]));
+    let (x, y) = (
+        axis("clearance", [theta0, 0.5]),
+        axis("forcing_scale", [1.0]),
+    );
     let found = existence_map(
         &first,
         &Pattern::together(&[0, 1]).expect("valid"),
@@ -192,8 +298,21 @@ fn cells_of_other_forms_are_what_periodic_orbits_finds() {
         &mut |_| ControlFlow::Continue(()),
     )
     .expect("solved");
-    assert_eq!((found.n_orbits.as_slice(), found.is_stable.as_slice()), ([1, 0].as_slice(), [true, false].as_slice()));
+    assert_eq!(
+        (found.n_orbits.as_slice(), found.is_stable.as_slice()),
+        ([1, 0].as_slice(), [true, false].as_slice())
+    );
     assert!((found.multiplier[0] - 0.79341).abs() < 5e-6 && found.multiplier[1].is_nan());
+}
+
+#[test]
+fn cells_of_two_instants_are_what_periodic_orbits_finds() {
+    let twice = Pattern::new(vec![vec![1], vec![1]]).expect("valid");
+    let (x, y) = (
+        axis("frequency", [1.4, 1.5]),
+        axis("clearance[1]", [0.02, 0.15]),
+    );
+    assert!(compare(&third_kind(), &twice, (&x, &y), 3)[0] > 0);
 }
 
 #[test]
@@ -201,23 +320,34 @@ fn resonance_and_no_damping_are_cells_like_others() {
     let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![4.0]).expect("valid");
     let force = Harmonic::new(dvector![0.3.into()], 1.0, 0.0).expect("valid");
     let scene = Scene::new(system, force, [Stop::new(0, 0.5, 0.7).expect("valid")]).expect("valid");
-    let (x, y) = (axis("frequency", [2.0, 2.0 + 1e-12, 1.9, 1.0, 4.0]), axis("restitution", [0.0, 0.7, 1.0]));
+    let (x, y) = (
+        axis("frequency", [2.0, 2.0 + 1e-12, 1.9, 1.0, 4.0]),
+        axis("restitution", [0.0, 0.7, 1.0]),
+    );
     compare(&scene, &Pattern::single(0), (&x, &y), 1);
 }
 
 #[test]
 fn threads_and_pieces_make_no_difference() {
     let scene = third_kind();
-    let (x, y) = (axis("frequency", grid(1.3, 1.7, 61)), axis("clearance[1]", grid(0.05, 0.3, 47)));
+    let (x, y) = (
+        axis("frequency", grid(1.3, 1.7, 61)),
+        axis("clearance[1]", grid(0.05, 0.3, 47)),
+    );
     let alone = cells(&map(&scene, 1, &x, &y, 2, 1));
     assert!(alone.iter().any(|c| c.is_stable) && alone.iter().any(|c| c.n_orbits == 0));
     for threads in [2, 3, 7] {
-        assert_eq!(bits(&cells(&map(&scene, 1, &x, &y, 2, threads))), bits(&alone), "{threads} threads");
+        assert_eq!(
+            bits(&cells(&map(&scene, 1, &x, &y, 2, threads))),
+            bits(&alone),
+            "{threads} threads"
+        );
     }
     let total = alone.len();
     let mut pieces = Vec::new();
     for range in [0..1000, 1000..1001, 1001..1001, 1001..total] {
-        pieces.extend(existence_tile(&scene, &Pattern::single(1), &x, &y, 2, range).expect("solved"));
+        pieces
+            .extend(existence_tile(&scene, &Pattern::single(1), &x, &y, 2, range).expect("solved"));
     }
     assert_eq!(bits(&pieces), bits(&alone));
     assert!(existence_tile(&scene, &Pattern::single(1), &x, &y, 2, 0..total + 1).is_err());
@@ -226,31 +356,59 @@ fn threads_and_pieces_make_no_difference() {
 #[test]
 fn one_value_is_an_axis_and_rows_are_of_equal_y() {
     let scene = third_kind();
-    let (x, y) = (axis("frequency", [1.4, 1.5]), axis("clearance[1]", [10.0, 0.15, 20.0]));
+    let (x, y) = (
+        axis("frequency", [1.4, 1.5]),
+        axis("clearance[1]", [10.0, 0.15, 20.0]),
+    );
     let both = map(&scene, 1, &x, &y, 2, 1);
     assert_eq!(both.n_orbits, [0, 0, 2, 2, 0, 0]);
-    assert_eq!((both.x_name.as_deref(), both.y_name.as_deref()), (Some("frequency"), Some("clearance[1]")));
-    let one = map(&scene, 1, &axis("frequency", [1.5]), &axis("clearance[1]", [0.15]), 2, 1);
+    assert_eq!(
+        (both.x_name.as_deref(), both.y_name.as_deref()),
+        (Some("frequency"), Some("clearance[1]"))
+    );
+    let one = map(
+        &scene,
+        1,
+        &axis("frequency", [1.5]),
+        &axis("clearance[1]", [0.15]),
+        2,
+        1,
+    );
     assert_eq!(bits(&cells(&one)), bits(&[both.cell(1, 1)]));
     assert!(one.is_stable[0] && one.multiplier[0] < 1.0);
-    let again = ExistenceMap::from_cells((None, vec![1.4, 1.5]), (None, vec![0.0; 3]), &cells(&both)).expect("6 cells");
+    let again =
+        ExistenceMap::from_cells((None, vec![1.4, 1.5]), (None, vec![0.0; 3]), &cells(&both))
+            .expect("6 cells");
     assert_eq!(again.n_orbits, both.n_orbits);
-    assert!(ExistenceMap::from_cells((None, vec![1.4]), (None, vec![0.0; 3]), &cells(&both)).is_err());
+    assert!(
+        ExistenceMap::from_cells((None, vec![1.4]), (None, vec![0.0; 3]), &cells(&both)).is_err()
+    );
 }
 
 #[test]
 fn an_observer_hears_of_progress_and_may_stop() {
     let scene = third_kind();
-    let (x, y) = (axis("frequency", grid(1.3, 1.7, 40)), axis("clearance[1]", grid(0.05, 0.3, 30)));
+    let (x, y) = (
+        axis("frequency", grid(1.3, 1.7, 40)),
+        axis("clearance[1]", grid(0.05, 0.3, 30)),
+    );
     for threads in [1, 2] {
-        let options = SweepOptions { threads: Some(threads) };
+        let options = SweepOptions {
+            threads: Some(threads),
+        };
         let mut last = None;
         let watch = &mut |p: Progress| {
             last = Some(p);
             ControlFlow::Continue(())
         };
         existence_map(&scene, &Pattern::single(1), &x, &y, 2, options, watch).expect("solved");
-        assert_eq!(last, Some(Progress { done: 1200, total: 1200 }));
+        assert_eq!(
+            last,
+            Some(Progress {
+                done: 1200,
+                total: 1200
+            })
+        );
         let stop = &mut |_: Progress| ControlFlow::Break(());
         let broken = existence_map(&scene, &Pattern::single(1), &x, &y, 2, options, stop);
         assert_eq!(broken, Err(Error::Interrupted));
@@ -262,9 +420,17 @@ fn wrong_questions_are_refused_by_name() {
     let scene = third_kind();
     let refusal = |x: &Axis, y: &Axis, stop: usize, n_periods: usize| {
         let untouched = &mut |_: Progress| panic!("refused before anything is computed");
-        existence_map(&scene, &Pattern::single(stop), x, y, n_periods, SweepOptions::default(), untouched)
-            .expect_err("refused")
-            .to_string()
+        existence_map(
+            &scene,
+            &Pattern::single(stop),
+            x,
+            y,
+            n_periods,
+            SweepOptions::default(),
+            untouched,
+        )
+        .expect_err("refused")
+        .to_string()
     };
     let w = axis("frequency", [1.5]);
     for (name, values, start) in [
@@ -288,10 +454,23 @@ fn wrong_questions_are_refused_by_name() {
     for name in ["period", "clearance[-1]", "clearance[]", "frequency[0]", ""] {
         assert!(name.parse::<Parameter>().is_err(), "{name}");
     }
-    for name in ["frequency", "phase", "forcing_scale", "damping_scale", "clearance", "restitution[3]", "clearance[0]"] {
+    for name in [
+        "frequency",
+        "phase",
+        "forcing_scale",
+        "damping_scale",
+        "clearance",
+        "restitution[3]",
+        "clearance[0]",
+    ] {
         assert_eq!(name.parse::<Parameter>().expect("a name").to_string(), name);
     }
-    let unforced = Scene::new(scene.system().clone(), vibroimpact::Forcing::Unforced, scene.stops().to_vec()).expect("valid");
+    let unforced = Scene::new(
+        scene.system().clone(),
+        vibroimpact::Forcing::Unforced,
+        scene.stops().to_vec(),
+    )
+    .expect("valid");
     assert!(existence_at(&unforced, &Pattern::single(1), 1).is_err());
     let changed = scene.replace(Change::Frequency(1.4)).expect("valid");
     assert!(existence_at(&changed, &Pattern::single(1), 2).is_ok());

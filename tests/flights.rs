@@ -3,8 +3,9 @@
 use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Change, Forcing, Free, Harmonic, ImpactSide, Keep, Kind, LinearSystem, OrbitOptions, PaperOptions, Pattern, Scene, Side,
-    SimulateOptions, Status, Stop, paper_scene, periodic_orbits, simulate,
+    Change, Forcing, Free, Harmonic, ImpactSide, Keep, Kind, LinearSystem, OrbitOptions,
+    PaperOptions, Pattern, Scene, Side, SimulateOptions, Status, Stop, paper_scene,
+    periodic_orbits, simulate,
 };
 
 fn ball(e: f64) -> Scene {
@@ -19,30 +20,58 @@ fn ball(e: f64) -> Scene {
 fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
     let first = {
         let scene = paper_scene(Kind::One, &PaperOptions::default()).expect("valid");
-        let options = OrbitOptions { n_periods: 3, free: Some(Free::Clearance), ..Default::default() };
-        periodic_orbits(&scene, &Pattern::together(&[0, 1]).expect("valid"), &options).expect("solved")
+        let options = OrbitOptions {
+            n_periods: 3,
+            free: Some(Free::Clearance),
+            ..Default::default()
+        };
+        periodic_orbits(
+            &scene,
+            &Pattern::together(&[0, 1]).expect("valid"),
+            &options,
+        )
+        .expect("solved")
     };
     let one = |kind: Kind, stop: usize| {
         let scene = paper_scene(kind, &PaperOptions::default()).expect("valid");
-        let options = OrbitOptions { n_periods: 2, ..Default::default() };
+        let options = OrbitOptions {
+            n_periods: 2,
+            ..Default::default()
+        };
         periodic_orbits(&scene, &Pattern::single(stop), &options).expect("solved")
     };
     for orbits in [first, one(Kind::Two, 0), one(Kind::Three, 1)] {
         let orbit = &orbits[0];
-        assert!(orbit.is_admissible() && orbit.stability().expect("converges").is_stable == Some(true));
+        assert!(
+            orbit.is_admissible() && orbit.stability().expect("converges").is_stable == Some(true)
+        );
         let span = (0.0, 1000.0 * orbit.period());
-        let options = SimulateOptions { keep: Keep::Impacts, ..Default::default() };
+        let options = SimulateOptions {
+            keep: Keep::Impacts,
+            ..Default::default()
+        };
         let run = simulate(orbit.scene(), &orbit.q0(), &orbit.v0(), span, &options).expect("runs");
         assert_eq!(run.status(), Status::Finished, "{}", run.message());
         // The last impact may fall on either side of the end of the span by rounding.
         let per_period = orbit.impacts().len();
-        assert!(run.impacts().len().abs_diff(1000 * per_period) <= per_period, "{}", run.impacts().len());
+        assert!(
+            run.impacts().len().abs_diff(1000 * per_period) <= per_period,
+            "{}",
+            run.impacts().len()
+        );
         for (k, impact) in run.impacts().iter().enumerate() {
             let drift = impact.time - (k / per_period + 1) as f64 * orbit.period();
             assert!(drift.abs() < 1e-9, "{drift:e}");
             assert!((impact.approach - orbit.impacts()[k % per_period].approach).abs() < 1e-9);
         }
-        let middle = simulate(orbit.scene(), &orbit.q0(), &orbit.v0(), (0.0, 999.5 * orbit.period()), &options).expect("runs");
+        let middle = simulate(
+            orbit.scene(),
+            &orbit.q0(),
+            &orbit.v0(),
+            (0.0, 999.5 * orbit.period()),
+            &options,
+        )
+        .expect("runs");
         assert!((middle.last().0 - orbit.state(0.5 * orbit.period(), false).0).amax() < 1e-9);
     }
 }
@@ -50,7 +79,14 @@ fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
 #[test]
 fn a_bouncing_ball_keeps_its_closed_form_until_its_impacts_accumulate() {
     for e in [0.5f64, 0.9] {
-        let run = simulate(&ball(e), &dvector![1.0], &dvector![0.0], (0.0, 100.0), &SimulateOptions::default()).expect("runs");
+        let run = simulate(
+            &ball(e),
+            &dvector![1.0],
+            &dvector![0.0],
+            (0.0, 100.0),
+            &SimulateOptions::default(),
+        )
+        .expect("runs");
         assert_eq!(run.status(), Status::UnresolvedContact);
         assert!(run.message().contains("chatter"), "{}", run.message());
         let v = 2f64.sqrt();
@@ -58,8 +94,15 @@ fn a_bouncing_ball_keeps_its_closed_form_until_its_impacts_accumulate() {
             let ek = e.powi(i32::try_from(k).expect("few"));
             // t_k = v (1 + 2 e (1 - e^k)/(1 - e)), speed v e^k
             let time = v * (1.0 + 2.0 * e * (1.0 - ek) / (1.0 - e));
-            assert!((impact.time - time).abs() < 1e-13 * (1.0 + k as f64), "{k} {:e}", impact.time - time);
-            assert!((impact.approach - v * ek).abs() < 1e-13 && (impact.departure - e * impact.approach).abs() < 1e-14);
+            assert!(
+                (impact.time - time).abs() < 1e-13 * (1.0 + k as f64),
+                "{k} {:e}",
+                impact.time - time
+            );
+            assert!(
+                (impact.approach - v * ek).abs() < 1e-13
+                    && (impact.departure - e * impact.approach).abs() < 1e-14
+            );
         }
         assert!(run.impacts().len() > 20);
     }
@@ -67,8 +110,18 @@ fn a_bouncing_ball_keeps_its_closed_form_until_its_impacts_accumulate() {
 
 #[test]
 fn a_plastic_impact_ends_the_run_with_its_reason() {
-    let run = simulate(&ball(0.0), &dvector![1.0], &dvector![0.0], (0.0, 9.0), &SimulateOptions::default()).expect("runs");
-    assert_eq!((run.status(), run.impacts().len()), (Status::UnresolvedContact, 1));
+    let run = simulate(
+        &ball(0.0),
+        &dvector![1.0],
+        &dvector![0.0],
+        (0.0, 9.0),
+        &SimulateOptions::default(),
+    )
+    .expect("runs");
+    assert_eq!(
+        (run.status(), run.impacts().len()),
+        (Status::UnresolvedContact, 1)
+    );
     assert!(run.message().contains("stick"), "{}", run.message());
     assert!((run.span().1 - 2f64.sqrt()).abs() < 1e-15);
 }
@@ -77,10 +130,29 @@ fn a_plastic_impact_ends_the_run_with_its_reason() {
 fn an_elastic_oscillator_bounces_for_ever_at_the_same_speed() {
     // q'' + q = 0 with a wall at c: period 2 (pi - arccos(c)) for unit energy... half a turn minus the part cut off.
     let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
-    let scene = Scene::new(system, Forcing::Unforced, [Stop::new(0, 0.5, 1.0).expect("valid")]).expect("valid");
-    let options = SimulateOptions { keep: Keep::Impacts, max_impacts: Some(100_000), ..Default::default() };
-    let run = simulate(&scene, &dvector![-1.0], &dvector![0.0], (0.0, 1e9), &options).expect("runs");
-    assert_eq!((run.status(), run.impacts().len()), (Status::MaxImpacts, 100_000));
+    let scene = Scene::new(
+        system,
+        Forcing::Unforced,
+        [Stop::new(0, 0.5, 1.0).expect("valid")],
+    )
+    .expect("valid");
+    let options = SimulateOptions {
+        keep: Keep::Impacts,
+        max_impacts: Some(100_000),
+        ..Default::default()
+    };
+    let run = simulate(
+        &scene,
+        &dvector![-1.0],
+        &dvector![0.0],
+        (0.0, 1e9),
+        &options,
+    )
+    .expect("runs");
+    assert_eq!(
+        (run.status(), run.impacts().len()),
+        (Status::MaxImpacts, 100_000)
+    );
     let (first, last) = (run.impacts()[0], run.impacts()[99_999]);
     let period = TAU - 2.0 * 0.5f64.acos();
     assert!((first.time - period / 2.0).abs() < 1e-14);
@@ -91,7 +163,12 @@ fn an_elastic_oscillator_bounces_for_ever_at_the_same_speed() {
 fn forced(clearance: f64, w: f64) -> Scene {
     let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
     let force = Harmonic::new(dvector![1.0.into()], w, 0.0).expect("valid");
-    Scene::new(system, force, [Stop::new(0, clearance, 0.8).expect("valid")]).expect("valid")
+    Scene::new(
+        system,
+        force,
+        [Stop::new(0, clearance, 0.8).expect("valid")],
+    )
+    .expect("valid")
 }
 
 #[test]
@@ -99,9 +176,17 @@ fn shallow_contacts_are_never_missed() {
     // A resonant oscillator from rest, its peaks known by sampling the free flight: walls from 1e-6 to 1e-1 below.
     let w = (1.0f64 - 0.05 * 0.05).sqrt();
     let open = forced(100.0, w);
-    let times: Vec<f64> = (0..200_000).map(|i| f64::from(i) * 60.0 / 200_000.0).collect();
-    let options = SimulateOptions { t_eval: Some(times.clone()), ..Default::default() };
-    let (_, q, _) = simulate(&open, &dvector![0.0], &dvector![0.0], (0.0, 60.0), &options).expect("runs").samples().expect("kept");
+    let times: Vec<f64> = (0..200_000)
+        .map(|i| f64::from(i) * 60.0 / 200_000.0)
+        .collect();
+    let options = SimulateOptions {
+        t_eval: Some(times.clone()),
+        ..Default::default()
+    };
+    let (_, q, _) = simulate(&open, &dvector![0.0], &dvector![0.0], (0.0, 60.0), &options)
+        .expect("runs")
+        .samples()
+        .expect("kept");
     let peaks: Vec<(f64, f64)> = (1..times.len() - 1)
         .filter(|&i| q[i] > q[i - 1] && q[i] >= q[i + 1] && q[i] > 0.1)
         .map(|i| (times[i], q[i]))
@@ -110,7 +195,17 @@ fn shallow_contacts_are_never_missed() {
     for &(time, height) in &peaks[..8] {
         for step in 0..26 {
             let depth = 10f64.powf(-6.0 + 0.2 * f64::from(step));
-            let run = simulate(&forced(height - depth, w), &dvector![0.0], &dvector![0.0], (0.0, time + 1.0), &SimulateOptions { max_impacts: Some(1), ..Default::default() }).expect("runs");
+            let run = simulate(
+                &forced(height - depth, w),
+                &dvector![0.0],
+                &dvector![0.0],
+                (0.0, time + 1.0),
+                &SimulateOptions {
+                    max_impacts: Some(1),
+                    ..Default::default()
+                },
+            )
+            .expect("runs");
             assert_eq!(run.impacts().len(), 1, "peak {time} depth {depth:e}");
             assert!((run.impacts()[0].time - time).abs() < (4.0 * depth).sqrt() + 1e-3);
         }
@@ -122,12 +217,38 @@ fn a_touch_inside_the_margin_is_a_graze_and_no_impact() {
     // q = -cos t reaches 1 exactly.
     let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
     let scene = |clearance: f64| {
-        Scene::new(system.clone(), Forcing::Unforced, [Stop::new(0, clearance, 0.9).expect("valid")]).expect("valid")
+        Scene::new(
+            system.clone(),
+            Forcing::Unforced,
+            [Stop::new(0, clearance, 0.9).expect("valid")],
+        )
+        .expect("valid")
     };
-    for (gap, grazes, impacts) in [(0.0, 3, 0), (1e-9, 3, 0), (-1e-9, 3, 0), (1e-6, 0, 0), (-1e-6, 0, 1)] {
-        let options = SimulateOptions { max_impacts: Some(1), ..Default::default() };
-        let run = simulate(&scene(1.0 + gap), &dvector![-1.0], &dvector![0.0], (0.0, 6.0 * 3.0), &options).expect("runs");
-        assert_eq!((run.grazes().len(), run.impacts().len()), (grazes, impacts), "{gap:e} {}", run.message());
+    for (gap, grazes, impacts) in [
+        (0.0, 3, 0),
+        (1e-9, 3, 0),
+        (-1e-9, 3, 0),
+        (1e-6, 0, 0),
+        (-1e-6, 0, 1),
+    ] {
+        let options = SimulateOptions {
+            max_impacts: Some(1),
+            ..Default::default()
+        };
+        let run = simulate(
+            &scene(1.0 + gap),
+            &dvector![-1.0],
+            &dvector![0.0],
+            (0.0, 6.0 * 3.0),
+            &options,
+        )
+        .expect("runs");
+        assert_eq!(
+            (run.grazes().len(), run.impacts().len()),
+            (grazes, impacts),
+            "{gap:e} {}",
+            run.message()
+        );
         for graze in run.grazes() {
             assert!((graze.depth + gap).abs() < 1e-13);
         }
@@ -136,14 +257,36 @@ fn a_touch_inside_the_margin_is_a_graze_and_no_impact() {
 
 #[test]
 fn both_sides_of_an_impact_can_be_asked_for() {
-    let run = simulate(&ball(0.5), &dvector![1.0], &dvector![0.0], (0.0, 3.0), &SimulateOptions::default()).expect("runs");
+    let run = simulate(
+        &ball(0.5),
+        &dvector![1.0],
+        &dvector![0.0],
+        (0.0, 3.0),
+        &SimulateOptions::default(),
+    )
+    .expect("runs");
     let impact = run.impacts()[0];
     let (_, before) = run.state(impact.time, ImpactSide::Before).expect("kept");
     let (q, after) = run.state(impact.time, ImpactSide::After).expect("kept");
-    assert!((before[0] + impact.approach).abs() < 1e-14 && (after[0] - impact.departure).abs() < 1e-14 && q[0].abs() < 1e-15);
+    assert!(
+        (before[0] + impact.approach).abs() < 1e-14
+            && (after[0] - impact.departure).abs() < 1e-14
+            && q[0].abs() < 1e-15
+    );
     assert!(run.state(3.1, ImpactSide::After).is_err());
-    let sampled = SimulateOptions { t_eval: Some(vec![0.0, impact.time, 2.0]), keep: Keep::Final, ..Default::default() };
-    let run = simulate(&ball(0.5), &dvector![1.0], &dvector![0.0], (0.0, 2.0), &sampled).expect("runs");
+    let sampled = SimulateOptions {
+        t_eval: Some(vec![0.0, impact.time, 2.0]),
+        keep: Keep::Final,
+        ..Default::default()
+    };
+    let run = simulate(
+        &ball(0.5),
+        &dvector![1.0],
+        &dvector![0.0],
+        (0.0, 2.0),
+        &sampled,
+    )
+    .expect("runs");
     let (times, _, v) = run.samples().expect("asked for");
     assert_eq!(times.len(), 3);
     assert!((v[1] - impact.departure).abs() < 1e-14);
@@ -153,14 +296,30 @@ fn both_sides_of_an_impact_can_be_asked_for() {
 #[test]
 fn starts_on_and_in_a_stop() {
     let scene = ball(0.5);
-    let go = |q: f64, v: f64| simulate(&scene, &dvector![q], &dvector![v], (0.0, 1.0), &SimulateOptions::default());
-    assert!(go(-0.1, 0.0).expect_err("inside").to_string().contains("inside stop 0"));
+    let go = |q: f64, v: f64| {
+        simulate(
+            &scene,
+            &dvector![q],
+            &dvector![v],
+            (0.0, 1.0),
+            &SimulateOptions::default(),
+        )
+    };
+    assert!(
+        go(-0.1, 0.0)
+            .expect_err("inside")
+            .to_string()
+            .contains("inside stop 0")
+    );
     let run = go(0.0, -1.0).expect("an impact at the start");
     assert_eq!(run.impacts()[0].time, 0.0);
     assert!((run.impacts()[0].approach - 1.0).abs() < 1e-15);
     let run = go(0.0, 1.0).expect("leaves");
     assert!(run.impacts().is_empty() || run.impacts()[0].time > 0.9);
-    assert_eq!(go(0.0, 0.0).expect("rests").status(), Status::UnresolvedContact);
+    assert_eq!(
+        go(0.0, 0.0).expect("rests").status(),
+        Status::UnresolvedContact
+    );
 }
 
 #[test]
@@ -172,15 +331,26 @@ fn flights_do_not_depend_on_how_they_are_cut_nor_on_the_origin_of_time() {
     let (q1, v1): (DVector<f64>, DVector<f64>) = (half.last().0.clone(), half.last().1.clone());
     let rest = simulate(&scene, &q1, &v1, (17.3, 40.0), &SimulateOptions::default()).expect("runs");
     assert!((whole.last().0 - rest.last().0).amax() < 1e-11);
-    assert_eq!(whole.impacts().len(), half.impacts().len() + rest.impacts().len());
+    assert_eq!(
+        whole.impacts().len(),
+        half.impacts().len() + rest.impacts().len()
+    );
     // A billion periods later, with the phase that a time in doubles has there.
     let t = 1e9 * scene.period().expect("forced");
     let later = simulate(&scene, &q, &v, (t, t + 40.0), &SimulateOptions::default()).expect("runs");
     let phase = {
-        let exact = vibroimpact::simulate(&scene, &q, &v, (t, t), &SimulateOptions::default()).expect("runs");
+        let exact = vibroimpact::simulate(&scene, &q, &v, (t, t), &SimulateOptions::default())
+            .expect("runs");
         assert_eq!(exact.stats().n_impacts, 0);
         (1.5 * t) % TAU
     };
-    let same = simulate(&scene.replace(Change::Phase(phase)).expect("valid"), &q, &v, (0.0, 40.0), &SimulateOptions::default()).expect("runs");
+    let same = simulate(
+        &scene.replace(Change::Phase(phase)).expect("valid"),
+        &q,
+        &v,
+        (0.0, 40.0),
+        &SimulateOptions::default(),
+    )
+    .expect("runs");
     assert!((later.last().0 - same.last().0).amax() < 1e-5);
 }

@@ -19,7 +19,10 @@ const LAYERS: [&[&str]; 11] = [
 ];
 
 fn level(folder: &str) -> usize {
-    LAYERS.iter().position(|l| l.contains(&folder)).unwrap_or_else(|| panic!("{folder} has no place in LAYERS"))
+    LAYERS
+        .iter()
+        .position(|l| l.contains(&folder))
+        .unwrap_or_else(|| panic!("{folder} has no place in LAYERS"))
 }
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -39,7 +42,11 @@ fn used(text: &str) -> Vec<String> {
     let lines = code.lines().filter(|l| !l.trim_start().starts_with("//"));
     lines
         .flat_map(|line| line.split("crate::").skip(1))
-        .map(|rest| rest.chars().take_while(|c| c.is_ascii_lowercase() || *c == '_').collect::<String>())
+        .map(|rest| {
+            rest.chars()
+                .take_while(|c| c.is_ascii_lowercase() || *c == '_')
+                .collect::<String>()
+        })
         .filter(|folder| !folder.is_empty())
         .collect()
 }
@@ -66,7 +73,8 @@ fn imports_point_down() {
 
 #[test]
 fn an_upward_import_would_be_seen() {
-    let text = "use crate::orbit::Pattern;\n// crate::python\nfn f() { crate::model::linearise() }\n";
+    let text =
+        "use crate::orbit::Pattern;\n// crate::python\nfn f() { crate::model::linearise() }\n";
     assert_eq!(used(text), ["orbit", "model"]);
     assert!(level("orbit") > level("modal"));
 }

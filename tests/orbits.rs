@@ -4,21 +4,40 @@
 use nalgebra::{DVector, dvector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    BaseMotion, Change, Free, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions, Pattern, Reaction, Scene, Stop, Verdict,
-    first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits,
+    BaseMotion, Change, Free, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions, Pattern,
+    Reaction, Scene, Stop, Verdict, first_kind_coefficients, modes, paper_scene, paper_system,
+    periodic_orbits,
 };
 
 fn kind(kind: Kind, damping: f64) -> Scene {
-    paper_scene(kind, &PaperOptions { damping: Some(damping), ..Default::default() }).expect("valid")
+    paper_scene(
+        kind,
+        &PaperOptions {
+            damping: Some(damping),
+            ..Default::default()
+        },
+    )
+    .expect("valid")
 }
 
 fn periods(n_periods: usize) -> OrbitOptions {
-    OrbitOptions { n_periods, ..Default::default() }
+    OrbitOptions {
+        n_periods,
+        ..Default::default()
+    }
 }
 
 fn first_kind(damping: f64) -> vibroimpact::Orbits {
-    let options = OrbitOptions { free: Some(Free::Clearance), ..periods(3) };
-    periodic_orbits(&kind(Kind::One, damping), &Pattern::together(&[0, 1]).expect("valid"), &options).expect("solved")
+    let options = OrbitOptions {
+        free: Some(Free::Clearance),
+        ..periods(3)
+    };
+    periodic_orbits(
+        &kind(Kind::One, damping),
+        &Pattern::together(&[0, 1]).expect("valid"),
+        &options,
+    )
+    .expect("solved")
 }
 
 #[test]
@@ -26,12 +45,31 @@ fn first_kind_has_the_published_phase_angle_and_multipliers() {
     let orbits = first_kind(0.05);
     let orbit = &orbits[0];
     assert!(orbit.is_admissible(), "{:?}", orbit.violation());
-    assert!((orbit.phase().to_degrees() - 73.0915).abs() < 5e-5, "{}", orbit.phase().to_degrees());
-    assert!((orbit.q0() - dvector![0.806_286, 0.806_286]).amax() < 5e-7, "{}", orbit.q0());
-    assert!((orbit.v0() - dvector![-0.105_278, -0.198_472]).amax() < 5e-7, "{}", orbit.v0());
+    assert!(
+        (orbit.phase().to_degrees() - 73.0915).abs() < 5e-5,
+        "{}",
+        orbit.phase().to_degrees()
+    );
+    assert!(
+        (orbit.q0() - dvector![0.806_286, 0.806_286]).amax() < 5e-7,
+        "{}",
+        orbit.q0()
+    );
+    assert!(
+        (orbit.v0() - dvector![-0.105_278, -0.198_472]).amax() < 5e-7,
+        "{}",
+        orbit.v0()
+    );
     let stability = orbit.stability().expect("converges");
-    let radii: Vec<f64> = stability.orders.iter().map(|o| o.spectral_radius()).collect();
-    assert!((radii[0] - 0.79341).abs() < 5e-6 && (radii[1] - 0.79333).abs() < 5e-6, "{radii:?}");
+    let radii: Vec<f64> = stability
+        .orders
+        .iter()
+        .map(|o| o.spectral_radius())
+        .collect();
+    assert!(
+        (radii[0] - 0.79341).abs() < 5e-6 && (radii[1] - 0.79333).abs() < 5e-6,
+        "{radii:?}"
+    );
     assert_eq!(stability.is_stable, Some(true));
 }
 
@@ -41,7 +79,11 @@ fn first_kind_loses_one_order_then_both_as_the_damping_grows() {
         let orbits = first_kind(damping);
         let stability = orbits[0].stability().expect("converges");
         for (order, radius) in stability.orders.iter().zip(expected) {
-            assert!((order.spectral_radius() / radius - 1.0).abs() < 2e-3, "{damping}: {}", order.spectral_radius());
+            assert!(
+                (order.spectral_radius() / radius - 1.0).abs() < 2e-3,
+                "{damping}: {}",
+                order.spectral_radius()
+            );
         }
         assert_eq!(stability.is_stable, Some(false));
     }
@@ -50,9 +92,20 @@ fn first_kind_loses_one_order_then_both_as_the_damping_grows() {
 #[test]
 fn the_default_scene_of_the_first_kind_has_its_orbit() {
     let scene = paper_scene(Kind::One, &PaperOptions::default()).expect("valid");
-    let orbits = periodic_orbits(&scene, &Pattern::together(&[0, 1]).expect("valid"), &periods(3)).expect("solved");
+    let orbits = periodic_orbits(
+        &scene,
+        &Pattern::together(&[0, 1]).expect("valid"),
+        &periods(3),
+    )
+    .expect("solved");
     println!("{:.17}", first_kind(0.05)[0].q0()[0]);
-    assert_eq!(orbits.verdict(), Verdict::Found, "{} {:?}", orbits.reason(), orbits.margin());
+    assert_eq!(
+        orbits.verdict(),
+        Verdict::Found,
+        "{} {:?}",
+        orbits.reason(),
+        orbits.margin()
+    );
     assert!(orbits[0].is_admissible());
 }
 
@@ -60,15 +113,26 @@ fn the_default_scene_of_the_first_kind_has_its_orbit() {
 fn admissible_phases(which: Kind, damping: f64, stop: usize) -> Vec<(f64, f64, Option<bool>)> {
     (0..360)
         .filter_map(|degree| {
-            let options = OrbitOptions { phase: Some(f64::from(degree).to_radians()), ..periods(2) };
-            let orbits = periodic_orbits(&kind(which, damping), &Pattern::single(stop), &options).expect("solved");
+            let options = OrbitOptions {
+                phase: Some(f64::from(degree).to_radians()),
+                ..periods(2)
+            };
+            let orbits = periodic_orbits(&kind(which, damping), &Pattern::single(stop), &options)
+                .expect("solved");
             let theta0 = orbits[0].q0()[stop];
             // The other stop is at the same angle in the paper: judge the orbit with both there.
-            let scene = orbits[0].scene().replace(Change::Clearance(vec![theta0])).expect("valid");
+            let scene = orbits[0]
+                .scene()
+                .replace(Change::Clearance(vec![theta0]))
+                .expect("valid");
             let again = periodic_orbits(&scene, &Pattern::single(stop), &options).expect("solved");
-            again[0]
-                .is_admissible()
-                .then(|| (f64::from(degree), theta0, again[0].stability().expect("converges").is_stable))
+            again[0].is_admissible().then(|| {
+                (
+                    f64::from(degree),
+                    theta0,
+                    again[0].stability().expect("converges").is_stable,
+                )
+            })
         })
         .collect()
 }
@@ -78,7 +142,9 @@ fn second_kind_is_admissible_for_light_damping_only() {
     let found = admissible_phases(Kind::Two, 0.01, 0);
     let (first, last) = (found[0], found[found.len() - 1]);
     assert_eq!((first.0, last.0), (12.0, 24.0));
-    assert!((first.1.min(last.1) - 0.354).abs() < 1e-3 && (first.1.max(last.1) - 0.712).abs() < 1e-3);
+    assert!(
+        (first.1.min(last.1) - 0.354).abs() < 1e-3 && (first.1.max(last.1) - 0.712).abs() < 1e-3
+    );
     assert!(found.iter().all(|f| f.2 == Some(true)));
     assert!(admissible_phases(Kind::Two, 0.015, 0).is_empty());
 }
@@ -89,33 +155,58 @@ fn third_kind_is_admissible_on_a_wide_range() {
     let (first, last) = (found[0], found[found.len() - 1]);
     assert_eq!((first.0, last.0), (94.0, 189.0));
     let angles: Vec<f64> = found.iter().map(|f| f.1).collect();
-    let (low, high) = (angles.iter().copied().fold(1.0, f64::min), angles.iter().copied().fold(0.0, f64::max));
-    assert!((low - 0.111).abs() < 1e-3 && (high - 0.178).abs() < 1e-3, "{low} {high}");
+    let (low, high) = (
+        angles.iter().copied().fold(1.0, f64::min),
+        angles.iter().copied().fold(0.0, f64::max),
+    );
+    assert!(
+        (low - 0.111).abs() < 1e-3 && (high - 0.178).abs() < 1e-3,
+        "{low} {high}"
+    );
     let stable = found.iter().filter(|f| f.2 == Some(true)).count();
-    assert!((0.3..0.7).contains(&(stable as f64 / found.len() as f64)), "{stable} of {}", found.len());
+    assert!(
+        (0.3..0.7).contains(&(stable as f64 / found.len() as f64)),
+        "{stable} of {}",
+        found.len()
+    );
 }
 
 #[test]
 fn coefficients_are_the_corrected_closed_form() {
     for (degrees, zeta) in [(0.0, 0.05), (73.0f64, 0.05), (200.0, 0.01), (311.0, 0.2)] {
-        let options = OrbitOptions { phase: Some(degrees.to_radians()), ..periods(3) };
+        let options = OrbitOptions {
+            phase: Some(degrees.to_radians()),
+            ..periods(3)
+        };
         let scene = kind(Kind::One, zeta);
-        let orbits = periodic_orbits(&scene, &Pattern::together(&[0, 1]).expect("valid"), &options).expect("solved");
+        let orbits = periodic_orbits(
+            &scene,
+            &Pattern::together(&[0, 1]).expect("valid"),
+            &options,
+        )
+        .expect("solved");
         let c = orbits[0].coefficients().expect("real modes");
         let system = paper_system(3.0, 3.24, zeta).expect("valid");
         let modes = modes(&system).expect("converges");
         for j in 0..2 {
             let w = modes.natural_frequencies[j];
             let eta = modes.damping_ratios[j] * w;
-            let (a, b) = first_kind_coefficients(eta, (w * w - eta * eta).sqrt(), c.sine[j], 1.5, 0.9, 3);
-            assert!((c.a[j] - a).abs() < 1e-13 && (c.b[j] - b).abs() < 1e-13, "{} {a} {} {b}", c.a[j], c.b[j]);
+            let (a, b) =
+                first_kind_coefficients(eta, (w * w - eta * eta).sqrt(), c.sine[j], 1.5, 0.9, 3);
+            assert!(
+                (c.a[j] - a).abs() < 1e-13 && (c.b[j] - b).abs() < 1e-13,
+                "{} {a} {} {b}",
+                c.a[j],
+                c.b[j]
+            );
         }
     }
 }
 
 #[test]
 fn an_orbit_closes_and_its_coefficients_draw_it() {
-    let orbits = periodic_orbits(&kind(Kind::Three, 0.05), &Pattern::single(1), &periods(2)).expect("solved");
+    let orbits = periodic_orbits(&kind(Kind::Three, 0.05), &Pattern::single(1), &periods(2))
+        .expect("solved");
     let orbit = &orbits[0];
     let modes = modes(&paper_system(1.0, 3.2, 0.05).expect("valid")).expect("converges");
     let c = orbit.coefficients().expect("real modes");
@@ -139,12 +230,44 @@ fn an_orbit_closes_and_its_coefficients_draw_it() {
     assert!((orbit.impacts()[0].approach - before[1]).abs() < 1e-13);
 }
 
-fn oscillator(stiffness: f64, damping: f64, load: f64, e: f64, clearance: f64, force: f64, w: f64) -> Scene {
+#[test]
+fn without_impacts_the_steady_response_is_the_orbit() {
+    // F/(k - w^2 + i c w) for one degree of freedom, no stop reached.
+    let orbits = periodic_orbits(
+        &oscillator(4.0, 0.3, 0.0, 0.7, 5.0, 0.8, 1.5),
+        &Pattern::none(),
+        &periods(1),
+    )
+    .expect("solved");
+    assert_eq!((orbits.len(), orbits.verdict()), (1, Verdict::Found));
+    assert!(
+        orbits[0].is_admissible()
+            && orbits[0].stability().expect("converges").is_stable == Some(true)
+    );
+    let response = nalgebra::Complex::new(4.0 - 2.25, 0.3 * 1.5).inv() * 0.8;
+    assert!((orbits[0].q0()[0] - response.re).abs() < 1e-15);
+    assert!((orbits[0].v0()[0] + 1.5 * response.im).abs() < 1e-15);
+}
+
+fn oscillator(
+    stiffness: f64,
+    damping: f64,
+    load: f64,
+    e: f64,
+    clearance: f64,
+    force: f64,
+    w: f64,
+) -> Scene {
     let system = LinearSystem::new(dvector![1.0], dvector![damping], dvector![stiffness])
         .and_then(|s| s.with_load(dvector![load]))
         .expect("valid");
     let harmonic = Harmonic::new(dvector![force.into()], w, 0.0).expect("valid");
-    Scene::new(system, harmonic, [Stop::new(0, clearance, e).expect("valid")]).expect("valid")
+    Scene::new(
+        system,
+        harmonic,
+        [Stop::new(0, clearance, e).expect("valid")],
+    )
+    .expect("valid")
 }
 
 #[test]
@@ -153,8 +276,12 @@ fn a_ball_on_a_shaken_table_has_its_closed_form() {
     // force on q is -a w^2 cos(w t + phase). theory 5: v+ = e g T/(1+e); the sine law, with the table's own phase.
     let (g, a, w, e) = (9.81, 0.02, 60.0, 0.7);
     for n in [1, 2] {
-        let orbits = periodic_orbits(&oscillator(0.0, 0.0, g, e, 0.0, a * w * w, w), &Pattern::single(0), &periods(n))
-            .expect("solved");
+        let orbits = periodic_orbits(
+            &oscillator(0.0, 0.0, g, e, 0.0, a * w * w, w),
+            &Pattern::single(0),
+            &periods(n),
+        )
+        .expect("solved");
         assert_eq!(orbits.verdict(), Verdict::Found);
         assert_eq!(orbits.len(), 2, "{}", orbits.reason());
         let period = TAU * n as f64 / w;
@@ -162,8 +289,16 @@ fn a_ball_on_a_shaken_table_has_its_closed_form() {
         for orbit in orbits.iter() {
             // force a w^2 cos(w t + phase): -v T + g T^2/2 - a w T sin(phase) = 0 over whole periods
             let sine = (g * period / 2.0 - speed) / (a * w);
-            assert!((orbit.v0()[0] + speed).abs() < 1e-11, "{} {speed}", orbit.v0()[0]);
-            assert!((orbit.phase().sin() - sine).abs() < 1e-11, "{} {sine}", orbit.phase().sin());
+            assert!(
+                (orbit.v0()[0] + speed).abs() < 1e-11,
+                "{} {speed}",
+                orbit.v0()[0]
+            );
+            assert!(
+                (orbit.phase().sin() - sine).abs() < 1e-11,
+                "{} {sine}",
+                orbit.phase().sin()
+            );
         }
     }
 }
@@ -172,7 +307,12 @@ fn a_ball_on_a_shaken_table_has_its_closed_form() {
 fn the_fold_of_the_single_impact_orbit_is_where_it_should_be() {
     // Shaw and Holmes (1983): alpha of the orbit grows with the forcing, so the fold lies at one amplitude exactly.
     let at = |force: f64| {
-        periodic_orbits(&oscillator(1.0, 0.1, 0.0, 0.8, 1.0, force, 2.8), &Pattern::single(0), &periods(2)).expect("solved")
+        periodic_orbits(
+            &oscillator(1.0, 0.1, 0.0, 0.8, 1.0, force, 2.8),
+            &Pattern::single(0),
+            &periods(2),
+        )
+        .expect("solved")
     };
     let limit = 1.0 / (1.0 - at(1.0).margin().expect("a phase search")); // |d|/|alpha| at force 1, d = 1
     let fold = 1.0 / limit;
@@ -185,17 +325,35 @@ fn the_fold_of_the_single_impact_orbit_is_where_it_should_be() {
 fn undamped_elastic_impacts_leave_a_family_at_two_phases_only() {
     let scene = |reaction: &Reaction| {
         let system = paper_system(3.0, 3.24, 0.0).expect("valid");
-        let stop = |i: usize| Stop::new(i, 0.3, 1.0).and_then(|s| s.with_reaction(reaction.clone())).expect("valid");
-        Scene::new(system, BaseMotion::new(0.072, 1.5, 0.0).expect("valid"), [stop(0), stop(1)]).expect("valid")
+        let stop = |i: usize| {
+            Stop::new(i, 0.3, 1.0)
+                .and_then(|s| s.with_reaction(reaction.clone()))
+                .expect("valid")
+        };
+        Scene::new(
+            system,
+            BaseMotion::new(0.072, 1.5, 0.0).expect("valid"),
+            [stop(0), stop(1)],
+        )
+        .expect("valid")
     };
     for reaction in [Reaction::Coordinate, Reaction::Inertia] {
         for (stops, dimension) in [(vec![0, 1], 2), (vec![0], 1), (vec![1], 1)] {
             for (phase, family) in [(0.0, true), (PI, true), (1.0, false)] {
                 let pattern = Pattern::together(&stops).expect("valid");
-                let options = OrbitOptions { phase: Some(phase), ..periods(3) };
-                let orbits = periodic_orbits(&scene(&reaction), &pattern, &options).expect("solved");
+                let options = OrbitOptions {
+                    phase: Some(phase),
+                    ..periods(3)
+                };
+                let orbits =
+                    periodic_orbits(&scene(&reaction), &pattern, &options).expect("solved");
                 if family {
-                    assert_eq!(orbits.verdict(), Verdict::Family, "{stops:?} {phase} {}", orbits.reason());
+                    assert_eq!(
+                        orbits.verdict(),
+                        Verdict::Family,
+                        "{stops:?} {phase} {}",
+                        orbits.reason()
+                    );
                     assert_eq!(orbits.family().expect("given").basis.ncols(), dimension);
                 } else {
                     assert_eq!(orbits.verdict(), Verdict::None, "{stops:?} {phase}");
@@ -208,7 +366,12 @@ fn undamped_elastic_impacts_leave_a_family_at_two_phases_only() {
 #[test]
 fn resonance_without_damping_has_no_steady_response_but_an_impact_orbit() {
     let scene = oscillator(4.0, 0.0, 0.0, 0.7, 0.5, 0.3, 2.0);
-    assert_eq!(periodic_orbits(&scene, &Pattern::none(), &periods(1)).expect("solved").verdict(), Verdict::None);
+    assert_eq!(
+        periodic_orbits(&scene, &Pattern::none(), &periods(1))
+            .expect("solved")
+            .verdict(),
+        Verdict::None
+    );
     let orbits = periodic_orbits(&scene, &Pattern::single(0), &periods(1)).expect("solved");
     // Energy gained in a period at resonance is lost at the impact; the orbit must close under exact flights.
     for orbit in orbits.iter() {
@@ -227,11 +390,16 @@ fn resonance_without_damping_has_no_steady_response_but_an_impact_orbit() {
 fn wrong_questions_are_refused_by_name() {
     let scene = kind(Kind::Three, 0.05);
     let message = |pattern: &Pattern, options: &OrbitOptions| {
-        periodic_orbits(&scene, pattern, options).expect_err("refused").to_string()
+        periodic_orbits(&scene, pattern, options)
+            .expect_err("refused")
+            .to_string()
     };
     assert!(message(&Pattern::single(2), &periods(1)).starts_with("pattern[0]"));
     assert!(message(&Pattern::single(1), &periods(0)).starts_with("n_periods"));
-    let free = OrbitOptions { free: Some(Free::Clearance), ..periods(1) };
+    let free = OrbitOptions {
+        free: Some(Free::Clearance),
+        ..periods(1)
+    };
     assert!(message(&Pattern::single(1), &free).starts_with("free"));
     assert!(Pattern::new(vec![vec![]]).is_err() && Pattern::together(&[1, 1]).is_err());
 }

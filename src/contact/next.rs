@@ -1,8 +1,8 @@
 //! The next impact of an exact flight (theory 8): the first time at which some gap falls below minus its margin, led back
 //! to its zero. Every step is proved to hold no other; touches inside the margin are noted as grazes.
 
-use crate::flow::jet::{Jet, Shape};
 use crate::contact::walk::{DEEPEST, Ladder, ROUNDING};
+use crate::flow::jet::{Jet, Shape};
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 
@@ -50,13 +50,21 @@ enum Ahead {
 
 /// Over a step that starts with an open gap.
 fn from_open(jet: &Jet, step: f64, margin: f64) -> Ahead {
-    let backwards = |jet: &Jet, end: f64| if jet.c[0] > 0.0 { jet.falling_root(end) } else { -jet.c[0] / jet.c[1] };
+    let backwards = |jet: &Jet, end: f64| {
+        if jet.c[0] > 0.0 {
+            jet.falling_root(end)
+        } else {
+            -jet.c[0] / jet.c[1]
+        }
+    };
     match jet.shape(ROUNDING * jet.size, step) {
         Shape::Above => Ahead::Clear,
         Shape::Falling => {
             let (end, error) = (jet.value(step), jet.remainder(step));
             if end + error < -margin {
-                Ahead::Reached { at: backwards(jet, step) }
+                Ahead::Reached {
+                    at: backwards(jet, step),
+                }
             } else if end - error > -margin {
                 Ahead::Clear
             } else {
@@ -68,7 +76,9 @@ fn from_open(jet: &Jet, step: f64, margin: f64) -> Ahead {
             if value - error > margin {
                 Ahead::Clear
             } else if value + jet.remainder(at) < -margin {
-                Ahead::Reached { at: backwards(jet, at) }
+                Ahead::Reached {
+                    at: backwards(jet, at),
+                }
             } else if error <= 0.1 * margin {
                 Ahead::Touch { at, gap: value }
             } else {
@@ -85,7 +95,9 @@ fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
     if deflated.is_positive(step) {
         Ahead::Clear
     } else if deflated.crosses(step) {
-        Ahead::Reached { at: deflated.root(step) }
+        Ahead::Reached {
+            at: deflated.root(step),
+        }
     } else {
         Ahead::Unknown
     }
@@ -175,7 +187,12 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let reached = loop {
                 let step = self.ladder.step(self.level);
                 let noted = grazes.len();
-                match self.step_ahead(if is_first { Some(starts) } else { None }, step, time, grazes) {
+                match self.step_ahead(
+                    if is_first { Some(starts) } else { None },
+                    step,
+                    time,
+                    grazes,
+                ) {
                     Ok(reached) => break reached,
                     Err(stop) => {
                         grazes.truncate(noted);
@@ -189,14 +206,19 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             if let Some((stop, at)) = reached {
                 grazes.retain(|g| g.time < time + at);
                 let found = time + at;
-                return if found <= span { Next::Contact { stop, time: found } } else { Next::End };
+                return if found <= span {
+                    Next::Contact { stop, time: found }
+                } else {
+                    Next::End
+                };
             }
             time += self.ladder.step(self.level);
             if time >= span {
                 grazes.retain(|g| g.time <= span);
                 return Next::End;
             }
-            self.ladder.advance(self.flow, self.level, &mut self.state, &mut u);
+            self.ladder
+                .advance(self.flow, self.level, &mut self.state, &mut u);
             if self.level == first_level {
                 self.level = self.level.saturating_sub(1);
             }
@@ -220,8 +242,14 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             };
             match ahead {
                 Ahead::Clear => {}
-                Ahead::Touch { at, gap } => grazes.push(Grazed { stop, time: time + at, gap }),
-                Ahead::Reached { at } if earliest.is_none_or(|(_, t)| at < t) => earliest = Some((stop, at)),
+                Ahead::Touch { at, gap } => grazes.push(Grazed {
+                    stop,
+                    time: time + at,
+                    gap,
+                }),
+                Ahead::Reached { at } if earliest.is_none_or(|(_, t)| at < t) => {
+                    earliest = Some((stop, at))
+                }
                 Ahead::Reached { .. } => {}
                 Ahead::Unknown => return Err(stop),
             }

@@ -7,6 +7,8 @@ use crate::modal::Pair;
 
 /// Halvings of the longest step before the search gives up proving and takes the node for what it is.
 pub(crate) const DEEPEST: usize = 52;
+/// Rungs that a ladder has room for from the start.
+const USUAL_DEPTH: usize = 12;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
@@ -21,8 +23,11 @@ pub(crate) struct Ladder<F: LinearFlow> {
 impl<F: LinearFlow> Ladder<F> {
     /// An empty ladder for a flow.
     pub fn new(flow: &F) -> Self {
-        let rungs = std::iter::repeat_with(F::Propagator::default).take(DEEPEST + 1).collect();
-        Self { longest: flow.longest_step(), rungs, made: 0 }
+        Self {
+            longest: flow.longest_step(),
+            rungs: Vec::with_capacity(USUAL_DEPTH),
+            made: 0,
+        }
     }
 
     /// The step of a level.
@@ -35,13 +40,20 @@ impl<F: LinearFlow> Ladder<F> {
     /// The first level whose step does not exceed a span.
     pub fn level_below(&self, span: f64) -> usize {
         let level = (self.longest / span).log2().ceil().max(0.0);
-        if level < DEEPEST as f64 { level as usize } else { DEEPEST }
+        if level < DEEPEST as f64 {
+            level as usize
+        } else {
+            DEEPEST
+        }
     }
 
     /// Moves a state forward by the step of a level.
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair], u: &mut F::Phasor) {
         if self.made >> level & 1 == 0 {
+            if self.rungs.len() <= level {
+                self.rungs.resize_with(level + 1, F::Propagator::default);
+            }
             flow.prepare(self.step(level), &mut self.rungs[level]);
             self.made |= 1 << level;
         }
@@ -68,7 +80,11 @@ pub(crate) struct FlightCheck {
 impl FlightCheck {
     /// Takes note of a minimum that is not clear of the margin.
     fn note(&mut self, lowest: Lowest, margin: f64) {
-        let slot = if lowest.gap < -margin { &mut self.violation } else { &mut self.graze };
+        let slot = if lowest.gap < -margin {
+            &mut self.violation
+        } else {
+            &mut self.graze
+        };
         if slot.is_none_or(|known| lowest.gap < known.gap) {
             *slot = Some(lowest);
         }
@@ -86,7 +102,10 @@ pub(crate) struct Effort {
 
 impl Effort {
     /// The deepest point, as well as it can be known.
-    pub const FULL: Self = Self { enough: f64::INFINITY, depth_error: 0.0 };
+    pub const FULL: Self = Self {
+        enough: f64::INFINITY,
+        depth_error: 0.0,
+    };
 }
 
 /// Searches a flight of a known span for the lowest value of one gap; every value above the margin is passed over by
@@ -108,7 +127,13 @@ pub(crate) fn check_flight<F: LinearFlow>(
         flow.jets(state, *u, rows, &mut jet);
         let jet = &jet[0];
         if jet.c[0] < -margin {
-            check.note(Lowest { time, gap: jet.c[0] }, margin);
+            check.note(
+                Lowest {
+                    time,
+                    gap: jet.c[0],
+                },
+                margin,
+            );
         }
         let floor = match check.violation {
             Some(lowest) if lowest.gap < -effort.enough => return check,
@@ -123,9 +148,16 @@ pub(crate) fn check_flight<F: LinearFlow>(
                 Shape::Unknown => false,
                 Shape::Minimum { at, value, error } => {
                     let is_clear = value - error > margin;
-                    let is_sharp = is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
+                    let is_sharp =
+                        is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
                     if is_sharp && !is_clear {
-                        check.note(Lowest { time: time + at, gap: value }, margin);
+                        check.note(
+                            Lowest {
+                                time: time + at,
+                                gap: value,
+                            },
+                            margin,
+                        );
                     }
                     is_sharp
                 }

@@ -65,7 +65,10 @@ pub(crate) struct HarmonicDrive {
 
 #[inline]
 fn real_part(f: Response, u: Complex<f64>) -> Pair {
-    [f[0].re * u.re - f[0].im * u.im, f[1].re * u.re - f[1].im * u.im]
+    [
+        f[0].re * u.re - f[0].im * u.im,
+        f[1].re * u.re - f[1].im * u.im,
+    ]
 }
 
 impl Drive for HarmonicDrive {

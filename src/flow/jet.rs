@@ -67,7 +67,12 @@ impl Jet {
 
     fn scaled(&self, span: f64) -> ([f64; 4], f64) {
         let s2 = span * span;
-        let a = [self.c[0], self.c[1] * span, self.c[2] * s2, self.c[3] * s2 * span];
+        let a = [
+            self.c[0],
+            self.c[1] * span,
+            self.c[2] * s2,
+            self.c[3] * s2 * span,
+        ];
         (a, self.remainder(span))
     }
 
@@ -102,7 +107,11 @@ impl Jet {
             let end_slope = a[1] + 2.0 * a[2] + 3.0 * a[3];
             if end_slope - slope_rest > 0.0 {
                 let at = self.stationary_point(span);
-                return Shape::Minimum { at, value: self.value(at), error: rest };
+                return Shape::Minimum {
+                    at,
+                    value: self.value(at),
+                    error: rest,
+                };
             }
         }
         Shape::Unknown
@@ -120,7 +129,11 @@ impl Jet {
     /// bracket.
     pub fn falling_root(&self, span: f64) -> f64 {
         let (mut low, mut high) = (0.0, span);
-        let mut r = if self.c[1] < 0.0 { (-self.c[0] / self.c[1]).clamp(0.0, span) } else { 0.5 * span };
+        let mut r = if self.c[1] < 0.0 {
+            (-self.c[0] / self.c[1]).clamp(0.0, span)
+        } else {
+            0.5 * span
+        };
         for _ in 0..60 {
             let value = self.value(r);
             if value > 0.0 {
@@ -130,7 +143,11 @@ impl Jet {
             }
             let slope = self.c[1] + r * (2.0 * self.c[2] + 3.0 * r * self.c[3]);
             let next = r - value / slope;
-            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
             if (next - r).abs() <= 1e-15 * span {
                 return next;
             }
@@ -144,9 +161,13 @@ impl Jet {
     pub fn deflated(&self, order: usize) -> DeflatedJet {
         let mut c = [0.0; 4];
         c[..4 - order].copy_from_slice(&self.c[order..]);
-        DeflatedJet { c, order, quartic: self.quartic, quintic: self.quintic }
+        DeflatedJet {
+            c,
+            order,
+            quartic: self.quartic,
+            quintic: self.quintic,
+        }
     }
-
 }
 
 /// `h(r)/r^order` with its remainder `quartic r^(4 - order) + quintic r^(5 - order)`.
@@ -190,7 +211,11 @@ impl DeflatedJet {
 
     /// The root of the deflated cubic on a span on which it crosses.
     pub fn root(&self, span: f64) -> f64 {
-        Jet { c: self.c, ..Jet::default() }.falling_root(span)
+        Jet {
+            c: self.c,
+            ..Jet::default()
+        }
+        .falling_root(span)
     }
 }
 
@@ -215,12 +240,18 @@ mod tests {
                 let t = f64::from(i) * 0.1;
                 for level in 0..12 {
                     let span = 2.0 * 0.5f64.powi(level);
-                    let samples: Vec<f64> = (0..=200).map(|k| t + span * f64::from(k) / 200.0).collect();
+                    let samples: Vec<f64> =
+                        (0..=200).map(|k| t + span * f64::from(k) / 200.0).collect();
                     let gap = |t: f64| 1.0 + a - t.cos();
-                    let lowest = samples.iter().map(|&t| gap(t)).fold(f64::INFINITY, f64::min);
+                    let lowest = samples
+                        .iter()
+                        .map(|&t| gap(t))
+                        .fold(f64::INFINITY, f64::min);
                     match cosine(a, t).shape(0.0, span) {
                         Shape::Above => assert!(lowest > 0.0),
-                        Shape::Falling => assert!(samples.windows(2).all(|w| gap(w[1]) < gap(w[0]))),
+                        Shape::Falling => {
+                            assert!(samples.windows(2).all(|w| gap(w[1]) < gap(w[0])))
+                        }
                         Shape::LowestAtEnd => assert!(lowest >= gap(t).min(gap(t + span)) - 1e-15),
                         Shape::Minimum { value, error, .. } => {
                             assert!((value - a).abs() <= error + 1e-15, "{value} {a} {error}");
@@ -235,7 +266,10 @@ mod tests {
     #[test]
     fn the_minimum_of_a_convex_cubic_is_exact() {
         // (r - 1)^2 (r + 2)/10 - 1e-9 has its minimum at 1, far from where the curvature at 0 points.
-        let jet = Jet { c: [0.2 - 1e-9, -0.3, 0.0, 0.1], ..Jet::default() };
+        let jet = Jet {
+            c: [0.2 - 1e-9, -0.3, 0.0, 0.1],
+            ..Jet::default()
+        };
         assert!((jet.stationary_point(2.0) - 1.0).abs() < 1e-15);
         assert!((jet.value(jet.stationary_point(2.0)) + 1e-9).abs() < 1e-16);
     }
@@ -244,7 +278,10 @@ mod tests {
     fn a_low_flight_is_found_behind_its_own_start() {
         // h = v r - r^2/2: the next root is at 2 v, however small v is.
         for v in [1.0, 1e-6, 1e-12] {
-            let jet = Jet { c: [1e-17, v, -0.5, 0.0], ..Jet::default() };
+            let jet = Jet {
+                c: [1e-17, v, -0.5, 0.0],
+                ..Jet::default()
+            };
             let deflated = jet.deflated(1);
             assert!(deflated.is_positive(1.9 * v) && !deflated.is_positive(2.1 * v));
             assert!(deflated.crosses(3.0 * v));

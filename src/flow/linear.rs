@@ -2,8 +2,8 @@
 //! certified remainder (theory 4 and 8). The state is the whole motion, forcing included, so that nothing is subtracted
 //! at a resonance.
 
-use crate::flow::jet::Jet;
 use crate::flow::Drive;
+use crate::flow::jet::Jet;
 use crate::modal::{Block, Pair};
 use nalgebra::{Complex, DMatrix};
 
@@ -49,7 +49,10 @@ pub(crate) struct GapRow {
 impl GapRow {
     /// The same gap with another clearance.
     pub fn with_clearance(&self, clearance: f64) -> Self {
-        Self { clearance, ..self.clone() }
+        Self {
+            clearance,
+            ..self.clone()
+        }
     }
 }
 
@@ -75,13 +78,18 @@ pub(crate) struct BlockPropagator<D: Drive> {
 
 impl<D: Drive> Default for BlockPropagator<D> {
     fn default() -> Self {
-        Self { blocks: Vec::new(), turn: D::Phasor::default() }
+        Self {
+            blocks: Vec::new(),
+            turn: D::Phasor::default(),
+        }
     }
 }
 
 /// The slowest rate in a list of them, 1 if all vanish.
 fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
-    let least = rates.filter(|&r| r > 0.0 && r.is_finite()).fold(f64::INFINITY, f64::min);
+    let least = rates
+        .filter(|&r| r > 0.0 && r.is_finite())
+        .fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 1.0 }
 }
 
@@ -97,7 +105,10 @@ impl<D: Drive> BlockFlow<D> {
         Self {
             matrices: blocks.iter().map(|b| b.matrix()).collect(),
             norms: norms.iter().map(|n| n.weight).collect(),
-            growths: norms.iter().map(|n| (n.growth * longest_step).exp()).collect(),
+            growths: norms
+                .iter()
+                .map(|n| (n.growth * longest_step).exp())
+                .collect(),
             blocks,
             load,
             longest_step,
@@ -123,7 +134,10 @@ impl<D: Drive> BlockFlow<D> {
 
 #[inline]
 fn times(a: &[Pair; 2], z: Pair) -> Pair {
-    [a[0][0] * z[0] + a[0][1] * z[1], a[1][0] * z[0] + a[1][1] * z[1]]
+    [
+        a[0][0] * z[0] + a[0][1] * z[1],
+        a[1][0] * z[0] + a[1][1] * z[1],
+    ]
 }
 
 #[inline]
@@ -155,12 +169,15 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
         propagator.turn = self.drive.turn(t);
         propagator.blocks.clear();
-        propagator.blocks.extend(
-            self.blocks
-                .iter()
-                .enumerate()
-                .map(|(j, block)| (block.propagator(t), self.drive.reply(j, *block, t), block.loaded(t, self.load[j]))),
-        );
+        propagator
+            .blocks
+            .extend(self.blocks.iter().enumerate().map(|(j, block)| {
+                (
+                    block.propagator(t),
+                    self.drive.reply(j, *block, t),
+                    block.loaded(t, self.load[j]),
+                )
+            }));
     }
 
     #[inline]
@@ -173,25 +190,39 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     fn rate(&self, state: &[Pair], u: D::Phasor, rate: &mut [Pair]) {
         for (j, (z, out)) in state.iter().zip(rate).enumerate() {
-            *out = plus(plus(times(&self.matrices[j], *z), self.drive.inputs(j, u)[0]), self.load[j]);
+            *out = plus(
+                plus(times(&self.matrices[j], *z), self.drive.inputs(j, u)[0]),
+                self.load[j],
+            );
         }
     }
 
     fn gap_row(&self, row: Vec<Pair>, clearance: f64) -> GapRow {
         let w = self.drive.frequency();
-        let (mut weights, mut forced, mut forced_growth) = (Vec::with_capacity(row.len()), 0.0, 0.0);
+        let (mut weights, mut forced, mut forced_growth) =
+            (Vec::with_capacity(row.len()), 0.0, 0.0);
         for (j, r) in row.iter().enumerate() {
             let a = &self.matrices[j];
             // row A, and its dual norm: |row A z| <= weight |z|
-            let image = [r[0] * a[0][0] + r[1] * a[1][0], r[0] * a[0][1] + r[1] * a[1][1]];
-            let weight = (image[0] * image[0] / self.norms[j] + image[1] * image[1]).sqrt() * self.growths[j];
+            let image = [
+                r[0] * a[0][0] + r[1] * a[1][0],
+                r[0] * a[0][1] + r[1] * a[1][1],
+            ];
+            let weight = (image[0] * image[0] / self.norms[j] + image[1] * image[1]).sqrt()
+                * self.growths[j];
             let f = self.drive.force(j);
             let size = (f[1].norm_sqr() + self.norms[j] * f[0].norm_sqr()).sqrt();
             forced += (f[0] * r[0] + f[1] * r[1]).norm() * w.powi(3);
             forced_growth += weight * size * w.powi(3);
             weights.push(weight);
         }
-        GapRow { row, clearance, weights, forced, forced_growth }
+        GapRow {
+            row,
+            clearance,
+            weights,
+            forced,
+            forced_growth,
+        }
     }
 
     #[inline]
@@ -252,7 +283,12 @@ pub(crate) struct DenseFlow {
 
 impl DenseFlow {
     /// A flow with the given state matrix, load and force in interleaved pairs; frequency zero without forcing.
-    pub fn new(matrix: DMatrix<f64>, load: &[Pair], force: &[[Complex<f64>; 2]], frequency: f64) -> Self {
+    pub fn new(
+        matrix: DMatrix<f64>,
+        load: &[Pair],
+        force: &[[Complex<f64>; 2]],
+        frequency: f64,
+    ) -> Self {
         let m = matrix.nrows();
         let load: Vec<f64> = load.iter().flatten().copied().collect();
         let force: Vec<Complex<f64>> = force.iter().flatten().copied().collect();
@@ -271,12 +307,24 @@ impl DenseFlow {
             let stiffness = matrix.iter().fold(0.0f64, |a, &x| a.max(x.abs())).sqrt();
             if stiffness > 0.0 { stiffness } else { 1.0 }
         };
-        let unit: Vec<f64> = (0..m).map(|i| if i % 2 == 0 { rate } else { 1.0 }).collect();
+        let unit: Vec<f64> = (0..m)
+            .map(|i| if i % 2 == 0 { rate } else { 1.0 })
+            .collect();
         let scaled = DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] * unit[i] / unit[j]);
         let growth_rate = ((&scaled + scaled.transpose()) * 0.5).norm();
-        let longest_step = (1.0 / softest_rate([rate, frequency].into_iter())).min(0.7 / growth_rate);
+        let longest_step =
+            (1.0 / softest_rate([rate, frequency].into_iter())).min(0.7 / growth_rate);
         let growth = (growth_rate * longest_step).exp();
-        Self { matrix, enlarged, load, force, frequency, unit, growth, longest_step }
+        Self {
+            matrix,
+            enlarged,
+            load,
+            force,
+            frequency,
+            unit,
+            growth,
+            longest_step,
+        }
     }
 
     fn input(&self, u: Complex<f64>, i: usize) -> f64 {
@@ -285,7 +333,9 @@ impl DenseFlow {
 
     fn image(&self, z: &[f64]) -> Vec<f64> {
         let m = z.len();
-        (0..m).map(|i| (0..m).map(|j| self.matrix[(i, j)] * z[j]).sum()).collect()
+        (0..m)
+            .map(|i| (0..m).map(|j| self.matrix[(i, j)] * z[j]).sum())
+            .collect()
     }
 }
 
@@ -311,7 +361,12 @@ impl LinearFlow for DenseFlow {
 
     fn advance(&self, propagator: &DMatrix<f64>, state: &mut [Pair], u: &mut Complex<f64>) {
         let m = self.matrix.nrows();
-        let z: Vec<f64> = state.iter().flatten().copied().chain([1.0, u.re, u.im]).collect();
+        let z: Vec<f64> = state
+            .iter()
+            .flatten()
+            .copied()
+            .chain([1.0, u.re, u.im])
+            .collect();
         let row = |i: usize| (0..m + 3).map(|j| propagator[(i, j)] * z[j]).sum::<f64>();
         for (i, pair) in state.iter_mut().enumerate() {
             *pair = [row(2 * i), row(2 * i + 1)];
@@ -323,7 +378,8 @@ impl LinearFlow for DenseFlow {
         let z: Vec<f64> = state.iter().flatten().copied().collect();
         let image = self.image(&z);
         for (i, out) in rate.iter_mut().enumerate() {
-            *out = [0, 1].map(|k| image[2 * i + k] + self.input(u, 2 * i + k) + self.load[2 * i + k]);
+            *out =
+                [0, 1].map(|k| image[2 * i + k] + self.input(u, 2 * i + k) + self.load[2 * i + k]);
         }
     }
 
@@ -339,9 +395,21 @@ impl LinearFlow for DenseFlow {
             .sqrt();
         let w3 = self.frequency.powi(3);
         let direct: Complex<f64> = flat.iter().zip(&self.force).map(|(r, f)| f * *r).sum();
-        let size = self.force.iter().zip(&self.unit).map(|(f, s)| f.norm_sqr() * s * s).sum::<f64>().sqrt();
+        let size = self
+            .force
+            .iter()
+            .zip(&self.unit)
+            .map(|(f, s)| f.norm_sqr() * s * s)
+            .sum::<f64>()
+            .sqrt();
         let weight = norm * self.growth;
-        GapRow { row, clearance, weights: vec![weight], forced: direct.norm() * w3, forced_growth: weight * size * w3 }
+        GapRow {
+            row,
+            clearance,
+            weights: vec![weight],
+            forced: direct.norm() * w3,
+            forced_growth: weight * size * w3,
+        }
     }
 
     fn jets(&self, state: &[Pair], u: Complex<f64>, rows: &[GapRow], jets: &mut [Jet]) {
@@ -357,10 +425,28 @@ impl LinearFlow for DenseFlow {
             phasor *= iw;
             derivatives.push(next);
         }
-        let norm = derivatives[3].iter().zip(&self.unit).map(|(d, s)| (d * s).powi(2)).sum::<f64>().sqrt();
+        let norm = derivatives[3]
+            .iter()
+            .zip(&self.unit)
+            .map(|(d, s)| (d * s).powi(2))
+            .sum::<f64>()
+            .sqrt();
         for (jet, gap) in jets.iter_mut().zip(rows) {
-            let along = |d: &[f64]| gap.row.iter().flatten().zip(d).map(|(r, x)| r * x).sum::<f64>();
-            let size = gap.row.iter().flatten().zip(&derivatives[0]).map(|(r, x)| (r * x).abs()).sum::<f64>();
+            let along = |d: &[f64]| {
+                gap.row
+                    .iter()
+                    .flatten()
+                    .zip(d)
+                    .map(|(r, x)| r * x)
+                    .sum::<f64>()
+            };
+            let size = gap
+                .row
+                .iter()
+                .flatten()
+                .zip(&derivatives[0])
+                .map(|(r, x)| (r * x).abs())
+                .sum::<f64>();
             *jet = Jet {
                 c: [
                     gap.clearance - along(&derivatives[0]),
@@ -393,14 +479,25 @@ mod tests {
             Block::Oscillator { w2: 9.0, eta: 3.0 },
             Block::Oscillator { w2: -0.5, eta: 0.1 },
         ];
-        let force = [0.7, -0.3, 0.1, 0.9, 0.2].map(|f| [0.0.into(), Complex::new(f, 0.4 * f)]).to_vec();
-        (blocks, vec![[0.0, 0.2]; 5], HarmonicDrive { frequency: 1.5, force })
+        let force = [0.7, -0.3, 0.1, 0.9, 0.2]
+            .map(|f| [0.0.into(), Complex::new(f, 0.4 * f)])
+            .to_vec();
+        (
+            blocks,
+            vec![[0.0, 0.2]; 5],
+            HarmonicDrive {
+                frequency: 1.5,
+                force,
+            },
+        )
     }
 
     /// Every flow: composes, agrees with its rate, and keeps its jets' promise.
     fn contract<F: LinearFlow>(flow: &F) {
         let n = flow.n_pairs();
-        let start: Vec<Pair> = (0..n).map(|i| [0.3 - 0.1 * i as f64, 0.5 + 0.2 * i as f64]).collect();
+        let start: Vec<Pair> = (0..n)
+            .map(|i| [0.3 - 0.1 * i as f64, 0.5 + 0.2 * i as f64])
+            .collect();
         let go = |t: f64, state: &mut Vec<Pair>, u: &mut F::Phasor| {
             let mut p = F::Propagator::default();
             flow.prepare(t, &mut p);
@@ -412,7 +509,12 @@ mod tests {
             (state, u)
         };
         let close = |a: &[Pair], b: &[Pair], tolerance: f64| {
-            let error = a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+            let error = a
+                .iter()
+                .flatten()
+                .zip(b.iter().flatten())
+                .map(|(x, y)| (x - y).abs())
+                .fold(0.0, f64::max);
             assert!(error < tolerance, "{error:e}");
         };
         let (mut state, mut u) = at(0.7);
@@ -422,8 +524,11 @@ mod tests {
         let (mut rate, forward, backward) = (vec![[0.0; 2]; n], at(0.7 + step).0, at(0.7 - step).0);
         let (state, u) = at(0.7);
         flow.rate(&state, u, &mut rate);
-        let difference: Vec<Pair> =
-            forward.iter().zip(&backward).map(|(a, b)| [0, 1].map(|k| (a[k] - b[k]) / (2.0 * step))).collect();
+        let difference: Vec<Pair> = forward
+            .iter()
+            .zip(&backward)
+            .map(|(a, b)| [0, 1].map(|k| (a[k] - b[k]) / (2.0 * step)))
+            .collect();
         close(&rate, &difference, 1e-7);
 
         let rows = [flow.gap_row((0..n).map(|i| [0.5 + 0.3 * i as f64, 0.1]).collect(), 1.0)];
@@ -435,7 +540,11 @@ mod tests {
             let mut there = [Jet::default()];
             flow.jets(&later, phasor, &rows, &mut there);
             let miss = (there[0].c[0] - jets[0].value(s)).abs();
-            assert!(miss <= jets[0].remainder(s) + 1e-14 * there[0].size, "{s} {miss:e} {:e}", jets[0].remainder(s));
+            assert!(
+                miss <= jets[0].remainder(s) + 1e-14 * there[0].size,
+                "{s} {miss:e} {:e}",
+                jets[0].remainder(s)
+            );
         }
     }
 
@@ -444,15 +553,35 @@ mod tests {
         let (blocks, load, drive) = flows();
         contract(&BlockFlow::new(blocks.clone(), load.clone(), Undriven));
         contract(&BlockFlow::new(blocks, load, drive));
-        let pairs = vec![Block::Spiral { sigma: -0.1, omega: 2.0 }, Block::Decays { roots: [-0.2, -3.0] }];
+        let pairs = vec![
+            Block::Spiral {
+                sigma: -0.1,
+                omega: 2.0,
+            },
+            Block::Decays {
+                roots: [-0.2, -3.0],
+            },
+        ];
         let force = vec![[Complex::new(0.3, 0.1), Complex::new(-0.2, 0.4)]; 2];
-        contract(&BlockFlow::new(pairs, vec![[0.1, 0.2]; 2], HarmonicDrive { frequency: 0.8, force: force.clone() }));
+        contract(&BlockFlow::new(
+            pairs,
+            vec![[0.1, 0.2]; 2],
+            HarmonicDrive {
+                frequency: 0.8,
+                force: force.clone(),
+            },
+        ));
         let matrix = nalgebra::dmatrix![
             0.0, 1.0, 0.0, 0.0;
             -1.0, 0.0, -1.0, 0.0;
             0.0, 0.0, 0.0, 1.0;
             0.0, 0.0, -1.0, 0.0
         ];
-        contract(&DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], &force, 0.8));
+        contract(&DenseFlow::new(
+            matrix,
+            &[[0.0, 0.2], [0.0, 0.1]],
+            &force,
+            0.8,
+        ));
     }
 }

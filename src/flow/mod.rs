@@ -8,5 +8,5 @@ mod split;
 
 pub(crate) use drive::{Drive, HarmonicDrive, Undriven};
 pub(crate) use linear::{BlockFlow, DenseFlow, GapRow, LinearFlow};
-pub(crate) use split::SplitFlow;
 pub(crate) use scene::{ModalScene, SceneFlow, along, with_flow};
+pub(crate) use split::SplitFlow;

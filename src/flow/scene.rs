@@ -39,7 +39,9 @@ impl ModalScene {
         let system = scene.linear_system(purpose)?;
         let form = ModalForm::new(system)?;
         let geometry = ContactGeometry::new(system, scene);
-        let each = |of: &dyn Fn(usize) -> Vec<Pair>| Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>());
+        let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
+            Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
+        };
         let position_rows = each(&|i| form.position_row(&geometry.normals.column(i).into_owned()));
         let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
         let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
@@ -84,7 +86,12 @@ impl ModalScene {
                 for (j, out) in rate.iter_mut().enumerate() {
                     *out = [0, 1].map(|c| {
                         let row = matrix.row(2 * j + c);
-                        let free: f64 = state.iter().flatten().zip(row.iter()).map(|(z, a)| a * z).sum();
+                        let free: f64 = state
+                            .iter()
+                            .flatten()
+                            .zip(row.iter())
+                            .map(|(z, a)| a * z)
+                            .sum();
                         free + input(j, c)
                     });
                 }
@@ -96,13 +103,21 @@ impl ModalScene {
     pub fn flow(&self) -> SceneFlow {
         match &self.form.form {
             Form::Blocks(blocks) if self.frequency > 0.0 => {
-                let drive = HarmonicDrive { frequency: self.frequency, force: self.force.clone() };
+                let drive = HarmonicDrive {
+                    frequency: self.frequency,
+                    force: self.force.clone(),
+                };
                 SceneFlow::Forced(BlockFlow::new(blocks.clone(), self.load.clone(), drive))
             }
-            Form::Blocks(blocks) => SceneFlow::Free(BlockFlow::new(blocks.clone(), self.load.clone(), Undriven)),
-            Form::Dense(matrix) => {
-                SceneFlow::Dense(DenseFlow::new(matrix.clone(), &self.load, &self.force, self.frequency))
+            Form::Blocks(blocks) => {
+                SceneFlow::Free(BlockFlow::new(blocks.clone(), self.load.clone(), Undriven))
             }
+            Form::Dense(matrix) => SceneFlow::Dense(DenseFlow::new(
+                matrix.clone(),
+                &self.load,
+                &self.force,
+                self.frequency,
+            )),
         }
     }
 }
@@ -110,7 +125,10 @@ impl ModalScene {
 /// `sum r.z` of a row and a state.
 #[inline]
 pub(crate) fn along(row: &[Pair], state: &[Pair]) -> f64 {
-    row.iter().zip(state).map(|(r, z)| r[0] * z[0] + r[1] * z[1]).sum()
+    row.iter()
+        .zip(state)
+        .map(|(r, z)| r[0] * z[0] + r[1] * z[1])
+        .sum()
 }
 
 /// Runs a block of code with the flow of a scene, whatever its type: the one `match` at the edge.

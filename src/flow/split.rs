@@ -2,8 +2,8 @@
 //! plus a free motion, and the steady response is one more block, a rotation at the forcing frequency. What walks along
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
-use crate::flow::{BlockFlow, GapRow, LinearFlow, Undriven};
 use crate::flow::ModalScene;
+use crate::flow::{BlockFlow, GapRow, LinearFlow, Undriven};
 use crate::modal::{Block, Form, Pair, Response};
 use nalgebra::Complex;
 
@@ -22,7 +22,9 @@ pub(crate) struct SplitFlow {
 impl SplitFlow {
     /// The split flow, `None` where a block is near resonance, has no equilibrium, or the form has no blocks.
     pub fn new(scene: &ModalScene) -> Option<Self> {
-        let Form::Blocks(blocks) = &scene.form.form else { return None };
+        let Form::Blocks(blocks) = &scene.form.form else {
+            return None;
+        };
         let w = scene.frequency;
         let mut steady = Vec::with_capacity(blocks.len());
         let mut equilibrium = Vec::with_capacity(blocks.len());
@@ -37,10 +39,17 @@ impl SplitFlow {
             steady.push(block.steady(w, scene.force[j]));
             equilibrium.push(rest);
         }
-        let rotation = Block::Spiral { sigma: 0.0, omega: w };
+        let rotation = Block::Spiral {
+            sigma: 0.0,
+            omega: w,
+        };
         let all: Vec<Block> = blocks.iter().copied().chain([rotation]).collect();
         let load = vec![[0.0, 0.0]; all.len()];
-        Some(Self { flow: BlockFlow::new(all, load, Undriven), steady, equilibrium })
+        Some(Self {
+            flow: BlockFlow::new(all, load, Undriven),
+            steady,
+            equilibrium,
+        })
     }
 
     /// The free flow of the enlarged state.
@@ -65,9 +74,13 @@ impl SplitFlow {
     pub fn enlarge(&self, whole: &[Pair], angle: f64, enlarged: &mut Vec<Pair>) {
         let (sin, cos) = angle.sin_cos();
         enlarged.clear();
-        enlarged.extend(whole.iter().zip(&self.steady).zip(&self.equilibrium).map(|((z, y), e)| {
-            [0, 1].map(|c| z[c] - e[c] - (y[c].re * cos - y[c].im * sin))
-        }));
+        enlarged.extend(
+            whole
+                .iter()
+                .zip(&self.steady)
+                .zip(&self.equilibrium)
+                .map(|((z, y), e)| [0, 1].map(|c| z[c] - e[c] - (y[c].re * cos - y[c].im * sin))),
+        );
         enlarged.push([cos, sin]);
     }
 }
@@ -90,7 +103,9 @@ mod tests {
     fn a_split_flow_is_the_flow_it_splits() {
         let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
         let modal = ModalScene::new(&scene, "the test").expect("linear");
-        let crate::flow::SceneFlow::Forced(whole) = modal.flow() else { panic!("blocks, forced") };
+        let crate::flow::SceneFlow::Forced(whole) = modal.flow() else {
+            panic!("blocks, forced")
+        };
         let split = SplitFlow::new(&modal).expect("away from resonance");
         let mut state = vec![[0.3, -0.2], [0.1, 0.7]];
         let mut enlarged = Vec::new();
@@ -106,9 +121,16 @@ mod tests {
                 let row = &modal.position_rows[stop];
                 let (mut a, mut b) = ([Jet::default()], [Jet::default()]);
                 whole.jets(&state, u, &[whole.gap_row(row.clone(), 0.2)], &mut a);
-                split.flow().jets(&enlarged, (), &[split.gap_row(row, 0.2)], &mut b);
+                split
+                    .flow()
+                    .jets(&enlarged, (), &[split.gap_row(row, 0.2)], &mut b);
                 for k in 0..4 {
-                    assert!((a[0].c[k] - b[0].c[k]).abs() < 1e-13, "{k}: {} {}", a[0].c[k], b[0].c[k]);
+                    assert!(
+                        (a[0].c[k] - b[0].c[k]).abs() < 1e-13,
+                        "{k}: {} {}",
+                        a[0].c[k],
+                        b[0].c[k]
+                    );
                 }
             }
         }
@@ -116,9 +138,27 @@ mod tests {
 
     #[test]
     fn resonance_is_not_split() {
-        assert!(is_near_resonance(Block::Oscillator { w2: 4.0, eta: 0.001 }, 2.0));
-        assert!(!is_near_resonance(Block::Oscillator { w2: 4.0, eta: 0.1 }, 2.0));
-        assert!(!is_near_resonance(Block::Oscillator { w2: 0.0, eta: 0.0 }, 2.0));
-        assert!(is_near_resonance(Block::Spiral { sigma: 0.0, omega: 2.0 }, 2.001));
+        assert!(is_near_resonance(
+            Block::Oscillator {
+                w2: 4.0,
+                eta: 0.001
+            },
+            2.0
+        ));
+        assert!(!is_near_resonance(
+            Block::Oscillator { w2: 4.0, eta: 0.1 },
+            2.0
+        ));
+        assert!(!is_near_resonance(
+            Block::Oscillator { w2: 0.0, eta: 0.0 },
+            2.0
+        ));
+        assert!(is_near_resonance(
+            Block::Spiral {
+                sigma: 0.0,
+                omega: 2.0
+            },
+            2.001
+        ));
     }
 }

@@ -29,7 +29,11 @@ pub struct RecoveryAudit {
 ///
 /// # Errors
 /// Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite.
-pub fn audit_recovery(matrix: &DMatrix<f64>, mass: &DMatrix<f64>, normals: &DMatrix<f64>) -> Result<RecoveryAudit> {
+pub fn audit_recovery(
+    matrix: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    normals: &DMatrix<f64>,
+) -> Result<RecoveryAudit> {
     let n = mass.nrows();
     finite_square("mass", mass, n)?;
     finite_square("matrix", matrix, 2 * n)?;
@@ -42,7 +46,13 @@ pub fn audit_recovery(matrix: &DMatrix<f64>, mass: &DMatrix<f64>, normals: &DMat
     }
     let factor = Cholesky::new(mass.clone())
         .filter(|_| (mass - mass.transpose()).amax() <= 1e-12 * mass.amax())
-        .ok_or_else(|| Error::bad_value("mass", "not positive definite", "it must be symmetric positive definite"))?;
+        .ok_or_else(|| {
+            Error::bad_value(
+                "mass",
+                "not positive definite",
+                "it must be symmetric positive definite",
+            )
+        })?;
     let velocity = matrix.view((n, n), (n, n)).into_owned();
     let mut reasons = Vec::new();
 
@@ -55,12 +65,17 @@ pub fn audit_recovery(matrix: &DMatrix<f64>, mass: &DMatrix<f64>, normals: &DMat
         reasons.push("it moves positions, or couples them with velocities; an impact changes velocities alone".to_owned());
     }
     if outside_span(&(mass * (&velocity - DMatrix::identity(n, n))), normals)? {
-        reasons.push("it needs impulses that are not along the normals, M (R_v - I) leaves their span".to_owned());
+        reasons.push(
+            "it needs impulses that are not along the normals, M (R_v - I) leaves their span"
+                .to_owned(),
+        );
     }
     let restitution = restitutions(&velocity, normals, &mut reasons);
     let energy_gain = largest_gain(&velocity, &factor)?;
     if energy_gain > 1.0 + AUDIT_TOL {
-        reasons.push(format!("it can multiply the kinetic energy by {energy_gain:.6}"));
+        reasons.push(format!(
+            "it can multiply the kinetic energy by {energy_gain:.6}"
+        ));
     }
     if normals.ncols() > 0 && restitution.iter().all(|e| e.is_finite()) {
         let delassus = normals.tr_mul(&factor.solve(normals));
@@ -72,7 +87,12 @@ pub fn audit_recovery(matrix: &DMatrix<f64>, mass: &DMatrix<f64>, normals: &DMat
             }
         }
     }
-    Ok(RecoveryAudit { is_realisable: reasons.is_empty(), restitution, energy_gain, reasons })
+    Ok(RecoveryAudit {
+        is_realisable: reasons.is_empty(),
+        restitution,
+        energy_gain,
+        reasons,
+    })
 }
 
 /// Whether a column of `image` leaves the span of `normals`.
@@ -94,18 +114,26 @@ fn outside_span(image: &DMatrix<f64>, normals: &DMatrix<f64>) -> Result<bool> {
 }
 
 /// `e_i` with `n_i^T R_v = -e_i n_i^T`, nan where there is none.
-fn restitutions(velocity: &DMatrix<f64>, normals: &DMatrix<f64>, reasons: &mut Vec<String>) -> DVector<f64> {
+fn restitutions(
+    velocity: &DMatrix<f64>,
+    normals: &DMatrix<f64>,
+    reasons: &mut Vec<String>,
+) -> DVector<f64> {
     DVector::from_iterator(
         normals.ncols(),
         normals.column_iter().enumerate().map(|(i, normal)| {
             let image = velocity.tr_mul(&normal);
             let e = -image.dot(&normal) / normal.norm_squared();
             if (image + normal * e).amax() > AUDIT_TOL * normal.amax() {
-                reasons.push(format!("the velocity along normal {i} after impact does not follow from the one before"));
+                reasons.push(format!(
+                    "the velocity along normal {i} after impact does not follow from the one before"
+                ));
                 f64::NAN
             } else {
                 if !(-AUDIT_TOL..=1.0 + AUDIT_TOL).contains(&e) {
-                    reasons.push(format!("the restitution along normal {i} is {e:.6}, outside [0, 1]"));
+                    reasons.push(format!(
+                        "the restitution along normal {i} is {e:.6}, outside [0, 1]"
+                    ));
                 }
                 e
             }
@@ -116,7 +144,10 @@ fn restitutions(velocity: &DMatrix<f64>, normals: &DMatrix<f64>, reasons: &mut V
 /// The largest eigenvalue of `M^-1 R_v^T M R_v`, as that of `G^T G`, `G = L^T R_v L^-T`.
 fn largest_gain(velocity: &DMatrix<f64>, mass: &Cholesky<f64, nalgebra::Dyn>) -> Result<f64> {
     let l = mass.l();
-    let inverse_t = l.transpose().try_inverse().expect("a Cholesky factor is regular");
+    let inverse_t = l
+        .transpose()
+        .try_inverse()
+        .expect("a Cholesky factor is regular");
     let g = l.transpose() * velocity * inverse_t;
     Ok(eigen::symmetric(g.transpose() * g)?.0.max())
 }
@@ -129,7 +160,11 @@ mod tests {
 
     fn paper_audit(mass_ratio: f64, stops: &[usize], reaction: &Reaction) -> RecoveryAudit {
         let system = paper_system(mass_ratio, 3.24, 0.05).expect("valid");
-        let stop = |i: usize| Stop::new(i, 0.3, 0.9).and_then(|s| s.with_reaction(reaction.clone())).expect("valid");
+        let stop = |i: usize| {
+            Stop::new(i, 0.3, 0.9)
+                .and_then(|s| s.with_reaction(reaction.clone()))
+                .expect("valid")
+        };
         let mass = system.mass().to_dense();
         let scene = Scene::new(system, Forcing::Unforced, [stop(0), stop(1)]).expect("valid");
         let matrix = recovery_matrix(&scene, stops).expect("valid");
@@ -144,7 +179,11 @@ mod tests {
             for stop in [0, 1] {
                 let audit = paper_audit(mass_ratio, &[stop], &Reaction::Coordinate);
                 assert!(!audit.is_realisable);
-                assert!((audit.energy_gain - gain).abs() < 5e-3, "{}", audit.energy_gain);
+                assert!(
+                    (audit.energy_gain - gain).abs() < 5e-3,
+                    "{}",
+                    audit.energy_gain
+                );
                 assert!((audit.restitution[0] - 0.9).abs() < 1e-14);
             }
             let both = paper_audit(mass_ratio, &[0, 1], &Reaction::Coordinate);

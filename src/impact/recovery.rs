@@ -16,9 +16,14 @@ const DEPENDENT_TOL: f64 = 1e-12;
 pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Result<DMatrix<f64>> {
     let k = stops.len();
     let delassus = DMatrix::from_fn(k, k, |i, j| {
-        geometry.normals.column(stops[i]).dot(&geometry.reactions.column(stops[j]))
+        geometry
+            .normals
+            .column(stops[i])
+            .dot(&geometry.reactions.column(stops[j]))
     });
-    let rebound = DMatrix::from_diagonal(&DVector::from_fn(k, |i, _| 1.0 + geometry.restitutions[stops[i]]));
+    let rebound = DMatrix::from_diagonal(&DVector::from_fn(k, |i, _| {
+        1.0 + geometry.restitutions[stops[i]]
+    }));
     if k == 1 {
         return Ok(rebound / delassus[(0, 0)]);
     }
@@ -26,7 +31,11 @@ pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Res
     let mut inverse = DMatrix::zeros(k, k);
     let mut dependent = false;
     for j in 0..k {
-        let set = rank::solve(&delassus, &rebound.column(j).into_owned(), DEPENDENT_TOL * delassus.amax())?;
+        let set = rank::solve(
+            &delassus,
+            &rebound.column(j).into_owned(),
+            DEPENDENT_TOL * delassus.amax(),
+        )?;
         dependent |= set.null_space.ncols() > 0;
         inverse.set_column(j, &set.particular);
     }
@@ -48,10 +57,16 @@ pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Res
 }
 
 /// The velocity part `P = I - B (N^T B)^-1 (I + E) N^T` of the recovery matrix, shape `(n, n)`.
-pub(crate) fn velocity_recovery(geometry: &ContactGeometry, stops: &[usize]) -> Result<DMatrix<f64>> {
+pub(crate) fn velocity_recovery(
+    geometry: &ContactGeometry,
+    stops: &[usize],
+) -> Result<DMatrix<f64>> {
     let n = geometry.normals.nrows();
     let impulses = impulse_matrix(geometry, stops)?;
-    let (normals, reactions) = (geometry.normals.select_columns(stops), geometry.reactions.select_columns(stops));
+    let (normals, reactions) = (
+        geometry.normals.select_columns(stops),
+        geometry.reactions.select_columns(stops),
+    );
     Ok(DMatrix::identity(n, n) - reactions * impulses * normals.transpose())
 }
 
@@ -78,7 +93,9 @@ pub fn recovery_matrix(scene: &Scene, stops: &[usize]) -> Result<DMatrix<f64>> {
     let n = system.n_dof();
     let mut matrix = DMatrix::identity(2 * n, 2 * n);
     if !stops.is_empty() {
-        matrix.view_mut((n, n), (n, n)).copy_from(&velocity_recovery(&geometry, stops)?);
+        matrix
+            .view_mut((n, n), (n, n))
+            .copy_from(&velocity_recovery(&geometry, stops)?);
     }
     Ok(matrix)
 }
@@ -109,18 +126,38 @@ mod tests {
     use nalgebra::{dmatrix, dvector};
 
     fn geometry(stops: Vec<Stop>) -> ContactGeometry {
-        let system = LinearSystem::new(dmatrix![2.0, 0.5; 0.5, 1.0], DMatrix::zeros(2, 2), DMatrix::zeros(2, 2)).expect("valid");
+        let system = LinearSystem::new(
+            dmatrix![2.0, 0.5; 0.5, 1.0],
+            DMatrix::zeros(2, 2),
+            DMatrix::zeros(2, 2),
+        )
+        .expect("valid");
         let scene = Scene::new(system.clone(), Forcing::Unforced, stops).expect("valid");
         ContactGeometry::new(&system, &scene)
     }
 
     #[test]
     fn every_stop_hit_reverses_its_own_normal_velocity() {
-        for reaction in [Reaction::Inertia, Reaction::Coordinate, Reaction::Direction(dvector![1.0, 1.0])] {
-            let stop = |n, e| Stop::new(n, 0.1, e).and_then(|s| s.with_reaction(reaction.clone())).expect("valid");
-            let g = geometry(vec![stop(dvector![1.0, 0.2], 0.8), stop(dvector![0.3, 1.0], 0.3)]);
+        for reaction in [
+            Reaction::Inertia,
+            Reaction::Coordinate,
+            Reaction::Direction(dvector![1.0, 1.0]),
+        ] {
+            let stop = |n, e| {
+                Stop::new(n, 0.1, e)
+                    .and_then(|s| s.with_reaction(reaction.clone()))
+                    .expect("valid")
+            };
+            let g = geometry(vec![
+                stop(dvector![1.0, 0.2], 0.8),
+                stop(dvector![0.3, 1.0], 0.3),
+            ]);
             let independent = (&g.normals.transpose() * &g.reactions).determinant().abs() > 1e-6;
-            let sets: &[&[usize]] = if independent { &[&[0], &[1], &[0, 1]] } else { &[&[0], &[1]] };
+            let sets: &[&[usize]] = if independent {
+                &[&[0], &[1], &[0, 1]]
+            } else {
+                &[&[0], &[1]]
+            };
             for &stops in sets {
                 let p = velocity_recovery(&g, stops).expect("independent");
                 for &i in stops {
@@ -135,7 +172,8 @@ mod tests {
     fn the_sum_formula_is_wrong_for_coupled_stops() {
         let stop = |i: usize| Stop::new(i, 0.1, 0.9).expect("valid");
         let g = geometry(vec![stop(0), stop(1)]);
-        let one = |i: usize| DMatrix::identity(2, 2) - velocity_recovery(&g, &[i]).expect("one stop");
+        let one =
+            |i: usize| DMatrix::identity(2, 2) - velocity_recovery(&g, &[i]).expect("one stop");
         let sum = DMatrix::identity(2, 2) - one(0) - one(1);
         assert!((sum.transpose() * g.normals.column(0) + g.normals.column(0) * 0.9).amax() > 0.1);
     }

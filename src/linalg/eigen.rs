@@ -39,7 +39,11 @@ fn symmetric_2(a: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let c = 1.0 / t.hypot(1.0);
     let s = t * c;
     let (first, second) = ((p - t * q, [c, -s]), (r + t * q, [s, c]));
-    let (low, high) = if first.0 <= second.0 { (first, second) } else { (second, first) };
+    let (low, high) = if first.0 <= second.0 {
+        (first, second)
+    } else {
+        (second, first)
+    };
     let vectors = DMatrix::from_column_slice(2, 2, &[low.1[0], low.1[1], high.1[0], high.1[1]]);
     (DVector::from_vec(vec![low.0, high.0]), vectors)
 }
@@ -50,12 +54,17 @@ pub(crate) fn symmetric_generalised(
     stiffness: &DMatrix<f64>,
 ) -> Result<(DVector<f64>, DMatrix<f64>)> {
     let l = mass.l();
-    let solve = |b: &DMatrix<f64>| l.solve_lower_triangular(b).expect("a Cholesky factor has a positive diagonal");
+    let solve = |b: &DMatrix<f64>| {
+        l.solve_lower_triangular(b)
+            .expect("a Cholesky factor has a positive diagonal")
+    };
     let half = solve(stiffness);
     let reduced = solve(&half.transpose());
     let reduced = (&reduced + reduced.transpose()) * 0.5;
     let (values, vectors) = symmetric(reduced)?;
-    let shapes = l.tr_solve_lower_triangular(&vectors).expect("a Cholesky factor has a positive diagonal");
+    let shapes = l
+        .tr_solve_lower_triangular(&vectors)
+        .expect("a Cholesky factor has a positive diagonal");
     Ok((values, shapes))
 }
 
@@ -69,7 +78,11 @@ fn complex_schur(a: &DMatrix<f64>) -> Result<(DMatrix<Complex<f64>>, DMatrix<Com
     }
     let scale = a.amax().max(f64::MIN_POSITIVE);
     let shift = 1e-3 * scale;
-    if let Some(schur) = Schur::try_new(complex(&(a + DMatrix::identity(n, n) * shift)), f64::EPSILON, cap) {
+    if let Some(schur) = Schur::try_new(
+        complex(&(a + DMatrix::identity(n, n) * shift)),
+        f64::EPSILON,
+        cap,
+    ) {
         let (q, mut t) = schur.unpack();
         for i in 0..n {
             t[(i, i)] -= shift;
@@ -79,14 +92,22 @@ fn complex_schur(a: &DMatrix<f64>) -> Result<(DMatrix<Complex<f64>>, DMatrix<Com
     let rotation = fixed_orthogonal(n);
     let rotated = &rotation * a * rotation.transpose();
     let (q, t) = Schur::try_new(complex(&rotated), f64::EPSILON, cap)
-        .ok_or(Error::NoConvergence { stage: "the Schur form", iterations: cap, residual: f64::NAN })?
+        .ok_or(Error::NoConvergence {
+            stage: "the Schur form",
+            iterations: cap,
+            residual: f64::NAN,
+        })?
         .unpack();
     Ok((complex(&rotation.transpose()) * q, t))
 }
 
 /// A dense orthogonal matrix that is the same on every call: the Q of a matrix of incommensurable cosines.
 fn fixed_orthogonal(n: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(n, n, |i, j| (1.0 + 1.7 * i as f64 + 0.9 * (j * j) as f64).cos()).qr().q()
+    DMatrix::from_fn(n, n, |i, j| {
+        (1.0 + 1.7 * i as f64 + 0.9 * (j * j) as f64).cos()
+    })
+    .qr()
+    .q()
 }
 
 /// Eigenvalues of a real square matrix: by real arithmetic, by the guarded complex Schur form where that stalls.
@@ -103,7 +124,9 @@ pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
 }
 
 /// Eigenvalues and right eigenvectors (unit columns) of a real square matrix.
-pub(crate) fn eigenvectors(a: &DMatrix<f64>) -> Result<(DVector<Complex<f64>>, DMatrix<Complex<f64>>)> {
+pub(crate) fn eigenvectors(
+    a: &DMatrix<f64>,
+) -> Result<(DVector<Complex<f64>>, DMatrix<Complex<f64>>)> {
     let n = a.nrows();
     let (q, t) = complex_schur(a)?;
     let smallest = f64::EPSILON * t.iter().fold(f64::MIN_POSITIVE, |m, z| m.max(z.norm()));
@@ -162,7 +185,8 @@ mod tests {
         let m = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.0, 1.0, 3.0, 1.0, 0.0, 1.0, 2.0]);
         let k = DMatrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0]);
         let (values, phi) =
-            symmetric_generalised(&Cholesky::new(m.clone()).expect("positive definite"), &k).expect("converges");
+            symmetric_generalised(&Cholesky::new(m.clone()).expect("positive definite"), &k)
+                .expect("converges");
         assert!((phi.transpose() * &m * &phi - DMatrix::identity(3, 3)).amax() < 1e-14);
         assert!((phi.transpose() * k * &phi - DMatrix::from_diagonal(&values)).amax() < 1e-14);
     }

@@ -20,7 +20,10 @@ where
             continue;
         }
         // Reflection I - v v^T/h, v in rows k+1..n of column k, which it leaves at (alpha, 0, ..., 0).
-        let norm = (k + 1..n).map(|i| a[(i, k)] * a[(i, k)]).sum::<f64>().sqrt();
+        let norm = (k + 1..n)
+            .map(|i| a[(i, k)] * a[(i, k)])
+            .sum::<f64>()
+            .sqrt();
         let alpha = if a[(k + 1, k)] > 0.0 { -norm } else { norm };
         let h = norm * norm - a[(k + 1, k)] * alpha;
         if h <= 0.0 {
@@ -84,7 +87,10 @@ where
             (end, sweeps) = (end - 1, 0);
             continue;
         }
-        let (y, w) = (a[(last - 1, last - 1)], a[(last, last - 1)] * a[(last - 1, last)]);
+        let (y, w) = (
+            a[(last - 1, last - 1)],
+            a[(last, last - 1)] * a[(last - 1, last)],
+        );
         if start + 1 == last {
             found.extend(of_pair(x, y, w, shift));
             (end, sweeps) = (end - 2, 0);
@@ -106,7 +112,10 @@ where
         };
         sweep(&mut a, start, last, shifts);
     }
-    found.iter().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(found)
+    found
+        .iter()
+        .all(|z| z.re.is_finite() && z.im.is_finite())
+        .then_some(found)
 }
 
 /// The first row of the block without a negligible subdiagonal entry that ends in row `last`.
@@ -166,7 +175,11 @@ where
         let mut scale = 1.0;
         let [mut p, mut q, mut r] = first;
         if k > m {
-            [p, q, r] = [a[(k, k - 1)], a[(k + 1, k - 1)], if is_wide { a[(k + 2, k - 1)] } else { 0.0 }];
+            [p, q, r] = [
+                a[(k, k - 1)],
+                a[(k + 1, k - 1)],
+                if is_wide { a[(k + 2, k - 1)] } else { 0.0 },
+            ];
             scale = p.abs() + q.abs() + r.abs();
             if scale == 0.0 {
                 continue;
@@ -221,7 +234,10 @@ mod tests {
                 .enumerate()
                 .min_by(|a, b| (a.1 - z).norm().total_cmp(&(b.1 - z).norm()))
                 .expect("as many as expected");
-            assert!((nearest - z).norm() <= tolerance, "{z} is missing; nearest is {nearest}");
+            assert!(
+                (nearest - z).norm() <= tolerance,
+                "{z} is missing; nearest is {nearest}"
+            );
             found.swap_remove(i);
         }
     }
@@ -248,8 +264,16 @@ mod tests {
                     i += 1;
                 }
             }
-            let turn = DMatrix::from_fn(n, n, |i, j| (1.0 + 1.7 * i as f64 + 0.9 * (j * j) as f64).cos()).qr().q();
-            assert_same(eigenvalues(&turn * &diagonal * turn.transpose()).expect("converges"), &expected, 1e-12);
+            let turn = DMatrix::from_fn(n, n, |i, j| {
+                (1.0 + 1.7 * i as f64 + 0.9 * (j * j) as f64).cos()
+            })
+            .qr()
+            .q();
+            assert_same(
+                eigenvalues(&turn * &diagonal * turn.transpose()).expect("converges"),
+                &expected,
+                1e-12,
+            );
         }
     }
 
@@ -257,18 +281,27 @@ mod tests {
     fn cyclic_permutations_have_the_roots_of_unity() {
         for n in [1usize, 2, 3, 4, 6, 8, 10, 12, 16, 24] {
             let a = DMatrix::from_fn(n, n, |i, j| if (j + 1) % n == i { 1.0 } else { 0.0 });
-            let roots: Vec<_> =
-                (0..n).map(|k| Complex::from_polar(1.0, std::f64::consts::TAU * k as f64 / n as f64)).collect();
+            let roots: Vec<_> = (0..n)
+                .map(|k| Complex::from_polar(1.0, std::f64::consts::TAU * k as f64 / n as f64))
+                .collect();
             assert_same(eigenvalues(a).expect("exceptional shifts"), &roots, 1e-12);
         }
     }
 
     #[test]
     fn zeros_and_bad_numbers_end_too() {
-        assert_same(eigenvalues(DMatrix::zeros(4, 4)).expect("nothing to do"), &[Complex::new(0.0, 0.0); 4], 0.0);
+        assert_same(
+            eigenvalues(DMatrix::zeros(4, 4)).expect("nothing to do"),
+            &[Complex::new(0.0, 0.0); 4],
+            0.0,
+        );
         assert!(eigenvalues(DMatrix::from_element(4, 4, f64::NAN)).is_none());
         // One cell of a Jordan form: eigenvalues are good to the fourth root of rounding.
         let jordan = DMatrix::from_fn(4, 4, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
-        assert_same(eigenvalues(jordan.transpose()).expect("converges"), &[Complex::new(0.0, 0.0); 4], 1e-3);
+        assert_same(
+            eigenvalues(jordan.transpose()).expect("converges"),
+            &[Complex::new(0.0, 0.0); 4],
+            1e-3,
+        );
     }
 }

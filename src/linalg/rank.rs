@@ -21,10 +21,18 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Resul
     if rows == 0 || columns == 0 {
         // No condition, or no unknown: nothing to decompose.
         let null_space = DMatrix::identity(columns, columns);
-        return Ok(SolutionSet { particular: DVector::zeros(columns), null_space, residual: b.norm() });
+        return Ok(SolutionSet {
+            particular: DVector::zeros(columns),
+            null_space,
+            residual: b.norm(),
+        });
     }
     // A thin decomposition holds only min(rows, columns) right vectors: zero rows make room for the whole null space.
-    let square = if rows < columns { a.clone().resize_vertically(columns, 0.0) } else { a.clone() };
+    let square = if rows < columns {
+        a.clone().resize_vertically(columns, 0.0)
+    } else {
+        a.clone()
+    };
     let cap = 100 * columns.max(rows).max(1);
     let svd = SVD::try_new(square, true, true, f64::EPSILON, cap).ok_or(Error::NoConvergence {
         stage: "the singular value decomposition",
@@ -42,10 +50,17 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Resul
             particular += right * (u.column(k).rows(0, rows).dot(b) / sigma);
         }
     }
-    let null_space =
-        if null.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&null) };
+    let null_space = if null.is_empty() {
+        DMatrix::zeros(columns, 0)
+    } else {
+        DMatrix::from_columns(&null)
+    };
     let residual = (a * &particular - b).norm();
-    Ok(SolutionSet { particular, null_space, residual })
+    Ok(SolutionSet {
+        particular,
+        null_space,
+        residual,
+    })
 }
 
 #[cfg(test)]
@@ -59,7 +74,12 @@ mod tests {
         assert_eq!(set.null_space.ncols(), 3);
         assert!((&a * &set.null_space).amax() < 1e-14);
         assert!(set.residual < 1e-14);
-        assert!(solve(&a, &DVector::from_vec(vec![3.0, 5.0]), 1e-10).expect("converges").residual > 1e-3);
+        assert!(
+            solve(&a, &DVector::from_vec(vec![3.0, 5.0]), 1e-10)
+                .expect("converges")
+                .residual
+                > 1e-3
+        );
     }
 
     #[test]

@@ -30,9 +30,15 @@ enum Regime {
 fn regime(w2: f64, eta: f64) -> Regime {
     let w = w2.max(0.0).sqrt();
     if w2 >= 0.0 && w >= eta.abs() {
-        return Regime::Under { damped_frequency: ((w - eta) * (w + eta)).sqrt() };
+        return Regime::Under {
+            damped_frequency: ((w - eta) * (w + eta)).sqrt(),
+        };
     }
-    let half_gap = if w2 >= 0.0 { ((eta.abs() - w) * (eta.abs() + w)).sqrt() } else { eta.hypot((-w2).sqrt()) };
+    let half_gap = if w2 >= 0.0 {
+        ((eta.abs() - w) * (eta.abs() + w)).sqrt()
+    } else {
+        eta.hypot((-w2).sqrt())
+    };
     // The root of larger modulus first, the other from their product: no cancellation, l1 > l2.
     let (l1, l2) = if eta >= 0.0 {
         let l2 = -(eta + half_gap);
@@ -47,7 +53,9 @@ fn regime(w2: f64, eta: f64) -> Regime {
 /// `int_0^t S` of an oscillator: its response from rest to a unit load.
 fn load_response(w2: f64, eta: f64, t: f64) -> f64 {
     match regime(w2, eta) {
-        Regime::Under { damped_frequency } if w2 > 0.0 => under_one_minus_cp(eta, damped_frequency, t) / w2,
+        Regime::Under { damped_frequency } if w2 > 0.0 => {
+            under_one_minus_cp(eta, damped_frequency, t) / w2
+        }
         Regime::Under { .. } => 0.5 * t * t,
         Regime::Over { l1, l2, .. } => t * t * phi1_divided((l1 * t).into(), (l2 * t).into()).re,
     }
@@ -57,7 +65,11 @@ fn load_response(w2: f64, eta: f64, t: f64) -> f64 {
 fn under_one_minus_cp(eta: f64, damped_frequency: f64, t: f64) -> f64 {
     let (x, y) = (eta * t, damped_frequency * t);
     let half = (0.5 * y).sin();
-    let start = if x > 700.0 { 1.0 } else { (-x).exp() * x * x * phi2(x) };
+    let start = if x > 700.0 {
+        1.0
+    } else {
+        (-x).exp() * x * x * phi2(x)
+    };
     start + (-x).exp() * (x * one_minus_sinc(y) + 2.0 * half * half)
 }
 
@@ -75,11 +87,15 @@ impl Block {
     pub fn roots(self) -> Response {
         match self {
             Self::Oscillator { w2, eta } => match regime(w2, eta) {
-                Regime::Under { damped_frequency: wd } => [Complex::new(-eta, wd), Complex::new(-eta, -wd)],
+                Regime::Under {
+                    damped_frequency: wd,
+                } => [Complex::new(-eta, wd), Complex::new(-eta, -wd)],
                 Regime::Over { l1, l2, .. } if l1.abs() <= l2.abs() => [l1.into(), l2.into()],
                 Regime::Over { l1, l2, .. } => [l2.into(), l1.into()],
             },
-            Self::Spiral { sigma, omega } => [Complex::new(sigma, omega), Complex::new(sigma, -omega)],
+            Self::Spiral { sigma, omega } => {
+                [Complex::new(sigma, omega), Complex::new(sigma, -omega)]
+            }
             Self::Decays { roots: [a, b] } => [a.into(), b.into()],
         }
     }
@@ -88,10 +104,16 @@ impl Block {
     pub fn propagator(self, t: f64) -> Matrix {
         match self {
             Self::Oscillator { w2, eta } => match regime(w2, eta) {
-                Regime::Under { damped_frequency: wd } => {
+                Regime::Under {
+                    damped_frequency: wd,
+                } => {
                     let decay = (-eta * t).exp();
                     let (sin, cos) = (wd * t).sin_cos();
-                    let s = if (wd * t).abs() < 1e-4 { decay * t * sinc(wd * t) } else { decay * sin / wd };
+                    let s = if (wd * t).abs() < 1e-4 {
+                        decay * t * sinc(wd * t)
+                    } else {
+                        decay * sin / wd
+                    };
                     let c = decay * cos;
                     [[c + eta * s, s], [-w2 * s, c - eta * s]]
                 }
@@ -116,7 +138,9 @@ impl Block {
             Self::Oscillator { w2, eta } => {
                 let s = self.propagator(t)[0][1];
                 let upper = match regime(w2, eta) {
-                    Regime::Under { damped_frequency: wd } => under_one_minus_cp(eta, wd, t),
+                    Regime::Under {
+                        damped_frequency: wd,
+                    } => under_one_minus_cp(eta, wd, t),
                     Regime::Over { .. } => w2 * load_response(w2, eta, t),
                 };
                 [[upper, -s], [w2 * s, upper + 2.0 * eta * s]]
@@ -128,7 +152,10 @@ impl Block {
                 let sin = growth * (omega * t).sin();
                 [[diagonal, sin], [-sin, diagonal]]
             }
-            Self::Decays { roots } => [[-(roots[0] * t).exp_m1(), 0.0], [0.0, -(roots[1] * t).exp_m1()]],
+            Self::Decays { roots } => [
+                [-(roots[0] * t).exp_m1(), 0.0],
+                [0.0, -(roots[1] * t).exp_m1()],
+            ],
         }
     }
 
@@ -137,10 +164,16 @@ impl Block {
         let pair = |sigma: f64, omega: f64| {
             let (growth, half) = ((sigma * t).exp(), (0.5 * omega * t).sin());
             let real = (sigma * t).exp_m1();
-            (real * real + 4.0 * growth * half * half, (growth * growth).max(1.0))
+            (
+                real * real + 4.0 * growth * half * half,
+                (growth * growth).max(1.0),
+            )
         };
         let real = |l1: f64, l2: f64| {
-            ((l1 * t).exp_m1() * (l2 * t).exp_m1(), ((l1 + l2) * t).exp().max(1.0))
+            (
+                (l1 * t).exp_m1() * (l2 * t).exp_m1(),
+                ((l1 + l2) * t).exp().max(1.0),
+            )
         };
         match self {
             Self::Oscillator { w2, eta } => match regime(w2, eta) {
@@ -171,7 +204,10 @@ impl Block {
     /// and near resonance and for frequencies and times of any size.
     pub fn forced(self, t: f64, w: f64, f: Response) -> Response {
         let roots = self.roots();
-        let nearest = roots.iter().map(|l| ((l - Complex::new(0.0, w)) * t).norm_sqr()).fold(f64::INFINITY, f64::min);
+        let nearest = roots
+            .iter()
+            .map(|l| ((l - Complex::new(0.0, w)) * t).norm_sqr())
+            .fold(f64::INFINITY, f64::min);
         let turn = Complex::new(0.0, w * t).exp();
         if nearest >= 1.0 {
             let y = self.steady(w, f);
@@ -187,7 +223,10 @@ impl Block {
         };
         match self {
             Self::Oscillator { .. } => {
-                debug_assert!(f[0].norm() == 0.0, "a force acts on the velocity of a real mode");
+                debug_assert!(
+                    f[0].norm() == 0.0,
+                    "a force acts on the velocity of a real mode"
+                );
                 let z = roots.map(|l| (l - Complex::new(0.0, w)) * t);
                 let y = turn * (t * t) * phi1_divided(z[0], z[1]);
                 [f[1] * y, f[1] * (roots[0] * y + exposed(roots[1], w))]
@@ -197,7 +236,10 @@ impl Block {
                 let i = Complex::new(0.0, 1.0);
                 let forward = (f[0] + i * f[1]) * 0.5 * exposed(roots[0], w);
                 let backward = (f[0].conj() + i * f[1].conj()) * 0.5 * exposed(roots[0], -w);
-                [forward + backward.conj(), -i * forward + (-i * backward).conj()]
+                [
+                    forward + backward.conj(),
+                    -i * forward + (-i * backward).conj(),
+                ]
             }
             Self::Decays { .. } => [f[0] * exposed(roots[0], w), f[1] * exposed(roots[1], w)],
         }
@@ -209,7 +251,10 @@ impl Block {
             return g;
         }
         match self {
-            Self::Oscillator { w2, eta } => [g[1] * load_response(w2, eta, t), g[1] * self.propagator(t)[0][1]],
+            Self::Oscillator { w2, eta } => [
+                g[1] * load_response(w2, eta, t),
+                g[1] * self.propagator(t)[0][1],
+            ],
             Self::Spiral { sigma, omega } => {
                 let x = Complex::new(g[0], g[1]) * t * phi1(Complex::new(sigma, omega) * t);
                 [x.re, x.im]
@@ -227,7 +272,9 @@ impl Block {
                 let x = -Complex::new(g[0], g[1]) / Complex::new(sigma, omega);
                 [x.re, x.im]
             }
-            Self::Decays { roots } => [0, 1].map(|k| if g[k] == 0.0 { 0.0 } else { -g[k] / roots[k] }),
+            Self::Decays { roots } => {
+                [0, 1].map(|k| if g[k] == 0.0 { 0.0 } else { -g[k] / roots[k] })
+            }
         }
     }
 
@@ -238,10 +285,19 @@ impl Block {
             Self::Oscillator { w2, eta } => {
                 let kappa = w2.max(softest * softest).sqrt();
                 let coupling = 0.5 * (kappa * kappa - w2) / kappa;
-                BlockNorm { weight: kappa * kappa, growth: (eta.hypot(coupling) - eta).max(0.0) }
+                BlockNorm {
+                    weight: kappa * kappa,
+                    growth: (eta.hypot(coupling) - eta).max(0.0),
+                }
             }
-            Self::Spiral { sigma, .. } => BlockNorm { weight: 1.0, growth: sigma.max(0.0) },
-            Self::Decays { roots } => BlockNorm { weight: 1.0, growth: roots[0].max(roots[1]).max(0.0) },
+            Self::Spiral { sigma, .. } => BlockNorm {
+                weight: 1.0,
+                growth: sigma.max(0.0),
+            },
+            Self::Decays { roots } => BlockNorm {
+                weight: 1.0,
+                growth: roots[0].max(roots[1]).max(0.0),
+            },
         }
     }
 }
@@ -262,15 +318,26 @@ mod tests {
         Block::Oscillator { w2: 4.0, eta: 0.1 },
         Block::Oscillator { w2: 4.0, eta: 0.0 },
         Block::Oscillator { w2: 4.0, eta: 2.0 },
-        Block::Oscillator { w2: 4.0, eta: 2.0 + 2e-12 },
-        Block::Oscillator { w2: 4.0, eta: 2.0 - 2e-12 },
+        Block::Oscillator {
+            w2: 4.0,
+            eta: 2.0 + 2e-12,
+        },
+        Block::Oscillator {
+            w2: 4.0,
+            eta: 2.0 - 2e-12,
+        },
         Block::Oscillator { w2: 4.0, eta: 30.0 },
         Block::Oscillator { w2: 0.0, eta: 0.0 },
         Block::Oscillator { w2: 0.0, eta: 0.3 },
         Block::Oscillator { w2: -1.0, eta: 0.2 },
         Block::Oscillator { w2: 4.0, eta: -0.1 },
-        Block::Spiral { sigma: -0.2, omega: 1.5 },
-        Block::Decays { roots: [-0.5, -3.0] },
+        Block::Spiral {
+            sigma: -0.2,
+            omega: 1.5,
+        },
+        Block::Decays {
+            roots: [-0.5, -3.0],
+        },
     ];
 
     /// `exp` of the block enlarged by `(1, cos, sin)`: response over t from `z`, an independent route.
@@ -292,7 +359,11 @@ mod tests {
             for w in [1e-6, 0.3, 2.0, 2.0 + 1e-12, 1.5, 7.0] {
                 for t in [1e-3, 0.4, 3.0] {
                     let on_velocity = matches!(block, Block::Oscillator { .. });
-                    let first = if on_velocity { Complex::new(0.0, 0.0) } else { Complex::new(0.3, 0.4) };
+                    let first = if on_velocity {
+                        Complex::new(0.0, 0.0)
+                    } else {
+                        Complex::new(0.3, 0.4)
+                    };
                     let f = [first, Complex::new(0.7, -0.2)];
                     let g = if on_velocity { [0.0, 0.5] } else { [0.2, 0.5] };
                     let (exact, p) = (enlarged(block, t, w, f, g), block.propagator(t));
@@ -301,7 +372,10 @@ mod tests {
                         let got = [p[i][0], p[i][1], loaded[i], forced[i].re, -forced[i].im];
                         for j in 0..5 {
                             let error = (got[j] - exact[(i, j)]).abs();
-                            assert!(error < 4e-14 * (1.0 + exact.amax()), "{block:?} w {w} t {t} ({i}, {j}): {error:e}");
+                            assert!(
+                                error < 4e-14 * (1.0 + exact.amax()),
+                                "{block:?} w {w} t {t} ({i}, {j}): {error:e}"
+                            );
                         }
                     }
                 }
@@ -321,11 +395,17 @@ mod tests {
             for i in 0..2 {
                 for j in 0..2 {
                     let scale = series[(i, j)].abs().max(1e-28);
-                    assert!((got[i][j] - series[(i, j)]).abs() < 1e-14 * scale, "{block:?} ({i}, {j})");
+                    assert!(
+                        (got[i][j] - series[(i, j)]).abs() < 1e-14 * scale,
+                        "{block:?} ({i}, {j})"
+                    );
                 }
             }
             let det = series[(0, 0)] * series[(1, 1)] - series[(0, 1)] * series[(1, 0)];
-            assert!((block.det_one_minus(t).0 - det).abs() <= 1e-9 * det.abs(), "{block:?}");
+            assert!(
+                (block.det_one_minus(t).0 - det).abs() <= 1e-9 * det.abs(),
+                "{block:?}"
+            );
         }
     }
 
@@ -334,8 +414,17 @@ mod tests {
         let block = Block::Oscillator { w2: 1.0, eta: 1e3 };
         let p = block.propagator(1e4);
         let slow = -1.0 / (1e3 + (1e6f64 - 1.0).sqrt());
-        assert!((p[0][0] / ((slow * 1e4).exp() * (1.0 - slow / (2.0 * (1e6f64 - 1.0).sqrt()))) - 1.0).abs() < 1e-12);
-        assert!(block.forced(1e4, 1.0, [0.0.into(), 1.0.into()]).iter().all(|z| z.is_finite()));
+        assert!(
+            (p[0][0] / ((slow * 1e4).exp() * (1.0 - slow / (2.0 * (1e6f64 - 1.0).sqrt()))) - 1.0)
+                .abs()
+                < 1e-12
+        );
+        assert!(
+            block
+                .forced(1e4, 1.0, [0.0.into(), 1.0.into()])
+                .iter()
+                .all(|z| z.is_finite())
+        );
     }
 
     #[test]
@@ -348,8 +437,14 @@ mod tests {
                 let z = [angle.cos(), angle.sin()];
                 for t in [0.01, 0.3, 1.0, 4.0] {
                     let p = block.propagator(t);
-                    let moved = [p[0][0] * z[0] + p[0][1] * z[1], p[1][0] * z[0] + p[1][1] * z[1]];
-                    assert!(size(moved) <= size(z) * (norm.growth * t).exp() * (1.0 + 1e-13), "{block:?} {t}");
+                    let moved = [
+                        p[0][0] * z[0] + p[0][1] * z[1],
+                        p[1][0] * z[0] + p[1][1] * z[1],
+                    ];
+                    assert!(
+                        size(moved) <= size(z) * (norm.growth * t).exp() * (1.0 + 1e-13),
+                        "{block:?} {t}"
+                    );
                 }
             }
         }

@@ -27,8 +27,10 @@ pub(crate) fn state_matrix(system: &LinearSystem) -> DMatrix<f64> {
     let mut a = DMatrix::zeros(2 * n, 2 * n);
     for j in 0..n {
         a[(j, n + j)] = 1.0;
-        a.view_mut((n, j), (n, 1)).copy_from(&-system.solve_mass(&stiffness.column(j).into_owned()));
-        a.view_mut((n, n + j), (n, 1)).copy_from(&-system.solve_mass(&damping.column(j).into_owned()));
+        a.view_mut((n, j), (n, 1))
+            .copy_from(&-system.solve_mass(&stiffness.column(j).into_owned()));
+        a.view_mut((n, n + j), (n, 1))
+            .copy_from(&-system.solve_mass(&damping.column(j).into_owned()));
     }
     a
 }
@@ -48,39 +50,63 @@ impl ComplexModes {
         let unit = DVector::from_fn(2 * n, |i, _| if i < n { 1.0 } else { rate });
         let scaled = DMatrix::from_fn(2 * n, 2 * n, |i, j| a[(i, j)] * unit[j] / unit[i]);
         let (roots, vectors) = eigen::eigenvectors(&scaled)?;
-        let Some((blocks, columns)) = real_blocks(&roots, &vectors) else { return Ok(None) };
-        let Some(inverse) = columns.clone().try_inverse() else { return Ok(None) };
+        let Some((blocks, columns)) = real_blocks(&roots, &vectors) else {
+            return Ok(None);
+        };
+        let Some(inverse) = columns.clone().try_inverse() else {
+            return Ok(None);
+        };
         let condition = columns.norm() * inverse.norm();
         if !condition.is_finite() || condition > DEFECTIVE_CONDITION * n as f64 {
             return Ok(None);
         }
         let to_physical = DMatrix::from_fn(2 * n, 2 * n, |i, j| columns[(i, j)] * unit[i]);
         let to_modal = DMatrix::from_fn(2 * n, 2 * n, |i, j| inverse[(i, j)] / unit[j]);
-        Ok(Some(Self { blocks, to_physical, to_modal }))
+        Ok(Some(Self {
+            blocks,
+            to_physical,
+            to_modal,
+        }))
     }
 }
 
 /// Real columns and blocks from complex roots and vectors, `None` where they do not pair.
-fn real_blocks(roots: &DVector<Complex<f64>>, vectors: &DMatrix<Complex<f64>>) -> Option<(Vec<Block>, DMatrix<f64>)> {
+fn real_blocks(
+    roots: &DVector<Complex<f64>>,
+    vectors: &DMatrix<Complex<f64>>,
+) -> Option<(Vec<Block>, DMatrix<f64>)> {
     let largest = roots.iter().fold(0.0f64, |m, z| m.max(z.norm()));
     let is_real = |z: &Complex<f64>| z.im.abs() <= REAL_ROOT_TOL * largest;
     let mut order: Vec<usize> = (0..roots.len()).collect();
     order.sort_by(|&i, &j| roots[i].norm().total_cmp(&roots[j].norm()));
-    let pairs: Vec<usize> = order.iter().copied().filter(|&i| !is_real(&roots[i]) && roots[i].im > 0.0).collect();
-    let reals: Vec<usize> = order.iter().copied().filter(|&i| is_real(&roots[i])).collect();
+    let pairs: Vec<usize> = order
+        .iter()
+        .copied()
+        .filter(|&i| !is_real(&roots[i]) && roots[i].im > 0.0)
+        .collect();
+    let reals: Vec<usize> = order
+        .iter()
+        .copied()
+        .filter(|&i| is_real(&roots[i]))
+        .collect();
     if 2 * pairs.len() + reals.len() != roots.len() {
         return None;
     }
     let mut blocks = Vec::with_capacity(roots.len() / 2);
     let mut columns = Vec::with_capacity(roots.len());
     for &i in &pairs {
-        blocks.push(Block::Spiral { sigma: roots[i].re, omega: roots[i].im });
+        blocks.push(Block::Spiral {
+            sigma: roots[i].re,
+            omega: roots[i].im,
+        });
         columns.push(vectors.column(i).map(|z| z.re));
         columns.push(vectors.column(i).map(|z| -z.im));
     }
     for two in reals.chunks(2) {
         let &[i, j] = two else { return None };
-        blocks.push(Block::Decays { roots: [roots[i].re, roots[j].re] });
+        blocks.push(Block::Decays {
+            roots: [roots[i].re, roots[j].re],
+        });
         for k in [i, j] {
             let column = vectors.column(k);
             let pivot = column[column.icamax()];
@@ -99,12 +125,20 @@ mod tests {
     fn blocks_rebuild_the_state_matrix() {
         let identity = DMatrix::<f64>::identity(2, 2);
         for (c, k) in [
-            (dmatrix![0.3, -0.1; -0.1, 0.1], dmatrix![3.0, -1.0; -1.0, 2.0]),
+            (
+                dmatrix![0.3, -0.1; -0.1, 0.1],
+                dmatrix![3.0, -1.0; -1.0, 2.0],
+            ),
             (dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![1.0, 0.0; 0.0, 2.0]),
-            (dmatrix![9.0, -1.0; -1.0, 0.1], dmatrix![3.0, -1.0; -0.5, 2.0]),
+            (
+                dmatrix![9.0, -1.0; -1.0, 0.1],
+                dmatrix![3.0, -1.0; -0.5, 2.0],
+            ),
         ] {
             let system = LinearSystem::new(identity.clone(), c, k).expect("valid");
-            let modes = ComplexModes::new(&system).expect("converges").expect("not defective");
+            let modes = ComplexModes::new(&system)
+                .expect("converges")
+                .expect("not defective");
             let mut lambda = DMatrix::zeros(4, 4);
             for (j, block) in modes.blocks.iter().enumerate() {
                 let m = block.matrix();
@@ -123,7 +157,9 @@ mod tests {
     fn defective_state_matrices_are_recognised() {
         // A circulatory coupling that makes two equal oscillators one Jordan block.
         let identity = DMatrix::<f64>::identity(2, 2);
-        let system = LinearSystem::new(identity, DMatrix::zeros(2, 2), dmatrix![1.0, 1.0; 0.0, 1.0]).expect("valid");
+        let system =
+            LinearSystem::new(identity, DMatrix::zeros(2, 2), dmatrix![1.0, 1.0; 0.0, 1.0])
+                .expect("valid");
         assert!(ComplexModes::new(&system).expect("converges").is_none());
     }
 }

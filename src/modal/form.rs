@@ -20,7 +20,10 @@ pub(crate) enum Form {
 #[derive(Debug, Clone)]
 enum Coordinates {
     Real(Shapes),
-    Complex { to_physical: DMatrix<f64>, to_modal: DMatrix<f64> },
+    Complex {
+        to_physical: DMatrix<f64>,
+        to_modal: DMatrix<f64>,
+    },
     Physical,
 }
 
@@ -37,19 +40,37 @@ impl ModalForm {
     pub fn new(system: &LinearSystem) -> Result<Self> {
         let n = system.n_dof();
         if let Some(modes) = RealModes::new(system)?.filter(|m| m.is_proportional) {
-            let blocks = modes.w2.iter().zip(modes.eta.iter()).map(|(&w2, &eta)| Block::Oscillator { w2, eta });
+            let blocks = modes
+                .w2
+                .iter()
+                .zip(modes.eta.iter())
+                .map(|(&w2, &eta)| Block::Oscillator { w2, eta });
             let form = Form::Blocks(blocks.collect());
-            return Ok(Self { form, coordinates: Coordinates::Real(modes.shapes), n });
+            return Ok(Self {
+                form,
+                coordinates: Coordinates::Real(modes.shapes),
+                n,
+            });
         }
         if let Some(modes) = ComplexModes::new(system)? {
-            let coordinates =
-                Coordinates::Complex { to_physical: modes.to_physical, to_modal: modes.to_modal };
-            return Ok(Self { form: Form::Blocks(modes.blocks), coordinates, n });
+            let coordinates = Coordinates::Complex {
+                to_physical: modes.to_physical,
+                to_modal: modes.to_modal,
+            };
+            return Ok(Self {
+                form: Form::Blocks(modes.blocks),
+                coordinates,
+                n,
+            });
         }
         let a = state_matrix(system);
         let place = |i: usize| i / 2 + n * (i % 2);
         let interleaved = DMatrix::from_fn(2 * n, 2 * n, |i, j| a[(place(i), place(j))]);
-        Ok(Self { form: Form::Dense(interleaved), coordinates: Coordinates::Physical, n })
+        Ok(Self {
+            form: Form::Dense(interleaved),
+            coordinates: Coordinates::Physical,
+            n,
+        })
     }
 
     /// Number of degrees of freedom, and of pairs in a state.
@@ -68,9 +89,12 @@ impl ModalForm {
     /// The state (q, v) in modal pairs.
     pub fn to_modal(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
         match &self.coordinates {
-            Coordinates::Real(shapes) => {
-                shapes.to_modal(q).iter().zip(shapes.to_modal(v).iter()).map(|(&y, &dy)| [y, dy]).collect()
-            }
+            Coordinates::Real(shapes) => shapes
+                .to_modal(q)
+                .iter()
+                .zip(shapes.to_modal(v).iter())
+                .map(|(&y, &dy)| [y, dy])
+                .collect(),
             Coordinates::Complex { to_modal, .. } => {
                 let z = to_modal.columns(0, self.n) * q + to_modal.columns(self.n, self.n) * v;
                 z.as_slice().chunks(2).map(|z| [z[0], z[1]]).collect()
@@ -83,11 +107,16 @@ impl ModalForm {
     pub fn to_physical(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
         let part = |k: usize| DVector::from_iterator(self.n, state.iter().map(|z| z[k]));
         match &self.coordinates {
-            Coordinates::Real(shapes) => (shapes.to_physical(&part(0)), shapes.to_physical(&part(1))),
+            Coordinates::Real(shapes) => {
+                (shapes.to_physical(&part(0)), shapes.to_physical(&part(1)))
+            }
             Coordinates::Complex { to_physical, .. } => {
                 let z = DVector::from_iterator(2 * self.n, state.iter().flatten().copied());
                 let x = to_physical * z;
-                (x.rows(0, self.n).into_owned(), x.rows(self.n, self.n).into_owned())
+                (
+                    x.rows(0, self.n).into_owned(),
+                    x.rows(self.n, self.n).into_owned(),
+                )
             }
             Coordinates::Physical => (part(0), part(1)),
         }
@@ -97,7 +126,9 @@ impl ModalForm {
     pub fn position_row(&self, normal: &DVector<f64>) -> Vec<Pair> {
         match &self.coordinates {
             Coordinates::Real(shapes) => shapes.project(normal).iter().map(|&x| [x, 0.0]).collect(),
-            Coordinates::Complex { to_physical, .. } => pairs(&to_physical.rows(0, self.n).tr_mul(normal)),
+            Coordinates::Complex { to_physical, .. } => {
+                pairs(&to_physical.rows(0, self.n).tr_mul(normal))
+            }
             Coordinates::Physical => normal.iter().map(|&x| [x, 0.0]).collect(),
         }
     }
@@ -106,7 +137,9 @@ impl ModalForm {
     pub fn velocity_row(&self, normal: &DVector<f64>) -> Vec<Pair> {
         match &self.coordinates {
             Coordinates::Real(shapes) => shapes.project(normal).iter().map(|&x| [0.0, x]).collect(),
-            Coordinates::Complex { to_physical, .. } => pairs(&to_physical.rows(self.n, self.n).tr_mul(normal)),
+            Coordinates::Complex { to_physical, .. } => {
+                pairs(&to_physical.rows(self.n, self.n).tr_mul(normal))
+            }
             Coordinates::Physical => normal.iter().map(|&x| [0.0, x]).collect(),
         }
     }
@@ -132,16 +165,24 @@ impl ModalForm {
     pub fn force(&self, system: &LinearSystem, f: &DVector<Complex<f64>>) -> Vec<Response> {
         let real = self.load(system, &f.map(|z| z.re));
         let imaginary = self.load(system, &f.map(|z| z.im));
-        real.iter().zip(&imaginary).map(|(a, b)| [Complex::new(a[0], b[0]), Complex::new(a[1], b[1])]).collect()
+        real.iter()
+            .zip(&imaginary)
+            .map(|(a, b)| [Complex::new(a[0], b[0]), Complex::new(a[1], b[1])])
+            .collect()
     }
 
     /// The matrix that takes modal pairs, flattened, to (q, v), and its inverse; shape `(2n, 2n)` each.
     pub fn transformation(&self) -> (DMatrix<f64>, DMatrix<f64>) {
-        if let Coordinates::Complex { to_physical, to_modal } = &self.coordinates {
+        if let Coordinates::Complex {
+            to_physical,
+            to_modal,
+        } = &self.coordinates
+        {
             return (to_physical.clone(), to_modal.clone());
         }
         let n = self.n;
-        let (mut forward, mut backward) = (DMatrix::zeros(2 * n, 2 * n), DMatrix::zeros(2 * n, 2 * n));
+        let (mut forward, mut backward) =
+            (DMatrix::zeros(2 * n, 2 * n), DMatrix::zeros(2 * n, 2 * n));
         let zero = DVector::zeros(n);
         for i in 0..n {
             for k in 0..2 {
@@ -151,7 +192,11 @@ impl ModalForm {
                 forward.view_mut((0, 2 * i + k), (n, 1)).copy_from(&q);
                 forward.view_mut((n, 2 * i + k), (n, 1)).copy_from(&v);
                 let unit = DVector::from_fn(n, |row, _| f64::from(u8::from(row == i)));
-                let z = if k == 0 { self.to_modal(&unit, &zero) } else { self.to_modal(&zero, &unit) };
+                let z = if k == 0 {
+                    self.to_modal(&unit, &zero)
+                } else {
+                    self.to_modal(&zero, &unit)
+                };
                 let column = DVector::from_iterator(2 * n, z.into_iter().flatten());
                 backward.set_column(i + n * k, &column);
             }
@@ -173,8 +218,14 @@ mod tests {
     fn every_form_maps_states_rows_and_jumps_consistently() {
         let mass = dmatrix![2.0, 0.3; 0.3, 1.0];
         for (c, k) in [
-            (dmatrix![0.2, 0.03; 0.03, 0.1], dmatrix![3.0, -1.0; -1.0, 2.0]),
-            (dmatrix![0.3, -0.1; 0.2, 0.1], dmatrix![3.0, -1.0; -1.0, 2.0]),
+            (
+                dmatrix![0.2, 0.03; 0.03, 0.1],
+                dmatrix![3.0, -1.0; -1.0, 2.0],
+            ),
+            (
+                dmatrix![0.3, -0.1; 0.2, 0.1],
+                dmatrix![3.0, -1.0; -1.0, 2.0],
+            ),
             (dmatrix![0.0, 0.0; 0.0, 0.0], dmatrix![2.0, 3.3; 0.3, 1.0]),
         ] {
             let system = LinearSystem::new(mass.clone(), c, k).expect("valid");
@@ -183,11 +234,19 @@ mod tests {
             let state = form.to_modal(&q, &v);
             let (q2, v2) = form.to_physical(&state);
             assert!((&q2 - &q).amax() < 1e-14 && (&v2 - &v).amax() < 1e-14);
-            let dot = |row: Vec<Pair>| row.iter().zip(&state).map(|(r, z)| r[0] * z[0] + r[1] * z[1]).sum::<f64>();
+            let dot = |row: Vec<Pair>| {
+                row.iter()
+                    .zip(&state)
+                    .map(|(r, z)| r[0] * z[0] + r[1] * z[1])
+                    .sum::<f64>()
+            };
             assert!((dot(form.position_row(&n)) - n.dot(&q)).abs() < 1e-14);
             assert!((dot(form.velocity_row(&n)) - n.dot(&v)).abs() < 1e-14);
-            let jumped: Vec<Pair> =
-                state.iter().zip(form.velocity_jump(&n)).map(|(z, d)| [z[0] + d[0], z[1] + d[1]]).collect();
+            let jumped: Vec<Pair> = state
+                .iter()
+                .zip(form.velocity_jump(&n))
+                .map(|(z, d)| [z[0] + d[0], z[1] + d[1]])
+                .collect();
             let (q3, v3) = form.to_physical(&jumped);
             assert!((&q3 - &q).amax() < 1e-14 && (&v3 - &v - &n).amax() < 1e-14);
             let (forward, backward) = form.transformation();

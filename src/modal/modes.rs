@@ -47,12 +47,19 @@ pub fn modes(system: &LinearSystem) -> Result<Modes> {
 }
 
 fn proportional(real: &RealModes) -> Modes {
-    let blocks = real.w2.iter().zip(real.eta.iter()).map(|(&w2, &eta)| Block::Oscillator { w2, eta });
+    let blocks = real
+        .w2
+        .iter()
+        .zip(real.eta.iter())
+        .map(|(&w2, &eta)| Block::Oscillator { w2, eta });
     let roots: Vec<Response> = blocks.map(Block::roots).collect();
     Modes {
         natural_frequencies: real.w2.map(f64::sqrt),
         shapes: real.shapes.to_dense().map(Complex::from),
-        damping_ratios: real.w2.zip_map(&real.eta, |w2, eta| if eta == 0.0 { 0.0 } else { eta / w2.sqrt() }),
+        damping_ratios: real.w2.zip_map(
+            &real.eta,
+            |w2, eta| if eta == 0.0 { 0.0 } else { eta / w2.sqrt() },
+        ),
         eigenvalues: DVector::from_iterator(2 * roots.len(), roots.into_iter().flatten()),
         is_proportional: true,
     }
@@ -65,7 +72,9 @@ fn general(system: &LinearSystem, real: Option<&RealModes>) -> Result<Modes> {
     // By modulus; of a pair, the positive imaginary part first.
     order.sort_by(|&i, &j| {
         let key = |k: usize| (roots[k].norm() * 1e9 / roots.camax()).round();
-        key(i).total_cmp(&key(j)).then(roots[j].im.total_cmp(&roots[i].im))
+        key(i)
+            .total_cmp(&key(j))
+            .then(roots[j].im.total_cmp(&roots[i].im))
     });
     let eigenvalues = DVector::from_fn(2 * n, |i, _| roots[order[i]]);
     let pairs: Vec<usize> = pair_up(&eigenvalues);
@@ -79,13 +88,25 @@ fn general(system: &LinearSystem, real: Option<&RealModes>) -> Result<Modes> {
         }),
     );
     let (natural_frequencies, shapes) = match real {
-        Some(real) => (real.w2.map(f64::sqrt), real.shapes.to_dense().map(Complex::from)),
+        Some(real) => (
+            real.w2.map(f64::sqrt),
+            real.shapes.to_dense().map(Complex::from),
+        ),
         None => (
             DVector::from_iterator(n, leaders.iter().map(|&i| modulus(i))),
-            mass_normalised(system, &DMatrix::from_fn(n, n, |i, j| vectors[(i, order[leaders[j]])])),
+            mass_normalised(
+                system,
+                &DMatrix::from_fn(n, n, |i, j| vectors[(i, order[leaders[j]])]),
+            ),
         ),
     };
-    Ok(Modes { natural_frequencies, shapes, damping_ratios, eigenvalues, is_proportional: false })
+    Ok(Modes {
+        natural_frequencies,
+        shapes,
+        damping_ratios,
+        eigenvalues,
+        is_proportional: false,
+    })
 }
 
 /// The partner of each root: its conjugate, or for a real root the next real one.
@@ -124,10 +145,13 @@ mod tests {
 
     #[test]
     fn overdamped_and_rigid_modes_are_described() {
-        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.5, 8.0], dvector![0.0, 4.0]).expect("valid");
+        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.5, 8.0], dvector![0.0, 4.0])
+            .expect("valid");
         let modes = modes(&system).expect("diagonal");
         assert_eq!(modes.natural_frequencies, dvector![0.0, 2.0]);
-        assert!(modes.damping_ratios[0].is_infinite() && (modes.damping_ratios[1] - 2.0).abs() < 1e-15);
+        assert!(
+            modes.damping_ratios[0].is_infinite() && (modes.damping_ratios[1] - 2.0).abs() < 1e-15
+        );
         assert_eq!(modes.eigenvalues[0], Complex::new(0.0, 0.0));
         assert_eq!(modes.eigenvalues[1], Complex::new(-0.5, 0.0));
     }
@@ -135,7 +159,8 @@ mod tests {
     #[test]
     fn a_gyroscopic_system_has_conjugate_pairs() {
         let identity = DMatrix::<f64>::identity(2, 2);
-        let system = LinearSystem::new(identity.clone(), dmatrix![0.0, 2.0; -2.0, 0.0], identity).expect("valid");
+        let system = LinearSystem::new(identity.clone(), dmatrix![0.0, 2.0; -2.0, 0.0], identity)
+            .expect("valid");
         let modes = modes(&system).expect("converges");
         assert!(!modes.is_proportional);
         // w^4 - 6 w^2 + 1 = 0: w = sqrt(2) -+ 1

@@ -12,9 +12,15 @@ const PROPORTIONAL_TOL: f64 = 1e-12;
 #[derive(Debug, Clone)]
 pub(crate) enum Shapes {
     /// Mode j is coordinate `order[j]`, times `1/sqrt(mass)`.
-    Diagonal { order: Vec<usize>, root_mass: DVector<f64> },
+    Diagonal {
+        order: Vec<usize>,
+        root_mass: DVector<f64>,
+    },
     /// Columns are modes; with them `M Phi`.
-    Dense { shapes: DMatrix<f64>, mass_shapes: DMatrix<f64> },
+    Dense {
+        shapes: DMatrix<f64>,
+        mass_shapes: DMatrix<f64>,
+    },
 }
 
 impl Shapes {
@@ -90,7 +96,8 @@ impl RealModes {
         if !system.stiffness().is_symmetric() {
             return Ok(None);
         }
-        let (w2, mut shapes) = eigen::symmetric_generalised(&system.mass_cholesky(), &system.stiffness().to_dense())?;
+        let (w2, mut shapes) =
+            eigen::symmetric_generalised(&system.mass_cholesky(), &system.stiffness().to_dense())?;
         let damping = system.damping().to_dense();
         rotate_clusters(&w2, &damping, &mut shapes)?;
         for mut column in shapes.column_iter_mut() {
@@ -105,7 +112,10 @@ impl RealModes {
         Ok(Some(Self {
             w2,
             eta: modal.diagonal() * 0.5,
-            shapes: Shapes::Dense { shapes, mass_shapes },
+            shapes: Shapes::Dense {
+                shapes,
+                mass_shapes,
+            },
             is_proportional: off_diagonal.amax() <= PROPORTIONAL_TOL * largest,
         }))
     }
@@ -113,18 +123,27 @@ impl RealModes {
     fn of_diagonal(m: &DVector<f64>, c: &DVector<f64>, k: &DVector<f64>) -> Self {
         let mut order: Vec<usize> = (0..m.len()).collect();
         order.sort_by(|&i, &j| (k[i] / m[i]).total_cmp(&(k[j] / m[j])));
-        let pick = |f: &dyn Fn(usize) -> f64| DVector::from_iterator(order.len(), order.iter().map(|&i| f(i)));
+        let pick = |f: &dyn Fn(usize) -> f64| {
+            DVector::from_iterator(order.len(), order.iter().map(|&i| f(i)))
+        };
         Self {
             w2: pick(&|i| k[i] / m[i]),
             eta: pick(&|i| 0.5 * c[i] / m[i]),
-            shapes: Shapes::Diagonal { root_mass: m.map(f64::sqrt), order },
+            shapes: Shapes::Diagonal {
+                root_mass: m.map(f64::sqrt),
+                order,
+            },
             is_proportional: true,
         }
     }
 }
 
 /// Inside each cluster of equal frequencies, turns the shapes so that they diagonalise the damping too.
-fn rotate_clusters(w2: &DVector<f64>, damping: &DMatrix<f64>, shapes: &mut DMatrix<f64>) -> Result<()> {
+fn rotate_clusters(
+    w2: &DVector<f64>,
+    damping: &DMatrix<f64>,
+    shapes: &mut DMatrix<f64>,
+) -> Result<()> {
     let n = w2.len();
     let rounding = 4.0 * f64::EPSILON * n as f64 * w2.amax();
     let mut start = 0;
@@ -137,7 +156,9 @@ fn rotate_clusters(w2: &DVector<f64>, damping: &DMatrix<f64>, shapes: &mut DMatr
             let cluster = shapes.columns(start, end - start).into_owned();
             let block = cluster.transpose() * damping * &cluster;
             let (_, rotation) = eigen::symmetric((&block + block.transpose()) * 0.5)?;
-            shapes.columns_mut(start, end - start).copy_from(&(cluster * rotation));
+            shapes
+                .columns_mut(start, end - start)
+                .copy_from(&(cluster * rotation));
         }
         start = end;
     }
@@ -152,25 +173,43 @@ mod tests {
     #[test]
     fn repeated_frequencies_are_turned_to_the_damping() {
         let identity = DMatrix::<f64>::identity(2, 2);
-        let system = LinearSystem::new(identity.clone(), dmatrix![0.2, 0.1; 0.1, 0.2], identity * 4.0).expect("valid");
-        let modes = RealModes::new(&system).expect("converges").expect("symmetric");
+        let system = LinearSystem::new(
+            identity.clone(),
+            dmatrix![0.2, 0.1; 0.1, 0.2],
+            identity * 4.0,
+        )
+        .expect("valid");
+        let modes = RealModes::new(&system)
+            .expect("converges")
+            .expect("symmetric");
         assert!(modes.is_proportional);
-        assert!((&modes.eta - dvector![0.05, 0.15]).amax() < 1e-15, "{}", modes.eta);
+        assert!(
+            (&modes.eta - dvector![0.05, 0.15]).amax() < 1e-15,
+            "{}",
+            modes.eta
+        );
     }
 
     #[test]
     fn joint_dampers_are_proportional_only_in_the_ratio_of_the_masses() {
         for (p2, proportional) in [(0.3, true), (0.2, false)] {
-            let system = crate::model::DoublePendulum::new(3.0, 3.24, (0.1, p2)).and_then(|p| p.linearise()).expect("valid");
-            let modes = RealModes::new(&system).expect("converges").expect("symmetric");
+            let system = crate::model::DoublePendulum::new(3.0, 3.24, (0.1, p2))
+                .and_then(|p| p.linearise())
+                .expect("valid");
+            let modes = RealModes::new(&system)
+                .expect("converges")
+                .expect("symmetric");
             assert_eq!(modes.is_proportional, proportional);
         }
     }
 
     #[test]
     fn diagonal_systems_are_sorted_and_scaled() {
-        let system = LinearSystem::new(dvector![4.0, 1.0], dvector![0.4, 0.2], dvector![64.0, 9.0]).expect("valid");
-        let modes = RealModes::new(&system).expect("diagonal").expect("symmetric");
+        let system = LinearSystem::new(dvector![4.0, 1.0], dvector![0.4, 0.2], dvector![64.0, 9.0])
+            .expect("valid");
+        let modes = RealModes::new(&system)
+            .expect("diagonal")
+            .expect("symmetric");
         assert_eq!(modes.w2, dvector![9.0, 16.0]);
         assert_eq!(modes.shapes.to_dense(), dmatrix![0.0, 0.5; 1.0, 0.0]);
         let x = dvector![0.3, 0.7];

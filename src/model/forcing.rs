@@ -20,10 +20,21 @@ impl Harmonic {
     /// # Errors
     /// Numbers that are not finite, or a frequency that is not positive.
     pub fn new(amplitude: DVector<Complex<f64>>, frequency: f64, phase: f64) -> Result<Self> {
-        if let Some(i) = amplitude.iter().position(|z| !z.re.is_finite() || !z.im.is_finite()) {
-            return Err(Error::bad_value(format!("amplitude[{i}]"), amplitude[i], "it must be finite"));
+        if let Some(i) = amplitude
+            .iter()
+            .position(|z| !z.re.is_finite() || !z.im.is_finite())
+        {
+            return Err(Error::bad_value(
+                format!("amplitude[{i}]"),
+                amplitude[i],
+                "it must be finite",
+            ));
         }
-        Ok(Self { amplitude, frequency: positive("frequency", frequency)?, phase: finite("phase", phase)? })
+        Ok(Self {
+            amplitude,
+            frequency: positive("frequency", frequency)?,
+            phase: finite("phase", phase)?,
+        })
     }
 
     /// The force amplitude, shape `(n,)`.
@@ -152,8 +163,14 @@ impl Forcing {
         finite("forcing_scale", factor)?;
         Ok(match self.clone() {
             Self::Unforced => return Err(no_forcing("forcing_scale", factor)),
-            Self::Harmonic(f) => Self::Harmonic(Harmonic { amplitude: f.amplitude * Complex::from(factor), ..f }),
-            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { amplitude: f.amplitude * factor, ..f }),
+            Self::Harmonic(f) => Self::Harmonic(Harmonic {
+                amplitude: f.amplitude * Complex::from(factor),
+                ..f
+            }),
+            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion {
+                amplitude: f.amplitude * factor,
+                ..f
+            }),
         })
     }
 
@@ -163,13 +180,22 @@ impl Forcing {
             Self::Unforced => DVector::zeros(system.n_dof()),
             Self::Harmonic(f) => f.amplitude.clone(),
             Self::BaseMotion(f) => {
-                let r = system.influence().expect("a scene with base motion has an influence vector");
-                system.mass().times(r).map(|x| Complex::from(x * f.amplitude * f.frequency * f.frequency))
+                let r = system
+                    .influence()
+                    .expect("a scene with base motion has an influence vector");
+                system
+                    .mass()
+                    .times(r)
+                    .map(|x| Complex::from(x * f.amplitude * f.frequency * f.frequency))
             }
         }
     }
 }
 
 fn no_forcing(argument: &str, value: f64) -> Error {
-    Error::bad_value(argument, value, "the scene has no forcing to change; give it one with `forcing`")
+    Error::bad_value(
+        argument,
+        value,
+        "the scene has no forcing to change; give it one with `forcing`",
+    )
 }

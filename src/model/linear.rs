@@ -143,13 +143,24 @@ impl LinearSystem {
         let (mass, damping, stiffness) = (mass.into(), damping.into(), stiffness.into());
         let n = mass.order();
         if n == 0 {
-            return Err(Error::bad_shape("mass", "(0,)", "at least one degree of freedom"));
+            return Err(Error::bad_shape(
+                "mass",
+                "(0,)",
+                "at least one degree of freedom",
+            ));
         }
         mass.check("mass", n)?;
         damping.check("damping", n)?;
         stiffness.check("stiffness", n)?;
         let factor = factorise(&mass)?;
-        Ok(Self { mass, damping, stiffness, load: DVector::zeros(n), influence: None, factor })
+        Ok(Self {
+            mass,
+            damping,
+            stiffness,
+            load: DVector::zeros(n),
+            influence: None,
+            factor,
+        })
     }
 
     /// The same system with a constant force, shape `(n,)`.
@@ -222,27 +233,38 @@ impl LinearSystem {
 
     /// `M^-1 b` for a complex vector.
     pub fn solve_mass_complex(&self, b: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
-        let (re, im) = (self.solve_mass(&b.map(|z| z.re)), self.solve_mass(&b.map(|z| z.im)));
+        let (re, im) = (
+            self.solve_mass(&b.map(|z| z.re)),
+            self.solve_mass(&b.map(|z| z.im)),
+        );
         re.zip_map(&im, Complex::new)
     }
 
     /// The diagonals of M, C, K if all three are diagonal: the coordinates are the modes then.
     pub(crate) fn diagonals(&self) -> Option<(DVector<f64>, DVector<f64>, DVector<f64>)> {
-        Some((self.mass.diagonal()?, self.damping.diagonal()?, self.stiffness.diagonal()?))
+        Some((
+            self.mass.diagonal()?,
+            self.damping.diagonal()?,
+            self.stiffness.diagonal()?,
+        ))
     }
 
     /// The Cholesky factor of a dense mass matrix.
     pub(crate) fn mass_cholesky(&self) -> Cholesky<f64, Dyn> {
         match &self.factor {
             MassFactor::Cholesky(c) => c.clone(),
-            MassFactor::Diagonal(d) => {
-                Cholesky::new(DMatrix::from_diagonal(d)).expect("the mass was checked to be positive definite")
-            }
+            MassFactor::Diagonal(d) => Cholesky::new(DMatrix::from_diagonal(d))
+                .expect("the mass was checked to be positive definite"),
         }
     }
 
     /// The acceleration `M^-1 (f0 + force - C v - K q)`.
-    pub fn acceleration(&self, q: &DVector<f64>, v: &DVector<f64>, force: &DVector<f64>) -> DVector<f64> {
+    pub fn acceleration(
+        &self,
+        q: &DVector<f64>,
+        v: &DVector<f64>,
+        force: &DVector<f64>,
+    ) -> DVector<f64> {
         self.solve_mass(&(&self.load + force - self.damping.times(v) - self.stiffness.times(q)))
     }
 }
@@ -262,7 +284,9 @@ fn factorise(mass: &Coefficient) -> Result<MassFactor> {
             let factor = Cholesky::new((m + m.transpose()) * 0.5)
                 .filter(|c| {
                     let pivots = c.l_dirty().diagonal();
-                    let smallest = (0..m.nrows()).map(|i| pivots[i] * pivots[i] / m[(i, i)]).fold(1.0, f64::min);
+                    let smallest = (0..m.nrows())
+                        .map(|i| pivots[i] * pivots[i] / m[(i, i)])
+                        .fold(1.0, f64::min);
                     smallest > f64::EPSILON * m.nrows() as f64
                 })
                 .ok_or_else(|| Error::bad_value("mass", "not positive definite", RULE))?;
@@ -279,11 +303,20 @@ mod tests {
     #[test]
     fn bad_masses_are_refused_by_name() {
         let zero = || DMatrix::<f64>::zeros(2, 2);
-        for mass in [dmatrix![1.0, 2.0; 2.0, 1.0], dmatrix![1.0, 0.1; 0.2, 1.0], dmatrix![1.0, 1.0; 1.0, 1.0], zero()] {
-            let message = LinearSystem::new(mass, zero(), zero()).unwrap_err().to_string();
+        for mass in [
+            dmatrix![1.0, 2.0; 2.0, 1.0],
+            dmatrix![1.0, 0.1; 0.2, 1.0],
+            dmatrix![1.0, 1.0; 1.0, 1.0],
+            zero(),
+        ] {
+            let message = LinearSystem::new(mass, zero(), zero())
+                .unwrap_err()
+                .to_string();
             assert!(message.starts_with("mass"), "{message}");
         }
-        assert!(LinearSystem::new(dvector![1.0, 0.0], dvector![0.0, 0.0], dvector![0.0, 0.0]).is_err());
+        assert!(
+            LinearSystem::new(dvector![1.0, 0.0], dvector![0.0, 0.0], dvector![0.0, 0.0]).is_err()
+        );
         assert!(LinearSystem::new(dvector![1.0, 1.0], dvector![0.0], dvector![0.0, 0.0]).is_err());
         assert!(LinearSystem::new(dvector![1.0], dvector![f64::NAN], dvector![0.0]).is_err());
     }

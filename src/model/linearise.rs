@@ -18,7 +18,9 @@ pub fn linearise(scene: &Scene) -> Result<Scene> {
         .stops()
         .iter()
         .map(|constraint| match (constraint, &lengths) {
-            (Constraint::Wall(wall), Some(lengths)) => wall.linearise(lengths).map(Constraint::Stop),
+            (Constraint::Wall(wall), Some(lengths)) => {
+                wall.linearise(lengths).map(Constraint::Stop)
+            }
             (other, _) => Ok(other.clone()),
         })
         .collect::<Result<_>>()?;

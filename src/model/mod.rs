@@ -14,7 +14,7 @@ pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub use pendulum::{DoublePendulum, PendulumChain};
-pub use scene::{Change, Parameter, Scene};
 pub(crate) use scene::ContactGeometry;
+pub use scene::{Change, Parameter, Scene};
 pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 pub use system::System;

@@ -60,12 +60,20 @@ impl Kind {
                 damping: 0.05,
                 clearance: 0.806_286_029_398_939_5,
             },
-            Self::Two => {
-                Case { mass_ratio: 1.0, length_ratio: 3.24, forcing: 0.22, damping: 0.01, clearance: 0.5 }
-            }
-            Self::Three => {
-                Case { mass_ratio: 1.0, length_ratio: 3.2, forcing: 0.1, damping: 0.05, clearance: 0.15 }
-            }
+            Self::Two => Case {
+                mass_ratio: 1.0,
+                length_ratio: 3.24,
+                forcing: 0.22,
+                damping: 0.01,
+                clearance: 0.5,
+            },
+            Self::Three => Case {
+                mass_ratio: 1.0,
+                length_ratio: 3.2,
+                forcing: 0.1,
+                damping: 0.05,
+                clearance: 0.15,
+            },
         }
     }
 }
@@ -83,7 +91,11 @@ pub struct PaperOptions {
 
 impl Default for PaperOptions {
     fn default() -> Self {
-        Self { damping: None, clearance: None, linear: true }
+        Self {
+            damping: None,
+            clearance: None,
+            linear: true,
+        }
     }
 }
 
@@ -115,10 +127,19 @@ pub fn paper_scene(kind: Kind, options: &PaperOptions) -> Result<Scene> {
     let base = BaseMotion::new(case.forcing / (FREQUENCY * FREQUENCY), FREQUENCY, 0.0)?;
     let stops = [stop(0)?, stop(1)?];
     if options.linear {
-        Scene::new(paper_system(case.mass_ratio, case.length_ratio, damping)?, base, stops)
+        Scene::new(
+            paper_system(case.mass_ratio, case.length_ratio, damping)?,
+            base,
+            stops,
+        )
     } else {
-        let c = pendulum_stiffness(case.mass_ratio, case.length_ratio) * (2.0 * finite("damping", damping)?);
-        Scene::new(DoublePendulum::with_damping_matrix(case.mass_ratio, case.length_ratio, c)?, base, stops)
+        let c = pendulum_stiffness(case.mass_ratio, case.length_ratio)
+            * (2.0 * finite("damping", damping)?);
+        Scene::new(
+            DoublePendulum::with_damping_matrix(case.mass_ratio, case.length_ratio, c)?,
+            base,
+            stops,
+        )
     }
 }
 
@@ -130,7 +151,11 @@ impl TryFrom<i64> for Kind {
             1 => Ok(Self::One),
             2 => Ok(Self::Two),
             3 => Ok(Self::Three),
-            _ => Err(Error::bad_value("kind", kind, "the paper's cases are 1, 2 and 3")),
+            _ => Err(Error::bad_value(
+                "kind",
+                kind,
+                "the paper's cases are 1, 2 and 3",
+            )),
         }
     }
 }

@@ -20,7 +20,10 @@ impl DoublePendulum {
     /// # Errors
     /// A ratio that is not positive, a damper that is not finite.
     pub fn new(mass_ratio: f64, length_ratio: f64, dampers: (f64, f64)) -> Result<Self> {
-        let (p1, p2) = (finite("damping[0]", dampers.0)?, finite("damping[1]", dampers.1)?);
+        let (p1, p2) = (
+            finite("damping[0]", dampers.0)?,
+            finite("damping[1]", dampers.1)?,
+        );
         Self::with_damping_matrix(mass_ratio, length_ratio, dmatrix![p1 + p2, -p2; -p2, p2])
     }
 
@@ -28,7 +31,11 @@ impl DoublePendulum {
     ///
     /// # Errors
     /// A ratio that is not positive, a matrix that is not 2 by 2 or not finite.
-    pub fn with_damping_matrix(mass_ratio: f64, length_ratio: f64, damping: DMatrix<f64>) -> Result<Self> {
+    pub fn with_damping_matrix(
+        mass_ratio: f64,
+        length_ratio: f64,
+        damping: DMatrix<f64>,
+    ) -> Result<Self> {
         crate::quantity::finite_square("damping", &damping, 2)?;
         Ok(Self {
             mass_ratio: positive("mass_ratio", mass_ratio)?,
@@ -88,7 +95,10 @@ pub(crate) fn pendulum_mass(mass_ratio: f64, length_ratio: f64) -> DMatrix<f64> 
 /// `diag(1, alpha)/(1 + m)`.
 pub(crate) fn pendulum_stiffness(mass_ratio: f64, length_ratio: f64) -> DMatrix<f64> {
     let alpha = mass_ratio / (1.0 + mass_ratio) / length_ratio;
-    DMatrix::from_diagonal(&dvector![1.0 / (1.0 + mass_ratio), alpha / (1.0 + mass_ratio)])
+    DMatrix::from_diagonal(&dvector![
+        1.0 / (1.0 + mass_ratio),
+        alpha / (1.0 + mass_ratio)
+    ])
 }
 
 /// Chain of N pendulum links in physical units, on a base that may move horizontally.
@@ -105,7 +115,12 @@ impl PendulumChain {
     ///
     /// # Errors
     /// Arrays of different lengths, masses or lengths that are not positive, numbers that are not finite.
-    pub fn new(masses: DVector<f64>, lengths: DVector<f64>, dampers: &DVector<f64>, gravity: f64) -> Result<Self> {
+    pub fn new(
+        masses: DVector<f64>,
+        lengths: DVector<f64>,
+        dampers: &DVector<f64>,
+        gravity: f64,
+    ) -> Result<Self> {
         finite_vector("damping", dampers, masses.len())?;
         let n = masses.len();
         let outer = |i: usize| if i + 1 < n { dampers[i + 1] } else { 0.0 };
@@ -141,7 +156,12 @@ impl PendulumChain {
             positive(&format!("lengths[{i}]"), lengths[i])?;
         }
         crate::quantity::finite_square("damping", &damping, n)?;
-        Ok(Self { masses, lengths, damping, gravity: finite("gravity", gravity)? })
+        Ok(Self {
+            masses,
+            lengths,
+            damping,
+            gravity: finite("gravity", gravity)?,
+        })
     }
 
     /// Number of links.
@@ -191,10 +211,12 @@ impl PendulumChain {
     pub fn linearise(&self) -> Result<LinearSystem> {
         let (n, l, s) = (self.n_dof(), &self.lengths, self.hanging_mass());
         let mass = DMatrix::from_fn(n, n, |i, j| l[i] * l[j] * s[i.max(j)]);
-        let stiffness = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| self.gravity * l[i] * s[i]));
+        let stiffness =
+            DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| self.gravity * l[i] * s[i]));
         // M r = (l_i S_i) has the solution r = e_1 / l_1: a base displacement turns the first link alone.
         let influence = DVector::from_fn(n, |i, _| if i == 0 { 1.0 / l[0] } else { 0.0 });
-        LinearSystem::new(mass, Coefficient::Dense(self.damping.clone()), stiffness)?.with_influence(influence)
+        LinearSystem::new(mass, Coefficient::Dense(self.damping.clone()), stiffness)?
+            .with_influence(influence)
     }
 }
 
@@ -206,25 +228,40 @@ mod tests {
     fn the_chain_of_two_is_the_double_pendulum_in_other_units() {
         let (m1, m2, l1, l2, g) = (2.0, 1.0, 0.7, 0.3, 9.81);
         let (c1, c2) = (0.4, 0.25);
-        let chain = PendulumChain::new(dvector![m1, m2], dvector![l1, l2], &dvector![c1, c2], g).expect("valid");
+        let chain = PendulumChain::new(dvector![m1, m2], dvector![l1, l2], &dvector![c1, c2], g)
+            .expect("valid");
         let m: f64 = m2 / m1;
         let rate = (g / l1 * (1.0 + m)).sqrt();
         let unit = (m1 + m2) * l1 * l1; // of moments of inertia: the first entry of the mass matrix
         let (p1, p2) = (c1 / (rate * unit), c2 / (rate * unit));
-        let pair = DoublePendulum::new(m, l1 / l2, (p1, p2)).expect("valid").linearise().expect("valid");
+        let pair = DoublePendulum::new(m, l1 / l2, (p1, p2))
+            .expect("valid")
+            .linearise()
+            .expect("valid");
         let chain = chain.linearise().expect("valid");
         let close = |a: DMatrix<f64>, b: DMatrix<f64>| assert!((a - b).amax() < 1e-15);
         close(chain.mass().to_dense() / unit, pair.mass().to_dense());
-        close(chain.damping().to_dense() / (unit * rate), pair.damping().to_dense());
-        close(chain.stiffness().to_dense() / (unit * rate * rate), pair.stiffness().to_dense());
+        close(
+            chain.damping().to_dense() / (unit * rate),
+            pair.damping().to_dense(),
+        );
+        close(
+            chain.stiffness().to_dense() / (unit * rate * rate),
+            pair.stiffness().to_dense(),
+        );
     }
 
     #[test]
     fn base_motion_loads_every_link_with_the_mass_below_it() {
-        let chain = PendulumChain::new(dvector![1.0, 2.0, 3.0], dvector![0.5, 0.6, 0.7], &dvector![0.0, 0.0, 0.0], 9.81)
-            .expect("valid")
-            .linearise()
-            .expect("valid");
+        let chain = PendulumChain::new(
+            dvector![1.0, 2.0, 3.0],
+            dvector![0.5, 0.6, 0.7],
+            &dvector![0.0, 0.0, 0.0],
+            9.81,
+        )
+        .expect("valid")
+        .linearise()
+        .expect("valid");
         let force = chain.mass().times(chain.influence().expect("filled in"));
         assert!((force - dvector![0.5 * 6.0, 0.6 * 5.0, 0.7 * 3.0]).amax() < 1e-15);
     }

@@ -85,9 +85,13 @@ impl Parameter {
     pub(crate) fn check(self, value: f64) -> Result<()> {
         match self {
             Self::Frequency => crate::quantity::positive("frequency", value).map(drop),
-            Self::Restitution | Self::RestitutionOf(_) => crate::quantity::Restitution::new(value).map(drop),
+            Self::Restitution | Self::RestitutionOf(_) => {
+                crate::quantity::Restitution::new(value).map(drop)
+            }
             Self::Phase => crate::quantity::finite("phase", value).map(drop),
-            Self::Clearance | Self::ClearanceOf(_) => crate::quantity::finite("clearance", value).map(drop),
+            Self::Clearance | Self::ClearanceOf(_) => {
+                crate::quantity::finite("clearance", value).map(drop)
+            }
             Self::ForcingScale => crate::quantity::finite("forcing_scale", value).map(drop),
             Self::DampingScale => crate::quantity::finite("damping_scale", value).map(drop),
         }
@@ -169,14 +173,18 @@ impl Scene {
     fn check_forcing(&self) -> Result<()> {
         let n = self.n_dof();
         match (&self.forcing, &self.system) {
-            (Forcing::Harmonic(f), _) if f.amplitude().len() != n => {
-                Err(Error::bad_shape("forcing.amplitude", format!("({},)", f.amplitude().len()), format!("({n},)")))
-            }
-            (Forcing::BaseMotion(_), System::Linear(s)) if s.influence().is_none() => Err(Error::bad_value(
-                "forcing",
-                "a base motion",
-                "the linear system has no influence vector; give it one with `influence`",
+            (Forcing::Harmonic(f), _) if f.amplitude().len() != n => Err(Error::bad_shape(
+                "forcing.amplitude",
+                format!("({},)", f.amplitude().len()),
+                format!("({n},)"),
             )),
+            (Forcing::BaseMotion(_), System::Linear(s)) if s.influence().is_none() => {
+                Err(Error::bad_value(
+                    "forcing",
+                    "a base motion",
+                    "the linear system has no influence vector; give it one with `influence`",
+                ))
+            }
             _ => Ok(()),
         }
     }
@@ -247,9 +255,13 @@ impl Scene {
             self.stops.len(),
             self.stops.iter().map(|constraint| match constraint {
                 Constraint::Stop(stop) => stop.clearance() - stop.outward(n).dot(q),
-                Constraint::Wall(wall) => {
-                    wall.gap(&self.system.link_lengths().expect("a scene with a wall has a pendulum"), q)
-                }
+                Constraint::Wall(wall) => wall.gap(
+                    &self
+                        .system
+                        .link_lengths()
+                        .expect("a scene with a wall has a pendulum"),
+                    q,
+                ),
             }),
         )
     }
@@ -287,14 +299,20 @@ impl Scene {
             Change::System(system) => return Self::new(system, copy.forcing, copy.stops),
             Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
             Change::Stops(stops) => return Self::new(copy.system, copy.forcing, stops),
-            Change::Frequency(frequency) => copy.forcing = self.forcing.with_frequency(frequency)?,
+            Change::Frequency(frequency) => {
+                copy.forcing = self.forcing.with_frequency(frequency)?
+            }
             Change::Phase(phase) => copy.forcing = self.forcing.with_phase(phase)?,
             Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
             Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,
             Change::Clearance(values) => copy.set_each("clearance", &values, set_clearance)?,
-            Change::Restitution(values) => copy.set_each("restitution", &values, set_restitution)?,
+            Change::Restitution(values) => {
+                copy.set_each("restitution", &values, set_restitution)?
+            }
             Change::ClearanceOf(i, value) => set_clearance(copy.stop_mut("clearance", i)?, value)?,
-            Change::RestitutionOf(i, value) => set_restitution(copy.stop_mut("restitution", i)?, value)?,
+            Change::RestitutionOf(i, value) => {
+                set_restitution(copy.stop_mut("restitution", i)?, value)?
+            }
         }
         Ok(copy)
     }
@@ -302,7 +320,11 @@ impl Scene {
     fn stop_mut(&mut self, argument: &str, index: usize) -> Result<&mut Constraint> {
         let count = self.stops.len();
         self.stops.get_mut(index).ok_or_else(|| {
-            Error::bad_value(format!("{argument}[{index}]"), "not there", format!("the scene has {count} stops"))
+            Error::bad_value(
+                format!("{argument}[{index}]"),
+                "not there",
+                format!("the scene has {count} stops"),
+            )
         })
     }
 
@@ -330,9 +352,11 @@ impl Scene {
 fn set_clearance(constraint: &mut Constraint, value: f64) -> Result<()> {
     match constraint {
         Constraint::Stop(stop) => stop.set_clearance(value),
-        Constraint::Wall(_) => {
-            Err(Error::bad_value("clearance", value, "a wall has a position instead; replace the stops"))
-        }
+        Constraint::Wall(_) => Err(Error::bad_value(
+            "clearance",
+            value,
+            "a wall has a position instead; replace the stops",
+        )),
     }
 }
 

@@ -68,7 +68,11 @@ impl Stop {
         if let Normal::Vector(n) = &normal {
             finite_vector("normal", n, n.len())?;
             if n.amax() == 0.0 {
-                return Err(Error::bad_value("normal", "zero", "a normal needs an entry that is not zero"));
+                return Err(Error::bad_value(
+                    "normal",
+                    "zero",
+                    "a normal needs an entry that is not zero",
+                ));
             }
         }
         Ok(Self {
@@ -130,7 +134,9 @@ impl Stop {
     /// A coordinate that the system does not have, or a vector of another length; `label` names the stop.
     pub fn normal_vector(&self, n: usize, label: &str) -> Result<DVector<f64>> {
         match &self.normal {
-            Normal::Coordinate(i) if *i < n => Ok(DVector::from_fn(n, |row, _| f64::from(u8::from(row == *i)))),
+            Normal::Coordinate(i) if *i < n => {
+                Ok(DVector::from_fn(n, |row, _| f64::from(u8::from(row == *i))))
+            }
             Normal::Coordinate(i) => Err(Error::bad_value(
                 format!("{label}.normal"),
                 i,
@@ -145,7 +151,9 @@ impl Stop {
 
     /// The normal towards the stop: `gap = clearance - outward.q` on either side.
     pub(crate) fn outward(&self, n: usize) -> DVector<f64> {
-        let normal = self.normal_vector(n, "stop").expect("a scene's stops fit its system");
+        let normal = self
+            .normal_vector(n, "stop")
+            .expect("a scene's stops fit its system");
         match self.side {
             Side::Upper => normal,
             Side::Lower => -normal,
@@ -188,7 +196,12 @@ impl Wall {
     /// # Errors
     /// A position that is not finite, a restitution outside [0, 1].
     pub fn new(bob: usize, position: f64, restitution: f64, side: WallSide) -> Result<Self> {
-        Ok(Self { bob, position: finite("position", position)?, restitution: Restitution::new(restitution)?, side })
+        Ok(Self {
+            bob,
+            position: finite("position", position)?,
+            restitution: Restitution::new(restitution)?,
+            side,
+        })
     }
 
     /// The bob, counted from 0.
@@ -222,7 +235,10 @@ impl Wall {
 
     /// The stop that the wall is for small angles.
     pub(crate) fn linearise(&self, lengths: &DVector<f64>) -> Result<Stop> {
-        let normal = DVector::from_fn(lengths.len(), |i, _| if i <= self.bob { lengths[i] } else { 0.0 });
+        let normal = DVector::from_fn(
+            lengths.len(),
+            |i, _| if i <= self.bob { lengths[i] } else { 0.0 },
+        );
         let (clearance, side) = match self.side {
             WallSide::Right => (self.position, Side::Upper),
             WallSide::Left => (-self.position, Side::Lower),

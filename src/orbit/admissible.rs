@@ -4,8 +4,8 @@
 use crate::contact::walk::{Effort, Ladder, check_flight};
 use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
 use crate::flow::{ModalScene, SceneFlow, along, with_flow};
-use crate::modal::Pair;
 use crate::impact::Impact;
+use crate::modal::Pair;
 use crate::orbit::periodic_orbit::Flight;
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
@@ -59,17 +59,31 @@ pub(crate) struct Breach {
 impl Breach {
     /// The violation in words.
     pub fn describe(&self) -> Violation {
-        let Self { stop, time, depth, rule } = *self;
+        let Self {
+            stop,
+            time,
+            depth,
+            rule,
+        } = *self;
         let reason = match rule {
             Rule::Pulls { impulse } => {
-                format!("stop {stop} needs a pulling impulse at its impact at t = {time:.6} ({impulse:.3e})")
+                format!(
+                    "stop {stop} needs a pulling impulse at its impact at t = {time:.6} ({impulse:.3e})"
+                )
             }
             Rule::Leaves { approach } => {
-                format!("stop {stop} is left, not approached at its impact at t = {time:.6} ({approach:.3e})")
+                format!(
+                    "stop {stop} is left, not approached at its impact at t = {time:.6} ({approach:.3e})"
+                )
             }
             Rule::Passed => format!("stop {stop} is passed by {depth:.6e} at t = {time:.6}"),
         };
-        Violation { stop, time, depth, reason }
+        Violation {
+            stop,
+            time,
+            depth,
+            reason,
+        }
     }
 }
 
@@ -108,19 +122,40 @@ pub(crate) struct Judge<'a> {
 impl<'a> Judge<'a> {
     /// A judge for a scene.
     pub fn new(scene: &'a ModalScene) -> Self {
-        let rows = || scene.position_rows.iter().zip(scene.geometry.clearances.iter());
+        let rows = || {
+            scene
+                .position_rows
+                .iter()
+                .zip(scene.geometry.clearances.iter())
+        };
         if let Some(split) = SplitFlow::new(scene) {
-            let gaps = rows().map(|(row, &clearance)| split.gap_row(row, clearance)).collect();
+            let gaps = rows()
+                .map(|(row, &clearance)| split.gap_row(row, clearance))
+                .collect();
             let ladder = Ladder::new(split.flow());
-            return Self { scene, searched: Searched::Split(split, ladder), gaps };
+            return Self {
+                scene,
+                searched: Searched::Split(split, ladder),
+                gaps,
+            };
         }
         let flow = scene.flow();
-        let gaps = with_flow!(&flow, f => rows().map(|(row, &c)| f.gap_row(row.clone(), c)).collect());
-        Self { scene, searched: Searched::Whole(flow), gaps }
+        let gaps =
+            with_flow!(&flow, f => rows().map(|(row, &c)| f.gap_row(row.clone(), c)).collect());
+        Self {
+            scene,
+            searched: Searched::Whole(flow),
+            gaps,
+        }
     }
 
     /// Judges the impacts, and searches every flight for every stop.
-    pub fn admissibility(&mut self, phase: f64, flights: &[Flight], impacts: &[Impact]) -> Admissibility {
+    pub fn admissibility(
+        &mut self,
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+    ) -> Admissibility {
         self.with_effort(Effort::FULL, phase, flights, impacts)
     }
 
@@ -133,14 +168,26 @@ impl<'a> Judge<'a> {
         impacts: &[Impact],
     ) -> Admissibility {
         let scene = self.scene;
-        let margins: Vec<f64> = (0..scene.n_stops()).map(|i| MARGIN * motion_size(scene, i, flights)).collect();
+        let margins: Vec<f64> = (0..scene.n_stops())
+            .map(|i| MARGIN * motion_size(scene, i, flights))
+            .collect();
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * scene.frequency, &mut found);
         let angle = |flight: &Flight| scene.frequency * flight.start + phase;
         match &mut self.searched {
             Searched::Split(split, ladder) => {
-                let start = |flight: &Flight, state: &mut Vec<Pair>| split.enlarge(&flight.after, angle(flight), state);
-                search(split.flow(), ladder, &self.gaps, (&margins, effort), flights, start, &mut found);
+                let start = |flight: &Flight, state: &mut Vec<Pair>| {
+                    split.enlarge(&flight.after, angle(flight), state)
+                };
+                search(
+                    split.flow(),
+                    ladder,
+                    &self.gaps,
+                    (&margins, effort),
+                    flights,
+                    start,
+                    &mut found,
+                );
             }
             Searched::Whole(flow) => with_flow!(flow, f => {
                 let start = |flight: &Flight, state: &mut Vec<Pair>| start_whole(f, flight, angle(flight), state);
@@ -152,19 +199,41 @@ impl<'a> Judge<'a> {
 }
 
 /// Puts the whole state at the start of a flight.
-fn start_whole<F: LinearFlow>(flow: &F, flight: &Flight, angle: f64, state: &mut Vec<Pair>) -> F::Phasor {
+fn start_whole<F: LinearFlow>(
+    flow: &F,
+    flight: &Flight,
+    angle: f64,
+    state: &mut Vec<Pair>,
+) -> F::Phasor {
     state.clone_from(&flight.after);
     flow.phasor(angle)
 }
 
 /// Impacts are approached and push; `slow` is the speed below which one grazes.
 fn judge_impacts(impacts: &[Impact], slow: impl Fn(usize) -> f64, found: &mut Admissibility) {
-    for &Impact { stop, time, approach, impulse, .. } in impacts {
+    for &Impact {
+        stop,
+        time,
+        approach,
+        impulse,
+        ..
+    } in impacts
+    {
         let slow = slow(stop);
         if impulse < 0.0 {
-            found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Pulls { impulse } });
+            found.keep_worst(Breach {
+                stop,
+                time,
+                depth: 0.0,
+                rule: Rule::Pulls { impulse },
+            });
         } else if approach < -slow {
-            found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Leaves { approach } });
+            found.keep_worst(Breach {
+                stop,
+                time,
+                depth: 0.0,
+                rule: Rule::Leaves { approach },
+            });
         } else if approach <= slow {
             found.has_grazing_impact = true;
         }
@@ -184,17 +253,36 @@ fn search<F: LinearFlow>(
     let mut state: Vec<Pair> = Vec::new();
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
         for flight in flights {
-            if found.breach.is_some_and(|breach| breach.depth > effort.enough) {
+            if found
+                .breach
+                .is_some_and(|breach| breach.depth > effort.enough)
+            {
                 return;
             }
             let mut u = start(flight, &mut state);
-            let check = check_flight(flow, ladder, gap, (&mut state, &mut u), flight.span, (margin, effort));
+            let check = check_flight(
+                flow,
+                ladder,
+                gap,
+                (&mut state, &mut u),
+                flight.span,
+                (margin, effort),
+            );
             if let Some(lowest) = check.violation {
                 let (time, depth) = (flight.start + lowest.time, -lowest.gap);
-                found.keep_worst(Breach { stop, time, depth, rule: Rule::Passed });
+                found.keep_worst(Breach {
+                    stop,
+                    time,
+                    depth,
+                    rule: Rule::Passed,
+                });
             }
             if let Some(lowest) = check.graze {
-                found.touches.push(Touch { stop, time: flight.start + lowest.time, gap: lowest.gap });
+                found.touches.push(Touch {
+                    stop,
+                    time: flight.start + lowest.time,
+                    gap: lowest.gap,
+                });
             }
         }
     }
@@ -207,7 +295,11 @@ fn motion_size(scene: &ModalScene, stop: usize, flights: &[Flight]) -> f64 {
     flights
         .iter()
         .map(|flight| {
-            let position: f64 = row.iter().zip(&flight.after).map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs()).sum();
+            let position: f64 = row
+                .iter()
+                .zip(&flight.after)
+                .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
+                .sum();
             position + along(&scene.velocity_rows[stop], &flight.after).abs() / w
         })
         .fold(scene.geometry.clearances[stop].abs(), f64::max)

@@ -23,7 +23,9 @@ pub struct Coefficients {
 /// The coefficients of a state right after the impact at t = 0; `None` where the modes are complex, or where there is
 /// no steady response (undamped resonance, loaded rigid body).
 pub(crate) fn coefficients(scene: &ModalScene, phase: f64, after: &[Pair]) -> Option<Coefficients> {
-    let Form::Blocks(blocks) = &scene.form.form else { return None };
+    let Form::Blocks(blocks) = &scene.form.form else {
+        return None;
+    };
     scene.form.shapes()?;
     let n = blocks.len();
     let turn = Complex::from_polar(1.0, phase);
@@ -34,7 +36,9 @@ pub(crate) fn coefficients(scene: &ModalScene, phase: f64, after: &[Pair]) -> Op
         cosine: DVector::zeros(n),
     };
     for (j, &block) in blocks.iter().enumerate() {
-        let Block::Oscillator { w2, eta } = block else { return None };
+        let Block::Oscillator { w2, eta } = block else {
+            return None;
+        };
         let y = block.steady(scene.frequency, scene.force[j]);
         let rest = block.equilibrium(scene.load[j]);
         let (position, velocity) = (y[0] * turn, y[1] * turn);
@@ -43,7 +47,11 @@ pub(crate) fn coefficients(scene: &ModalScene, phase: f64, after: &[Pair]) -> Op
         c.a[j] = after[j][0] - position.re - rest[0];
         let slope = after[j][1] - velocity.re + eta * c.a[j];
         let gap = w2 - eta * eta;
-        let rate = if w2 > 0.0 { ((w2.sqrt() - eta) * (w2.sqrt() + eta)).abs().sqrt() } else { gap.abs().sqrt() };
+        let rate = if w2 > 0.0 {
+            ((w2.sqrt() - eta) * (w2.sqrt() + eta)).abs().sqrt()
+        } else {
+            gap.abs().sqrt()
+        };
         c.b[j] = if rate == 0.0 { slope } else { slope / rate };
         if !(c.a[j].is_finite() && c.b[j].is_finite()) {
             return None;
@@ -77,9 +85,15 @@ pub fn first_kind_coefficients(
     let period = std::f64::consts::TAU * n_periods as f64 / frequency;
     let decay = (-eta * period).exp();
     let (s, c) = (damped_frequency * period).sin_cos();
-    let (g, h) = (eta * c + damped_frequency * s, damped_frequency * c - eta * s);
+    let (g, h) = (
+        eta * c + damped_frequency * s,
+        damped_frequency * c - eta * s,
+    );
     let (k, m) = (1.0 - decay * c, decay * s);
-    let (n, p) = (eta + restitution * decay * g, damped_frequency + restitution * decay * h);
+    let (n, p) = (
+        eta + restitution * decay * g,
+        damped_frequency + restitution * decay * h,
+    );
     let scale = -(1.0 + restitution) * frequency * sine / (k * p - m * n);
     (scale * m, scale * k)
 }

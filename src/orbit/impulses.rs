@@ -3,10 +3,10 @@
 //! forcing phase `u = (cos phase, sin phase)`. Modes for which that inverse is ill-conditioned (no damping, resonance,
 //! rigid body) keep their own two unknowns. O(n k) for n modes and k stops.
 
-use crate::linalg::rank::{self, SolutionSet};
-use crate::flow::{ModalScene, along};
-use crate::modal::{Block, Form, Pair};
 use crate::error::Result;
+use crate::flow::{ModalScene, along};
+use crate::linalg::rank::{self, SolutionSet};
+use crate::modal::{Block, Form, Pair};
 use nalgebra::{DMatrix, DVector};
 
 /// A mode whose `det(I - e^{A T})` is below this, relative to its size, keeps its two unknowns.
@@ -54,7 +54,10 @@ fn resolvent(block: Block, period: f64) -> Option<[Pair; 2]> {
 }
 
 pub(super) fn times(m: &[Pair; 2], z: Pair) -> Pair {
-    [m[0][0] * z[0] + m[0][1] * z[1], m[1][0] * z[0] + m[1][1] * z[1]]
+    [
+        m[0][0] * z[0] + m[0][1] * z[1],
+        m[1][0] * z[0] + m[1][1] * z[1],
+    ]
 }
 
 impl<'a> Instant<'a> {
@@ -149,7 +152,10 @@ impl<'a> Instant<'a> {
         }
         let (scene, g) = (self.scene, &self.scene.geometry);
         let (velocity, position) = (&scene.velocity_rows[stop], &scene.position_rows[stop]);
-        let (e, delassus) = (g.restitutions[stop], g.normals.column(stop).dot(&g.reactions.column(stop)));
+        let (e, delassus) = (
+            g.restitutions[stop],
+            g.normals.column(stop).dot(&g.reactions.column(stop)),
+        );
         let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
         let (w, push) = (or_one(scene.frequency), 1.0 / or_one(delassus.abs()));
         let speed = self.driven(velocity).map(|x| (1.0 + e) * x);
@@ -170,12 +176,19 @@ impl<'a> Instant<'a> {
     /// `n_a . b_b` of the stops hit.
     fn delassus(&self) -> DMatrix<f64> {
         let (n, b) = (&self.scene.geometry.normals, &self.scene.geometry.reactions);
-        DMatrix::from_fn(self.stops.len(), self.stops.len(), |i, j| n.column(self.stops[i]).dot(&b.column(self.stops[j])))
+        DMatrix::from_fn(self.stops.len(), self.stops.len(), |i, j| {
+            n.column(self.stops[i]).dot(&b.column(self.stops[j]))
+        })
     }
 
     /// The clearances of the stops hit.
     pub fn clearances(&self) -> DVector<f64> {
-        DVector::from_iterator(self.stops.len(), self.stops.iter().map(|&i| self.scene.geometry.clearances[i]))
+        DVector::from_iterator(
+            self.stops.len(),
+            self.stops
+                .iter()
+                .map(|&i| self.scene.geometry.clearances[i]),
+        )
     }
 
     /// Rows that say "the normal velocities are reversed", and that the retained blocks repeat: `matrix X = rhs` with X
@@ -234,7 +247,8 @@ impl<'a> Instant<'a> {
                 let m = state.nrows();
                 for row in 0..m {
                     for column in 0..m {
-                        matrix[(k + row, k + column)] = f64::from(u8::from(row == column)) - whole[(row, column)];
+                        matrix[(k + row, k + column)] =
+                            f64::from(u8::from(row == column)) - whole[(row, column)];
                     }
                     rhs[k + row] = whole[(row, m)];
                     matrix[(k + row, inner)] = -whole[(row, m + 1)];
@@ -256,8 +270,12 @@ impl<'a> Instant<'a> {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let position = self.sums(&self.scene.position_rows);
         let mut matrix = DMatrix::zeros(k, inner + 2);
-        matrix.view_mut((0, 0), (k, k)).copy_from(&position.by_impulse);
-        matrix.view_mut((0, inner), (k, 2)).copy_from(&position.by_phase);
+        matrix
+            .view_mut((0, 0), (k, k))
+            .copy_from(&position.by_impulse);
+        matrix
+            .view_mut((0, inner), (k, 2))
+            .copy_from(&position.by_phase);
         for (a, &stop) in self.stops.iter().enumerate() {
             self.put_retained(&mut matrix, a, 1.0, &self.scene.position_rows[stop]);
         }
@@ -271,12 +289,21 @@ impl<'a> Instant<'a> {
         let known = &matrix.columns(inner, 2) * DVector::from_row_slice(&u);
         let units = self.units(&matrix, 0);
         let floor = 1.0 / units.columns[inner];
-        let set = solve_in(&units, &matrix.columns(0, inner).into_owned(), &(rhs - known), floor)?;
+        let set = solve_in(
+            &units,
+            &matrix.columns(0, inner).into_owned(),
+            &(rhs - known),
+            floor,
+        )?;
         let m = set.null_space.ncols();
         let mut particular = set.particular.clone().resize_vertically(inner + 2, 0.0);
         particular[inner] = u[0];
         particular[inner + 1] = u[1];
-        Ok(SolutionSet { particular, null_space: set.null_space.resize(inner + 2, m, 0.0), residual: set.residual })
+        Ok(SolutionSet {
+            particular,
+            null_space: set.null_space.resize(inner + 2, m, 0.0),
+            residual: set.residual,
+        })
     }
 
     /// All X, u unrestricted, for which the contacts are where the stops are: `n.q = clearance`. With `scaled`, at
@@ -287,11 +314,17 @@ impl<'a> Instant<'a> {
         let (contact, constant) = self.contact_rows();
         let columns = inner + 2 + usize::from(scaled.is_some());
         let mut matrix = DMatrix::zeros(inner + k, columns);
-        matrix.view_mut((0, 0), (inner, inner + 2)).copy_from(&repeat);
-        matrix.view_mut((inner, 0), (k, inner + 2)).copy_from(&contact);
+        matrix
+            .view_mut((0, 0), (inner, inner + 2))
+            .copy_from(&repeat);
+        matrix
+            .view_mut((inner, 0), (k, inner + 2))
+            .copy_from(&contact);
         let target = match scaled {
             Some(direction) => {
-                matrix.view_mut((inner, inner + 2), (k, 1)).copy_from(&-direction);
+                matrix
+                    .view_mut((inner, inner + 2), (k, 1))
+                    .copy_from(&-direction);
                 -constant
             }
             None => self.clearances() - constant,
@@ -329,7 +362,10 @@ impl<'a> Instant<'a> {
             }
             let free = times(resolvent, push);
             state.push([0, 1].map(|c| {
-                self.steady[j][0][c] * u[0] + self.steady[j][1][c] * u[1] + affine * self.equilibrium[j][c] - free[c]
+                self.steady[j][0][c] * u[0]
+                    + self.steady[j][1][c] * u[1]
+                    + affine * self.equilibrium[j][c]
+                    - free[c]
             }));
         }
         state
@@ -348,7 +384,10 @@ impl<'a> Instant<'a> {
 
     /// The contact positions `n.q` of the stops hit.
     pub fn contacts(&self, after: &[Pair]) -> Vec<f64> {
-        self.stops.iter().map(|&i| along(&self.scene.position_rows[i], after)).collect()
+        self.stops
+            .iter()
+            .map(|&i| along(&self.scene.position_rows[i], after))
+            .collect()
     }
 }
 
@@ -369,7 +408,11 @@ impl Instant<'_> {
         let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
         let w = or_one(self.scene.frequency);
         let push = or_one(self.delassus().amax());
-        let jumps = self.stops.iter().flat_map(|&i| self.retained.iter().flat_map(move |&j| self.scene.jumps[i][j]));
+        let jumps = self.stops.iter().flat_map(|&i| {
+            self.retained
+                .iter()
+                .flat_map(move |&j| self.scene.jumps[i][j])
+        });
         let modal = or_one(jumps.fold(0.0f64, |m, x| m.max(x.abs()))) / push;
         let is_position = |i: usize| (i - k) % 2 == 0;
         let mut columns = DVector::from_fn(matrix.ncols(), |i, _| match i {
@@ -387,7 +430,9 @@ impl Instant<'_> {
         for (from, count) in [(inner, 2), (inner + 2, 1)] {
             if from + count <= matrix.ncols() {
                 let block = matrix.columns(from, count);
-                let largest = (0..block.nrows()).map(|i| rows[i] * block.row(i).amax()).fold(0.0, f64::max);
+                let largest = (0..block.nrows())
+                    .map(|i| rows[i] * block.row(i).amax())
+                    .fold(0.0, f64::max);
                 columns.rows_mut(from, count).fill(1.0 / or_one(largest));
             }
         }
@@ -396,7 +441,12 @@ impl Instant<'_> {
 }
 
 /// Solves in the given units; the residual is relative to the size of the right-hand side, `floor` at least.
-fn solve_in(units: &Units, matrix: &DMatrix<f64>, rhs: &DVector<f64>, floor: f64) -> Result<SolutionSet> {
+fn solve_in(
+    units: &Units,
+    matrix: &DMatrix<f64>,
+    rhs: &DVector<f64>,
+    floor: f64,
+) -> Result<SolutionSet> {
     let mut a = matrix.clone();
     for (i, mut row) in a.row_iter_mut().enumerate() {
         for (j, x) in row.iter_mut().enumerate() {
@@ -406,16 +456,26 @@ fn solve_in(units: &Units, matrix: &DMatrix<f64>, rhs: &DVector<f64>, floor: f64
     let b = rhs.component_mul(&units.rows);
     let mut set = rank::solve(&a, &b, RANK_TOL)?;
     let scale = set.particular.norm() + b.norm().max(floor);
-    set.residual = if scale > 0.0 { set.residual / scale } else { 0.0 };
-    set.particular.component_mul_assign(&units.columns.rows(0, a.ncols()));
+    set.residual = if scale > 0.0 {
+        set.residual / scale
+    } else {
+        0.0
+    };
+    set.particular
+        .component_mul_assign(&units.columns.rows(0, a.ncols()));
     for (j, mut row) in set.null_space.row_iter_mut().enumerate() {
         row *= units.columns[j];
     }
     Ok(set)
 }
 
-pub(super) fn enlarged_exponential(state: &DMatrix<f64>, scene: &ModalScene, t: f64) -> DMatrix<f64> {
-    let flow = crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.force, scene.frequency);
+pub(super) fn enlarged_exponential(
+    state: &DMatrix<f64>,
+    scene: &ModalScene,
+    t: f64,
+) -> DMatrix<f64> {
+    let flow =
+        crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.force, scene.frequency);
     let mut whole = DMatrix::zeros(0, 0);
     crate::flow::LinearFlow::prepare(&flow, t, &mut whole);
     whole

@@ -2,11 +2,11 @@
 //! leave meets the unit circle of `u = (cos phase, sin phase)` (theory 5).
 
 use crate::error::Result;
+use crate::impact::wrapped;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 use crate::orbit::impulses::{Instant, RANK_TOL};
 use crate::orbit::one_stop;
-use crate::impact::wrapped;
 use crate::orbit::periodic_orbit::Flight;
 use nalgebra::{DMatrix, DVector};
 
@@ -60,21 +60,34 @@ pub(crate) fn chord(u0: Pair, direction: Pair) -> Chord {
         () if half == 0.0 => 1,
         () => 2,
     };
-    Chord { margin: 1.0 - distance, ends: [(-half - along) / length, (half - along) / length], count }
+    Chord {
+        margin: 1.0 - distance,
+        ends: [(-half - along) / length, (half - along) / length],
+        count,
+    }
 }
 
 /// The points of `set` with |u| = 1, u the part of X that `phase_part` reads.
-pub(crate) fn meet_circle(set: &SolutionSet, phase_part: impl Fn(&DVector<f64>) -> Pair) -> Result<Crossing> {
+pub(crate) fn meet_circle(
+    set: &SolutionSet,
+    phase_part: impl Fn(&DVector<f64>) -> Pair,
+) -> Result<Crossing> {
     let dimension = set.particular.len();
-    let mut crossing =
-        Crossing { points: Vec::new(), margin: None, basis: DMatrix::zeros(dimension, 0), is_any_phase: false };
+    let mut crossing = Crossing {
+        points: Vec::new(),
+        margin: None,
+        basis: DMatrix::zeros(dimension, 0),
+        is_any_phase: false,
+    };
     if set.residual > SOLVABLE {
         return Ok(crossing);
     }
     let x0 = &set.particular;
     let u0 = phase_part(x0);
     let m = set.null_space.ncols();
-    let directions = DMatrix::from_fn(2, m, |i, j| phase_part(&set.null_space.column(j).into_owned())[i]);
+    let directions = DMatrix::from_fn(2, m, |i, j| {
+        phase_part(&set.null_space.column(j).into_owned())[i]
+    });
     // Turn the null space so that its first columns move u and the others do not.
     let (moving, fixed) = split(&set.null_space, &directions)?;
     crossing.basis = fixed;
@@ -95,7 +108,9 @@ pub(crate) fn meet_circle(set: &SolutionSet, phase_part: impl Fn(&DVector<f64>) 
             let plane = DMatrix::from_fn(2, 2, |i, j| phase_part(&moving[j])[i]);
             if let Some(inverse) = plane.try_inverse() {
                 let c = inverse * DVector::from_vec(vec![1.0 - u0[0], -u0[1]]);
-                crossing.points.push(x0 + &moving[0] * c[0] + &moving[1] * c[1]);
+                crossing
+                    .points
+                    .push(x0 + &moving[0] * c[0] + &moving[1] * c[1]);
                 crossing.is_any_phase = true;
                 crossing.margin = Some(1.0);
             }
@@ -105,7 +120,10 @@ pub(crate) fn meet_circle(set: &SolutionSet, phase_part: impl Fn(&DVector<f64>) 
 }
 
 /// Null vectors that move u, and an orthogonal set of those that do not.
-fn split(null_space: &DMatrix<f64>, directions: &DMatrix<f64>) -> Result<(Vec<DVector<f64>>, DMatrix<f64>)> {
+fn split(
+    null_space: &DMatrix<f64>,
+    directions: &DMatrix<f64>,
+) -> Result<(Vec<DVector<f64>>, DMatrix<f64>)> {
     let m = null_space.ncols();
     if m == 0 {
         return Ok((Vec::new(), null_space.clone()));
@@ -114,12 +132,27 @@ fn split(null_space: &DMatrix<f64>, directions: &DMatrix<f64>) -> Result<(Vec<DV
     if is_negligible {
         return Ok((Vec::new(), null_space.clone()));
     }
-    let kernel = crate::linalg::rank::solve(directions, &DVector::zeros(2), RANK_TOL * directions.amax())?.null_space;
+    let kernel =
+        crate::linalg::rank::solve(directions, &DVector::zeros(2), RANK_TOL * directions.amax())?
+            .null_space;
     let fixed = null_space * &kernel;
     // The orthogonal complement of the kernel.
-    let complement = crate::linalg::rank::solve(&kernel.transpose(), &DVector::zeros(kernel.ncols()), RANK_TOL)?;
-    let moving = if kernel.ncols() == 0 { DMatrix::identity(m, m) } else { complement.null_space };
-    Ok(((0..moving.ncols()).map(|j| null_space * moving.column(j)).collect(), fixed))
+    let complement = crate::linalg::rank::solve(
+        &kernel.transpose(),
+        &DVector::zeros(kernel.ncols()),
+        RANK_TOL,
+    )?;
+    let moving = if kernel.ncols() == 0 {
+        DMatrix::identity(m, m)
+    } else {
+        complement.null_space
+    };
+    Ok((
+        (0..moving.ncols())
+            .map(|j| null_space * moving.column(j))
+            .collect(),
+        fixed,
+    ))
 }
 
 /// A periodic motion as the solver finds it: its phase, its one flight, its impulses.
@@ -138,7 +171,16 @@ impl Solution {
         let impulses = instant.impulse_part(x);
         let after = instant.state_after(x, 1.0);
         let before_next = instant.state_before(&after, &impulses);
-        Self { phase: wrapped(u[1].atan2(u[0])), flight: Flight { start: 0.0, span: period, after, before_next }, impulses }
+        Self {
+            phase: wrapped(u[1].atan2(u[0])),
+            flight: Flight {
+                start: 0.0,
+                span: period,
+                after,
+                before_next,
+            },
+            impulses,
+        }
     }
 }
 
@@ -147,7 +189,11 @@ pub(crate) fn phase_given(instant: &Instant<'_>, phase: f64) -> Result<Crossing>
     let set = instant.at_phase([phase.cos(), phase.sin()])?;
     let is_solvable = set.residual <= SOLVABLE;
     Ok(Crossing {
-        points: if is_solvable { vec![set.particular] } else { Vec::new() },
+        points: if is_solvable {
+            vec![set.particular]
+        } else {
+            Vec::new()
+        },
         margin: None,
         basis: set.null_space,
         is_any_phase: false,

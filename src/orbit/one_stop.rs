@@ -16,7 +16,11 @@ const CLEAR_DIRECTION: f64 = 1e-6;
 type Row = [f64; 3];
 
 fn cross(a: Row, b: Row) -> Row {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 fn square(a: Row) -> f64 {
@@ -37,7 +41,13 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Option<Crossing> {
         return None;
     }
     let [push, response] = conditions.units;
-    let to_units = |x: Row, factor: f64| [x[0] * push * factor, x[1] * response * factor, x[2] * response * factor];
+    let to_units = |x: Row, factor: f64| {
+        [
+            x[0] * push * factor,
+            x[1] * response * factor,
+            x[2] * response * factor,
+        ]
+    };
     let particular = to_units(cross(normal, repeat), conditions.target / volume);
     let direction = to_units(normal, 1.0 / volume.sqrt());
     let u = |x: Row| -> Pair { [x[1], x[2]] };
@@ -77,7 +87,11 @@ mod tests {
                 assert!((a - b).abs() <= 1e-12 * (1.0 + b.abs()), "{w}: {a} {b}");
                 assert_eq!(fast.points.len(), slow.points.len());
                 for x in &fast.points {
-                    let nearest = slow.points.iter().map(|y| (x - y).amax()).fold(f64::INFINITY, f64::min);
+                    let nearest = slow
+                        .points
+                        .iter()
+                        .map(|y| (x - y).amax())
+                        .fold(f64::INFINITY, f64::min);
                     assert!(nearest <= 1e-12 * x.amax(), "{w}: {nearest:e}");
                 }
             }

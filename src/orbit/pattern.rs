@@ -51,6 +51,9 @@ impl Pattern {
 
     /// Checks the stops against a scene of `count` stops.
     pub(crate) fn check(&self, count: usize) -> Result<()> {
-        self.0.iter().enumerate().try_for_each(|(k, instant)| check_stops(&format!("pattern[{k}]"), instant, count))
+        self.0
+            .iter()
+            .enumerate()
+            .try_for_each(|(k, instant)| check_stops(&format!("pattern[{k}]"), instant, count))
     }
 }

@@ -3,14 +3,14 @@
 
 use crate::error::Result;
 use crate::flow::LinearFlow;
-use crate::impact::{Impact, wrapped};
 use crate::flow::{ModalScene, SceneFlow, along, with_flow};
+use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
 use crate::model::{Change, Scene};
+use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::stability::{Stability, stability};
-use crate::orbit::Pattern;
 use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, OnceLock};
 
@@ -55,8 +55,19 @@ pub(crate) struct Parts {
 
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
-    pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, flow: Arc<SceneFlow>, parts: Parts) -> Result<Self> {
-        let Parts { pattern, n_periods, phase, flights, impulses } = parts;
+    pub(crate) fn new(
+        scene: &Scene,
+        modal: Arc<ModalScene>,
+        flow: Arc<SceneFlow>,
+        parts: Parts,
+    ) -> Result<Self> {
+        let Parts {
+            pattern,
+            n_periods,
+            phase,
+            flights,
+            impulses,
+        } = parts;
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
         let admissibility = Judge::new(&modal).admissibility(phase, &flights, &impacts);
         Ok(Self {
@@ -122,18 +133,27 @@ impl PeriodicOrbit {
             local = 0.0;
         }
         // A time within rounding of an impact is the impact: times are often made by adding spans up.
-        let at_impact = |start: f64| (local - start).abs() <= 4.0 * f64::EPSILON * t.abs().max(self.period);
+        let at_impact =
+            |start: f64| (local - start).abs() <= 4.0 * f64::EPSILON * t.abs().max(self.period);
         if !self.pattern.instants().is_empty() {
             let ends = self.flights.iter().map(|f| f.start + f.span).enumerate();
             for (k, end) in ends {
                 let next = (k + 1) % self.flights.len();
                 if at_impact(end) || (next == 0 && at_impact(0.0)) {
-                    let state = if before_impact { &self.flights[k].before_next } else { &self.flights[next].after };
+                    let state = if before_impact {
+                        &self.flights[k].before_next
+                    } else {
+                        &self.flights[next].after
+                    };
                     return self.modal.form.to_physical(state);
                 }
             }
         }
-        let flight = self.flights.iter().rfind(|f| f.start <= local).unwrap_or(&self.flights[0]);
+        let flight = self
+            .flights
+            .iter()
+            .rfind(|f| f.start <= local)
+            .unwrap_or(&self.flights[0]);
         let mut state = flight.after.clone();
         with_flow!(&*self.flow, f => go(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
         self.modal.form.to_physical(&state)
@@ -166,7 +186,13 @@ impl PeriodicOrbit {
     pub fn stability(&self) -> Result<&Stability> {
         self.stability
             .get_or_init(|| {
-                stability(&self.modal, self.pattern.instants(), self.phase, &self.flights, &self.admissibility)
+                stability(
+                    &self.modal,
+                    self.pattern.instants(),
+                    self.phase,
+                    &self.flights,
+                    &self.admissibility,
+                )
             })
             .as_ref()
             .map_err(Clone::clone)
@@ -192,7 +218,11 @@ pub struct Saved {
 impl PeriodicOrbit {
     /// The orbit as plain numbers.
     pub fn save(&self) -> Saved {
-        let states = self.flights.iter().flat_map(|f| f.after.iter().chain(&f.before_next)).flatten();
+        let states = self
+            .flights
+            .iter()
+            .flat_map(|f| f.after.iter().chain(&f.before_next))
+            .flatten();
         Saved {
             n_periods: self.n_periods,
             phase: self.phase,
@@ -211,19 +241,44 @@ impl PeriodicOrbit {
         let n = modal.form.n_dof();
         if saved.states.len() != 4 * n * saved.spans.len() || saved.spans.is_empty() {
             let expected = format!("({},)", 4 * n * saved.spans.len());
-            return Err(crate::error::Error::bad_shape("states", format!("({},)", saved.states.len()), expected));
+            return Err(crate::error::Error::bad_shape(
+                "states",
+                format!("({},)", saved.states.len()),
+                expected,
+            ));
         }
         let pairs: Vec<Pair> = saved.states.chunks(2).map(|z| [z[0], z[1]]).collect();
         let mut start = 0.0;
         let mut flights = Vec::new();
         for (span, states) in saved.spans.iter().zip(pairs.chunks(2 * n)) {
             let (after, before_next) = (states[..n].to_vec(), states[n..].to_vec());
-            flights.push(Flight { start, span: *span, after, before_next });
+            flights.push(Flight {
+                start,
+                span: *span,
+                after,
+                before_next,
+            });
             start += span;
         }
         let flow = Arc::new(modal.flow());
-        let Saved { n_periods, phase, impulses, .. } = saved;
-        Self::new(scene, modal, flow, Parts { pattern, n_periods, phase, flights, impulses })
+        let Saved {
+            n_periods,
+            phase,
+            impulses,
+            ..
+        } = saved;
+        Self::new(
+            scene,
+            modal,
+            flow,
+            Parts {
+                pattern,
+                n_periods,
+                phase,
+                flights,
+                impulses,
+            },
+        )
     }
 }
 
@@ -292,7 +347,12 @@ pub struct OrbitOptions {
 
 impl Default for OrbitOptions {
     fn default() -> Self {
-        Self { n_periods: 1, phase: None, free: None, between: None }
+        Self {
+            n_periods: 1,
+            phase: None,
+            free: None,
+            between: None,
+        }
     }
 }
 

@@ -88,7 +88,11 @@ pub(crate) fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) ->
     let Some(free) = options.free else {
         return match options.between {
             None => Ok(()),
-            Some(range) => Err(Error::bad_value("between", format!("{range:?}"), "it is the range of `free`; name one")),
+            Some(range) => Err(Error::bad_value(
+                "between",
+                format!("{range:?}"),
+                "it is the range of `free`; name one",
+            )),
         };
     };
     if !matches!(pattern.instants(), [stops] if stops.len() >= 2) {
@@ -96,12 +100,20 @@ pub(crate) fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) ->
         return Err(Error::bad_value("free", format!("{free:?}"), rule));
     }
     if options.phase.is_some() {
-        return Err(Error::bad_value("free", format!("{free:?}"), "give either a phase or a free parameter"));
+        return Err(Error::bad_value(
+            "free",
+            format!("{free:?}"),
+            "give either a phase or a free parameter",
+        ));
     }
     match (free, options.between) {
         (Free::Clearance | Free::Parameter(Parameter::ForcingScale), _) => Ok(()),
         (_, Some((low, high))) if low < high && low.is_finite() && high.is_finite() => Ok(()),
-        (_, range) => Err(Error::bad_value("between", format!("{range:?}"), "it must be (low, high) with low < high")),
+        (_, range) => Err(Error::bad_value(
+            "between",
+            format!("{range:?}"),
+            "it must be (low, high) with low < high",
+        )),
     }
 }
 
@@ -110,25 +122,47 @@ pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> f64 {
     TAU * n_periods as f64 / modal.frequency
 }
 
-fn without_impacts(scene: &Scene, modal: &Arc<ModalScene>, options: &OrbitOptions) -> Result<Orbits> {
+fn without_impacts(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    options: &OrbitOptions,
+) -> Result<Orbits> {
     let phase = options.phase.unwrap_or_else(|| scene.forcing().phase());
     let instant = Instant::new(modal, &[], period(modal, options.n_periods));
     let crossing = phase_given(&instant, phase)?;
     let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
-        (true, _) => "no motion repeats: an undamped mode is in resonance with the forcing, or a load has nothing to rest on",
+        (true, _) => {
+            "no motion repeats: an undamped mode is in resonance with the forcing, or a load has nothing to rest on"
+        }
         (false, 0) => "the steady response",
         (false, _) => "a free motion that repeats can be added to the steady response",
     };
-    finish(scene, modal, &Pattern::none(), options, &instant, &crossing, reason.to_owned())
+    finish(
+        scene,
+        modal,
+        &Pattern::none(),
+        options,
+        &instant,
+        &crossing,
+        reason.to_owned(),
+    )
 }
 
-fn one_instant(scene: &Scene, modal: &Arc<ModalScene>, stops: &[usize], options: &OrbitOptions) -> Result<Orbits> {
+fn one_instant(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    stops: &[usize],
+    options: &OrbitOptions,
+) -> Result<Orbits> {
     let instant = Instant::new(modal, stops, period(modal, options.n_periods));
     let pattern = Pattern::together(stops)?;
     match (options.phase, options.free) {
         (Some(phase), _) => {
             let crossing = phase_given(&instant, phase)?;
-            let reason = describe(&crossing, "I - R e^(AT) is singular and the forcing is not in its range");
+            let reason = describe(
+                &crossing,
+                "I - R e^(AT) is singular and the forcing is not in its range",
+            );
             finish(scene, modal, &pattern, options, &instant, &crossing, reason)
         }
         (None, None) => {
@@ -142,8 +176,12 @@ fn one_instant(scene: &Scene, modal: &Arc<ModalScene>, stops: &[usize], options:
             finish(scene, modal, &pattern, options, &instant, &crossing, reason)
         }
         (None, Some(Free::Clearance)) => free_clearance(scene, modal, &pattern, options, &instant),
-        (None, Some(Free::Parameter(Parameter::ForcingScale))) => free_forcing(scene, &pattern, options, &instant),
-        (None, Some(Free::Parameter(parameter))) => free_parameter(scene, &pattern, options, parameter),
+        (None, Some(Free::Parameter(Parameter::ForcingScale))) => {
+            free_forcing(scene, &pattern, options, &instant)
+        }
+        (None, Some(Free::Parameter(parameter))) => {
+            free_parameter(scene, &pattern, options, parameter)
+        }
     }
 }
 
@@ -153,7 +191,10 @@ fn describe(crossing: &Crossing, none: &str) -> String {
     } else if crossing.is_any_phase {
         "every phase has an orbit".to_owned()
     } else if crossing.basis.ncols() > 0 {
-        format!("a family with {} parameters: the contact state may be moved along its basis", crossing.basis.ncols())
+        format!(
+            "a family with {} parameters: the contact state may be moved along its basis",
+            crossing.basis.ncols()
+        )
     } else {
         match crossing.points.len() {
             1 => "one solution".to_owned(),
@@ -186,7 +227,13 @@ fn finish(
         (false, false) => Verdict::Found,
     };
     let family = (verdict == Verdict::Family).then_some(Family { basis });
-    Ok(Orbits { orbits: sorted(orbits)?, verdict, reason, margin: crossing.margin, family })
+    Ok(Orbits {
+        orbits: sorted(orbits)?,
+        verdict,
+        reason,
+        margin: crossing.margin,
+        family,
+    })
 }
 
 /// Null vectors as changes of the contact state (q, v).
@@ -196,11 +243,17 @@ fn family_basis(modal: &ModalScene, instant: &Instant<'_>, crossing: &Crossing) 
         .basis
         .column_iter()
         .map(|x| {
-            let (q, v) = modal.form.to_physical(&instant.state_after(&x.into_owned(), 0.0));
+            let (q, v) = modal
+                .form
+                .to_physical(&instant.state_after(&x.into_owned(), 0.0));
             DVector::from_iterator(2 * n, q.iter().chain(v.iter()).copied())
         })
         .collect();
-    if columns.is_empty() { DMatrix::zeros(2 * n, 0) } else { DMatrix::from_columns(&columns) }
+    if columns.is_empty() {
+        DMatrix::zeros(2 * n, 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    }
 }
 
 fn build(
@@ -212,9 +265,18 @@ fn build(
     instant: &Instant<'_>,
     x: &DVector<f64>,
 ) -> Result<PeriodicOrbit> {
-    let Solution { phase, flight, impulses } = Solution::new(instant, x, period(modal, options.n_periods));
+    let Solution {
+        phase,
+        flight,
+        impulses,
+    } = Solution::new(instant, x, period(modal, options.n_periods));
     let (scene, modal) = if options.phase.is_some() && instant.n_impulses() > 0 {
-        with_contacts(scene, modal, &pattern.instants()[0], &instant.contacts(&flight.after))?
+        with_contacts(
+            scene,
+            modal,
+            &pattern.instants()[0],
+            &instant.contacts(&flight.after),
+        )?
     } else {
         (scene.clone(), modal.clone())
     };
@@ -241,7 +303,13 @@ pub(super) fn with_contacts(
         scene = scene.replace(Change::ClearanceOf(stop, contact))?;
         geometry.clearances[stop] = contact;
     }
-    Ok((scene, Arc::new(ModalScene { geometry: Arc::new(geometry), ..(**modal).clone() })))
+    Ok((
+        scene,
+        Arc::new(ModalScene {
+            geometry: Arc::new(geometry),
+            ..(**modal).clone()
+        }),
+    ))
 }
 
 /// The order of orbits of given depths of violation (`None`: admissible): stable and admissible first, then admissible,
@@ -251,22 +319,33 @@ pub(crate) fn ranking(
     depths: &[Option<f64>],
     mut is_stable: impl FnMut(usize) -> Result<bool>,
 ) -> Result<Vec<usize>> {
-    let asks = n_dof <= SORT_BY_STABILITY_UP_TO && depths.iter().filter(|d| d.is_none()).count() > 1;
+    let asks =
+        n_dof <= SORT_BY_STABILITY_UP_TO && depths.iter().filter(|d| d.is_none()).count() > 1;
     let mut keys = Vec::with_capacity(depths.len());
     for (i, depth) in depths.iter().enumerate() {
         let is_first = asks && depth.is_none() && is_stable(i)?;
         keys.push((u8::from(!is_first), depth.unwrap_or(-1.0)));
     }
     let mut order: Vec<usize> = (0..depths.len()).collect();
-    order.sort_by(|&i, &j| keys[i].0.cmp(&keys[j].0).then(keys[i].1.total_cmp(&keys[j].1)));
+    order.sort_by(|&i, &j| {
+        keys[i]
+            .0
+            .cmp(&keys[j].0)
+            .then(keys[i].1.total_cmp(&keys[j].1))
+    });
     Ok(order)
 }
 
 /// The orbits in the order of [`ranking`].
 pub(super) fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
-    let depths: Vec<Option<f64>> = orbits.iter().map(|o| o.violation().map(|v| v.depth)).collect();
+    let depths: Vec<Option<f64>> = orbits
+        .iter()
+        .map(|o| o.violation().map(|v| v.depth))
+        .collect();
     let n_dof = orbits.first().map_or(0, |o| o.q0().len());
-    let order = ranking(n_dof, &depths, |i| Ok(orbits[i].stability()?.is_stable == Some(true)))?;
+    let order = ranking(n_dof, &depths, |i| {
+        Ok(orbits[i].stability()?.is_stable == Some(true))
+    })?;
     let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();
     Ok(order.into_iter().filter_map(|i| slots[i].take()).collect())
 }
@@ -280,12 +359,32 @@ fn free_clearance(
     instant: &Instant<'_>,
 ) -> Result<Orbits> {
     let given = instant.clearances();
-    let direction = if given.amax() > 0.0 { given } else { given.map(|_| 1.0) };
-    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| instant.phase_part(x))?;
-    let reason = describe(&crossing, "no common factor on the clearances lets the stops be hit together");
+    let direction = if given.amax() > 0.0 {
+        given
+    } else {
+        given.map(|_| 1.0)
+    };
+    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| {
+        instant.phase_part(x)
+    })?;
+    let reason = describe(
+        &crossing,
+        "no common factor on the clearances lets the stops be hit together",
+    );
     // The orbits' own contact positions are the clearances.
-    let given_phase = OrbitOptions { phase: Some(0.0), ..options.clone() };
-    finish(scene, modal, pattern, &given_phase, instant, &crossing, reason)
+    let given_phase = OrbitOptions {
+        phase: Some(0.0),
+        ..options.clone()
+    };
+    finish(
+        scene,
+        modal,
+        pattern,
+        &given_phase,
+        instant,
+        &crossing,
+        reason,
+    )
 }
 
 /// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
@@ -298,7 +397,9 @@ fn free_forcing(
     let set = instant.at_clearance(None)?;
     let u = instant.phase_part(&set.particular);
     let scale = u[0].hypot(u[1]);
-    let inside = options.between.is_none_or(|(low, high)| (low..=high).contains(&scale));
+    let inside = options
+        .between
+        .is_none_or(|(low, high)| (low..=high).contains(&scale));
     if set.residual > 1e-11 || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
         return Ok(Orbits {
             orbits: Vec::new(),
@@ -310,7 +411,16 @@ fn free_forcing(
     }
     let scene = scene.replace(Change::ForcingScale(scale))?;
     let modal = Arc::new(ModalScene::new(&scene, "periodic_orbits")?);
-    let mut orbits = one_instant(&scene, &modal, &pattern.instants()[0], &OrbitOptions { free: None, between: None, ..options.clone() })?;
+    let mut orbits = one_instant(
+        &scene,
+        &modal,
+        &pattern.instants()[0],
+        &OrbitOptions {
+            free: None,
+            between: None,
+            ..options.clone()
+        },
+    )?;
     orbits.reason = format!("one solution, at forcing_scale = {scale}");
     Ok(orbits)
 }
@@ -323,7 +433,12 @@ fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Op
 }
 
 /// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as good as its samples.
-fn free_parameter(scene: &Scene, pattern: &Pattern, options: &OrbitOptions, parameter: Parameter) -> Result<Orbits> {
+fn free_parameter(
+    scene: &Scene,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    parameter: Parameter,
+) -> Result<Orbits> {
     let stops = &pattern.instants()[0];
     let (low, high) = options.between.unwrap_or((0.0, 0.0));
     let at = |x: f64| mismatch(&scene.replace(parameter.change(x))?, stops, options);
@@ -353,23 +468,49 @@ fn free_parameter(scene: &Scene, pattern: &Pattern, options: &OrbitOptions, para
         let changed = scene.replace(parameter.change(root))?;
         all.extend(at_root(&changed, pattern, options)?);
     }
-    let verdict = if all.is_empty() { Verdict::None } else { Verdict::Found };
-    let reason = if all.is_empty() {
-        format!("no value in [{low}, {high}] was found on {} samples", SAMPLES + 1)
+    let verdict = if all.is_empty() {
+        Verdict::None
     } else {
-        format!("{} solutions in [{low}, {high}], found on {} samples", all.len(), SAMPLES + 1)
+        Verdict::Found
     };
-    Ok(Orbits { orbits: sorted(all)?, verdict, reason, margin: best, family: None })
+    let reason = if all.is_empty() {
+        format!(
+            "no value in [{low}, {high}] was found on {} samples",
+            SAMPLES + 1
+        )
+    } else {
+        format!(
+            "{} solutions in [{low}, {high}], found on {} samples",
+            all.len(),
+            SAMPLES + 1
+        )
+    };
+    Ok(Orbits {
+        orbits: sorted(all)?,
+        verdict,
+        reason,
+        margin: best,
+        family: None,
+    })
 }
 
 /// The orbit at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as little.
 fn at_root(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Vec<PeriodicOrbit>> {
     let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
-    let instant = Instant::new(&modal, &pattern.instants()[0], period(&modal, options.n_periods));
+    let instant = Instant::new(
+        &modal,
+        &pattern.instants()[0],
+        period(&modal, options.n_periods),
+    );
     let set = instant.at_clearance(None)?;
     let u = instant.phase_part(&set.particular);
     let phase = u[1].atan2(u[0]);
-    let fixed = OrbitOptions { phase: Some(phase), free: None, between: None, ..options.clone() };
+    let fixed = OrbitOptions {
+        phase: Some(phase),
+        free: None,
+        between: None,
+        ..options.clone()
+    };
     Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed)?.orbits)
 }
 
@@ -382,7 +523,11 @@ fn bracketed(
     let start = y0.abs().max(y1.abs());
     for round in 0..200 {
         let secant = x1 - y1 * (x1 - x0) / (y1 - y0);
-        let x = if round % 3 == 2 || !secant.is_finite() { 0.5 * (x0 + x1) } else { secant };
+        let x = if round % 3 == 2 || !secant.is_finite() {
+            0.5 * (x0 + x1)
+        } else {
+            secant
+        };
         if x <= x0.min(x1) || x >= x0.max(x1) || (x1 - x0).abs() <= 4.0 * f64::EPSILON * x.abs() {
             break;
         }
@@ -396,6 +541,10 @@ fn bracketed(
             (x0, y0) = (x, y);
         }
     }
-    let (x, y) = if y0.abs() < y1.abs() { (x0, y0) } else { (x1, y1) };
+    let (x, y) = if y0.abs() < y1.abs() {
+        (x0, y0)
+    } else {
+        (x1, y1)
+    };
     Ok((y.abs() < 1e-6 * start.max(1e-6)).then_some(x))
 }

@@ -2,8 +2,8 @@
 //! eigenvalues (Floquet multipliers), both orders where stops are hit together, and the reason where there are none.
 
 use crate::error::Result;
-use crate::linalg::eigen;
 use crate::flow::{ModalScene, along};
+use crate::linalg::eigen;
 use crate::modal::{Form, Pair};
 use crate::orbit::admissible::{Admissibility, Touch};
 use crate::orbit::periodic_orbit::Flight;
@@ -39,7 +39,10 @@ pub struct Stability {
 impl OrderMultipliers {
     /// The largest modulus.
     pub fn spectral_radius(&self) -> f64 {
-        self.multipliers.iter().map(|z| z.norm()).fold(0.0, f64::max)
+        self.multipliers
+            .iter()
+            .map(|z| z.norm())
+            .fold(0.0, f64::max)
     }
 }
 
@@ -52,8 +55,11 @@ fn apply_saltation(
     (rate_before, rate_after): (&[Pair], &[Pair]),
     deviations: &mut DMatrix<f64>,
 ) {
-    let (velocity, position, jump) =
-        (&scene.velocity_rows[stop], &scene.position_rows[stop], &scene.jumps[stop]);
+    let (velocity, position, jump) = (
+        &scene.velocity_rows[stop],
+        &scene.position_rows[stop],
+        &scene.jumps[stop],
+    );
     let approach = along(position, rate_before);
     let carried = factor * along(velocity, rate_before);
     for mut column in deviations.column_iter_mut() {
@@ -186,7 +192,11 @@ pub(crate) fn stability(
     found: &Admissibility,
 ) -> Result<Stability> {
     if let Some(refusal) = refusal(scene, pattern, found) {
-        return Ok(Stability { is_stable: None, reason: refusal.describe(), orders: Vec::new() });
+        return Ok(Stability {
+            is_stable: None,
+            reason: refusal.describe(),
+            orders: Vec::new(),
+        });
     }
     let (forward, backward) = scene.form.transformation();
     let mut results = Vec::new();
@@ -235,12 +245,19 @@ pub(crate) fn largest_multiplier(
 }
 
 fn verdict(orders: Vec<OrderMultipliers>) -> Stability {
-    let largest = orders.first().map_or(0.0, OrderMultipliers::spectral_radius);
+    let largest = orders
+        .first()
+        .map_or(0.0, OrderMultipliers::spectral_radius);
     let is_stable = decides(largest);
     let mut reason = match is_stable {
-        Some(true) => format!("the largest multiplier has modulus {largest:.6}, inside the unit circle"),
-        Some(false) => format!("the largest multiplier has modulus {largest:.6}, outside the unit circle"),
-        None => "the largest multiplier lies on the unit circle: the first order decides nothing".to_owned(),
+        Some(true) => {
+            format!("the largest multiplier has modulus {largest:.6}, inside the unit circle")
+        }
+        Some(false) => {
+            format!("the largest multiplier has modulus {largest:.6}, outside the unit circle")
+        }
+        None => "the largest multiplier lies on the unit circle: the first order decides nothing"
+            .to_owned(),
     };
     if orders.len() > 1 {
         reason.push_str(
@@ -248,12 +265,21 @@ fn verdict(orders: Vec<OrderMultipliers>) -> Stability {
              stability of the piecewise-linear whole",
         );
     }
-    Stability { is_stable, reason, orders }
+    Stability {
+        is_stable,
+        reason,
+        orders,
+    }
 }
 
 /// The product of flow Jacobians and saltation matrices over one period, from just after the first instant, in modal
 /// pairs; the impacts of each instant in the given order.
-fn monodromy(scene: &ModalScene, order: &[Vec<usize>], phase: f64, flights: &[Flight]) -> DMatrix<f64> {
+fn monodromy(
+    scene: &ModalScene,
+    order: &[Vec<usize>],
+    phase: f64,
+    flights: &[Flight],
+) -> DMatrix<f64> {
     let n = scene.form.n_dof();
     let mut deviations = DMatrix::identity(2 * n, 2 * n);
     let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
@@ -267,7 +293,8 @@ fn monodromy(scene: &ModalScene, order: &[Vec<usize>], phase: f64, flights: &[Fl
         scene.rate(&state, u, &mut before);
         for &stop in &order[(k + 1) % order.len()] {
             let g = &scene.geometry;
-            let factor = (1.0 + g.restitutions[stop]) / g.normals.column(stop).dot(&g.reactions.column(stop));
+            let factor = (1.0 + g.restitutions[stop])
+                / g.normals.column(stop).dot(&g.reactions.column(stop));
             let impulse = factor * along(&scene.velocity_rows[stop], &state);
             for (z, jump) in state.iter_mut().zip(&scene.jumps[stop]) {
                 *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];

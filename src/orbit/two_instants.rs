@@ -3,12 +3,12 @@
 
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, along};
+use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
 use crate::orbit::flight_time::Search;
 use crate::orbit::impulses::Instant;
-use crate::impact::wrapped;
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::search::{period, sorted, with_contacts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};

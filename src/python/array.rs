@@ -2,7 +2,10 @@
 //! float64 arrays go out; rows first.
 
 use nalgebra::{Complex, DMatrix, DVector};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -15,32 +18,52 @@ fn as_array<'py, T: numpy::Element>(
     let py = value.py();
     let options = PyDict::new(py);
     options.set_item("dtype", dtype)?;
-    let array = py.import("numpy")?.getattr("asarray")?.call((value,), Some(&options)).map_err(|_| {
-        let shown = value.repr().map_or_else(|_| "this value".to_owned(), |r| r.to_string());
-        PyValueError::new_err(format!("{argument} is {shown}, but an array of numbers is needed"))
-    })?;
+    let array = py
+        .import("numpy")?
+        .getattr("asarray")?
+        .call((value,), Some(&options))
+        .map_err(|_| {
+            let shown = value
+                .repr()
+                .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+            PyValueError::new_err(format!(
+                "{argument} is {shown}, but an array of numbers is needed"
+            ))
+        })?;
     Ok(array.cast_into::<PyArrayDyn<T>>()?.readonly())
 }
 
 fn shape_error(argument: &str, shape: &[usize], expected: &str) -> PyErr {
     let shown: Vec<String> = shape.iter().map(ToString::to_string).collect();
-    PyValueError::new_err(format!("{argument} has shape ({}), but {expected} is needed", shown.join(", ")))
+    PyValueError::new_err(format!(
+        "{argument} has shape ({}), but {expected} is needed",
+        shown.join(", ")
+    ))
 }
 
 /// A vector; a plain number is one of length 1.
 pub(crate) fn vector(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<DVector<f64>> {
     let array = as_array::<f64>(argument, value, "float64")?;
     match array.ndim() {
-        0 | 1 => Ok(DVector::from_iterator(array.len(), array.as_array().iter().copied())),
+        0 | 1 => Ok(DVector::from_iterator(
+            array.len(),
+            array.as_array().iter().copied(),
+        )),
         _ => Err(shape_error(argument, array.shape(), "shape (n,)")),
     }
 }
 
 /// A complex vector; a plain number is one of length 1.
-pub(crate) fn complex_vector(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<DVector<Complex<f64>>> {
+pub(crate) fn complex_vector(
+    argument: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<DVector<Complex<f64>>> {
     let array = as_array::<Complex<f64>>(argument, value, "complex128")?;
     match array.ndim() {
-        0 | 1 => Ok(DVector::from_iterator(array.len(), array.as_array().iter().copied())),
+        0 | 1 => Ok(DVector::from_iterator(
+            array.len(),
+            array.as_array().iter().copied(),
+        )),
         _ => Err(shape_error(argument, array.shape(), "shape (n,)")),
     }
 }
@@ -49,18 +72,29 @@ pub(crate) fn complex_vector(argument: &str, value: &Bound<'_, PyAny>) -> PyResu
 pub(crate) fn matrix(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<DMatrix<f64>> {
     let array = as_array::<f64>(argument, value, "float64")?;
     match array.shape() {
-        &[rows, columns] => Ok(DMatrix::from_row_iterator(rows, columns, array.as_array().iter().copied())),
+        &[rows, columns] => Ok(DMatrix::from_row_iterator(
+            rows,
+            columns,
+            array.as_array().iter().copied(),
+        )),
         shape => Err(shape_error(argument, shape, "shape (n, n)")),
     }
 }
 
 /// Either a vector or a matrix, as a diagonal or dense coefficient.
-pub(crate) fn coefficient(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<crate::model::Coefficient> {
+pub(crate) fn coefficient(
+    argument: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<crate::model::Coefficient> {
     let array = as_array::<f64>(argument, value, "float64")?;
     match array.ndim() {
         0 | 1 => Ok(vector(argument, value)?.into()),
         2 => Ok(matrix(argument, value)?.into()),
-        _ => Err(shape_error(argument, array.shape(), "shape (n, n), or (n,) for a diagonal")),
+        _ => Err(shape_error(
+            argument,
+            array.shape(),
+            "shape (n, n), or (n,) for a diagonal",
+        )),
     }
 }
 
@@ -68,35 +102,60 @@ pub(crate) fn coefficient(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<
 pub(crate) fn times(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, bool)> {
     let array = as_array::<f64>(argument, value, "float64")?;
     match array.ndim() {
-        0 | 1 => Ok((array.as_array().iter().copied().collect(), array.ndim() == 0)),
-        _ => Err(shape_error(argument, array.shape(), "a time or an array of times of shape (m,)")),
+        0 | 1 => Ok((
+            array.as_array().iter().copied().collect(),
+            array.ndim() == 0,
+        )),
+        _ => Err(shape_error(
+            argument,
+            array.shape(),
+            "a time or an array of times of shape (m,)",
+        )),
     }
 }
 
 /// A number that is no array.
 pub(crate) fn number(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     let vector = vector(argument, value)?;
-    if vector.len() == 1 { Ok(vector[0]) } else { Err(shape_error(argument, &[vector.len()], "one number")) }
+    if vector.len() == 1 {
+        Ok(vector[0])
+    } else {
+        Err(shape_error(argument, &[vector.len()], "one number"))
+    }
 }
 
 pub(crate) fn out_vector<'py>(py: Python<'py>, v: &DVector<f64>) -> Bound<'py, PyArray1<f64>> {
     v.as_slice().to_vec().into_pyarray(py)
 }
 
-pub(crate) fn out_complex<'py>(py: Python<'py>, v: &DVector<Complex<f64>>) -> Bound<'py, PyArray1<Complex<f64>>> {
+pub(crate) fn out_complex<'py>(
+    py: Python<'py>,
+    v: &DVector<Complex<f64>>,
+) -> Bound<'py, PyArray1<Complex<f64>>> {
     v.as_slice().to_vec().into_pyarray(py)
 }
 
 /// A matrix out, rows first.
-pub(crate) fn out_matrix<'py, T>(py: Python<'py>, m: &DMatrix<T>) -> PyResult<Bound<'py, PyArray2<T>>>
+pub(crate) fn out_matrix<'py, T>(
+    py: Python<'py>,
+    m: &DMatrix<T>,
+) -> PyResult<Bound<'py, PyArray2<T>>>
 where
     T: numpy::Element + nalgebra::Scalar + Copy,
 {
-    m.transpose().as_slice().to_vec().into_pyarray(py).reshape([m.nrows(), m.ncols()])
+    m.transpose()
+        .as_slice()
+        .to_vec()
+        .into_pyarray(py)
+        .reshape([m.nrows(), m.ncols()])
 }
 
 /// Rows of equal length out, shape `(m, n)`.
-pub(crate) fn out_rows<'py>(py: Python<'py>, rows: &[DVector<f64>], n: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub(crate) fn out_rows<'py>(
+    py: Python<'py>,
+    rows: &[DVector<f64>],
+    n: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let flat: Vec<f64> = rows.iter().flat_map(|r| r.iter().copied()).collect();
     flat.into_pyarray(py).reshape([rows.len(), n])
 }
@@ -107,7 +166,10 @@ pub(crate) fn structured<'py>(
     len: usize,
     columns: Vec<(&str, &str, Bound<'py, PyAny>)>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let dtype: Vec<(&str, &str)> = columns.iter().map(|(name, kind, _)| (*name, *kind)).collect();
+    let dtype: Vec<(&str, &str)> = columns
+        .iter()
+        .map(|(name, kind, _)| (*name, *kind))
+        .collect();
     let array = py.import("numpy")?.call_method1("empty", (len, dtype))?;
     for (name, _, values) in columns {
         array.set_item(name, values)?;

@@ -9,7 +9,9 @@ pyo3::import_exception!(vibroimpact.errors, ConvergenceError);
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         match error {
-            Error::BadValue { .. } | Error::BadShape { .. } => PyValueError::new_err(error.to_string()),
+            Error::BadValue { .. } | Error::BadShape { .. } => {
+                PyValueError::new_err(error.to_string())
+            }
             Error::NoConvergence { .. } => ConvergenceError::new_err(error.to_string()),
             Error::Interrupted => PyKeyboardInterrupt::new_err(()),
         }

@@ -14,12 +14,16 @@ pub(crate) fn progress_bar(py: Python<'_>, wanted: bool) -> PyResult<Option<Py<P
         return Ok(None);
     }
     let tqdm = py.import("tqdm.auto").map_err(|_| {
-        pyo3::exceptions::PyImportError::new_err("progress=True needs tqdm: pip install \"vibroimpact[progress]\"")
+        pyo3::exceptions::PyImportError::new_err(
+            "progress=True needs tqdm: pip install \"vibroimpact[progress]\"",
+        )
     })?;
     let options = pyo3::types::PyDict::new(py);
     options.set_item("total", 1.0)?;
     options.set_item("bar_format", "{l_bar}{bar}| {elapsed}<{remaining}")?;
-    Ok(Some(tqdm.getattr("tqdm")?.call((), Some(&options))?.unbind()))
+    Ok(Some(
+        tqdm.getattr("tqdm")?.call((), Some(&options))?.unbind(),
+    ))
 }
 
 /// Runs `work` with the interpreter released. The observer it is given takes the fraction done and says whether to go on;

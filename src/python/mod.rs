@@ -20,13 +20,16 @@ mod _core {
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]
     use super::model::{
-        PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyScene, PyStop, PyWall,
-        paper_scene, paper_system,
+        PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyScene,
+        PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
-    use super::orbit::{PyCoefficients, PyFamily, PyOrbit, PyOrbits, PyStability, PyViolation, _restore_orbit, _restore_orbits, periodic_orbits};
+    use super::orbit::{
+        _restore_orbit, _restore_orbits, PyCoefficients, PyFamily, PyOrbit, PyOrbits, PyStability,
+        PyViolation, periodic_orbits,
+    };
     #[pymodule_export]
-    use super::simulate::{PyStats, PyTrajectory, _restore_trajectory, simulate};
+    use super::simulate::{_restore_trajectory, PyStats, PyTrajectory, simulate};
 
     #[pymodule_export]
     use super::sweep::{_existence_at, _existence_cells, _existence_tile, _simulate_rows};

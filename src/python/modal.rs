@@ -20,7 +20,10 @@ pub(crate) struct PyModes {
 impl PyModes {
     #[new]
     fn new(system: PyRef<'_, PyLinearSystem>) -> PyResult<Self> {
-        Ok(Self { modes: modal::modes(&system.0)?, system: system.clone() })
+        Ok(Self {
+            modes: modal::modes(&system.0)?,
+            system: system.clone(),
+        })
     }
 
     /// Natural frequencies of the undamped system [rad/s], shape (n,); nan where the equilibrium is unstable.
@@ -60,13 +63,21 @@ impl PyModes {
     fn __repr__(&self) -> String {
         let list = |v: &nalgebra::DVector<f64>| {
             let shown: Vec<String> = v.iter().take(6).map(|x| format!("{x:.6}")).collect();
-            format!("[{}{}]", shown.join(", "), if v.len() > 6 { ", ..." } else { "" })
+            format!(
+                "[{}{}]",
+                shown.join(", "),
+                if v.len() > 6 { ", ..." } else { "" }
+            )
         };
         format!(
             "Modes(natural_frequencies={}, damping_ratios={}, is_proportional={})",
             list(&self.modes.natural_frequencies),
             list(&self.modes.damping_ratios),
-            if self.modes.is_proportional { "True" } else { "False" }
+            if self.modes.is_proportional {
+                "True"
+            } else {
+                "False"
+            }
         )
     }
 
@@ -139,7 +150,10 @@ pub(crate) fn recovery_matrix<'py>(
     scene: PyRef<'_, PyScene>,
     stops: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    out_matrix(py, &impact::recovery_matrix(&scene.0, &stop_set("stops", stops)?)?)
+    out_matrix(
+        py,
+        &impact::recovery_matrix(&scene.0, &stop_set("stops", stops)?)?,
+    )
 }
 
 /// What ``audit_recovery`` found.
@@ -173,8 +187,15 @@ impl PyRecoveryAudit {
     }
 
     fn __repr__(&self) -> String {
-        let verdict = if self.0.is_realisable { "realisable" } else { "not realisable" };
-        let mut text = format!("RecoveryAudit({verdict}, energy_gain={:.6})", self.0.energy_gain);
+        let verdict = if self.0.is_realisable {
+            "realisable"
+        } else {
+            "not realisable"
+        };
+        let mut text = format!(
+            "RecoveryAudit({verdict}, energy_gain={:.6})",
+            self.0.energy_gain
+        );
         for reason in &self.0.reasons {
             text.push_str("\n  ");
             text.push_str(reason);
@@ -221,5 +242,9 @@ pub(crate) fn audit_recovery(
 ) -> PyResult<PyRecoveryAudit> {
     let mass = crate::python::array::coefficient("mass", mass)?.to_dense();
     let normals = self::normals(normals, mass.nrows())?;
-    Ok(PyRecoveryAudit(impact::audit_recovery(&self::matrix("matrix", matrix)?, &mass, &normals)?))
+    Ok(PyRecoveryAudit(impact::audit_recovery(
+        &self::matrix("matrix", matrix)?,
+        &mass,
+        &normals,
+    )?))
 }

@@ -1,8 +1,9 @@
 //! Systems, forcing, stops and scenes in Python.
 
 use crate::model::{
-    self, BaseMotion, Change, Constraint, DoublePendulum, Forcing, Harmonic, Kind, LinearSystem, Normal, PaperOptions,
-    Parameter, PendulumChain, Reaction, Scene, Side, Stop, System, Wall, WallSide,
+    self, BaseMotion, Change, Constraint, DoublePendulum, Forcing, Harmonic, Kind, LinearSystem,
+    Normal, PaperOptions, Parameter, PendulumChain, Reaction, Scene, Side, Stop, System, Wall,
+    WallSide,
 };
 use crate::python::array::{
     coefficient, complex_vector, matrix, number, out_complex, out_matrix, out_vector, vector,
@@ -138,7 +139,11 @@ impl PyLinearSystem {
     fn __repr__(&self) -> String {
         let s = &self.0;
         let load = if s.load().amax() > 0.0 { ", load" } else { "" };
-        let influence = if s.influence().is_some() { ", influence" } else { "" };
+        let influence = if s.influence().is_some() {
+            ", influence"
+        } else {
+            ""
+        };
         format!(
             "LinearSystem(n_dof={}, mass {}, damping {}, stiffness {}{load}{influence})",
             s.n_dof(),
@@ -188,18 +193,33 @@ pub(crate) struct PyDoublePendulum(pub DoublePendulum);
 impl PyDoublePendulum {
     #[new]
     #[pyo3(signature = (mass_ratio, length_ratio, damping=None))]
-    fn new(mass_ratio: f64, length_ratio: f64, damping: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(
+        mass_ratio: f64,
+        length_ratio: f64,
+        damping: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let Some(damping) = damping else {
-            return Ok(Self(DoublePendulum::new(mass_ratio, length_ratio, (0.0, 0.0))?));
+            return Ok(Self(DoublePendulum::new(
+                mass_ratio,
+                length_ratio,
+                (0.0, 0.0),
+            )?));
         };
         match coefficient("damping", damping)? {
-            model::Coefficient::Dense(c) => Ok(Self(DoublePendulum::with_damping_matrix(mass_ratio, length_ratio, c)?)),
-            model::Coefficient::Diagonal(p) if p.len() == 2 => {
-                Ok(Self(DoublePendulum::new(mass_ratio, length_ratio, (p[0], p[1]))?))
-            }
-            model::Coefficient::Diagonal(p) => {
-                Err(bad(format!("damping has shape ({},), but (2,) or (2, 2) is needed", p.len())))
-            }
+            model::Coefficient::Dense(c) => Ok(Self(DoublePendulum::with_damping_matrix(
+                mass_ratio,
+                length_ratio,
+                c,
+            )?)),
+            model::Coefficient::Diagonal(p) if p.len() == 2 => Ok(Self(DoublePendulum::new(
+                mass_ratio,
+                length_ratio,
+                (p[0], p[1]),
+            )?)),
+            model::Coefficient::Diagonal(p) => Err(bad(format!(
+                "damping has shape ({},), but (2,) or (2, 2) is needed",
+                p.len()
+            ))),
         }
     }
 
@@ -237,11 +257,22 @@ impl PyDoublePendulum {
     }
 
     fn __repr__(&self) -> String {
-        format!("DoublePendulum(mass_ratio={}, length_ratio={})", self.0.mass_ratio(), self.0.length_ratio())
+        format!(
+            "DoublePendulum(mass_ratio={}, length_ratio={})",
+            self.0.mass_ratio(),
+            self.0.length_ratio()
+        )
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(f64, f64, Bound<'py, PyArray2<f64>>)> {
-        Ok((self.0.mass_ratio(), self.0.length_ratio(), self.damping(py)?))
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(f64, f64, Bound<'py, PyArray2<f64>>)> {
+        Ok((
+            self.0.mass_ratio(),
+            self.0.length_ratio(),
+            self.damping(py)?,
+        ))
     }
 }
 
@@ -283,7 +314,9 @@ impl PyPendulumChain {
             Some(damping) => coefficient("damping", damping)?,
         };
         Ok(Self(match damping {
-            model::Coefficient::Dense(c) => PendulumChain::with_damping_matrix(masses, lengths, c, gravity)?,
+            model::Coefficient::Dense(c) => {
+                PendulumChain::with_damping_matrix(masses, lengths, c, gravity)?
+            }
             model::Coefficient::Diagonal(c) if c.len() == 1 => {
                 PendulumChain::new(masses, lengths, &DVector::from_element(n, c[0]), gravity)?
             }
@@ -331,14 +364,23 @@ impl PyPendulumChain {
     }
 
     fn __repr__(&self) -> String {
-        format!("PendulumChain(n_dof={}, gravity={})", self.0.n_dof(), self.0.gravity())
+        format!(
+            "PendulumChain(n_dof={}, gravity={})",
+            self.0.n_dof(),
+            self.0.gravity()
+        )
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let gravity = self.0.gravity().into_pyobject(py)?.into_any();
         PyTuple::new(
             py,
-            [self.masses(py).into_any(), self.lengths(py).into_any(), self.damping(py)?.into_any(), gravity],
+            [
+                self.masses(py).into_any(),
+                self.lengths(py).into_any(),
+                self.damping(py)?.into_any(),
+                gravity,
+            ],
         )
     }
 }
@@ -367,7 +409,11 @@ impl PyHarmonic {
     #[new]
     #[pyo3(signature = (amplitude, frequency, phase=0.0))]
     fn new(amplitude: &Bound<'_, PyAny>, frequency: f64, phase: f64) -> PyResult<Self> {
-        Ok(Self(Harmonic::new(complex_vector("amplitude", amplitude)?, frequency, phase)?))
+        Ok(Self(Harmonic::new(
+            complex_vector("amplitude", amplitude)?,
+            frequency,
+            phase,
+        )?))
     }
 
     /// Force amplitude, shape (n,), real where it has no imaginary part.
@@ -399,7 +445,11 @@ impl PyHarmonic {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let amplitude = self.amplitude(py).repr()?;
-        Ok(format!("Harmonic({amplitude}, frequency={}, phase={})", self.0.frequency(), self.0.phase()))
+        Ok(format!(
+            "Harmonic({amplitude}, frequency={}, phase={})",
+            self.0.frequency(),
+            self.0.phase()
+        ))
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, f64, f64) {
@@ -460,7 +510,12 @@ impl PyBaseMotion {
 
     fn __repr__(&self) -> String {
         let f = &self.0;
-        format!("BaseMotion({}, frequency={}, phase={})", f.amplitude(), f.frequency(), f.phase())
+        format!(
+            "BaseMotion({}, frequency={}, phase={})",
+            f.amplitude(),
+            f.frequency(),
+            f.phase()
+        )
     }
 
     fn __getnewargs__(&self) -> (f64, f64, f64) {
@@ -472,20 +527,31 @@ fn side(value: &str) -> PyResult<Side> {
     match value {
         "upper" => Ok(Side::Upper),
         "lower" => Ok(Side::Lower),
-        _ => Err(bad(format!("side is {value:?}, but it must be \"upper\" or \"lower\""))),
+        _ => Err(bad(format!(
+            "side is {value:?}, but it must be \"upper\" or \"lower\""
+        ))),
     }
 }
 
 fn is_whole_number(value: &Bound<'_, PyAny>) -> bool {
-    value.hasattr("__index__").unwrap_or(false) && value.getattr("shape").map_or(true, |s| s.len().unwrap_or(0) == 0)
+    value.hasattr("__index__").unwrap_or(false)
+        && value
+            .getattr("shape")
+            .map_or(true, |s| s.len().unwrap_or(0) == 0)
 }
 
 fn normal(value: &Bound<'_, PyAny>) -> PyResult<Normal> {
-    if is_whole_number(value) { Ok(Normal::Coordinate(stop_index("normal", value)?)) } else { Ok(vector("normal", value)?.into()) }
+    if is_whole_number(value) {
+        Ok(Normal::Coordinate(stop_index("normal", value)?))
+    } else {
+        Ok(vector("normal", value)?.into())
+    }
 }
 
 fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
-    let Some(value) = value else { return Ok(Reaction::Inertia) };
+    let Some(value) = value else {
+        return Ok(Reaction::Inertia);
+    };
     match value.extract::<String>() {
         Ok(name) if name == "inertia" => Ok(Reaction::Inertia),
         Ok(name) if name == "coordinate" => Ok(Reaction::Coordinate),
@@ -538,7 +604,10 @@ impl PyStop {
         reaction: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let stop = Stop::new(self::normal(normal)?, clearance, restitution)?;
-        Ok(Self(stop.on_side(self::side(side)?).with_reaction(self::reaction(reaction)?)?))
+        Ok(Self(
+            stop.on_side(self::side(side)?)
+                .with_reaction(self::reaction(reaction)?)?,
+        ))
     }
 
     /// The normal as given: index of a coordinate, or shape (n,).
@@ -603,7 +672,10 @@ impl PyStop {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
         options.set_item("reaction", self.reaction(py)?)?;
-        Ok(((self.normal(py)?, self.clearance(), self.restitution()), options))
+        Ok((
+            (self.normal(py)?, self.clearance(), self.restitution()),
+            options,
+        ))
     }
 }
 
@@ -636,9 +708,18 @@ impl PyWall {
         let side = match side {
             "right" => WallSide::Right,
             "left" => WallSide::Left,
-            _ => return Err(bad(format!("side is {side:?}, but it must be \"right\" or \"left\""))),
+            _ => {
+                return Err(bad(format!(
+                    "side is {side:?}, but it must be \"right\" or \"left\""
+                )));
+            }
         };
-        Ok(Self(Wall::new(stop_index("bob", bob)?, position, restitution, side)?))
+        Ok(Self(Wall::new(
+            stop_index("bob", bob)?,
+            position,
+            restitution,
+            side,
+        )?))
     }
 
     /// The bob, counted from 0.
@@ -682,7 +763,10 @@ impl PyWall {
         )
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((usize, f64, f64), Bound<'py, PyDict>)> {
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((usize, f64, f64), Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
         Ok(((self.bob(), self.position(), self.restitution()), options))
@@ -706,7 +790,9 @@ fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
 }
 
 fn forcing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Forcing> {
-    let Some(value) = value.filter(|v| !v.is_none()) else { return Ok(Forcing::Unforced) };
+    let Some(value) = value.filter(|v| !v.is_none()) else {
+        return Ok(Forcing::Unforced);
+    };
     if let Ok(f) = value.cast::<PyHarmonic>() {
         return Ok(f.get().0.clone().into());
     }
@@ -726,11 +812,16 @@ fn constraint(value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
     if let Ok(s) = value.cast::<PyWall>() {
         return Ok(s.get().0.clone().into());
     }
-    Err(PyTypeError::new_err(format!("stops holds {}, but a Stop or Wall is needed", value.get_type().name()?)))
+    Err(PyTypeError::new_err(format!(
+        "stops holds {}, but a Stop or Wall is needed",
+        value.get_type().name()?
+    )))
 }
 
 fn constraints(value: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Constraint>> {
-    let Some(value) = value.filter(|v| !v.is_none()) else { return Ok(Vec::new()) };
+    let Some(value) = value.filter(|v| !v.is_none()) else {
+        return Ok(Vec::new());
+    };
     match value.try_iter() {
         Ok(items) => items.map(|item| constraint(&item?)).collect(),
         Err(_) => Ok(vec![constraint(value)?]),
@@ -781,9 +872,17 @@ impl PyScene {
         let f = self.0.forcing();
         let (frequency, phase) = (f.frequency().unwrap_or(1.0), f.phase());
         Ok(Change::Forcing(match f {
-            Forcing::Unforced => return Err(bad("amplitude is given, but the scene has no forcing to change".to_owned())),
-            Forcing::Harmonic(_) => Harmonic::new(complex_vector("amplitude", value)?, frequency, phase)?.into(),
-            Forcing::BaseMotion(_) => BaseMotion::new(number("amplitude", value)?, frequency, phase)?.into(),
+            Forcing::Unforced => {
+                return Err(bad(
+                    "amplitude is given, but the scene has no forcing to change".to_owned(),
+                ));
+            }
+            Forcing::Harmonic(_) => {
+                Harmonic::new(complex_vector("amplitude", value)?, frequency, phase)?.into()
+            }
+            Forcing::BaseMotion(_) => {
+                BaseMotion::new(number("amplitude", value)?, frequency, phase)?.into()
+            }
         }))
     }
 
@@ -814,7 +913,11 @@ impl PyScene {
         forcing: Option<&Bound<'_, PyAny>>,
         stops: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        Ok(Self(Scene::new(self::system(system)?, self::forcing(forcing)?, constraints(stops)?)?))
+        Ok(Self(Scene::new(
+            self::system(system)?,
+            self::forcing(forcing)?,
+            constraints(stops)?,
+        )?))
     }
 
     /// The system.
@@ -881,13 +984,22 @@ impl PyScene {
         }
         if shape.last() != Some(&n) {
             let shown: Vec<String> = shape.iter().map(ToString::to_string).collect();
-            return Err(bad(format!("q has shape ({}), but (..., {n}) is needed", shown.join(", "))));
+            return Err(bad(format!(
+                "q has shape ({}), but (..., {n}) is needed",
+                shown.join(", ")
+            )));
         }
         let flat = vector("q", &array.call_method1("reshape", (-1,))?)?;
         let gaps: Vec<f64> = flat
             .as_slice()
             .chunks(n)
-            .flat_map(|q| self.0.gaps(&DVector::from_row_slice(q)).iter().copied().collect::<Vec<_>>())
+            .flat_map(|q| {
+                self.0
+                    .gaps(&DVector::from_row_slice(q))
+                    .iter()
+                    .copied()
+                    .collect::<Vec<_>>()
+            })
             .collect();
         if let Some(last) = shape.last_mut() {
             *last = self.0.stops().len();
@@ -920,15 +1032,27 @@ impl PyScene {
     /// Stop(1, clearance=0.12, restitution=0.8, side='upper', reaction='coordinate')
     #[pyo3(signature = (**changes))]
     fn replace(&self, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let Some(changes) = changes else { return Ok(self.clone()) };
+        let Some(changes) = changes else {
+            return Ok(self.clone());
+        };
         let structural = |name: &str| changes.get_item(name);
-        let (new_system, new_forcing, new_stops) = (structural("system")?, structural("forcing")?, structural("stops")?);
+        let (new_system, new_forcing, new_stops) = (
+            structural("system")?,
+            structural("forcing")?,
+            structural("stops")?,
+        );
         let mut scene = self.0.clone();
         if new_system.is_some() || new_forcing.is_some() || new_stops.is_some() {
             scene = Scene::new(
-                new_system.as_ref().map_or_else(|| Ok(scene.system().clone()), system)?,
-                new_forcing.as_ref().map_or_else(|| Ok(scene.forcing().clone()), |f| forcing(Some(f)))?,
-                new_stops.as_ref().map_or_else(|| Ok(scene.stops().to_vec()), |s| constraints(Some(s)))?,
+                new_system
+                    .as_ref()
+                    .map_or_else(|| Ok(scene.system().clone()), system)?,
+                new_forcing
+                    .as_ref()
+                    .map_or_else(|| Ok(scene.forcing().clone()), |f| forcing(Some(f)))?,
+                new_stops
+                    .as_ref()
+                    .map_or_else(|| Ok(scene.stops().to_vec()), |s| constraints(Some(s)))?,
             )?;
         }
         for (name, value) in changes.iter() {
@@ -960,12 +1084,18 @@ impl PyScene {
             Some(forcing) => forcing.bind(py).repr()?.to_string(),
             None => "None".to_owned(),
         };
-        let mut text = format!("Scene({},\n      {forcing}", self.system(py)?.bind(py).repr()?);
+        let mut text = format!(
+            "Scene({},\n      {forcing}",
+            self.system(py)?.bind(py).repr()?
+        );
         for stop in self.stops(py)?.iter().take(8) {
             text.push_str(&format!(",\n      {}", stop.repr()?));
         }
         if self.0.stops().len() > 8 {
-            text.push_str(&format!(",\n      ... {} stops in all", self.0.stops().len()));
+            text.push_str(&format!(
+                ",\n      ... {} stops in all",
+                self.0.stops().len()
+            ));
         }
         text.push(')');
         Ok(text)
@@ -973,7 +1103,14 @@ impl PyScene {
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let forcing = self.forcing(py)?.into_pyobject(py)?.into_any();
-        PyTuple::new(py, [self.system(py)?.into_bound(py), forcing, self.stops(py)?.into_any()])
+        PyTuple::new(
+            py,
+            [
+                self.system(py)?.into_bound(py),
+                forcing,
+                self.stops(py)?.into_any(),
+            ],
+        )
     }
 }
 
@@ -997,8 +1134,16 @@ impl PyScene {
 /// ValueError
 ///     A ratio that is not positive, a damping that is not finite.
 #[pyfunction]
-pub(crate) fn paper_system(mass_ratio: f64, length_ratio: f64, damping: f64) -> PyResult<PyLinearSystem> {
-    Ok(PyLinearSystem(model::paper_system(mass_ratio, length_ratio, damping)?))
+pub(crate) fn paper_system(
+    mass_ratio: f64,
+    length_ratio: f64,
+    damping: f64,
+) -> PyResult<PyLinearSystem> {
+    Ok(PyLinearSystem(model::paper_system(
+        mass_ratio,
+        length_ratio,
+        damping,
+    )?))
 }
 
 /// The source paper's numerical case of the given kind: base motion, and a stop for each pendulum.
@@ -1030,8 +1175,15 @@ pub(crate) fn paper_scene(
     clearance: Option<f64>,
     linear: bool,
 ) -> PyResult<PyScene> {
-    let options = PaperOptions { damping, clearance, linear };
-    Ok(PyScene(model::paper_scene(Kind::try_from(kind)?, &options)?))
+    let options = PaperOptions {
+        damping,
+        clearance,
+        linear,
+    };
+    Ok(PyScene(model::paper_scene(
+        Kind::try_from(kind)?,
+        &options,
+    )?))
 }
 
 /// Normals given one after the other, as columns.
@@ -1040,13 +1192,25 @@ pub(crate) fn normals(value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<f6
         return if m.ncols() == n {
             Ok(m.transpose())
         } else {
-            Err(bad(format!("normals has shape ({}, {}), but (k, {n}) is needed", m.nrows(), m.ncols())))
+            Err(bad(format!(
+                "normals has shape ({}, {}), but (k, {n}) is needed",
+                m.nrows(),
+                m.ncols()
+            )))
         };
     }
-    let items = value.try_iter().map_err(|_| bad("normals must be a list of indices or vectors".to_owned()))?;
+    let items = value
+        .try_iter()
+        .map_err(|_| bad("normals must be a list of indices or vectors".to_owned()))?;
     let columns = items
         .enumerate()
-        .map(|(i, item)| Ok(Stop::new(normal(&item?)?, 0.0, 0.0)?.normal_vector(n, &format!("normals[{i}]"))?))
+        .map(|(i, item)| {
+            Ok(Stop::new(normal(&item?)?, 0.0, 0.0)?.normal_vector(n, &format!("normals[{i}]"))?)
+        })
         .collect::<PyResult<Vec<DVector<f64>>>>()?;
-    Ok(if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) })
+    Ok(if columns.is_empty() {
+        DMatrix::zeros(n, 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    })
 }

@@ -1,8 +1,11 @@
 //! Periodic orbits in Python.
 
-use crate::model::Parameter;
 use crate::impact::Impact;
-use crate::orbit::{self, Coefficients, Family, Free, OrbitOptions, Orbits, PeriodicOrbit, Saved, Stability, Verdict, Violation};
+use crate::model::Parameter;
+use crate::orbit::{
+    self, Coefficients, Family, Free, OrbitOptions, Orbits, PeriodicOrbit, Saved, Stability,
+    Verdict, Violation,
+};
 use crate::python::array::{out_complex, out_matrix, out_rows, out_vector, structured, times};
 use crate::python::model::PyScene;
 use crate::python::pattern::{out_pattern, pattern, shown};
@@ -17,14 +20,26 @@ pub(crate) fn is_before(side: &str) -> PyResult<bool> {
     match side {
         "after" => Ok(false),
         "before" => Ok(true),
-        _ => Err(PyValueError::new_err(format!("side is {side:?}, but it must be \"after\" or \"before\""))),
+        _ => Err(PyValueError::new_err(format!(
+            "side is {side:?}, but it must be \"after\" or \"before\""
+        ))),
     }
 }
 
 /// Impacts as a structured array.
 pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<Bound<'py, PyAny>> {
-    let column = |f: &dyn Fn(&Impact) -> f64| impacts.iter().map(f).collect::<Vec<f64>>().into_pyarray(py).into_any();
-    let stops: Vec<i64> = impacts.iter().map(|i| i64::try_from(i.stop).unwrap_or(i64::MAX)).collect();
+    let column = |f: &dyn Fn(&Impact) -> f64| {
+        impacts
+            .iter()
+            .map(f)
+            .collect::<Vec<f64>>()
+            .into_pyarray(py)
+            .into_any()
+    };
+    let stops: Vec<i64> = impacts
+        .iter()
+        .map(|i| i64::try_from(i.stop).unwrap_or(i64::MAX))
+        .collect();
     structured(
         py,
         impacts.len(),
@@ -162,7 +177,10 @@ impl PyStability {
     fn orders<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let orders = PyDict::new(py);
         for order in &self.0.orders {
-            orders.set_item(PyTuple::new(py, &order.order)?, out_complex(py, &order.multipliers))?;
+            orders.set_item(
+                PyTuple::new(py, &order.order)?,
+                out_complex(py, &order.multipliers),
+            )?;
         }
         Ok(orders)
     }
@@ -177,12 +195,21 @@ impl PyStability {
 pub(crate) struct PyOrbit(pub PeriodicOrbit);
 
 impl PyOrbit {
-    fn states(&self, t: &Bound<'_, PyAny>, before: bool) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
+    fn states(
+        &self,
+        t: &Bound<'_, PyAny>,
+        before: bool,
+    ) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
         let (times, is_single) = times("t", t)?;
         if let Some(bad) = times.iter().find(|t| !t.is_finite()) {
-            return Err(PyValueError::new_err(format!("t is {bad}, but it must be finite")));
+            return Err(PyValueError::new_err(format!(
+                "t is {bad}, but it must be finite"
+            )));
         }
-        Ok((times.iter().map(|&t| self.0.state(t, before)).collect(), is_single))
+        Ok((
+            times.iter().map(|&t| self.0.state(t, before)).collect(),
+            is_single,
+        ))
     }
 }
 
@@ -272,7 +299,12 @@ impl PyOrbit {
     /// -------
     /// ndarray, shape (m, n), or (n,) for a single time
     #[pyo3(signature = (t, side="after"))]
-    fn velocity<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>, side: &str) -> PyResult<Bound<'py, PyAny>> {
+    fn velocity<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        side: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let (states, is_single) = self.states(t, is_before(side)?)?;
         let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.1).collect();
         out_states(py, &rows, self.0.scene().n_dof(), is_single)
@@ -306,7 +338,10 @@ impl PyOrbit {
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let touches = self.0.touches();
-        let stops: Vec<i64> = touches.iter().map(|t| i64::try_from(t.stop).unwrap_or(i64::MAX)).collect();
+        let stops: Vec<i64> = touches
+            .iter()
+            .map(|t| i64::try_from(t.stop).unwrap_or(i64::MAX))
+            .collect();
         let times: Vec<f64> = touches.iter().map(|t| t.time).collect();
         let depths: Vec<f64> = touches.iter().map(|t| -t.gap).collect();
         structured(
@@ -322,14 +357,27 @@ impl PyOrbit {
 
     /// Floquet multipliers, shape (2n,) complex, largest modulus first; of several orders the worst; None where undefined.
     #[getter]
-    fn floquet_multipliers<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<Complex<f64>>>>> {
-        Ok(self.0.stability()?.orders.first().map(|o| out_complex(py, &o.multipliers)))
+    fn floquet_multipliers<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<Complex<f64>>>>> {
+        Ok(self
+            .0
+            .stability()?
+            .orders
+            .first()
+            .map(|o| out_complex(py, &o.multipliers)))
     }
 
     /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of floquet_multipliers; None where undefined.
     #[getter]
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        self.0.stability()?.orders.first().map(|o| out_matrix(py, &o.monodromy)).transpose()
+        self.0
+            .stability()?
+            .orders
+            .first()
+            .map(|o| out_matrix(py, &o.monodromy))
+            .transpose()
     }
 
     /// Whether all multipliers lie inside the unit circle: True, False, or None where that decides nothing.
@@ -357,7 +405,10 @@ impl PyOrbit {
         arrays.set_item("q0", self.q0(py))?;
         arrays.set_item("v0", self.v0(py))?;
         arrays.set_item("impacts", self.impacts(py)?)?;
-        arrays.set_item("is_admissible", vec![self.0.is_admissible()].into_pyarray(py))?;
+        arrays.set_item(
+            "is_admissible",
+            vec![self.0.is_admissible()].into_pyarray(py),
+        )?;
         if let Some(multipliers) = self.floquet_multipliers(py)? {
             arrays.set_item("floquet_multipliers", multipliers)?;
         }
@@ -368,7 +419,11 @@ impl PyOrbit {
         let o = &self.0;
         let list = |v: &DVector<f64>| {
             let shown: Vec<String> = v.iter().take(6).map(|x| format!("{x:.6}")).collect();
-            format!("[{}{}]", shown.join(", "), if v.len() > 6 { ", ..." } else { "" })
+            format!(
+                "[{}{}]",
+                shown.join(", "),
+                if v.len() > 6 { ", ..." } else { "" }
+            )
         };
         let admissible = match o.violation() {
             None if o.touches().is_empty() => "admissible".to_owned(),
@@ -393,15 +448,27 @@ impl PyOrbit {
             };
             text.push_str(&format!("\n  {verdict}: {}", stability.reason));
             if let Some(order) = stability.orders.first() {
-                let shown: Vec<String> = order.multipliers.iter().take(4).map(|z| format!("{z:.6}")).collect();
-                let more = if order.multipliers.len() > 4 { ", ..." } else { "" };
+                let shown: Vec<String> = order
+                    .multipliers
+                    .iter()
+                    .take(4)
+                    .map(|z| format!("{z:.6}"))
+                    .collect();
+                let more = if order.multipliers.len() > 4 {
+                    ", ..."
+                } else {
+                    ""
+                };
                 text.push_str(&format!("\n  multipliers {}{more}", shown.join(", ")));
             }
         }
         Ok(text)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let saved = self.0.save();
         let arguments = PyTuple::new(
             py,
@@ -415,7 +482,10 @@ impl PyOrbit {
                 PyList::new(py, &saved.impulses)?.into_any(),
             ],
         )?;
-        Ok((py.import("vibroimpact._core")?.getattr("_restore_orbit")?, arguments))
+        Ok((
+            py.import("vibroimpact._core")?.getattr("_restore_orbit")?,
+            arguments,
+        ))
     }
 }
 
@@ -430,8 +500,18 @@ pub(crate) fn _restore_orbit(
     states: Vec<f64>,
     impulses: Vec<f64>,
 ) -> PyResult<PyOrbit> {
-    let saved = Saved { n_periods, phase, spans, states, impulses };
-    Ok(PyOrbit(PeriodicOrbit::restore(&scene.0, self::pattern(pattern)?, saved)?))
+    let saved = Saved {
+        n_periods,
+        phase,
+        spans,
+        states,
+        impulses,
+    };
+    Ok(PyOrbit(PeriodicOrbit::restore(
+        &scene.0,
+        self::pattern(pattern)?,
+        saved,
+    )?))
 }
 
 /// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
@@ -448,8 +528,17 @@ impl PyOrbits {
     fn wrap(py: Python<'_>, orbits: Orbits) -> PyResult<Self> {
         let (verdict, reason) = (orbits.verdict(), orbits.reason().to_owned());
         let (margin, family) = (orbits.margin(), orbits.family().cloned());
-        let orbits = orbits.into_iter().map(|o| Py::new(py, PyOrbit(o))).collect::<PyResult<Vec<_>>>()?;
-        Ok(Self { orbits, verdict, reason, margin, family })
+        let orbits = orbits
+            .into_iter()
+            .map(|o| Py::new(py, PyOrbit(o)))
+            .collect::<PyResult<Vec<_>>>()?;
+        Ok(Self {
+            orbits,
+            verdict,
+            reason,
+            margin,
+            family,
+        })
     }
 }
 
@@ -487,7 +576,11 @@ impl PyOrbits {
         self.orbits.len()
     }
 
-    fn __getitem__<'py>(&self, py: Python<'py>, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        index: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let n = isize::try_from(self.orbits.len()).unwrap_or(isize::MAX);
         if let Ok(slice) = index.cast::<PySlice>() {
             let range = slice.indices(n)?;
@@ -501,12 +594,17 @@ impl PyOrbits {
         let i = if i < 0 { i + n } else { i };
         match usize::try_from(i).ok().and_then(|i| self.orbits.get(i)) {
             Some(orbit) => Ok(orbit.bind(py).clone().into_any()),
-            None => Err(PyIndexError::new_err(format!("there are {n} orbits: {}", self.reason))),
+            None => Err(PyIndexError::new_err(format!(
+                "there are {n} orbits: {}",
+                self.reason
+            ))),
         }
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let margin = self.margin.map_or_else(String::new, |m| format!(", margin {m:.6}"));
+        let margin = self
+            .margin
+            .map_or_else(String::new, |m| format!(", margin {m:.6}"));
         let mut text = format!("Orbits: {} ({}{margin})", self.verdict(), self.reason);
         for orbit in self.orbits.iter().take(4) {
             text.push('\n');
@@ -515,7 +613,10 @@ impl PyOrbits {
         Ok(text)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let orbits: Vec<Py<PyOrbit>> = self.orbits.iter().map(|o| o.clone_ref(py)).collect();
         let basis = match &self.family {
             Some(family) => out_matrix(py, &family.basis)?.into_any(),
@@ -531,7 +632,10 @@ impl PyOrbits {
                 basis,
             ],
         )?;
-        Ok((py.import("vibroimpact._core")?.getattr("_restore_orbits")?, arguments))
+        Ok((
+            py.import("vibroimpact._core")?.getattr("_restore_orbits")?,
+            arguments,
+        ))
     }
 }
 
@@ -549,8 +653,17 @@ pub(crate) fn _restore_orbits(
         "family" => Verdict::Family,
         _ => Verdict::None,
     };
-    let family = basis.map(|b| crate::python::array::matrix("basis", b)).transpose()?.map(|basis| Family { basis });
-    Ok(PyOrbits { orbits, verdict, reason, margin, family })
+    let family = basis
+        .map(|b| crate::python::array::matrix("basis", b))
+        .transpose()?
+        .map(|basis| Family { basis });
+    Ok(PyOrbits {
+        orbits,
+        verdict,
+        reason,
+        margin,
+        family,
+    })
 }
 
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern.
@@ -613,8 +726,11 @@ pub(crate) fn periodic_orbits(
     between: Option<(f64, f64)>,
 ) -> PyResult<PyOrbits> {
     let pattern = self::pattern(pattern)?;
-    let n_periods = usize::try_from(n_periods)
-        .map_err(|_| PyValueError::new_err(format!("n_periods is {n_periods}, but it must be at least 1")))?;
+    let n_periods = usize::try_from(n_periods).map_err(|_| {
+        PyValueError::new_err(format!(
+            "n_periods is {n_periods}, but it must be at least 1"
+        ))
+    })?;
     let free = match free {
         None => None,
         Some("clearance") => Some(Free::Clearance),
@@ -625,7 +741,12 @@ pub(crate) fn periodic_orbits(
             Some(Free::Parameter(parameter))
         }
     };
-    let options = OrbitOptions { n_periods, phase, free, between };
+    let options = OrbitOptions {
+        n_periods,
+        phase,
+        free,
+        between,
+    };
     let core = &scene.0;
     let orbits = py.detach(|| orbit::periodic_orbits(core, &pattern, &options))?;
     PyOrbits::wrap(py, orbits)

@@ -7,16 +7,28 @@ use pyo3::types::{PyList, PyTuple};
 
 /// A stop's index; negative ones are refused, they are not "the other side".
 pub(crate) fn stop_index(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
-    let shown = || value.repr().map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+    let shown = || {
+        value
+            .repr()
+            .map_or_else(|_| "this value".to_owned(), |r| r.to_string())
+    };
     if value.is_instance_of::<pyo3::types::PyBool>() {
-        return Err(PyValueError::new_err(format!("{argument} is {}, but an index is needed", shown())));
+        return Err(PyValueError::new_err(format!(
+            "{argument} is {}, but an index is needed",
+            shown()
+        )));
     }
     let index: i64 = value
         .call_method0("__index__")
         .and_then(|i| i.extract())
-        .map_err(|_| PyValueError::new_err(format!("{argument} is {}, but an index is needed", shown())))?;
-    usize::try_from(index)
-        .map_err(|_| PyValueError::new_err(format!("{argument} is {index}, but indices count from 0 upwards")))
+        .map_err(|_| {
+            PyValueError::new_err(format!("{argument} is {}, but an index is needed", shown()))
+        })?;
+    usize::try_from(index).map_err(|_| {
+        PyValueError::new_err(format!(
+            "{argument} is {index}, but indices count from 0 upwards"
+        ))
+    })
 }
 
 /// Stops hit together: one index or several.
@@ -58,7 +70,14 @@ pub(crate) fn shown(pattern: &Pattern) -> String {
         .iter()
         .map(|instant| match instant.as_slice() {
             [stop] => stop.to_string(),
-            stops => format!("({})", stops.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+            stops => format!(
+                "({})",
+                stops
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            ),
         })
         .collect();
     format!("[{}]", parts.join(", "))

@@ -4,11 +4,14 @@ use crate::python::array::{matrix, out_matrix, out_vector, structured, times, ve
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::{is_before, out_impacts, out_states};
-use crate::simulate::{self as core, ImpactSide, Keep, Method, Samples, SavedTrajectory, SimulateOptions, Stats, Trajectory};
+use crate::simulate::{
+    self as core, ImpactSide, Keep, Method, Samples, SavedTrajectory, SimulateOptions, Stats,
+    Trajectory,
+};
 use nalgebra::DVector;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pyo3::exceptions::PyValueError;
 use pyo3::conversion::FromPyObjectOwned;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::OnceLock;
@@ -71,13 +74,26 @@ impl PyTrajectory {
             let samples = self.core.samples()?;
             let _ = self.samples.set(samples);
         }
-        self.samples.get().ok_or_else(|| PyValueError::new_err("the trajectory has no samples"))
+        self.samples
+            .get()
+            .ok_or_else(|| PyValueError::new_err("the trajectory has no samples"))
     }
 
-    fn states(&self, t: &Bound<'_, PyAny>, side: &str) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
-        let side = if is_before(side)? { ImpactSide::Before } else { ImpactSide::After };
+    fn states(
+        &self,
+        t: &Bound<'_, PyAny>,
+        side: &str,
+    ) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
+        let side = if is_before(side)? {
+            ImpactSide::Before
+        } else {
+            ImpactSide::After
+        };
         let (times, is_single) = times("t", t)?;
-        let states = times.iter().map(|&t| self.core.state(t, side)).collect::<crate::Result<Vec<_>>>()?;
+        let states = times
+            .iter()
+            .map(|&t| self.core.state(t, side))
+            .collect::<crate::Result<Vec<_>>>()?;
         Ok((states, is_single))
     }
 }
@@ -141,7 +157,12 @@ impl PyTrajectory {
     /// ValueError
     ///     A time outside the span, or a motion that was not kept.
     #[pyo3(signature = (t, side="after"))]
-    fn velocity<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>, side: &str) -> PyResult<Bound<'py, PyAny>> {
+    fn velocity<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        side: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let (states, is_single) = self.states(t, side)?;
         let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.1).collect();
         out_states(py, &rows, self.core.scene().n_dof(), is_single)
@@ -157,7 +178,10 @@ impl PyTrajectory {
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let grazes = self.core.grazes();
-        let stops: Vec<i64> = grazes.iter().map(|g| i64::try_from(g.stop).unwrap_or(i64::MAX)).collect();
+        let stops: Vec<i64> = grazes
+            .iter()
+            .map(|g| i64::try_from(g.stop).unwrap_or(i64::MAX))
+            .collect();
         let times: Vec<f64> = grazes.iter().map(|g| g.time).collect();
         let depths: Vec<f64> = grazes.iter().map(|g| g.depth).collect();
         structured(
@@ -176,8 +200,10 @@ impl PyTrajectory {
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let segments = self.core.segments()?;
         let kinds = vec!["flight"; segments.len()].into_pyobject(py)?;
-        let stops: Vec<i64> =
-            segments.iter().map(|s| s.stop.and_then(|i| i64::try_from(i).ok()).unwrap_or(-1)).collect();
+        let stops: Vec<i64> = segments
+            .iter()
+            .map(|s| s.stop.and_then(|i| i64::try_from(i).ok()).unwrap_or(-1))
+            .collect();
         let starts: Vec<f64> = segments.iter().map(|s| s.start).collect();
         let ends: Vec<f64> = segments.iter().map(|s| s.end).collect();
         structured(
@@ -244,7 +270,10 @@ impl PyTrajectory {
         Ok(arrays)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyScene, Bound<'py, PyDict>))> {
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (PyScene, Bound<'py, PyDict>))> {
         let saved = self.core.save();
         let numbers = PyDict::new(py);
         numbers.set_item("span", saved.span)?;
@@ -258,7 +287,11 @@ impl PyTrajectory {
         if let Some((t, q, v)) = saved.samples {
             numbers.set_item("samples", (t, out_matrix(py, &q)?, out_matrix(py, &v)?))?;
         }
-        Ok((py.import("vibroimpact._core")?.getattr("_restore_trajectory")?, (self.scene(), numbers)))
+        Ok((
+            py.import("vibroimpact._core")?
+                .getattr("_restore_trajectory")?,
+            (self.scene(), numbers),
+        ))
     }
 
     fn __repr__(&self) -> String {
@@ -276,9 +309,14 @@ impl PyTrajectory {
 
 /// A trajectory from what it was saved as; used by pickle.
 #[pyfunction]
-pub(crate) fn _restore_trajectory(scene: PyRef<'_, PyScene>, saved: &Bound<'_, PyDict>) -> PyResult<PyTrajectory> {
+pub(crate) fn _restore_trajectory(
+    scene: PyRef<'_, PyScene>,
+    saved: &Bound<'_, PyDict>,
+) -> PyResult<PyTrajectory> {
     fn get<'py, T: FromPyObjectOwned<'py>>(saved: &Bound<'py, PyDict>, name: &str) -> PyResult<T> {
-        let item = saved.get_item(name)?.ok_or_else(|| PyValueError::new_err(format!("{name} is missing")))?;
+        let item = saved
+            .get_item(name)?
+            .ok_or_else(|| PyValueError::new_err(format!("{name} is missing")))?;
         item.extract().map_err(Into::into)
     }
     let samples = match saved.get_item("samples")? {
@@ -299,7 +337,10 @@ pub(crate) fn _restore_trajectory(scene: PyRef<'_, PyScene>, saved: &Bound<'_, P
         motion: get(saved, "motion")?,
         samples,
     };
-    Ok(PyTrajectory { core: Trajectory::restore(&scene.0, saved)?, samples: OnceLock::new() })
+    Ok(PyTrajectory {
+        core: Trajectory::restore(&scene.0, saved)?,
+        samples: OnceLock::new(),
+    })
 }
 
 fn keep(value: &str) -> PyResult<Keep> {
@@ -307,7 +348,9 @@ fn keep(value: &str) -> PyResult<Keep> {
         "motion" => Ok(Keep::Motion),
         "impacts" => Ok(Keep::Impacts),
         "final" => Ok(Keep::Final),
-        _ => Err(PyValueError::new_err(format!("keep is {value:?}, but it must be \"motion\", \"impacts\" or \"final\""))),
+        _ => Err(PyValueError::new_err(format!(
+            "keep is {value:?}, but it must be \"motion\", \"impacts\" or \"final\""
+        ))),
     }
 }
 
@@ -315,7 +358,9 @@ fn method(value: &str) -> PyResult<Method> {
     match value.to_lowercase().as_str() {
         "auto" => Ok(Method::Auto),
         "exact" => Ok(Method::Exact),
-        _ => Err(PyValueError::new_err(format!("method is {value:?}, but it must be \"auto\" or \"exact\""))),
+        _ => Err(PyValueError::new_err(format!(
+            "method is {value:?}, but it must be \"auto\" or \"exact\""
+        ))),
     }
 }
 
@@ -382,12 +427,23 @@ pub(crate) fn simulate(
 ) -> PyResult<PyTrajectory> {
     let (q0, v0) = (vector("q0", q0)?, vector("v0", v0)?);
     let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
-    let options =
-        SimulateOptions { method: self::method(method)?, rtol, atol, t_eval, keep: self::keep(keep)?, max_impacts };
+    let options = SimulateOptions {
+        method: self::method(method)?,
+        rtol,
+        atol,
+        t_eval,
+        keep: self::keep(keep)?,
+        max_impacts,
+    };
     let model = &scene.0;
     let length = t_span.1 - t_span.0;
     let core = interrupt::run(py, progress, |observe| {
-        core::simulate_checked(model, &q0, &v0, t_span, &options, &mut |t| observe((t - t_span.0) / length))
+        core::simulate_checked(model, &q0, &v0, t_span, &options, &mut |t| {
+            observe((t - t_span.0) / length)
+        })
     })?;
-    Ok(PyTrajectory { core, samples: OnceLock::new() })
+    Ok(PyTrajectory {
+        core,
+        samples: OnceLock::new(),
+    })
 }

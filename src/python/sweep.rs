@@ -13,27 +13,51 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-type Cells<'py> =
-    (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<f64>>);
+type Cells<'py> = (
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<f64>>,
+);
 
 fn out_cells<'py>(py: Python<'py>, cells: &[ExistenceCell]) -> Cells<'py> {
     (
-        cells.iter().map(|c| i64::from(c.n_orbits)).collect::<Vec<_>>().into_pyarray(py),
-        cells.iter().map(|c| c.is_admissible).collect::<Vec<_>>().into_pyarray(py),
-        cells.iter().map(|c| c.is_stable).collect::<Vec<_>>().into_pyarray(py),
-        cells.iter().map(|c| c.multiplier).collect::<Vec<_>>().into_pyarray(py),
+        cells
+            .iter()
+            .map(|c| i64::from(c.n_orbits))
+            .collect::<Vec<_>>()
+            .into_pyarray(py),
+        cells
+            .iter()
+            .map(|c| c.is_admissible)
+            .collect::<Vec<_>>()
+            .into_pyarray(py),
+        cells
+            .iter()
+            .map(|c| c.is_stable)
+            .collect::<Vec<_>>()
+            .into_pyarray(py),
+        cells
+            .iter()
+            .map(|c| c.multiplier)
+            .collect::<Vec<_>>()
+            .into_pyarray(py),
     )
 }
 
 fn axis(argument: &str, name: &str, values: &Bound<'_, PyAny>) -> PyResult<Axis> {
-    let parameter: Parameter =
-        name.parse().map_err(|e: crate::Error| PyValueError::new_err(format!("{argument}: {e}")))?;
+    let parameter: Parameter = name
+        .parse()
+        .map_err(|e: crate::Error| PyValueError::new_err(format!("{argument}: {e}")))?;
     Ok(Axis::new(parameter, times(argument, values)?.0))
 }
 
 fn periods(n_periods: i64) -> PyResult<usize> {
-    usize::try_from(n_periods)
-        .map_err(|_| PyValueError::new_err(format!("n_periods is {n_periods}, but it must be at least 1")))
+    usize::try_from(n_periods).map_err(|_| {
+        PyValueError::new_err(format!(
+            "n_periods is {n_periods}, but it must be at least 1"
+        ))
+    })
 }
 
 struct Question {
@@ -58,7 +82,11 @@ fn question(
 }
 
 fn fraction(p: Progress) -> f64 {
-    if p.total == 0 { 1.0 } else { p.done as f64 / p.total as f64 }
+    if p.total == 0 {
+        1.0
+    } else {
+        p.done as f64 / p.total as f64
+    }
 }
 
 /// All cells of a map, row by row, on threads.
@@ -77,10 +105,20 @@ pub(crate) fn _existence_cells<'py>(
     let model = &scene.0;
     let map = interrupt::run(py, progress, |observe| {
         let options = SweepOptions { threads };
-        sweep::existence_map(model, &q.pattern, &q.x, &q.y, q.n_periods, options, &mut |p| observe(fraction(p)))
+        sweep::existence_map(
+            model,
+            &q.pattern,
+            &q.x,
+            &q.y,
+            q.n_periods,
+            options,
+            &mut |p| observe(fraction(p)),
+        )
     })?;
-    let cells: Vec<ExistenceCell> =
-        (0..map.y.len()).flat_map(|j| (0..map.x.len()).map(move |i| (i, j))).map(|(i, j)| map.cell(i, j)).collect();
+    let cells: Vec<ExistenceCell> = (0..map.y.len())
+        .flat_map(|j| (0..map.x.len()).map(move |i| (i, j)))
+        .map(|(i, j)| map.cell(i, j))
+        .collect();
     Ok(out_cells(py, &cells))
 }
 
@@ -98,7 +136,9 @@ pub(crate) fn _existence_tile<'py>(
 ) -> PyResult<Cells<'py>> {
     let q = question(pattern, (&x.0, &x.1), (&y.0, &y.1), n_periods)?;
     let model = &scene.0;
-    let cells = py.detach(|| sweep::existence_tile(model, &q.pattern, &q.x, &q.y, q.n_periods, start..stop))?;
+    let cells = py.detach(|| {
+        sweep::existence_tile(model, &q.pattern, &q.x, &q.y, q.n_periods, start..stop)
+    })?;
     Ok(out_cells(py, &cells))
 }
 
@@ -113,17 +153,33 @@ pub(crate) fn _existence_at(
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
     let cell = py.detach(|| sweep::existence_at(model, &pattern, n_periods))?;
-    Ok((cell.n_orbits, cell.is_admissible, cell.is_stable, cell.multiplier))
+    Ok((
+        cell.n_orbits,
+        cell.is_admissible,
+        cell.is_stable,
+        cell.multiplier,
+    ))
 }
 
-type Ends<'py> =
-    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>, Vec<&'static str>);
+type Ends<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<i64>>,
+    Vec<&'static str>,
+);
 
 fn rows(argument: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<f64>> {
-    let column = value.py().import("numpy")?.call_method1("asarray", (value,))?;
+    let column = value
+        .py()
+        .import("numpy")?
+        .call_method1("asarray", (value,))?;
     let is_flat = column.getattr("ndim")?.extract::<usize>()? == 1;
     // For one degree of freedom a list of numbers is a list of rows.
-    if is_flat && n == 1 { matrix(argument, &column.call_method1("reshape", (-1, 1))?) } else { matrix(argument, value) }
+    if is_flat && n == 1 {
+        matrix(argument, &column.call_method1("reshape", (-1, 1))?)
+    } else {
+        matrix(argument, value)
+    }
 }
 
 /// The ends of many trajectories, on threads.
@@ -141,14 +197,34 @@ pub(crate) fn _simulate_rows<'py>(
     progress: bool,
 ) -> PyResult<Ends<'py>> {
     let model = &scene.0;
-    let (q0, v0) = (rows("q0", q0, model.n_dof())?, rows("v0", v0, model.n_dof())?);
+    let (q0, v0) = (
+        rows("q0", q0, model.n_dof())?,
+        rows("v0", v0, model.n_dof())?,
+    );
     let (rtol, atol) = tolerances;
-    let options = SimulateOptions { keep: Keep::Final, rtol, atol, max_impacts, ..Default::default() };
+    let options = SimulateOptions {
+        keep: Keep::Final,
+        rtol,
+        atol,
+        max_impacts,
+        ..Default::default()
+    };
     let ends = interrupt::run(py, progress, |observe| {
         let sweep = SweepOptions { threads };
-        sweep::simulate_many(model, &q0, &v0, t_span, &options, sweep, &mut |p| observe(fraction(p)))
+        sweep::simulate_many(model, &q0, &v0, t_span, &options, sweep, &mut |p| {
+            observe(fraction(p))
+        })
     })?;
-    let impacts: Vec<i64> = ends.n_impacts.iter().map(|&k| i64::try_from(k).unwrap_or(i64::MAX)).collect();
+    let impacts: Vec<i64> = ends
+        .n_impacts
+        .iter()
+        .map(|&k| i64::try_from(k).unwrap_or(i64::MAX))
+        .collect();
     let status = ends.status.iter().map(|s| s.name()).collect();
-    Ok((out_matrix(py, &ends.q)?, out_matrix(py, &ends.v)?, impacts.into_pyarray(py), status))
+    Ok((
+        out_matrix(py, &ends.q)?,
+        out_matrix(py, &ends.v)?,
+        impacts.into_pyarray(py),
+        status,
+    ))
 }

@@ -21,18 +21,36 @@ impl Clock {
     /// The clock at time t, for a forcing frequency; without forcing (zero) it counts in powers of two not below `beat`.
     pub fn new(t: f64, frequency: f64, beat: f64) -> Self {
         if frequency > 0.0 {
-            return Self { period: TAU / frequency, frequency, whole: 0.0, local: 0.0 }.at(t);
+            return Self {
+                period: TAU / frequency,
+                frequency,
+                whole: 0.0,
+                local: 0.0,
+            }
+            .at(t);
         }
         let period = beat.clamp(1e-150, 1e150).log2().ceil().exp2();
-        Self { period, frequency: 0.0, whole: 0.0, local: 0.0 }.at(t)
+        Self {
+            period,
+            frequency: 0.0,
+            whole: 0.0,
+            local: 0.0,
+        }
+        .at(t)
     }
 
     /// The same clock at another time.
     pub fn at(self, t: f64) -> Self {
-        let Self { period, frequency, .. } = self;
+        let Self {
+            period, frequency, ..
+        } = self;
         if frequency <= 0.0 {
             let whole = (t / period).floor();
-            return Self { whole, local: t - whole * period, ..self };
+            return Self {
+                whole,
+                local: t - whole * period,
+                ..self
+            };
         }
         // w t - 2 pi n in double-double arithmetic: a product of doubles is exact as a sum of two.
         let angle = t * frequency;
@@ -41,7 +59,12 @@ impl Clock {
         let turns = whole * TAU;
         let turns_low = whole.mul_add(TAU, -turns) + whole * TAU_LOW;
         let local = ((angle - turns) + (angle_low - turns_low)) / frequency;
-        Self { whole, local, ..self }.normalised()
+        Self {
+            whole,
+            local,
+            ..self
+        }
+        .normalised()
     }
 
     fn normalised(mut self) -> Self {
@@ -60,7 +83,11 @@ impl Clock {
 
     /// The same clock set to a reading.
     pub fn set(self, [whole, local]: [f64; 2]) -> Self {
-        Self { whole, local, ..self }
+        Self {
+            whole,
+            local,
+            ..self
+        }
     }
 
     /// The time.
@@ -70,7 +97,11 @@ impl Clock {
 
     /// The clock `span` later.
     pub fn after(self, span: f64) -> Self {
-        Self { local: self.local + span, ..self }.normalised()
+        Self {
+            local: self.local + span,
+            ..self
+        }
+        .normalised()
     }
 
     /// The time from here to another clock of the same forcing.

@@ -1,15 +1,15 @@
 //! The loop of a simulation: fly to the next contact, apply the impact, tell the recorder; for linear scenes with exact
 //! flights (theory 8). Chatter, sticking and coupled simultaneous impacts end the run with a diagnosis.
 
-use crate::flow::jet::Jet;
 use crate::contact::next::{Grazed, Margin, Next, Search};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
+use crate::flow::jet::Jet;
 use crate::flow::{ModalScene, along, with_flow};
+use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
 use crate::model::Scene;
-use crate::impact::{Impact, wrapped};
 use crate::quantity::finite_vector;
 use crate::simulate::clock::Clock;
 use crate::simulate::trajectory::{Graze, Kept, KeptFlight};
@@ -49,7 +49,9 @@ pub fn simulate(
     t_span: (f64, f64),
     options: &SimulateOptions,
 ) -> Result<Trajectory> {
-    simulate_checked(scene, q0, v0, t_span, options, &mut |_| ControlFlow::Continue(()))
+    simulate_checked(scene, q0, v0, t_span, options, &mut |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 /// [`simulate`], asking `observer` from time to time, with the time reached, whether to go on.
@@ -102,14 +104,23 @@ struct Sampler {
 impl Sampler {
     fn new(times: &[f64], n: usize) -> Self {
         let m = times.len();
-        Self { times: times.to_vec(), next: 0, q: DMatrix::zeros(m, n), v: DMatrix::zeros(m, n) }
+        Self {
+            times: times.to_vec(),
+            next: 0,
+            q: DMatrix::zeros(m, n),
+            v: DMatrix::zeros(m, n),
+        }
     }
 
     /// The samples taken, fewer than asked for where the run ended early.
     fn finish(mut self) -> (Vec<f64>, DMatrix<f64>, DMatrix<f64>) {
         self.times.truncate(self.next);
         let rows = self.next;
-        (self.times, self.q.resize_vertically(rows, 0.0), self.v.resize_vertically(rows, 0.0))
+        (
+            self.times,
+            self.q.resize_vertically(rows, 0.0),
+            self.v.resize_vertically(rows, 0.0),
+        )
     }
 }
 
@@ -169,10 +180,16 @@ pub(crate) struct Run<'a, F: LinearFlow> {
 }
 
 impl<'a, F: LinearFlow> Run<'a, F> {
-    pub fn new(flow: &'a F, scene: &'a ModalScene, phase: f64, options: &'a SimulateOptions) -> Self {
+    pub fn new(
+        flow: &'a F,
+        scene: &'a ModalScene,
+        phase: f64,
+        options: &'a SimulateOptions,
+    ) -> Self {
         let g = &scene.geometry;
-        let rows =
-            (0..scene.n_stops()).map(|i| flow.gap_row(scene.position_rows[i].clone(), g.clearances[i])).collect();
+        let rows = (0..scene.n_stops())
+            .map(|i| flow.gap_row(scene.position_rows[i].clone(), g.clearances[i]))
+            .collect();
         let margin = |i: usize| Margin {
             absolute: 10.0 * options.atol * g.normals.column(i).lp_norm(1),
             relative: (10.0 * options.rtol).max(10.0 * ROUNDING),
@@ -205,7 +222,8 @@ impl<'a, F: LinearFlow> Run<'a, F> {
     }
 
     fn phasor(&self, clock: Clock) -> F::Phasor {
-        self.flow.phasor(self.scene.frequency * clock.local + self.phase)
+        self.flow
+            .phasor(self.scene.frequency * clock.local + self.phase)
     }
 
     /// A run from a state in modal pairs.
@@ -233,7 +251,9 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             self.stats.n_flights += 1;
             self.grazed.clear();
             let mut check = || observer(clock.time()).is_continue();
-            let next = self.search.next(&state, u, &self.starts, span, &mut self.grazed, &mut check);
+            let next =
+                self.search
+                    .next(&state, u, &self.starts, span, &mut self.grazed, &mut check);
             match next {
                 Next::Interrupted => return Err(Error::Interrupted),
                 Next::End => {
@@ -244,12 +264,20 @@ impl<'a, F: LinearFlow> Run<'a, F> {
                 Next::Stalled { stop, time } => {
                     self.keep_flight(clock, time, &state, true);
                     self.forward(&mut state, u, time);
-                    let reason = format!("the gap to stop {stop} stays within rounding of zero: sustained contact");
-                    return Ok(self.finish(state, clock.after(time).time(), Err(Unresolved { reason })));
+                    let reason = format!(
+                        "the gap to stop {stop} stays within rounding of zero: sustained contact"
+                    );
+                    return Ok(self.finish(
+                        state,
+                        clock.after(time).time(),
+                        Err(Unresolved { reason }),
+                    ));
                 }
                 Next::Contact { stop, time } => {
                     let mut arrived = state.clone();
-                    let time = self.polish(stop, time, &state, &mut arrived, clock).min(span);
+                    let time = self
+                        .polish(stop, time, &state, &mut arrived, clock)
+                        .min(span);
                     self.keep_flight(clock, time, &state, false);
                     state.clone_from(&arrived);
                     clock = clock.after(time);
@@ -267,21 +295,34 @@ impl<'a, F: LinearFlow> Run<'a, F> {
     }
 
     /// The start: contacts there are judged by the sign of their velocity.
-    fn begin(&mut self, clock: Clock, state: &mut [Pair]) -> Result<std::result::Result<(), Unresolved>> {
+    fn begin(
+        &mut self,
+        clock: Clock,
+        state: &mut [Pair],
+    ) -> Result<std::result::Result<(), Unresolved>> {
         let u = self.phasor(clock);
         let jets = self.search.jets(state, u).to_vec();
         let mut touching = Vec::new();
         for (i, jet) in jets.iter().enumerate() {
             let margin = self.search.margin(i, jet);
             if jet.c[0] < -margin {
-                let rule = format!("it starts inside stop {i}, by more than the margin {margin:.3e}");
-                return Err(Error::bad_value(format!("q0 with a gap of {:.6e}", jet.c[0]), "penetration", rule));
+                let rule =
+                    format!("it starts inside stop {i}, by more than the margin {margin:.3e}");
+                return Err(Error::bad_value(
+                    format!("q0 with a gap of {:.6e}", jet.c[0]),
+                    "penetration",
+                    rule,
+                ));
             }
             if jet.c[0] <= margin {
                 touching.push(i);
             }
         }
-        let closing: Vec<usize> = touching.iter().copied().filter(|&i| jets[i].c[1] < 0.0).collect();
+        let closing: Vec<usize> = touching
+            .iter()
+            .copied()
+            .filter(|&i| jets[i].c[1] < 0.0)
+            .collect();
         if !closing.is_empty() {
             return Ok(self.collide_all(&closing, &touching, &jets, clock, state));
         }
@@ -290,7 +331,14 @@ impl<'a, F: LinearFlow> Run<'a, F> {
 
     /// The impact time to rounding: the motion is taken again from the start of the flight until Newton's step vanishes.
     /// On return `arrived` is the state there, before the impact.
-    fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut [Pair], clock: Clock) -> f64 {
+    fn polish(
+        &mut self,
+        stop: usize,
+        guess: f64,
+        start: &[Pair],
+        arrived: &mut [Pair],
+        clock: Clock,
+    ) -> f64 {
         let unit = self.flow.longest_step();
         let mut time = guess.max(0.0);
         for _ in 0..MOST_POLISHES {
@@ -313,12 +361,21 @@ impl<'a, F: LinearFlow> Run<'a, F> {
     }
 
     /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.
-    fn collide(&mut self, stop: usize, clock: Clock, state: &mut [Pair]) -> std::result::Result<(), Unresolved> {
+    fn collide(
+        &mut self,
+        stop: usize,
+        clock: Clock,
+        state: &mut [Pair],
+    ) -> std::result::Result<(), Unresolved> {
         let u = self.phasor(clock);
         let jets = self.search.jets(state, u).to_vec();
         let touches = |i: usize| i == stop || jets[i].c[0] <= 10.0 * ROUNDING * jets[i].size;
         let touching: Vec<usize> = (0..jets.len()).filter(|&i| touches(i)).collect();
-        let closing: Vec<usize> = touching.iter().copied().filter(|&i| jets[i].c[1] < 0.0).collect();
+        let closing: Vec<usize> = touching
+            .iter()
+            .copied()
+            .filter(|&i| jets[i].c[1] < 0.0)
+            .collect();
         self.collide_all(&closing, &touching, &jets, clock, state)
     }
 
@@ -334,7 +391,9 @@ impl<'a, F: LinearFlow> Run<'a, F> {
         for &i in closing {
             for &j in touching.iter().filter(|&&j| j != i) {
                 if g.is_coupled(i, j) {
-                    let reason = format!("stops {i} and {j} are in contact at one instant and coupled by inertia");
+                    let reason = format!(
+                        "stops {i} and {j} are in contact at one instant and coupled by inertia"
+                    );
                     return Err(Unresolved { reason });
                 }
             }
@@ -362,7 +421,12 @@ impl<'a, F: LinearFlow> Run<'a, F> {
     }
 
     /// The order of each touching gap's root at the start of the flight, or why it does not open.
-    fn release(&mut self, touching: &[usize], clock: Clock, state: &[Pair]) -> std::result::Result<(), Unresolved> {
+    fn release(
+        &mut self,
+        touching: &[usize],
+        clock: Clock,
+        state: &[Pair],
+    ) -> std::result::Result<(), Unresolved> {
         self.starts.fill(0);
         if self.starts.is_empty() {
             return Ok(());
@@ -389,7 +453,11 @@ impl<'a, F: LinearFlow> Run<'a, F> {
                 }
                 (true, acceleration, _) if acceleration > 0.0 => 2,
                 (true, 0.0, jerk) if jerk > 0.0 => 3,
-                _ => return Err(Unresolved { reason: format!("the motion stays on stop {i}: sticking") }),
+                _ => {
+                    return Err(Unresolved {
+                        reason: format!("the motion stays on stop {i}: sticking"),
+                    });
+                }
             };
         }
         Ok(())
@@ -397,7 +465,11 @@ impl<'a, F: LinearFlow> Run<'a, F> {
 
     /// A graze with its time and depth to rounding.
     fn sharpened(&mut self, grazed: Grazed, clock: Clock, start: &[Pair]) -> Graze {
-        let Grazed { stop, mut time, mut gap } = grazed;
+        let Grazed {
+            stop,
+            mut time,
+            mut gap,
+        } = grazed;
         for _ in 0..2 {
             let mut there = start.to_vec();
             let mut u = self.phasor(clock);
@@ -410,7 +482,11 @@ impl<'a, F: LinearFlow> Run<'a, F> {
                 time += step;
             }
         }
-        Graze { time: clock.after(time).time(), stop, depth: -gap }
+        Graze {
+            time: clock.after(time).time(),
+            stop,
+            depth: -gap,
+        }
     }
 
     fn keep_flight(&mut self, clock: Clock, span: f64, state: &[Pair], is_last: bool) {
@@ -425,12 +501,20 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             kept.flights.push(KeptFlight { clock, span });
             kept.states.extend_from_slice(state);
         }
-        let Some(samples) = &mut self.record.samples else { return };
+        let Some(samples) = &mut self.record.samples else {
+            return;
+        };
         let end = clock.after(span).time();
-        while let Some(&t) = samples.times.get(samples.next).filter(|&&t| t < end || is_last && t <= end.max(start)) {
+        while let Some(&t) = samples
+            .times
+            .get(samples.next)
+            .filter(|&&t| t < end || is_last && t <= end.max(start))
+        {
             let local = clock.until(clock.at(t)).clamp(0.0, span);
             let mut there = state.to_vec();
-            let mut u = self.flow.phasor(self.scene.frequency * clock.local + self.phase);
+            let mut u = self
+                .flow
+                .phasor(self.scene.frequency * clock.local + self.phase);
             self.flow.prepare(local, &mut self.propagator);
             self.flow.advance(&self.propagator, &mut there, &mut u);
             let (q, v) = self.scene.form.to_physical(&there);
@@ -440,29 +524,58 @@ impl<'a, F: LinearFlow> Run<'a, F> {
         }
     }
 
-    fn finish(&mut self, state: Vec<Pair>, end: f64, ended: std::result::Result<Status, Unresolved>) -> Outcome {
+    fn finish(
+        &mut self,
+        state: Vec<Pair>,
+        end: f64,
+        ended: std::result::Result<Status, Unresolved>,
+    ) -> Outcome {
         self.stats.n_gap_evaluations = self.search.n_gap_evaluations;
         let (status, message) = match ended {
-            Ok(Status::MaxImpacts) => {
-                (Status::MaxImpacts, format!("stopped after {} impacts at t = {end}", self.stats.n_impacts))
-            }
-            Ok(status) => (status, format!("reached t = {end} with {} impacts", self.stats.n_impacts)),
-            Err(unresolved) => (Status::UnresolvedContact, format!("at t = {end}: {}", unresolved.reason)),
+            Ok(Status::MaxImpacts) => (
+                Status::MaxImpacts,
+                format!(
+                    "stopped after {} impacts at t = {end}",
+                    self.stats.n_impacts
+                ),
+            ),
+            Ok(status) => (
+                status,
+                format!("reached t = {end} with {} impacts", self.stats.n_impacts),
+            ),
+            Err(unresolved) => (
+                Status::UnresolvedContact,
+                format!("at t = {end}: {}", unresolved.reason),
+            ),
         };
         let record = std::mem::replace(&mut self.record, Record::new(self.options, 0));
-        Outcome { record, state, end, status, message, stats: self.stats }
+        Outcome {
+            record,
+            state,
+            end,
+            status,
+            message,
+            stats: self.stats,
+        }
     }
 }
 
 /// The height that a gap which opens against its acceleration reaches; zero for one that is not drawn back.
 fn apex(jet: &Jet) -> f64 {
-    if jet.c[1] > 0.0 && jet.c[2] < 0.0 { 0.25 * jet.c[1] * jet.c[1] / -jet.c[2] } else { 0.0 }
+    if jet.c[1] > 0.0 && jet.c[2] < 0.0 {
+        0.25 * jet.c[1] * jet.c[1] / -jet.c[2]
+    } else {
+        0.0
+    }
 }
 
 /// Size of the terms of a normal velocity.
 fn speed_size(scene: &ModalScene, stop: usize, state: &[Pair]) -> f64 {
     let row = &scene.velocity_rows[stop];
-    row.iter().zip(state).map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs()).sum()
+    row.iter()
+        .zip(state)
+        .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
+        .sum()
 }
 
 /// The step to the zero of a falling gap, by Newton's method on its cubic.

@@ -9,7 +9,7 @@ mod trajectory;
 
 pub(crate) use event_loop::Run;
 pub use event_loop::{simulate, simulate_checked};
-pub use plan::plan;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
+pub use plan::plan;
 pub use saved::SavedTrajectory;
 pub use trajectory::{Graze, Samples, Segment, SegmentKind, Side as ImpactSide, Trajectory};

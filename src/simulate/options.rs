@@ -43,26 +43,51 @@ pub struct SimulateOptions {
 
 impl Default for SimulateOptions {
     fn default() -> Self {
-        Self { method: Method::Auto, rtol: 1e-9, atol: 1e-12, t_eval: None, keep: Keep::Motion, max_impacts: None }
+        Self {
+            method: Method::Auto,
+            rtol: 1e-9,
+            atol: 1e-12,
+            t_eval: None,
+            keep: Keep::Motion,
+            max_impacts: None,
+        }
     }
 }
 
 impl SimulateOptions {
     pub(crate) fn check(&self, (start, end): (f64, f64)) -> Result<()> {
         if !(start.is_finite() && end.is_finite() && start <= end) {
-            return Err(Error::bad_value("t_span", format!("({start}, {end})"), "it must be finite with start <= end"));
+            return Err(Error::bad_value(
+                "t_span",
+                format!("({start}, {end})"),
+                "it must be finite with start <= end",
+            ));
         }
         for (name, value) in [("rtol", self.rtol), ("atol", self.atol)] {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::bad_value(name, value, "it must be finite and not negative"));
+                return Err(Error::bad_value(
+                    name,
+                    value,
+                    "it must be finite and not negative",
+                ));
             }
         }
-        let Some(times) = &self.t_eval else { return Ok(()) };
+        let Some(times) = &self.t_eval else {
+            return Ok(());
+        };
         if let Some(&t) = times.iter().find(|t| !(start..=end).contains(*t)) {
-            return Err(Error::bad_value("t_eval", t, format!("it must lie in the span [{start}, {end}]")));
+            return Err(Error::bad_value(
+                "t_eval",
+                t,
+                format!("it must lie in the span [{start}, {end}]"),
+            ));
         }
         if let Some(pair) = times.windows(2).find(|w| w[1] < w[0]) {
-            return Err(Error::bad_value("t_eval", format!("{} after {}", pair[1], pair[0]), "times must ascend"));
+            return Err(Error::bad_value(
+                "t_eval",
+                format!("{} after {}", pair[1], pair[0]),
+                "times must ascend",
+            ));
         }
         Ok(())
     }

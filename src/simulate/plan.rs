@@ -17,9 +17,15 @@ pub fn plan(scene: &Scene) -> Result<String> {
     let flights = match &modal.form.form {
         Form::Blocks(_) if modal.form.shapes().is_some() => "closed-form flights in real modes",
         Form::Blocks(_) => "closed-form flights in complex modes (the damping is not proportional)",
-        Form::Dense(_) => "closed-form flights by the matrix exponential (the state matrix is defective)",
+        Form::Dense(_) => {
+            "closed-form flights by the matrix exponential (the state matrix is defective)"
+        }
     };
-    let forcing = if modal.frequency > 0.0 { "harmonic forcing" } else { "no forcing: free response" };
+    let forcing = if modal.frequency > 0.0 {
+        "harmonic forcing"
+    } else {
+        "no forcing: free response"
+    };
     let stops = match modal.n_stops() {
         0 => "no stops: one flight to the end, no event search".to_owned(),
         1 => "1 stop: every next impact proved to be the first".to_owned(),

@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
 use crate::flow::{ModalScene, with_flow};
-use crate::model::Scene;
 use crate::impact::{Impact, wrapped};
+use crate::model::Scene;
 use crate::simulate::clock::Clock;
 use crate::simulate::trajectory::{Kept, KeptFlight};
 use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};
@@ -46,12 +46,32 @@ impl Trajectory {
             span: self.span,
             status: self.status.name().to_owned(),
             message: self.message.clone(),
-            stats: [s.n_rhs, s.n_steps, s.n_gap_evaluations, s.n_flights, s.n_impacts],
-            impacts: self.impacts.iter().map(|i| (i.time, i.stop, i.approach, i.departure, i.impulse, i.phase)).collect(),
-            grazes: self.grazes.iter().map(|g| (g.time, g.stop, g.depth)).collect(),
-            last: (self.last.0.as_slice().to_vec(), self.last.1.as_slice().to_vec()),
+            stats: [
+                s.n_rhs,
+                s.n_steps,
+                s.n_gap_evaluations,
+                s.n_flights,
+                s.n_impacts,
+            ],
+            impacts: self
+                .impacts
+                .iter()
+                .map(|i| (i.time, i.stop, i.approach, i.departure, i.impulse, i.phase))
+                .collect(),
+            grazes: self
+                .grazes
+                .iter()
+                .map(|g| (g.time, g.stop, g.depth))
+                .collect(),
+            last: (
+                self.last.0.as_slice().to_vec(),
+                self.last.1.as_slice().to_vec(),
+            ),
             motion: self.kept.as_ref().map(|kept| {
-                (kept.flights.iter().map(reading).collect(), kept.states.iter().flatten().copied().collect())
+                (
+                    kept.flights.iter().map(reading).collect(),
+                    kept.states.iter().flatten().copied().collect(),
+                )
             }),
             samples: self.samples.clone(),
         }
@@ -68,12 +88,24 @@ impl Trajectory {
         let beat = with_flow!(&*flow, f => 8.0 * f.longest_step());
         let clock = Clock::new(0.0, modal.frequency, beat);
         let kept = saved.motion.map(|(flights, states)| Kept {
-            flights: flights.iter().map(|&[whole, local, span]| KeptFlight { clock: clock.set([whole, local]), span }).collect(),
+            flights: flights
+                .iter()
+                .map(|&[whole, local, span]| KeptFlight {
+                    clock: clock.set([whole, local]),
+                    span,
+                })
+                .collect(),
             states: states.chunks(2).map(|z| [z[0], z[1]]).collect(),
         });
-        let fits = kept.as_ref().is_none_or(|k| k.states.len() == n * k.flights.len());
+        let fits = kept
+            .as_ref()
+            .is_none_or(|k| k.states.len() == n * k.flights.len());
         if !fits || saved.last.0.len() != n || saved.last.1.len() != n {
-            return Err(Error::bad_shape("saved states", "another number of coordinates", format!("{n} coordinates")));
+            return Err(Error::bad_shape(
+                "saved states",
+                "another number of coordinates",
+                format!("{n} coordinates"),
+            ));
         }
         let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
         Ok(Self {
@@ -86,16 +118,34 @@ impl Trajectory {
             impacts: saved
                 .impacts
                 .into_iter()
-                .map(|(time, stop, approach, departure, impulse, phase)| {
-                    Impact { time, stop, approach, departure, impulse, phase: wrapped(phase) }
+                .map(|(time, stop, approach, departure, impulse, phase)| Impact {
+                    time,
+                    stop,
+                    approach,
+                    departure,
+                    impulse,
+                    phase: wrapped(phase),
                 })
                 .collect(),
-            grazes: saved.grazes.into_iter().map(|(time, stop, depth)| Graze { time, stop, depth }).collect(),
+            grazes: saved
+                .grazes
+                .into_iter()
+                .map(|(time, stop, depth)| Graze { time, stop, depth })
+                .collect(),
             samples: saved.samples,
-            last: (DVector::from_vec(saved.last.0), DVector::from_vec(saved.last.1)),
+            last: (
+                DVector::from_vec(saved.last.0),
+                DVector::from_vec(saved.last.1),
+            ),
             status: Status::from_name(&saved.status)?,
             message: saved.message,
-            stats: Stats { n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts },
+            stats: Stats {
+                n_rhs,
+                n_steps,
+                n_gap_evaluations,
+                n_flights,
+                n_impacts,
+            },
         })
     }
 }

@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
 use crate::flow::{ModalScene, SceneFlow, with_flow};
+use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::model::Scene;
-use crate::impact::Impact;
 use crate::simulate::clock::Clock;
 use crate::simulate::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
@@ -153,7 +153,11 @@ impl Trajectory {
 
     fn motion(&self) -> Result<&Kept> {
         self.kept.as_ref().ok_or_else(|| {
-            Error::bad_value("keep", "\"impacts\" or \"final\"", "the motion is kept with keep=\"motion\" alone")
+            Error::bad_value(
+                "keep",
+                "\"impacts\" or \"final\"",
+                "the motion is kept with keep=\"motion\" alone",
+            )
         })
     }
 
@@ -166,7 +170,11 @@ impl Trajectory {
         let (start, end) = self.span;
         let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
         if !(start - slack..=end + slack).contains(&t) {
-            return Err(Error::bad_value("t", t, format!("it must lie in the span [{start}, {end}] of the trajectory")));
+            return Err(Error::bad_value(
+                "t",
+                t,
+                format!("it must lie in the span [{start}, {end}] of the trajectory"),
+            ));
         }
         let (first_later, at_impact) = {
             let later = kept.flights.partition_point(|f| f.clock.time() <= t);
@@ -181,14 +189,24 @@ impl Trajectory {
             }
         }
         let flight = kept.flights[index];
-        let local = flight.clock.until(flight.clock.at(t)).clamp(0.0, flight.span);
-        let span = if side == Side::Before && at_impact { flight.span } else { local };
+        let local = flight
+            .clock
+            .until(flight.clock.at(t))
+            .clamp(0.0, flight.span);
+        let span = if side == Side::Before && at_impact {
+            flight.span
+        } else {
+            local
+        };
         Ok(self.state_in(index, span))
     }
 
     fn state_in(&self, index: usize, span: f64) -> (DVector<f64>, DVector<f64>) {
         let n = self.modal.form.n_dof();
-        let kept = self.kept.as_ref().expect("asked for by callers that have it");
+        let kept = self
+            .kept
+            .as_ref()
+            .expect("asked for by callers that have it");
         let mut state = kept.states[index * n..(index + 1) * n].to_vec();
         let angle = self.modal.frequency * kept.flights[index].clock.local + self.phase;
         with_flow!(&*self.flow, f => forward(f, angle, span, &mut state));
@@ -208,7 +226,8 @@ impl Trajectory {
         let mut times = Vec::new();
         let mut states = Vec::new();
         for (i, flight) in kept.flights.iter().enumerate() {
-            let count = ((flight.span * rate * POINTS_PER_RADIAN).ceil() as usize + 1).clamp(2, MOST_POINTS);
+            let count = ((flight.span * rate * POINTS_PER_RADIAN).ceil() as usize + 1)
+                .clamp(2, MOST_POINTS);
             for k in 0..count {
                 let s = flight.span * k as f64 / (count - 1) as f64;
                 times.push(flight.clock.after(s).time());
@@ -224,13 +243,19 @@ impl Trajectory {
     /// The fastest of the forcing and the free oscillations.
     fn fastest_rate(&self) -> f64 {
         let free = match &self.modal.form.form {
-            crate::modal::Form::Blocks(blocks) => {
-                blocks.iter().flat_map(|b| b.roots()).map(|l| l.im.abs()).fold(0.0, f64::max)
-            }
+            crate::modal::Form::Blocks(blocks) => blocks
+                .iter()
+                .flat_map(|b| b.roots())
+                .map(|l| l.im.abs())
+                .fold(0.0, f64::max),
             crate::modal::Form::Dense(m) => m.norm(),
         };
         let rate = free.max(self.modal.frequency);
-        if rate > 0.0 { rate } else { MOST_POINTS as f64 / (self.span.1 - self.span.0).max(f64::MIN_POSITIVE) }
+        if rate > 0.0 {
+            rate
+        } else {
+            MOST_POINTS as f64 / (self.span.1 - self.span.0).max(f64::MIN_POSITIVE)
+        }
     }
 }
 

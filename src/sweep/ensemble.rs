@@ -71,15 +71,31 @@ pub fn simulate_many(
             return Err(Error::bad_shape(name, found, format!("({k}, {n})")));
         }
         if let Some(i) = (0..k).find(|&i| rows.row(i).iter().any(|x| !x.is_finite())) {
-            return Err(Error::bad_value(format!("{name}[{i}]"), rows.row(i), "it must be finite"));
+            return Err(Error::bad_value(
+                format!("{name}[{i}]"),
+                rows.row(i),
+                "it must be finite",
+            ));
         }
     }
     options.check(t_span)?;
     if options.keep != Keep::Final || options.t_eval.is_some() {
-        return Err(Error::bad_value("keep", format!("{:?}", options.keep), "an ensemble keeps final states alone"));
+        return Err(Error::bad_value(
+            "keep",
+            format!("{:?}", options.keep),
+            "an ensemble keeps final states alone",
+        ));
     }
     let phase = scene.forcing().phase();
-    let mut ends = vec![End { q: DVector::zeros(n), v: DVector::zeros(n), n_impacts: 0, status: Status::Finished }; k];
+    let mut ends = vec![
+        End {
+            q: DVector::zeros(n),
+            v: DVector::zeros(n),
+            n_impacts: 0,
+            status: Status::Finished
+        };
+        k
+    ];
     with_flow!(&modal.flow(), f => {
         let work = |run: &mut Run<'_, _>, i: usize, go_on: GoOn<'_>| end_of(run, &modal, (q0, v0), i, t_span, go_on);
         fill(&mut ends, TILE, sweep, || Ok(Run::new(f, &modal, phase, options)), work, observer)
@@ -100,11 +116,24 @@ fn end_of<F: LinearFlow>(
     t_span: (f64, f64),
     go_on: GoOn<'_>,
 ) -> Result<End> {
-    let state = modal.form.to_modal(&q0.row(i).transpose(), &v0.row(i).transpose());
-    let outcome = run.run(state, t_span, &mut |_| go_on()).map_err(|error| match error {
-        Error::BadValue { argument, value, rule } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
-        other => other,
-    })?;
+    let state = modal
+        .form
+        .to_modal(&q0.row(i).transpose(), &v0.row(i).transpose());
+    let outcome = run
+        .run(state, t_span, &mut |_| go_on())
+        .map_err(|error| match error {
+            Error::BadValue {
+                argument,
+                value,
+                rule,
+            } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
+            other => other,
+        })?;
     let (q, v) = modal.form.to_physical(&outcome.state);
-    Ok(End { q, v, n_impacts: outcome.stats.n_impacts, status: outcome.status })
+    Ok(End {
+        q,
+        v,
+        n_impacts: outcome.stats.n_impacts,
+        status: outcome.status,
+    })
 }

@@ -1,12 +1,15 @@
 //! Existence maps: over two parameters of a linear scene, whether a pattern of impacts has a periodic orbit (theory 5), an
 //! admissible one (theory 6), a stable one (theory 7). Arrays are in rows of equal y, x running fastest.
 
+use crate::contact::walk::Effort;
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
-use crate::model::{Parameter, Scene};
-use crate::contact::walk::Effort;
 use crate::impact::Impact;
-use crate::orbit::{Admissibility, Instant, Judge, OrbitOptions, Pattern, Solution, check, clearance_given, decides, largest_multiplier, list_impacts, period, periodic_orbits, ranking};
+use crate::model::{Parameter, Scene};
+use crate::orbit::{
+    Admissibility, Instant, Judge, OrbitOptions, Pattern, Solution, check, clearance_given,
+    decides, largest_multiplier, list_impacts, period, periodic_orbits, ranking,
+};
 use crate::sweep::moving::Moving;
 use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};
 use std::ops::{ControlFlow, Range};
@@ -26,7 +29,10 @@ pub struct Axis {
 impl Axis {
     /// An axis.
     pub fn new(parameter: Parameter, values: impl IntoIterator<Item = f64>) -> Self {
-        Self { parameter, values: values.into_iter().collect() }
+        Self {
+            parameter,
+            values: values.into_iter().collect(),
+        }
     }
 }
 
@@ -37,7 +43,8 @@ pub struct ExistenceCell {
     pub n_orbits: u32,
     /// Whether one of them is admissible.
     pub is_admissible: bool,
-    /// Whether one of them is admissible and stable.
+    /// Whether one of them is admissible and stable; of more than 60 degrees of freedom, whose orbits are not ordered by
+    /// stability: whether the first one is.
     pub is_stable: bool,
     /// Largest modulus of the multipliers of the first orbit, in the order of [`Orbits`](crate::Orbits): stable and
     /// admissible ones first; nan where there is no orbit, or its return map has no derivative.
@@ -45,8 +52,12 @@ pub struct ExistenceCell {
 }
 
 /// A pair of values without an orbit.
-const EMPTY: ExistenceCell =
-    ExistenceCell { n_orbits: 0, is_admissible: false, is_stable: false, multiplier: f64::NAN };
+const EMPTY: ExistenceCell = ExistenceCell {
+    n_orbits: 0,
+    is_admissible: false,
+    is_stable: false,
+    multiplier: f64::NAN,
+};
 
 /// Where in a plane of two parameters a pattern has orbits; arrays of shape `(y.len(), x.len())`, row by row.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +92,11 @@ impl ExistenceMap {
     ) -> Result<Self> {
         if cells.len() != x.len() * y.len() {
             let needed = format!("({},): one for each pair of values", x.len() * y.len());
-            return Err(Error::bad_shape("cells", format!("({},)", cells.len()), needed));
+            return Err(Error::bad_shape(
+                "cells",
+                format!("({},)", cells.len()),
+                needed,
+            ));
         }
         Ok(Self {
             x_name,
@@ -167,7 +182,11 @@ pub fn existence_tile(
 ) -> Result<Vec<ExistenceCell>> {
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     if cells.end > sweep.len() {
-        return Err(Error::bad_value("cells", format!("{cells:?}"), format!("the map has {} cells", sweep.len())));
+        return Err(Error::bad_value(
+            "cells",
+            format!("{cells:?}"),
+            format!("the map has {} cells", sweep.len()),
+        ));
     }
     let mut moving = sweep.moving()?;
     cells.map(|index| sweep.cell(&mut moving, index)).collect()
@@ -178,19 +197,31 @@ pub fn existence_tile(
 /// # Errors
 /// As [`periodic_orbits`].
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
-    let options = OrbitOptions { n_periods, ..Default::default() };
+    let options = OrbitOptions {
+        n_periods,
+        ..Default::default()
+    };
     if let [_] = pattern.instants() {
         check(scene, pattern, &options)?;
-        return one_instant(&ModalScene::new(scene, "existence_map")?, pattern, n_periods);
+        return one_instant(
+            &ModalScene::new(scene, "existence_map")?,
+            pattern,
+            n_periods,
+        );
     }
     let orbits = periodic_orbits(scene, pattern, &options)?;
-    let Some(first) = orbits.first() else { return Ok(EMPTY) };
+    let Some(first) = orbits.first() else {
+        return Ok(EMPTY);
+    };
     let stability = first.stability()?;
     Ok(ExistenceCell {
         n_orbits: count(orbits.len()),
         is_admissible: first.is_admissible(),
         is_stable: first.is_admissible() && stability.is_stable == Some(true),
-        multiplier: stability.orders.first().map_or(f64::NAN, crate::OrderMultipliers::spectral_radius),
+        multiplier: stability
+            .orders
+            .first()
+            .map_or(f64::NAN, crate::OrderMultipliers::spectral_radius),
     })
 }
 
@@ -208,8 +239,21 @@ struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    fn new(scene: &'a Scene, pattern: &'a Pattern, x: &'a Axis, y: &'a Axis, n_periods: usize) -> Result<Self> {
-        check(scene, pattern, &OrbitOptions { n_periods, ..Default::default() })?;
+    fn new(
+        scene: &'a Scene,
+        pattern: &'a Pattern,
+        x: &'a Axis,
+        y: &'a Axis,
+        n_periods: usize,
+    ) -> Result<Self> {
+        check(
+            scene,
+            pattern,
+            &OrbitOptions {
+                n_periods,
+                ..Default::default()
+            },
+        )?;
         check_distinct(x.parameter, y.parameter)?;
         for (name, axis) in [("x", x), ("y", y)] {
             let Some(&first) = axis.values.first() else {
@@ -217,9 +261,17 @@ impl<'a> Sweep<'a> {
             };
             // Whether the scene has such a parameter does not depend on the value.
             scene.replace(axis.parameter.change(first))?;
-            axis.values.iter().try_for_each(|&value| axis.parameter.check(value))?;
+            axis.values
+                .iter()
+                .try_for_each(|&value| axis.parameter.check(value))?;
         }
-        Ok(Self { scene, pattern, x, y, n_periods })
+        Ok(Self {
+            scene,
+            pattern,
+            x,
+            y,
+            n_periods,
+        })
     }
 
     fn len(&self) -> usize {
@@ -237,7 +289,10 @@ impl<'a> Sweep<'a> {
             let scene = moving.at(&[(self.x.parameter, x), (self.y.parameter, y)])?;
             return one_instant(scene, self.pattern, self.n_periods);
         }
-        let scene = self.scene.replace(self.x.parameter.change(x))?.replace(self.y.parameter.change(y))?;
+        let scene = self
+            .scene
+            .replace(self.x.parameter.change(x))?
+            .replace(self.y.parameter.change(y))?;
         existence_at(&scene, self.pattern, self.n_periods)
     }
 }
@@ -253,7 +308,11 @@ fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
             | (RestitutionOf(_), Restitution)
     );
     if x == y || overlap {
-        return Err(Error::bad_value("y", y, format!("x is {x}: the two must vary different numbers of the scene")));
+        return Err(Error::bad_value(
+            "y",
+            y,
+            format!("x is {x}: the two must vary different numbers of the scene"),
+        ));
     }
     Ok(())
 }
@@ -273,8 +332,18 @@ struct Candidate {
 impl Candidate {
     fn new(scene: &ModalScene, pattern: &Pattern, solution: Solution) -> Self {
         let flights = std::slice::from_ref(&solution.flight);
-        let impacts = list_impacts(scene, pattern, solution.phase, flights, solution.impulses.as_slice());
-        Self { solution, impacts, admissibility: Admissibility::default() }
+        let impacts = list_impacts(
+            scene,
+            pattern,
+            solution.phase,
+            flights,
+            solution.impulses.as_slice(),
+        );
+        Self {
+            solution,
+            impacts,
+            admissibility: Admissibility::default(),
+        }
     }
 
     fn judge(&mut self, judge: &mut Judge<'_>, effort: Effort) {
@@ -289,7 +358,13 @@ impl Candidate {
 
     fn largest_multiplier(&self, scene: &ModalScene, pattern: &Pattern) -> Result<Option<f64>> {
         let flights = std::slice::from_ref(&self.solution.flight);
-        largest_multiplier(scene, pattern.instants(), self.solution.phase, flights, &self.admissibility)
+        largest_multiplier(
+            scene,
+            pattern.instants(),
+            self.solution.phase,
+            flights,
+            &self.admissibility,
+        )
     }
 }
 
@@ -299,13 +374,22 @@ fn judge_all(scene: &ModalScene, candidates: &mut [Candidate]) {
     let mut judge = Judge::new(scene);
     let mut least = f64::INFINITY;
     for candidate in candidates.iter_mut() {
-        candidate.judge(&mut judge, Effort { enough: least * (1.0 + DISTINCT), depth_error: ROUGH });
+        candidate.judge(
+            &mut judge,
+            Effort {
+                enough: least * (1.0 + DISTINCT),
+                depth_error: ROUGH,
+            },
+        );
         // After an admissible one, any violation is enough.
         least = candidate.depth().unwrap_or(-1.0).min(least);
     }
     let mut depths: Vec<f64> = candidates.iter().filter_map(Candidate::depth).collect();
     depths.sort_by(f64::total_cmp);
-    if depths.windows(2).any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1]) {
+    if depths
+        .windows(2)
+        .any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1])
+    {
         for candidate in candidates {
             candidate.judge(&mut judge, Effort::FULL);
         }
@@ -320,8 +404,11 @@ fn one_instant(scene: &ModalScene, pattern: &Pattern, n_periods: usize) -> Resul
     if crossing.points.is_empty() {
         return Ok(EMPTY);
     }
-    let mut candidates: Vec<Candidate> =
-        crossing.points.iter().map(|x| Candidate::new(scene, pattern, Solution::new(&instant, x, span))).collect();
+    let mut candidates: Vec<Candidate> = crossing
+        .points
+        .iter()
+        .map(|x| Candidate::new(scene, pattern, Solution::new(&instant, x, span)))
+        .collect();
     judge_all(scene, &mut candidates);
     let depths: Vec<Option<f64>> = candidates.iter().map(Candidate::depth).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);

@@ -6,5 +6,7 @@ mod moving;
 mod tiles;
 
 pub use ensemble::{Ensemble, simulate_many};
-pub use existence::{Axis, ExistenceCell, ExistenceMap, existence_at, existence_map, existence_tile};
+pub use existence::{
+    Axis, ExistenceCell, ExistenceMap, existence_at, existence_map, existence_tile,
+};
 pub use tiles::{Progress, SweepOptions};

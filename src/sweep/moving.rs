@@ -25,12 +25,22 @@ impl<'a> Moving<'a> {
         let base = ModalScene::new(scene, purpose)?;
         let grows_with_frequency = matches!(scene.forcing(), Forcing::BaseMotion(_));
         let has_real_modes = base.form.shapes().is_some();
-        Ok(Self { scene, has_real_modes, moved: base.clone(), base, base_damping: 1.0, grows_with_frequency })
+        Ok(Self {
+            scene,
+            has_real_modes,
+            moved: base.clone(),
+            base,
+            base_damping: 1.0,
+            grows_with_frequency,
+        })
     }
 
     /// The machinery with these parameters at these values, which [`Parameter::check`] has passed, all others as given.
     pub fn at(&mut self, values: &[(Parameter, f64)]) -> Result<&ModalScene> {
-        let damping = values.iter().find(|(p, _)| *p == Parameter::DampingScale).map(|&(_, factor)| factor);
+        let damping = values
+            .iter()
+            .find(|(p, _)| *p == Parameter::DampingScale)
+            .map(|&(_, factor)| factor);
         if let Some(factor) = damping {
             if self.has_real_modes {
                 self.damp(factor);
@@ -43,10 +53,18 @@ impl<'a> Moving<'a> {
             match parameter {
                 Parameter::Frequency => frequency = value,
                 Parameter::ForcingScale => scale = value,
-                Parameter::Clearance => Arc::make_mut(&mut self.moved.geometry).clearances.fill(value),
-                Parameter::ClearanceOf(i) => Arc::make_mut(&mut self.moved.geometry).clearances[i] = value,
-                Parameter::Restitution => Arc::make_mut(&mut self.moved.geometry).restitutions.fill(value),
-                Parameter::RestitutionOf(i) => Arc::make_mut(&mut self.moved.geometry).restitutions[i] = value,
+                Parameter::Clearance => Arc::make_mut(&mut self.moved.geometry)
+                    .clearances
+                    .fill(value),
+                Parameter::ClearanceOf(i) => {
+                    Arc::make_mut(&mut self.moved.geometry).clearances[i] = value;
+                }
+                Parameter::Restitution => Arc::make_mut(&mut self.moved.geometry)
+                    .restitutions
+                    .fill(value),
+                Parameter::RestitutionOf(i) => {
+                    Arc::make_mut(&mut self.moved.geometry).restitutions[i] = value;
+                }
                 // The phase of the forcing is an outcome; the damping was dealt with.
                 Parameter::Phase | Parameter::DampingScale => {}
             }
@@ -63,12 +81,16 @@ impl<'a> Moving<'a> {
 
     /// Real modes keep their shapes and decay faster or slower.
     fn damp(&mut self, factor: f64) {
-        if let (Form::Blocks(moved), Form::Blocks(given)) =
-            (&mut Arc::make_mut(&mut self.moved.form).form, &self.base.form.form)
-        {
+        if let (Form::Blocks(moved), Form::Blocks(given)) = (
+            &mut Arc::make_mut(&mut self.moved.form).form,
+            &self.base.form.form,
+        ) {
             for (moved, given) in moved.iter_mut().zip(given) {
                 if let Block::Oscillator { w2, eta } = *given {
-                    *moved = Block::Oscillator { w2, eta: eta * factor };
+                    *moved = Block::Oscillator {
+                        w2,
+                        eta: eta * factor,
+                    };
                 }
             }
         }
@@ -76,7 +98,10 @@ impl<'a> Moving<'a> {
 
     /// Other modes are made again.
     fn rebuild(&mut self, factor: f64) -> Result<()> {
-        self.base = ModalScene::new(&self.scene.replace(Parameter::DampingScale.change(factor))?, "a sweep")?;
+        self.base = ModalScene::new(
+            &self.scene.replace(Parameter::DampingScale.change(factor))?,
+            "a sweep",
+        )?;
         self.base_damping = factor;
         self.moved = self.base.clone();
         Ok(())
@@ -90,7 +115,9 @@ mod tests {
     use nalgebra::{dmatrix, dvector};
 
     fn close(a: &ModalScene, b: &ModalScene) {
-        let (Form::Blocks(x), Form::Blocks(y)) = (&a.form.form, &b.form.form) else { panic!("blocks") };
+        let (Form::Blocks(x), Form::Blocks(y)) = (&a.form.form, &b.form.form) else {
+            panic!("blocks")
+        };
         for (x, y) in x.iter().zip(y) {
             for (x, y) in x.roots().iter().zip(y.roots()) {
                 assert!((x - y).norm() < 1e-14, "{x} {y}");
@@ -125,17 +152,30 @@ mod tests {
             let stops = || [0usize, 1].map(|i| Stop::new(i, 0.4, 0.7).expect("valid"));
             let force = Harmonic::new(dvector![0.3.into(), 0.1.into()], 1.3, 0.2).expect("valid");
             let base = BaseMotion::new(0.3, 1.3, 0.2).expect("valid");
-            for scene in [Scene::new(system.clone(), force, stops()), Scene::new(system.clone(), base, stops())] {
+            for scene in [
+                Scene::new(system.clone(), force, stops()),
+                Scene::new(system.clone(), base, stops()),
+            ] {
                 let scene = scene.expect("valid");
                 for x in parameters {
                     for y in parameters.into_iter().filter(|&y| y != x) {
                         let mut moving = Moving::new(&scene, "the test").expect("linear");
                         // 0 first: complex modes become real ones and must come back.
                         for value in [0.0, 0.8, 0.3] {
-                            let value = if x == Parameter::Frequency { value + 0.1 } else { value };
-                            let replaced = scene.replace(x.change(value)).and_then(|s| s.replace(y.change(0.6)));
-                            let expected = ModalScene::new(&replaced.expect("valid"), "the test").expect("linear");
-                            close(moving.at(&[(x, value), (y, 0.6)]).expect("linear"), &expected);
+                            let value = if x == Parameter::Frequency {
+                                value + 0.1
+                            } else {
+                                value
+                            };
+                            let replaced = scene
+                                .replace(x.change(value))
+                                .and_then(|s| s.replace(y.change(0.6)));
+                            let expected = ModalScene::new(&replaced.expect("valid"), "the test")
+                                .expect("linear");
+                            close(
+                                moving.at(&[(x, value), (y, 0.6)]).expect("linear"),
+                                &expected,
+                            );
                         }
                     }
                 }

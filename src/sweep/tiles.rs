@@ -31,7 +31,11 @@ impl SweepOptions {
         }
         let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let wanted = self.threads.unwrap_or_else(available);
-        Ok(if cfg!(feature = "parallel") { wanted.min(tiles.max(1)) } else { 1 })
+        Ok(if cfg!(feature = "parallel") {
+            wanted.min(tiles.max(1))
+        } else {
+            1
+        })
     }
 }
 
@@ -56,7 +60,14 @@ pub(crate) fn fill<T: Send, W>(
     let total = out.len();
     if options.count(total.div_ceil(tile))? > 1 {
         #[cfg(feature = "parallel")]
-        on_threads::fill(out, tile, options.count(total.div_ceil(tile))?, workspace, item, observer)?;
+        on_threads::fill(
+            out,
+            tile,
+            options.count(total.div_ceil(tile))?,
+            workspace,
+            item,
+            observer,
+        )?;
     } else {
         alone(out, workspace, item, observer)?;
     }
@@ -119,7 +130,10 @@ mod on_threads {
             if error == Error::Interrupted {
                 return; // an item that was told to stop: why, is known elsewhere
             }
-            let mut failure = self.failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut failure = self
+                .failure
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             if failure.as_ref().is_none_or(|(first, _)| index < *first) {
                 *failure = Some((index, error));
             }
@@ -137,7 +151,11 @@ mod on_threads {
                 Err(error) => return self.fail(0, error),
             };
             loop {
-                let next = self.tiles.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
+                let next = self
+                    .tiles
+                    .lock()
+                    .unwrap_or_else(std::sync::PoisonError::into_inner)
+                    .next();
                 let Some((tile, slots)) = next else { return };
                 for (i, slot) in slots.iter_mut().enumerate() {
                     if self.is_stopped.load(Ordering::Relaxed) {
@@ -180,7 +198,9 @@ mod on_threads {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .map_err(|e| Error::bad_value("threads", threads, format!("the system refuses them: {e}")))?;
+            .map_err(|e| {
+                Error::bad_value("threads", threads, format!("the system refuses them: {e}"))
+            })?;
         let shared = Shared {
             tiles: Mutex::new(out.chunks_mut(tile).enumerate()),
             done: AtomicUsize::new(0),
@@ -205,13 +225,22 @@ mod on_threads {
                 }
                 last = std::time::Instant::now();
                 if verdict.is_ok() {
-                    verdict = stop_if(observer(Progress { done: shared.done.load(Ordering::Relaxed), total }));
-                    shared.is_stopped.fetch_or(verdict.is_err(), Ordering::Relaxed);
+                    verdict = stop_if(observer(Progress {
+                        done: shared.done.load(Ordering::Relaxed),
+                        total,
+                    }));
+                    shared
+                        .is_stopped
+                        .fetch_or(verdict.is_err(), Ordering::Relaxed);
                 }
             }
         });
         verdict?;
-        match shared.failure.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+        match shared
+            .failure
+            .into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+        {
             Some((_, error)) => Err(error),
             None => Ok(()),
         }
@@ -222,13 +251,25 @@ mod on_threads {
 mod tests {
     use super::*;
 
-    fn squares(threads: usize, observer: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Vec<usize>> {
+    fn squares(
+        threads: usize,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Vec<usize>> {
         let mut out = vec![0; 3000];
         let slow = |(): &mut (), i: usize, _: GoOn<'_>| {
             std::thread::sleep(Duration::from_micros(50));
             Ok(i * i)
         };
-        fill(&mut out, 256, SweepOptions { threads: Some(threads) }, || Ok(()), slow, observer)?;
+        fill(
+            &mut out,
+            256,
+            SweepOptions {
+                threads: Some(threads),
+            },
+            || Ok(()),
+            slow,
+            observer,
+        )?;
         Ok(out)
     }
 
@@ -240,8 +281,16 @@ mod tests {
                 seen.push(p.done);
                 ControlFlow::Continue(())
             });
-            assert!(out.expect("no failure").iter().enumerate().all(|(i, &x)| x == i * i));
-            assert!(seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&3000), "{seen:?}");
+            assert!(
+                out.expect("no failure")
+                    .iter()
+                    .enumerate()
+                    .all(|(i, &x)| x == i * i)
+            );
+            assert!(
+                seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&3000),
+                "{seen:?}"
+            );
         }
     }
 
@@ -260,9 +309,24 @@ mod tests {
     #[test]
     fn a_failure_is_reported_and_no_threads_are_refused() {
         for threads in [1, 2] {
-            let fails = |(): &mut (), i: usize, _: GoOn<'_>| if i == 2000 { Err(Error::bad_value("item", i, "no")) } else { Ok(i) };
-            let options = SweepOptions { threads: Some(threads) };
-            let result = fill(&mut vec![0; 3000], 256, options, || Ok(()), fails, &mut |_| ControlFlow::Continue(()));
+            let fails = |(): &mut (), i: usize, _: GoOn<'_>| {
+                if i == 2000 {
+                    Err(Error::bad_value("item", i, "no"))
+                } else {
+                    Ok(i)
+                }
+            };
+            let options = SweepOptions {
+                threads: Some(threads),
+            };
+            let result = fill(
+                &mut vec![0; 3000],
+                256,
+                options,
+                || Ok(()),
+                fails,
+                &mut |_| ControlFlow::Continue(()),
+            );
             assert_eq!(result, Err(Error::bad_value("item", 2000, "no")));
         }
         assert!(squares(0, &mut |_| ControlFlow::Continue(())).is_err());

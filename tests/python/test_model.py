@@ -20,6 +20,11 @@ C = np.array([[0.2, -0.1], [-0.1, 0.1]])
 K = np.array([[5.0, -1.0], [-1.0, 3.0]])
 
 
+def close(value, expected, *, rtol=0.0, atol=0.0):
+    """Every entry within the tolerances named, and no others."""
+    return np.allclose(value, expected, rtol=rtol, atol=atol)
+
+
 def two_stops(**options):
     return [vi.Stop(0, 0.3, 0.9, **options), vi.Stop([1.0, -2.0], 0.4, 0.5, **options)]
 
@@ -109,8 +114,8 @@ class TestInput:
         diagonal = vi.LinearSystem([1, 2], [0.1, 0.2], [3, 4])
         dense = vi.LinearSystem(np.diag([1, 2]), np.diag([0.1, 0.2]), np.diag([3, 4]))
         one, other = vi.modes(diagonal), vi.modes(dense)
-        assert np.allclose(one.natural_frequencies, np.sqrt([2, 3]), rtol=1e-14)
-        assert np.allclose(other.natural_frequencies, np.sqrt([2, 3]), rtol=1e-14)
+        assert close(one.natural_frequencies, np.sqrt([2, 3]), rtol=1e-14)
+        assert close(other.natural_frequencies, np.sqrt([2, 3]), rtol=1e-14)
 
     def test_one_stop_or_several(self):
         system, stop = vi.LinearSystem(1, 0, 1), vi.Stop(0, 1, 1)
@@ -132,23 +137,23 @@ class TestSystems:
         p1, p2 = 0.3, 0.7
         system = vi.DoublePendulum(m, mu, (p1, p2)).linearise()
         mass, stiffness, force = double_pendulum_matrices(m, mu)
-        assert np.allclose(system.mass, mass, rtol=1e-14, atol=0)
-        assert np.allclose(system.stiffness, stiffness, rtol=1e-14, atol=0)
-        assert np.allclose(system.damping, [[p1 + p2, -p2], [-p2, p2]], rtol=1e-14)
-        assert np.allclose(mass @ system.influence, force, rtol=1e-9)
+        assert close(system.mass, mass, rtol=1e-14, atol=0)
+        assert close(system.stiffness, stiffness, rtol=1e-14, atol=0)
+        assert close(system.damping, [[p1 + p2, -p2], [-p2, p2]], rtol=1e-14)
+        assert close(mass @ system.influence, force, rtol=1e-9)
 
     def test_paper_system_differs_in_damping_alone(self):
         paper, pendulum = vi.paper_system(3, 3.24, 0.05), vi.DoublePendulum(3, 3.24, (0.1, 0.2)).linearise()
-        assert np.allclose(paper.mass, pendulum.mass, rtol=1e-14)
-        assert np.allclose(paper.stiffness, pendulum.stiffness, rtol=1e-14)
-        assert np.allclose(paper.influence, pendulum.influence, rtol=1e-14)
-        assert np.allclose(paper.damping, 0.1 * paper.stiffness, rtol=1e-14)
-        assert not np.allclose(paper.damping, pendulum.damping)
+        assert close(paper.mass, pendulum.mass, rtol=1e-14)
+        assert close(paper.stiffness, pendulum.stiffness, rtol=1e-14)
+        assert close(paper.influence, pendulum.influence, rtol=1e-14)
+        assert close(paper.damping, 0.1 * paper.stiffness, rtol=1e-14)
+        assert not close(paper.damping, pendulum.damping)
 
     def test_paper_form_7(self):
         m, mu = 3.0, 3.24
         system = vi.paper_system(m, mu, 0.05)
-        assert np.allclose(np.linalg.solve(system.mass, system.stiffness), [[1, -m / (1 + m)], [-mu, mu]], rtol=1e-13)
+        assert close(np.linalg.solve(system.mass, system.stiffness), [[1, -m / (1 + m)], [-mu, mu]], rtol=1e-13)
 
     def test_any_damping_matrix(self):
         assert np.array_equal(vi.DoublePendulum(1, 2, C).damping, C)
@@ -160,7 +165,7 @@ class TestSystems:
         chain = vi.PendulumChain([1 / (1 + m), m / (1 + m)], [1, 1 / mu], [0.3, 0.7], gravity=1 / (1 + m))
         one, other = chain.linearise(), vi.DoublePendulum(m, mu, (0.3, 0.7)).linearise()
         for name in ("mass", "damping", "stiffness", "influence"):
-            assert np.allclose(getattr(one, name), getattr(other, name), rtol=1e-14, atol=1e-15)
+            assert close(getattr(one, name), getattr(other, name), rtol=1e-14, atol=1e-15)
 
     def test_chain_from_its_energies(self):
         masses, lengths, dampers, gravity = np.array([1.0, 2.0, 0.5]), np.array([1.0, 0.5, 2.0]), [0.1, 0.2, 0.3], 9.0
@@ -169,11 +174,11 @@ class TestSystems:
         mass = places.T @ np.diag(masses) @ places
         joints = np.eye(3) - np.eye(3, k=-1)  # rates of the joints
         heights = np.tril(np.ones((3, 3))) * lengths  # second derivative of the height of bob k, on the diagonal
-        assert np.allclose(system.mass, mass, rtol=1e-14)
-        assert np.allclose(system.damping, joints.T @ np.diag(dampers) @ joints, rtol=1e-14, atol=1e-16)
-        assert np.allclose(system.stiffness, np.diag(gravity * masses @ heights), rtol=1e-14)
+        assert close(system.mass, mass, rtol=1e-14)
+        assert close(system.damping, joints.T @ np.diag(dampers) @ joints, rtol=1e-14, atol=1e-16)
+        assert close(system.stiffness, np.diag(gravity * masses @ heights), rtol=1e-14)
         force = places.T @ masses  # of a unit acceleration of the base
-        assert np.allclose(mass @ system.influence, force, rtol=1e-12)
+        assert close(mass @ system.influence, force, rtol=1e-12)
 
     def test_one_damper_for_all(self):
         assert vi.PendulumChain([1, 2], [1, 1], 0.1) == vi.PendulumChain([1, 2], [1, 1], [0.1, 0.1])
@@ -194,10 +199,10 @@ class TestForcing:
         one = vi.simulate(base, [0.1, 0], [0, 0.2], (0, 20), t_eval=np.linspace(0, 20, 50))
         other = vi.simulate(force, [0.1, 0], [0, 0.2], (0, 20), t_eval=np.linspace(0, 20, 50))
         assert len(one.impacts) == len(other.impacts) > 3
-        assert np.allclose(one.q, other.q, atol=1e-10)
+        assert close(one.q, other.q, atol=1e-10)
         orbits = [vi.periodic_orbits(scene, [0], phase=1.0)[0] for scene in (base, force)]
-        assert np.allclose(orbits[0].q0, orbits[1].q0, rtol=1e-12)
-        assert np.allclose(orbits[0].v0, orbits[1].v0, rtol=1e-12)
+        assert close(orbits[0].q0, orbits[1].q0, rtol=1e-12)
+        assert close(orbits[0].v0, orbits[1].v0, rtol=1e-12)
 
     def test_base_motion_of_the_pendulum(self):
         """Theory 2: F = a w^2 (1, alpha) on the angles."""
@@ -208,7 +213,7 @@ class TestForcing:
         times = np.linspace(0, 30, 40)
         one = vi.simulate(vi.Scene(system, vi.BaseMotion(a, w)), *start, t_eval=times)
         other = vi.simulate(vi.Scene(system, vi.Harmonic(force, w)), *start, t_eval=times)
-        assert np.allclose(one.q, other.q, atol=1e-12)
+        assert close(one.q, other.q, atol=1e-12)
 
     def test_the_frequency_scales_the_base_force_alone(self):
         scene = vi.paper_scene(kind=3)
@@ -225,7 +230,7 @@ class TestForcing:
         times = np.linspace(0, 10, 30)
         one = vi.simulate(vi.Scene(system, turned), *start, t_eval=times)
         other = vi.simulate(vi.Scene(system, plain), *start, t_eval=times)
-        assert np.allclose(one.q, other.q, atol=1e-13)
+        assert close(one.q, other.q, atol=1e-13)
         assert turned.amplitude.dtype == complex
         assert plain.amplitude.dtype == float
 
@@ -236,7 +241,7 @@ class TestForcing:
         scene = vi.Scene(vi.LinearSystem(M, C, K), vi.Harmonic(force, w, phase))
         times = np.linspace(0, 40, 60)
         run = vi.simulate(scene, amplitude.real, (1j * w * amplitude).real, (0, 40), t_eval=times)
-        assert np.allclose(run.q, (np.exp(1j * w * times)[:, None] * amplitude).real, atol=1e-12)
+        assert close(run.q, (np.exp(1j * w * times)[:, None] * amplitude).real, atol=1e-12)
 
 
 class TestScene:
@@ -245,7 +250,7 @@ class TestScene:
         scene = vi.Scene(vi.LinearSystem(M, C, K), None, stops)
         q = np.array([[[0.1, 0.2], [0.0, 0.0], [-1.0, 2.0]]])
         expected = np.stack([0.3 - q[..., 0], 0.4 - q[..., 0] + 2 * q[..., 1], -0.2 + q[..., 1]], axis=-1)
-        assert np.allclose(scene.gaps(q), expected, rtol=1e-15)
+        assert close(scene.gaps(q), expected, rtol=1e-15)
         assert scene.gaps(q).shape == (1, 3, 3)
         assert scene.gaps([0.1, 0.2]).shape == (3,)
 
@@ -270,7 +275,7 @@ class TestScene:
         assert isinstance(linear.system, vi.LinearSystem)
         assert linear.forcing == scene.forcing
         q = 1e-4 * np.array([1.0, -2.0])
-        assert np.allclose(linear.gaps(q), scene.gaps(q), atol=1e-11)  # sin q = q to third order
+        assert close(linear.gaps(q), scene.gaps(q), atol=1e-11)  # sin q = q to third order
         assert [stop.restitution for stop in linear.stops] == [0.9, 0.8]
 
     def test_period(self):
@@ -286,7 +291,7 @@ class TestScene:
         forced = scene.replace(frequency=2.0, phase=0.5, amplitude=0.2).forcing
         assert forced == vi.BaseMotion(0.2, 2.0, 0.5)
         assert scene.replace(forcing_scale=3).forcing.amplitude == pytest.approx(3 * scene.forcing.amplitude)
-        assert np.allclose(scene.replace(damping_scale=3).system.damping, 3 * scene.system.damping)
+        assert close(scene.replace(damping_scale=3).system.damping, 3 * scene.system.damping)
         assert scene.replace(forcing=None).forcing is None
         assert scene.replace(stops=()).stops == ()
         assert scene.replace(system=vi.paper_system(1, 2, 0.1)).system == vi.paper_system(1, 2, 0.1)
@@ -301,16 +306,16 @@ class TestScene:
         m, mu, f10 = {1: (3, 3.24, 0.162), 2: (1, 3.24, 0.22), 3: (1, 3.2, 0.1)}[kind]
         scene = vi.paper_scene(kind, damping=0.03, clearance=0.2)
         mass, stiffness, force = double_pendulum_matrices(m, mu)
-        assert np.allclose(scene.system.mass, mass, rtol=1e-14)
-        assert np.allclose(scene.system.damping, 0.06 * stiffness, rtol=1e-14)
+        assert close(scene.system.mass, mass, rtol=1e-14)
+        assert close(scene.system.damping, 0.06 * stiffness, rtol=1e-14)
         assert scene.forcing.frequency == 1.5
         assert scene.forcing.amplitude * 1.5**2 == pytest.approx(f10, rel=1e-14)
         expected = [vi.Stop(i, 0.2, 0.9, reaction="coordinate") for i in range(2)]
         assert list(scene.stops) == expected
         full = vi.paper_scene(kind, damping=0.03, clearance=0.2, linear=False)
         assert isinstance(full.system, vi.DoublePendulum)
-        assert np.allclose(full.system.damping, 0.06 * stiffness, rtol=1e-14)
-        assert np.allclose(mass @ scene.system.influence, force, rtol=1e-12)
+        assert close(full.system.damping, 0.06 * stiffness, rtol=1e-14)
+        assert close(mass @ scene.system.influence, force, rtol=1e-12)
 
     def test_plan_names_what_runs(self):
         linear = vi.LinearSystem(M, C, K)
@@ -374,8 +379,8 @@ class TestModes:
         m, mu, zeta = 3.0, 3.24, 0.05
         squares = np.sort(np.roots([1, -(1 + mu), mu * (1 - m / (1 + m))]))
         modes = vi.modes(vi.paper_system(m, mu, zeta))
-        assert np.allclose(modes.natural_frequencies, np.sqrt(squares), rtol=1e-13)
-        assert np.allclose(modes.damping_ratios, zeta * np.sqrt(squares), rtol=1e-13)
+        assert close(modes.natural_frequencies, np.sqrt(squares), rtol=1e-13)
+        assert close(modes.damping_ratios, zeta * np.sqrt(squares), rtol=1e-13)
         assert modes.is_proportional
 
     @law
@@ -387,14 +392,14 @@ class TestModes:
         modes = vi.modes(vi.LinearSystem(mass, 0.02 * stiffness + 0.1 * mass, stiffness))
         shapes, frequencies = modes.shapes, modes.natural_frequencies
         scale = np.linalg.cond(mass)
-        assert np.allclose(shapes.T @ mass @ shapes, np.eye(n), atol=1e-13 * scale)
-        assert np.allclose(
+        assert close(shapes.T @ mass @ shapes, np.eye(n), atol=1e-13 * scale)
+        assert close(
             shapes.T @ stiffness @ shapes, np.diag(frequencies**2), atol=1e-13 * scale * max(1, frequencies[-1] ** 2)
         )
         assert np.all(np.diff(frequencies) >= 0)
         assert np.all(shapes[np.argmax(np.abs(shapes), axis=0), np.arange(n)] > 0)
         assert modes.is_proportional
-        assert np.allclose(2 * modes.damping_ratios * frequencies, 0.02 * frequencies**2 + 0.1, rtol=1e-8)
+        assert close(2 * modes.damping_ratios * frequencies, 0.02 * frequencies**2 + 0.1, rtol=1e-8)
 
     @law
     @given(st.integers(1, 5), st.integers(0, 2**32 - 1))
@@ -414,7 +419,7 @@ class TestModes:
 
     def test_rigid_body(self):
         modes = vi.modes(vi.LinearSystem([1, 1], [0, 0], [[1, -1], [-1, 1]]))
-        assert np.allclose(modes.natural_frequencies, [0, np.sqrt(2)], atol=1e-7)
+        assert close(modes.natural_frequencies, [0, np.sqrt(2)], atol=1e-7)
 
     def test_joint_dampers_are_not_proportional_but_for_one_ratio(self):
         m = 3.0
@@ -437,8 +442,8 @@ class TestRecovery:
         b = np.linalg.solve(mass, normal) if reaction == "inertia" else normal
         jump = np.eye(n) - (1 + restitution) * np.outer(b, normal) / (normal @ b)
         tolerance = 1e-12 * np.linalg.cond(mass)
-        assert np.allclose(matrix, scipy.linalg.block_diag(np.eye(n), jump), atol=tolerance)
-        assert np.allclose(normal @ matrix[n:, n:], -restitution * normal, atol=tolerance)
+        assert close(matrix, scipy.linalg.block_diag(np.eye(n), jump), atol=tolerance)
+        assert close(normal @ matrix[n:, n:], -restitution * normal, atol=tolerance)
         audit = vi.audit_recovery(matrix, mass, [normal])
         assert audit.restitution[0] == pytest.approx(restitution, abs=tolerance)
         root = scipy.linalg.sqrtm(mass).real
@@ -462,14 +467,14 @@ class TestRecovery:
         b = np.linalg.solve(mass, normals)
         expected = np.eye(n) - b @ np.linalg.solve(normals.T @ b, np.diag(1 + restitution) @ normals.T)
         tolerance = 1e-12 * np.linalg.cond(mass) * np.linalg.cond(normals) ** 2
-        assert np.allclose(jump, expected, atol=tolerance)
-        assert np.allclose(vi.recovery_matrix(scene, (1, 0))[n:, n:], expected, atol=tolerance)
+        assert close(jump, expected, atol=tolerance)
+        assert close(vi.recovery_matrix(scene, (1, 0))[n:, n:], expected, atol=tolerance)
 
     def test_both_pendulums_together(self):
         """R1 = -e I on the velocities, which never gains energy."""
         scene = vi.paper_scene(kind=1)
         matrix = vi.recovery_matrix(scene, (0, 1))
-        assert np.allclose(matrix, np.diag([1, 1, -0.9, -0.9]), atol=1e-15)
+        assert close(matrix, np.diag([1, 1, -0.9, -0.9]), atol=1e-15)
         audit = vi.audit_recovery(matrix, scene.system.mass, [0, 1])
         assert audit.energy_gain == pytest.approx(0.81, rel=1e-12)
         assert audit.is_realisable
@@ -492,7 +497,7 @@ class TestRecovery:
             vi.recovery_matrix(vi.Scene(system, None, vi.Stop([1, 2], 1, 0.7, side=side)), 0)
             for side in ("upper", "lower")
         ]
-        assert np.allclose(*matrices, atol=1e-15)
+        assert close(*matrices, atol=1e-15)
 
     def test_normals_as_rows_or_indices(self):
         matrix = np.diag([1, 1, 1, -0.5])

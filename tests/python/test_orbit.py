@@ -20,6 +20,11 @@ law = settings(max_examples=CASES, deadline=5000)
 N_PERIODS = {1: 3, 2: 2, 3: 2}
 
 
+def close(value, expected, *, rtol=0.0, atol=0.0):
+    """Every entry within the tolerances named, and no others."""
+    return np.allclose(value, expected, rtol=rtol, atol=atol)
+
+
 def dense(coefficient):
     coefficient = np.asarray(coefficient)
     return np.diag(coefficient) if coefficient.ndim == 1 else coefficient
@@ -160,10 +165,10 @@ class TestPaper:
         n, p = eta + e * decay * g, wd + e * decay * h
         scale = -(1 + e) * w * -response.imag / (k * p - m * n)
         found = orbit.coefficients
-        assert np.allclose(found.A, -response.imag, atol=1e-13)
-        assert np.allclose(found.B, response.real, atol=1e-13)
-        assert np.allclose(found.a, scale * m, atol=1e-10)
-        assert np.allclose(found.b, scale * k, atol=1e-10)
+        assert close(found.A, -response.imag, atol=1e-13)
+        assert close(found.B, response.real, atol=1e-13)
+        assert close(found.a, scale * m, atol=1e-10)
+        assert close(found.b, scale * k, atol=1e-10)
 
     def test_kind_2(self):
         """Admissible for light damping only: phases of 12 to 24 degrees at zeta = 0.01, all stable; none at 0.015."""
@@ -206,12 +211,12 @@ class TestPaper:
         orbits = vi.periodic_orbits(scene, vi.KINDS[4])
         dynamics = Dynamics(scene)
         steady = dynamics.steady() * np.exp(1j * orbits[0].phase)
-        assert np.allclose(orbits[0].q0, steady[:2].real, atol=1e-12)
-        assert np.allclose(orbits[0].v0, steady[2:].real, atol=1e-12)
+        assert close(orbits[0].q0, steady[:2].real, atol=1e-12)
+        assert close(orbits[0].v0, steady[2:].real, atol=1e-12)
         assert len(orbits[0].impacts) == 0
         crossed = np.any(scene.gaps(orbits[0].position(np.linspace(0, scene.period, 200))) < 0)
         assert orbits[0].is_admissible == (not crossed)
-        assert np.allclose(
+        assert close(
             np.sort_complex(orbits[0].floquet_multipliers),
             np.sort_complex(np.exp(scene.period * np.linalg.eigvals(dynamics.a))),
             atol=1e-10,
@@ -253,7 +258,7 @@ class TestClosedForms:
             t = np.linspace(0, period, 50, endpoint=False)
             slope = speed - a * w * np.sin(orbit.phase)
             expected = slope * t - g * t**2 / 2 + a * (np.cos(orbit.phase) - np.cos(w * t + orbit.phase))
-            assert np.allclose(orbit.position(t)[:, 0], expected, atol=1e-10)
+            assert close(orbit.position(t)[:, 0], expected, atol=1e-10)
 
     @law
     @given(st.integers(0, 2**32 - 1), st.integers(1, 3))
@@ -271,7 +276,7 @@ class TestClosedForms:
         state = np.linalg.solve(system, (recovery - np.eye(2 * n)) @ steady) + steady
         (orbit,) = vi.periodic_orbits(scene, [0], n_periods, phase=phase)
         scale = 1e-9 * (1 + np.abs(state).max())
-        assert np.allclose(np.concatenate([orbit.q0, orbit.v0]), state, atol=scale)
+        assert close(np.concatenate([orbit.q0, orbit.v0]), state, atol=scale)
         assert orbit.phase == pytest.approx(phase, abs=1e-12)
         contact = dynamics.normals[0] @ state[:n]
         assert orbit.scene.stops[0].clearance == pytest.approx(contact, abs=scale)
@@ -316,7 +321,7 @@ class TestClosedForms:
         assert orbits.family.basis.shape == (4, dimension)
         recovery = vi.recovery_matrix(scene, vi.KINDS[kind][0])
         monodromy = recovery @ expm(Dynamics(scene).a * N_PERIODS[kind] * scene.period)
-        assert np.allclose(monodromy @ orbits.family.basis, orbits.family.basis, atol=1e-8)
+        assert close(monodromy @ orbits.family.basis, orbits.family.basis, atol=1e-8)
         other = vi.periodic_orbits(scene, vi.KINDS[kind], N_PERIODS[kind], phase=1.0)
         assert other.verdict == "none"
         assert other.family is None
@@ -328,7 +333,7 @@ class TestClosedForms:
         by_clearance = vi.periodic_orbits(scene, [(0, 1)], 3, free="clearance")[0]
         scale = 0.3 / by_clearance.scene.stops[0].clearance
         assert by_force.phase == pytest.approx(by_clearance.phase, abs=1e-10)
-        assert np.allclose(by_force.q0, scale * by_clearance.q0, atol=1e-10)
+        assert close(by_force.q0, scale * by_clearance.q0, atol=1e-10)
         assert by_force.scene.forcing.amplitude == pytest.approx(scale * scene.forcing.amplitude, rel=1e-9)
 
     def test_a_free_parameter_in_a_range(self):
@@ -336,7 +341,7 @@ class TestClosedForms:
         orbit = vi.periodic_orbits(vi.paper_scene(1, damping=0.05), [(0, 1)], 3, free="clearance")[0]
         scene = orbit.scene.replace(damping_scale=0.8)
         found = vi.periodic_orbits(scene, [(0, 1)], 3, free="damping_scale", between=(1.0, 1.5))
-        assert any(np.allclose(o.scene.system.damping, orbit.scene.system.damping, rtol=1e-7) for o in found)
+        assert any(close(o.scene.system.damping, orbit.scene.system.damping, rtol=1e-7) for o in found)
 
 
 class TestMotion:
@@ -354,14 +359,14 @@ class TestMotion:
             rtol=1e-12,
             atol=1e-14,
         )
-        assert np.allclose(run.y[:2].T, orbit.position(times), atol=1e-9)
-        assert np.allclose(run.y[2:, :-1].T, orbit.velocity(times[:-1]), atol=1e-9)
+        assert close(run.y[:2].T, orbit.position(times), atol=1e-9)
+        assert close(run.y[2:, :-1].T, orbit.velocity(times[:-1]), atol=1e-9)
         before = orbit.velocity(orbit.period, side="before")
-        assert np.allclose(run.y[2:, -1], before, atol=1e-9)
+        assert close(run.y[2:, -1], before, atol=1e-9)
         after = before.copy()
         for stop in np.atleast_1d(vi.KINDS[kind][0]):
             after = dynamics.jump(stop) @ after
-        assert np.allclose(after, orbit.v0, atol=1e-9)
+        assert close(after, orbit.v0, atol=1e-9)
 
     @law
     @given(st.integers(0, 2**32 - 1))
@@ -374,8 +379,8 @@ class TestMotion:
         start = np.concatenate([orbit.q0, orbit.v0])
         run = solve_ivp(dynamics.rate, (0, orbit.period), start, method="DOP853", rtol=1e-11, atol=1e-12)
         scale = 1 + np.abs(start).max()
-        assert np.allclose(run.y[:n, -1], orbit.q0, atol=1e-7 * scale)
-        assert np.allclose(dynamics.jump(0) @ run.y[n:, -1], orbit.v0, atol=1e-7 * scale)
+        assert close(run.y[:n, -1], orbit.q0, atol=1e-7 * scale)
+        assert close(dynamics.jump(0) @ run.y[n:, -1], orbit.v0, atol=1e-7 * scale)
         assert dynamics.gaps(orbit.q0)[0] == pytest.approx(0, abs=1e-10 * scale)
 
     @pytest.mark.parametrize("kind", [1, 2, 3])
@@ -388,24 +393,24 @@ class TestMotion:
             return
         assert run.status == "finished"
         assert len(run.impacts) == 20
-        assert np.allclose(run.impacts["time"], orbit.period * np.arange(1, 21), atol=1e-7)
+        assert close(run.impacts["time"], orbit.period * np.arange(1, 21), atol=1e-7)
         times = np.linspace(0, end, 50)
-        assert np.allclose(run.position(times), orbit.position(times), atol=1e-7)
+        assert close(run.position(times), orbit.position(times), atol=1e-7)
 
     def test_it_is_periodic(self):
         orbit = orbit_of_kind(3)
         t = np.linspace(-3, 3, 31) * orbit.period + 0.1
-        assert np.allclose(orbit.position(t + 5 * orbit.period), orbit.position(t), atol=1e-12)
-        assert np.allclose(orbit.velocity(t + 5 * orbit.period), orbit.velocity(t), atol=1e-12)
-        assert np.allclose(orbit.position(0.0), orbit.q0)
-        assert np.allclose(orbit.velocity(0.0), orbit.v0)
+        assert close(orbit.position(t + 5 * orbit.period), orbit.position(t), atol=1e-12)
+        assert close(orbit.velocity(t + 5 * orbit.period), orbit.velocity(t), atol=1e-12)
+        assert close(orbit.position(0.0), orbit.q0)
+        assert close(orbit.velocity(0.0), orbit.v0)
 
     def test_velocity_is_the_derivative_of_position(self):
         orbit = orbit_of_kind(3)
         t = np.linspace(0.1, 0.9, 17) * orbit.period
         h = 1e-5
         slope = (orbit.position(t + h) - orbit.position(t - h)) / (2 * h)
-        assert np.allclose(slope, orbit.velocity(t), atol=1e-8)
+        assert close(slope, orbit.velocity(t), atol=1e-8)
 
     def test_both_sides_of_the_impact(self):
         orbit = orbit_of_kind(3)
@@ -419,13 +424,13 @@ class TestMotion:
         assert impact["impulse"] == pytest.approx(1.9 * impact["speed_before"], rel=1e-12)  # b = n = unit vector
         assert after[0] == pytest.approx(before[0], rel=1e-12)
         assert impact["phase"] == pytest.approx(orbit.phase, abs=1e-12)
-        assert np.allclose(orbit.velocity(1.0, side="before"), orbit.velocity(1.0), atol=0)
+        assert close(orbit.velocity(1.0, side="before"), orbit.velocity(1.0), atol=0)
 
     def test_impulse_under_newtons_law(self):
         """M (v+ - v-) = -n p."""
         orbit = at_one_clearance(with_newtons_law(vi.paper_scene(kind=3)), [1], 2, np.radians(160))
         jump = orbit.velocity(0.0) - orbit.velocity(0.0, side="before")
-        assert np.allclose(dense(orbit.scene.system.mass) @ jump, [0, -orbit.impacts["impulse"][0]], atol=1e-12)
+        assert close(dense(orbit.scene.system.mass) @ jump, [0, -orbit.impacts["impulse"][0]], atol=1e-12)
 
     def test_coefficients_of_14(self):
         """q = Phi (e^{-eta t} (a cos wd t + b sin wd t) + A sin w t + B cos w t)."""
@@ -436,7 +441,7 @@ class TestMotion:
         t = np.linspace(0, orbit.period, 40, endpoint=False)[:, None]
         free = np.exp(-eta * t) * (found.a * np.cos(wd * t) + found.b * np.sin(wd * t))
         forced = found.A * np.sin(1.5 * t) + found.B * np.cos(1.5 * t)
-        assert np.allclose((free + forced) @ modes.shapes.T, orbit.position(t[:, 0]), atol=1e-12)
+        assert close((free + forced) @ modes.shapes.T, orbit.position(t[:, 0]), atol=1e-12)
 
     def test_no_coefficients_where_modes_are_complex(self):
         scene = vi.Scene(
@@ -526,7 +531,7 @@ class TestStability:
                 assert run.stats.n_impacts == 1
                 return np.concatenate(run.final)
 
-            assert np.allclose(returned(start), start, atol=1e-10)
+            assert close(returned(start), start, atol=1e-10)
 
             def slopes(h, start=start, returned=returned):
                 return np.column_stack([(returned(start + d) - returned(start - d)) / (2 * h) for d in h * np.eye(4)])
@@ -563,7 +568,7 @@ class TestStability:
     def test_multipliers_are_the_eigenvalues_of_the_monodromy(self):
         orbit = orbit_of_kind(3)
         found = np.sort_complex(np.linalg.eigvals(orbit.monodromy))
-        assert np.allclose(np.sort_complex(orbit.floquet_multipliers), found, atol=1e-9)
+        assert close(np.sort_complex(orbit.floquet_multipliers), found, atol=1e-9)
         assert np.all(np.diff(np.abs(orbit.floquet_multipliers)) <= 1e-12)
 
     def test_stability_is_what_the_multipliers_say(self):
