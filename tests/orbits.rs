@@ -64,7 +64,7 @@ fn first_kind_has_the_published_phase_angle_and_multipliers() {
     let radii: Vec<f64> = stability
         .orders
         .iter()
-        .map(|o| o.spectral_radius())
+        .map(vibroimpact::OrderMultipliers::spectral_radius)
         .collect();
     assert!(
         (radii[0] - 0.79341).abs() < 5e-6 && (radii[1] - 0.79333).abs() < 5e-6,

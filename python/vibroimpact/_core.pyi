@@ -24,8 +24,13 @@ __all__ = [
     "Violation",
     "Wall",
     "__version__",
+    "_existence_at",
+    "_existence_cells",
+    "_existence_tile",
     "_restore_orbit",
     "_restore_orbits",
+    "_restore_trajectory",
+    "_simulate_rows",
     "audit_recovery",
     "modes",
     "paper_scene",
@@ -44,6 +49,7 @@ _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
 _Method: TypeAlias = Literal["auto", "exact"]
 _Keep: TypeAlias = Literal["motion", "impacts", "final"]
+_Cells: TypeAlias = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_], _FloatArray]
 
 __version__: str
 
@@ -361,6 +367,7 @@ class Trajectory:
     @property
     def scene(self) -> Scene: ...
     def to_arrays(self) -> dict[str, NDArray[Any]]: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
 def paper_system(mass_ratio: float, length_ratio: float, damping: float) -> LinearSystem: ...
 def paper_scene(
@@ -406,3 +413,33 @@ def _restore_orbit(
 def _restore_orbits(
     orbits: Sequence[Orbit], verdict: str, reason: str, margin: float | None, basis: ArrayLike | None
 ) -> Orbits: ...
+def _restore_trajectory(scene: Scene, saved: dict[str, Any]) -> Trajectory: ...
+def _existence_at(scene: Scene, pattern: _Pattern, n_periods: int) -> tuple[int, bool, bool, float]: ...
+def _existence_cells(
+    scene: Scene,
+    pattern: _Pattern,
+    x: tuple[str, ArrayLike],
+    y: tuple[str, ArrayLike],
+    n_periods: int,
+    threads: int | None,
+    progress: bool,
+) -> _Cells: ...
+def _existence_tile(
+    scene: Scene,
+    pattern: _Pattern,
+    x: tuple[str, ArrayLike],
+    y: tuple[str, ArrayLike],
+    n_periods: int,
+    start: int,
+    stop: int,
+) -> _Cells: ...
+def _simulate_rows(
+    scene: Scene,
+    q0: ArrayLike,
+    v0: ArrayLike,
+    t_span: tuple[float, float],
+    tolerances: tuple[float, float],
+    max_impacts: int | None,
+    threads: int | None,
+    progress: bool,
+) -> tuple[_FloatArray, _FloatArray, NDArray[np.int64], list[str]]: ...

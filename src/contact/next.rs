@@ -241,16 +241,15 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 order => from_contact(jet, order, step),
             };
             match ahead {
-                Ahead::Clear => {}
                 Ahead::Touch { at, gap } => grazes.push(Grazed {
                     stop,
                     time: time + at,
                     gap,
                 }),
                 Ahead::Reached { at } if earliest.is_none_or(|(_, t)| at < t) => {
-                    earliest = Some((stop, at))
+                    earliest = Some((stop, at));
                 }
-                Ahead::Reached { .. } => {}
+                Ahead::Clear | Ahead::Reached { .. } => {}
                 Ahead::Unknown => return Err(stop),
             }
         }

@@ -76,12 +76,6 @@ impl Jet {
         (a, self.remainder(span))
     }
 
-    /// Whether the gap is above `floor` on the whole span.
-    pub fn is_above(&self, floor: f64, span: f64) -> bool {
-        let (a, rest) = self.scaled(span);
-        least_4([a[0] - floor, a[1], a[2], a[3], -rest]) > 0.0
-    }
-
     /// What can be proved over the span, in the order of what it costs; `floor` as in `Shape::Above`.
     pub fn shape(&self, floor: f64, span: f64) -> Shape {
         let (a, rest) = self.scaled(span);
@@ -250,7 +244,7 @@ mod tests {
                     match cosine(a, t).shape(0.0, span) {
                         Shape::Above => assert!(lowest > 0.0),
                         Shape::Falling => {
-                            assert!(samples.windows(2).all(|w| gap(w[1]) < gap(w[0])))
+                            assert!(samples.windows(2).all(|w| gap(w[1]) < gap(w[0])));
                         }
                         Shape::LowestAtEnd => assert!(lowest >= gap(t).min(gap(t + span)) - 1e-15),
                         Shape::Minimum { value, error, .. } => {

@@ -249,6 +249,9 @@ impl Scene {
     }
 
     /// The gap of every stop at the position q, shape `(n_stops,)`.
+    ///
+    /// # Panics
+    /// If q has not n entries.
     pub fn gaps(&self, q: &DVector<f64>) -> DVector<f64> {
         let n = self.n_dof();
         DVector::from_iterator(
@@ -300,18 +303,18 @@ impl Scene {
             Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
             Change::Stops(stops) => return Self::new(copy.system, copy.forcing, stops),
             Change::Frequency(frequency) => {
-                copy.forcing = self.forcing.with_frequency(frequency)?
+                copy.forcing = self.forcing.with_frequency(frequency)?;
             }
             Change::Phase(phase) => copy.forcing = self.forcing.with_phase(phase)?,
             Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
             Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,
             Change::Clearance(values) => copy.set_each("clearance", &values, set_clearance)?,
             Change::Restitution(values) => {
-                copy.set_each("restitution", &values, set_restitution)?
+                copy.set_each("restitution", &values, set_restitution)?;
             }
             Change::ClearanceOf(i, value) => set_clearance(copy.stop_mut("clearance", i)?, value)?,
             Change::RestitutionOf(i, value) => {
-                set_restitution(copy.stop_mut("restitution", i)?, value)?
+                set_restitution(copy.stop_mut("restitution", i)?, value)?;
             }
         }
         Ok(copy)

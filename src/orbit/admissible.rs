@@ -177,7 +177,7 @@ impl<'a> Judge<'a> {
         match &mut self.searched {
             Searched::Split(split, ladder) => {
                 let start = |flight: &Flight, state: &mut Vec<Pair>| {
-                    split.enlarge(&flight.after, angle(flight), state)
+                    split.enlarge(&flight.after, angle(flight), state);
                 };
                 search(
                     split.flow(),

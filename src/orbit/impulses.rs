@@ -286,7 +286,7 @@ impl<'a> Instant<'a> {
     pub fn at_phase(&self, u: Pair) -> Result<SolutionSet> {
         let inner = self.n_inner();
         let (matrix, rhs) = self.repeat_rows();
-        let known = &matrix.columns(inner, 2) * DVector::from_row_slice(&u);
+        let known = matrix.columns(inner, 2) * DVector::from_row_slice(&u);
         let units = self.units(&matrix, 0);
         let floor = 1.0 / units.columns[inner];
         let set = solve_in(
@@ -347,12 +347,11 @@ impl<'a> Instant<'a> {
     pub fn state_after(&self, x: &DVector<f64>, affine: f64) -> Vec<Pair> {
         let k = self.n_impulses();
         let u = self.phase_part(x);
-        let mut retained = 0;
+        let mut retained = x.as_slice()[k..].chunks_exact(2);
         let mut state = Vec::with_capacity(self.resolvents.len());
         for (j, resolvent) in self.resolvents.iter().enumerate() {
             let Some(resolvent) = resolvent else {
-                state.push([x[k + 2 * retained], x[k + 2 * retained + 1]]);
-                retained += 1;
+                state.extend(retained.next().map(|z| [z[0], z[1]]));
                 continue;
             };
             let mut push = [0.0, 0.0];
@@ -414,7 +413,7 @@ impl Instant<'_> {
                 .flat_map(move |&j| self.scene.jumps[i][j])
         });
         let modal = or_one(jumps.fold(0.0f64, |m, x| m.max(x.abs()))) / push;
-        let is_position = |i: usize| (i - k) % 2 == 0;
+        let is_position = |i: usize| (i - k).is_multiple_of(2);
         let mut columns = DVector::from_fn(matrix.ncols(), |i, _| match i {
             i if i < k => 1.0 / push,
             i if i < inner && is_position(i) => modal / w,

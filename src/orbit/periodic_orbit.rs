@@ -359,7 +359,7 @@ impl Default for OrbitOptions {
 /// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
 #[derive(Debug, Clone)]
 pub struct Orbits {
-    pub(crate) orbits: Vec<PeriodicOrbit>,
+    pub(crate) all: Vec<PeriodicOrbit>,
     pub(crate) verdict: Verdict,
     pub(crate) reason: String,
     pub(crate) margin: Option<f64>,
@@ -393,7 +393,7 @@ impl IntoIterator for Orbits {
     type IntoIter = std::vec::IntoIter<PeriodicOrbit>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.orbits.into_iter()
+        self.all.into_iter()
     }
 }
 
@@ -401,6 +401,6 @@ impl std::ops::Deref for Orbits {
     type Target = [PeriodicOrbit];
 
     fn deref(&self) -> &[PeriodicOrbit] {
-        &self.orbits
+        &self.all
     }
 }

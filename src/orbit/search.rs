@@ -228,7 +228,7 @@ fn finish(
     };
     let family = (verdict == Verdict::Family).then_some(Family { basis });
     Ok(Orbits {
-        orbits: sorted(orbits)?,
+        all: sorted(orbits)?,
         verdict,
         reason,
         margin: crossing.margin,
@@ -402,7 +402,7 @@ fn free_forcing(
         .is_none_or(|(low, high)| (low..=high).contains(&scale));
     if set.residual > 1e-11 || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
         return Ok(Orbits {
-            orbits: Vec::new(),
+            all: Vec::new(),
             verdict: Verdict::None,
             reason: "no factor on the forcing lets the stops be hit together".to_owned(),
             margin: None,
@@ -456,10 +456,10 @@ fn free_parameter(
         }
         if y == 0.0 {
             roots.push(x);
-        } else if let Some((x0, y0)) = previous.filter(|&(_, y0)| y0 * y < 0.0) {
-            if let Some(root) = bracketed(&at, (x0, y0), (x, y))? {
-                roots.push(root);
-            }
+        } else if let Some((x0, y0)) = previous.filter(|&(_, y0)| y0 * y < 0.0)
+            && let Some(root) = bracketed(&at, (x0, y0), (x, y))?
+        {
+            roots.push(root);
         }
         previous = Some((x, y));
     }
@@ -486,7 +486,7 @@ fn free_parameter(
         )
     };
     Ok(Orbits {
-        orbits: sorted(all)?,
+        all: sorted(all)?,
         verdict,
         reason,
         margin: best,
@@ -511,7 +511,7 @@ fn at_root(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<V
         between: None,
         ..options.clone()
     };
-    Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed)?.orbits)
+    Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed)?.all)
 }
 
 /// The root of a continuous function in a bracket by bisection and secants; `None` where the sign changes at a pole.

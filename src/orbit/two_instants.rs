@@ -109,7 +109,7 @@ pub(crate) fn two_instants(
         Verdict::Found
     };
     Ok(Orbits {
-        orbits: sorted(orbits)?,
+        all: sorted(orbits)?,
         verdict,
         reason,
         margin: None,

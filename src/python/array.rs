@@ -1,4 +1,4 @@
-//! Arrays between NumPy and nalgebra: anything array-like comes in (lists, integers, float32, plain numbers), owned
+//! Arrays between `NumPy` and nalgebra: anything array-like comes in (lists, integers, float32, plain numbers), owned
 //! float64 arrays go out; rows first.
 
 use nalgebra::{Complex, DMatrix, DVector};

@@ -90,7 +90,7 @@ impl PyModes {
 ///
 /// Parameters
 /// ----------
-/// system : LinearSystem
+/// system : `LinearSystem`
 ///     The system.
 ///
 /// Returns
@@ -100,7 +100,7 @@ impl PyModes {
 ///
 /// Raises
 /// ------
-/// ConvergenceError
+/// `ConvergenceError`
 ///     If an eigenvalue iteration fails.
 ///
 /// Notes
@@ -132,7 +132,7 @@ pub(crate) fn modes(system: PyRef<'_, PyLinearSystem>) -> PyResult<PyModes> {
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A nonlinear scene, a stop that does not exist or stands twice, stops with dependent normals and unequal restitution.
 ///
 /// References
@@ -208,21 +208,21 @@ impl PyRecoveryAudit {
 ///
 /// Parameters
 /// ----------
-/// matrix : array_like, shape (2n, 2n)
+/// matrix : `array_like`, shape (2n, 2n)
 ///     The matrix R of ``x+ = R x-``, ``x = (q, v)``.
-/// mass : array_like, shape (n, n) or (n,)
+/// mass : `array_like`, shape (n, n) or (n,)
 ///     Mass matrix, symmetric positive definite.
-/// normals : sequence of int or array_like, shape (k, n)
+/// normals : sequence of int or `array_like`, shape (k, n)
 ///     The normals of the stops hit: indices of coordinates, or vectors.
 ///
 /// Returns
 /// -------
-/// RecoveryAudit
+/// `RecoveryAudit`
 ///     ``is_realisable``, ``restitution`` (k,), ``energy_gain``, ``reasons``.
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite.
 ///
 /// Examples

@@ -37,20 +37,20 @@ fn out_coefficient<'py>(py: Python<'py>, c: &model::Coefficient) -> PyResult<Bou
 ///
 /// Parameters
 /// ----------
-/// mass : array_like, shape (n, n) or (n,)
+/// mass : `array_like`, shape (n, n) or (n,)
 ///     Mass matrix M, symmetric positive definite; ``(n,)`` is a diagonal. For n = 1 plain numbers will do.
-/// damping : array_like, shape (n, n) or (n,)
+/// damping : `array_like`, shape (n, n) or (n,)
 ///     Damping matrix C, any real matrix.
-/// stiffness : array_like, shape (n, n) or (n,)
+/// stiffness : `array_like`, shape (n, n) or (n,)
 ///     Stiffness matrix K, any real matrix, singular or zero too.
-/// load : array_like, shape (n,), optional
+/// load : `array_like`, shape (n,), optional
 ///     Constant force f0.
-/// influence : array_like, shape (n,), optional
+/// influence : `array_like`, shape (n,), optional
 ///     Influence vector r: a base displacement u adds the force ``-M r u''``.
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     Shapes that do not fit together, numbers that are not finite, a mass that is not symmetric positive definite.
 ///
 /// Examples
@@ -174,16 +174,16 @@ impl PyLinearSystem {
 ///
 /// Parameters
 /// ----------
-/// mass_ratio : float
+/// `mass_ratio` : float
 ///     ``m2/m1`` > 0.
-/// length_ratio : float
+/// `length_ratio` : float
 ///     ``l1/l2`` > 0.
-/// damping : pair of float or array_like, shape (2, 2), default (0, 0)
+/// damping : pair of float or `array_like`, shape (2, 2), default (0, 0)
 ///     Joint dampers ``(p1, p2)``, or any damping matrix of the symmetric form.
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A ratio that is not positive, a damper that is not finite.
 #[pyclass(name = "DoublePendulum", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -226,7 +226,7 @@ impl PyDoublePendulum {
     /// Number of degrees of freedom: 2.
     #[getter]
     fn n_dof(&self) -> usize {
-        2
+        System::from(self.0.clone()).n_dof()
     }
 
     /// ``m2/m1``.
@@ -280,18 +280,18 @@ impl PyDoublePendulum {
 ///
 /// Parameters
 /// ----------
-/// masses : array_like, shape (N,)
+/// masses : `array_like`, shape (N,)
 ///     Point masses, > 0.
-/// lengths : array_like, shape (N,)
+/// lengths : `array_like`, shape (N,)
 ///     Link lengths, > 0.
-/// damping : float or array_like, shape (N,) or (N, N), default 0.0
+/// damping : float or `array_like`, shape (N,) or (N, N), default 0.0
 ///     Joint dampers, one for all or one each, or any damping matrix.
 /// gravity : float, default 9.81
 ///     Gravity.
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     Arrays of different lengths, masses or lengths that are not positive, numbers that are not finite.
 #[pyclass(name = "PendulumChain", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -389,7 +389,7 @@ impl PyPendulumChain {
 ///
 /// Parameters
 /// ----------
-/// amplitude : array_like, shape (n,), real or complex
+/// amplitude : `array_like`, shape (n,), real or complex
 ///     Force amplitude; a real one is a cosine.
 /// frequency : float
 ///     Circular frequency [rad/s], > 0.
@@ -398,7 +398,7 @@ impl PyPendulumChain {
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     Numbers that are not finite, a frequency that is not positive.
 #[pyclass(name = "Harmonic", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -472,7 +472,7 @@ impl PyHarmonic {
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     Numbers that are not finite, a frequency that is not positive.
 #[pyclass(name = "BaseMotion", module = "vibroimpact", frozen)]
 #[derive(Clone, Copy)]
@@ -566,7 +566,7 @@ fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
 ///
 /// Parameters
 /// ----------
-/// normal : int or array_like, shape (n,)
+/// normal : int or `array_like`, shape (n,)
 ///     Index of a coordinate, counted from 0, or the normal n itself, of any length but zero.
 /// clearance : float
 ///     Gap at q = 0; negative: preloaded.
@@ -574,13 +574,13 @@ fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
 ///     Minus the ratio of the normal velocity after an impact to the one before [-], in [0, 1].
 /// side : {"upper", "lower"}, default "upper"
 ///     On which side of the motion the stop stands.
-/// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
+/// reaction : {"inertia", "coordinate"} or `array_like`, shape (n,), default "inertia"
 ///     Direction in which an impact changes the velocity: ``M^-1 n`` (Newton's law), ``n`` (each coordinate reset alone, the
 ///     source paper's law, which can gain energy: see ``audit_recovery``), or b itself with ``n.b > 0``.
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A zero normal, a negative index, a restitution outside [0, 1], an unknown side or reaction.
 ///
 /// Examples
@@ -694,7 +694,7 @@ impl PyStop {
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A negative bob, a restitution outside [0, 1], an unknown side.
 #[pyclass(name = "Wall", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -832,16 +832,16 @@ fn constraints(value: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Constraint>> {
 ///
 /// Parameters
 /// ----------
-/// system : LinearSystem, DoublePendulum or PendulumChain
+/// system : `LinearSystem`, `DoublePendulum` or `PendulumChain`
 ///     The system.
-/// forcing : Harmonic, BaseMotion or None, optional
+/// forcing : Harmonic, `BaseMotion` or None, optional
 ///     What drives it.
 /// stops : Stop, Wall or a sequence of them, default ()
 ///     One stop or several.
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A forcing or stop that does not fit the system.
 ///
 /// Examples
@@ -967,12 +967,12 @@ impl PyScene {
     ///
     /// Parameters
     /// ----------
-    /// q : array_like, shape (..., n)
+    /// q : `array_like`, shape (..., n)
     ///     Positions.
     ///
     /// Returns
     /// -------
-    /// ndarray, shape (..., n_stops)
+    /// ndarray, shape (..., `n_stops`)
     ///     Gaps; negative inside a stop.
     fn gaps<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = py.import("numpy")?;
@@ -1022,7 +1022,7 @@ impl PyScene {
     ///
     /// Raises
     /// ------
-    /// ValueError
+    /// `ValueError`
     ///     A name that does not exist, a value that breaks its rule.
     ///
     /// Examples
@@ -1118,20 +1118,20 @@ impl PyScene {
 ///
 /// Parameters
 /// ----------
-/// mass_ratio : float
+/// `mass_ratio` : float
 ///     ``m2/m1`` > 0.
-/// length_ratio : float
+/// `length_ratio` : float
 ///     ``l1/l2`` > 0.
 /// damping : float
 ///     zeta; the modal damping ratios are ``damping * w_j``.
 ///
 /// Returns
 /// -------
-/// LinearSystem
+/// `LinearSystem`
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A ratio that is not positive, a damping that is not finite.
 #[pyfunction]
 pub(crate) fn paper_system(
@@ -1165,7 +1165,7 @@ pub(crate) fn paper_system(
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     An unknown kind, a number that is not finite.
 #[pyfunction]
 #[pyo3(signature = (kind, damping=None, clearance=None, linear=true))]

@@ -274,7 +274,7 @@ impl PyOrbit {
     ///
     /// Parameters
     /// ----------
-    /// t : float or array_like, shape (m,)
+    /// t : float or `array_like`, shape (m,)
     ///     Times [s], any real numbers.
     ///
     /// Returns
@@ -290,7 +290,7 @@ impl PyOrbit {
     ///
     /// Parameters
     /// ----------
-    /// t : float or array_like, shape (m,)
+    /// t : float or `array_like`, shape (m,)
     ///     Times [s], any real numbers.
     /// side : {"after", "before"}, default "after"
     ///     Which velocity is meant at an impact.
@@ -310,7 +310,7 @@ impl PyOrbit {
         out_states(py, &rows, self.0.scene().n_dof(), is_single)
     }
 
-    /// Impacts of one period: structured array of time, stop, speed_before, speed_after, impulse, phase.
+    /// Impacts of one period: structured array of time, stop, `speed_before`, `speed_after`, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.0.impacts())
@@ -369,7 +369,7 @@ impl PyOrbit {
             .map(|o| out_complex(py, &o.multipliers)))
     }
 
-    /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of floquet_multipliers; None where undefined.
+    /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of `floquet_multipliers`; None where undefined.
     #[getter]
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         self.0
@@ -674,7 +674,7 @@ pub(crate) fn _restore_orbits(
 ///     A linear scene with a forcing.
 /// pattern : list
 ///     Indices of stops in order of impact; a tuple is hit at one instant; ``[]``: none is hit.
-/// n_periods : int, default 1
+/// `n_periods` : int, default 1
 ///     Forcing periods in one period of the orbit.
 /// phase : float, optional
 ///     Forcing phase at the first impact [rad]: the clearances of the stops in the pattern come out, as in the paper. Without
@@ -683,7 +683,7 @@ pub(crate) fn _restore_orbits(
 ///     One more unknown, as stops hit at one instant need: "clearance" (all times one factor), or a name of
 ///     ``Scene.replace``.
 /// between : pair of float, optional
-///     Range in which a free parameter is searched; "clearance" and "forcing_scale" need none.
+///     Range in which a free parameter is searched; "clearance" and "`forcing_scale`" need none.
 ///
 /// Returns
 /// -------
@@ -693,9 +693,9 @@ pub(crate) fn _restore_orbits(
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other.
-/// ConvergenceError
+/// `ConvergenceError`
 ///     If an eigenvalue iteration fails.
 ///
 /// Notes

@@ -122,7 +122,7 @@ impl PyTrajectory {
     ///
     /// Parameters
     /// ----------
-    /// t : float or array_like, shape (m,)
+    /// t : float or `array_like`, shape (m,)
     ///     Times [s].
     ///
     /// Returns
@@ -131,7 +131,7 @@ impl PyTrajectory {
     ///
     /// Raises
     /// ------
-    /// ValueError
+    /// `ValueError`
     ///     A time outside the span, or a motion that was not kept.
     fn position<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (states, is_single) = self.states(t, "after")?;
@@ -143,7 +143,7 @@ impl PyTrajectory {
     ///
     /// Parameters
     /// ----------
-    /// t : float or array_like, shape (m,)
+    /// t : float or `array_like`, shape (m,)
     ///     Times [s].
     /// side : {"after", "before"}, default "after"
     ///     Which velocity is meant at an impact.
@@ -154,7 +154,7 @@ impl PyTrajectory {
     ///
     /// Raises
     /// ------
-    /// ValueError
+    /// `ValueError`
     ///     A time outside the span, or a motion that was not kept.
     #[pyo3(signature = (t, side="after"))]
     fn velocity<'py>(
@@ -168,7 +168,7 @@ impl PyTrajectory {
         out_states(py, &rows, self.core.scene().n_dof(), is_single)
     }
 
-    /// Impacts: structured array of time, stop, speed_before, speed_after, impulse, phase.
+    /// Impacts: structured array of time, stop, `speed_before`, `speed_after`, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.core.impacts())
@@ -226,7 +226,7 @@ impl PyTrajectory {
         (out_vector(py, q), out_vector(py, v))
     }
 
-    /// "finished", "max_impacts" or "unresolved_contact".
+    /// "finished", "`max_impacts`" or "`unresolved_contact`".
     #[getter]
     fn status(&self) -> &'static str {
         self.core.status().name()
@@ -370,19 +370,19 @@ fn method(value: &str) -> PyResult<Method> {
 /// ----------
 /// scene : Scene
 ///     A linear scene.
-/// q0, v0 : array_like, shape (n,)
+/// q0, v0 : `array_like`, shape (n,)
 ///     Position and velocity at the start.
-/// t_span : pair of float
+/// `t_span` : pair of float
 ///     Start and end [s].
 /// method : {"auto", "exact"}, default "auto"
 ///     "exact": closed-form flights from impact to impact; any letter case.
 /// rtol, atol : float, default 1e-9, 1e-12
 ///     Margins of contact: a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop is a graze, not an impact.
-/// t_eval : array_like, shape (m,), optional
+/// `t_eval` : `array_like`, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
-///     What is kept: the whole motion; the impacts (and t_eval); the final state (and t_eval) in constant memory.
-/// max_impacts : int, optional
+///     What is kept: the whole motion; the impacts (and `t_eval`); the final state (and `t_eval`) in constant memory.
+/// `max_impacts` : int, optional
 ///     The run ends after this many impacts.
 /// progress : bool, default False
 ///     Show a progress bar (needs tqdm).
@@ -393,13 +393,13 @@ fn method(value: &str) -> PyResult<Method> {
 ///
 /// Raises
 /// ------
-/// ValueError
+/// `ValueError`
 ///     Arrays of the wrong shape or not finite, a span that runs backwards, a start inside a stop, a nonlinear scene.
 ///
 /// Notes
 /// -----
 /// Each next impact is provably the first one: the gap is followed by cubics with a bound on what they leave out. Chatter,
-/// sticking and coupled simultaneous impacts end the run with status "unresolved_contact" and the reason in ``message``.
+/// sticking and coupled simultaneous impacts end the run with status "`unresolved_contact`" and the reason in ``message``.
 ///
 /// Examples
 /// --------

@@ -82,10 +82,14 @@ impl SimulateOptions {
                 format!("it must lie in the span [{start}, {end}]"),
             ));
         }
-        if let Some(pair) = times.windows(2).find(|w| w[1] < w[0]) {
+        if let Some(&[earlier, later]) = times
+            .windows(2)
+            .find(|w| w[1] < w[0])
+            .and_then(|w| w.first_chunk())
+        {
             return Err(Error::bad_value(
                 "t_eval",
-                format!("{} after {}", pair[1], pair[0]),
+                format!("{later} after {earlier}"),
                 "times must ascend",
             ));
         }

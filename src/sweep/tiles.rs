@@ -161,9 +161,12 @@ mod on_threads {
                     if self.is_stopped.load(Ordering::Relaxed) {
                         return;
                     }
-                    let mut go_on = || match self.is_stopped.load(Ordering::Relaxed) {
-                        true => ControlFlow::Break(()),
-                        false => ControlFlow::Continue(()),
+                    let mut go_on = || {
+                        if self.is_stopped.load(Ordering::Relaxed) {
+                            ControlFlow::Break(())
+                        } else {
+                            ControlFlow::Continue(())
+                        }
                     };
                     match item(&mut workspace, tile * size + i, &mut go_on) {
                         Ok(value) => *slot = value,

@@ -219,7 +219,7 @@ class TestLaws:
         middle = random.uniform(1, 3)
         whole = vi.simulate(scene, q0, v0, (0, 4))
         assume(whole.status == "finished" and len(whole.grazes) == 0)
-        assume(np.min(whole.impacts["speed_before"], initial=1.0) > 1e-3)
+        assume(np.min(whole.impacts["speed_before"], initial=1.0) > 0.05)  # a slow impact magnifies rounding
         assume(np.min(np.abs(whole.impacts["time"] - middle), initial=1.0) > 1e-6)
         first = vi.simulate(scene, q0, v0, (0, middle))
         second = vi.simulate(scene, *first.final, (middle, 4))
