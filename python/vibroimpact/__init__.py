@@ -8,6 +8,7 @@ the extra ``plot``.
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibroimpact._core import (
@@ -43,6 +44,8 @@ from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_ma
 
 if TYPE_CHECKING:
     from vibroimpact import plot
+
+Sequence.register(Orbits)
 
 #: Table 1 of the source paper as patterns: the stops hit in one period, a tuple at one instant.
 KINDS: dict[int, list[int | tuple[int, ...]]] = {1: [(0, 1)], 2: [0], 3: [1], 4: []}

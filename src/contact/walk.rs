@@ -145,6 +145,19 @@ pub(crate) fn check_flight<F: LinearFlow>(
         loop {
             step = ladder.step(level).min(span - time);
             let proved = match jet.shape(floor, step) {
+                // A gap that does not move by more than the margin has its value there as its lowest.
+                Shape::Unknown if jet.spread(step) <= margin => {
+                    if jet.c[0] <= margin {
+                        check.note(
+                            Lowest {
+                                time,
+                                gap: jet.c[0],
+                            },
+                            margin,
+                        );
+                    }
+                    true
+                }
                 Shape::Unknown => false,
                 Shape::Minimum { at, value, error } => {
                     let is_clear = value - error > margin;

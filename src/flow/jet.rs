@@ -76,6 +76,12 @@ impl Jet {
         (a, self.remainder(span))
     }
 
+    /// How far the gap can be from its value at r = 0 anywhere on the span.
+    pub fn spread(&self, span: f64) -> f64 {
+        let (a, rest) = self.scaled(span);
+        a[1].abs() + a[2].abs() + a[3].abs() + rest
+    }
+
     /// What can be proved over the span, in the order of what it costs; `floor` as in `Shape::Above`.
     pub fn shape(&self, floor: f64, span: f64) -> Shape {
         let (a, rest) = self.scaled(span);

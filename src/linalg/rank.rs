@@ -34,6 +34,13 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Resul
         a.clone()
     };
     let cap = 100 * columns.max(rows).max(1);
+    if !(a.iter().all(|x| x.is_finite()) && b.iter().all(|x| x.is_finite())) {
+        return Err(Error::NoConvergence {
+            stage: "a linear system whose entries overflow",
+            iterations: 0,
+            residual: f64::INFINITY,
+        });
+    }
     let svd = SVD::try_new(square, true, true, f64::EPSILON, cap).ok_or(Error::NoConvergence {
         stage: "the singular value decomposition",
         iterations: cap,

@@ -27,6 +27,15 @@ pub enum Free {
     Parameter(Parameter),
 }
 
+impl std::fmt::Display for Free {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Clearance => write!(f, "clearance"),
+            Self::Parameter(parameter) => write!(f, "{parameter}"),
+        }
+    }
+}
+
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
 ///
 /// With the clearances given (the default) the forcing phase at the first impact is found; with `options.phase` given,
@@ -90,19 +99,19 @@ pub(crate) fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) ->
             None => Ok(()),
             Some(range) => Err(Error::bad_value(
                 "between",
-                format!("{range:?}"),
+                shown(Some(range)),
                 "it is the range of `free`; name one",
             )),
         };
     };
     if !matches!(pattern.instants(), [stops] if stops.len() >= 2) {
         let rule = "a free parameter needs a pattern with two stops or more at one instant";
-        return Err(Error::bad_value("free", format!("{free:?}"), rule));
+        return Err(Error::bad_value("free", free, rule));
     }
     if options.phase.is_some() {
         return Err(Error::bad_value(
             "free",
-            format!("{free:?}"),
+            free,
             "give either a phase or a free parameter",
         ));
     }
@@ -111,10 +120,18 @@ pub(crate) fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) ->
         (_, Some((low, high))) if low < high && low.is_finite() && high.is_finite() => Ok(()),
         (_, range) => Err(Error::bad_value(
             "between",
-            format!("{range:?}"),
+            shown(range),
             "it must be (low, high) with low < high",
         )),
     }
+}
+
+/// A range as Python writes it.
+fn shown(range: Option<(f64, f64)>) -> String {
+    range.map_or_else(
+        || "None".to_owned(),
+        |(low, high)| format!("({low}, {high})"),
+    )
 }
 
 /// The period of an orbit of so many forcing periods.

@@ -111,7 +111,7 @@ impl PyModes {
 /// --------
 /// >>> import vibroimpact as vi
 /// >>> vi.modes(vi.paper_system(3.0, 3.24, 0.05)).natural_frequencies.round(6)
-/// array([0.452567, 1.988661])
+/// array([0.447796, 2.009846])
 #[pyfunction]
 pub(crate) fn modes(system: PyRef<'_, PyLinearSystem>) -> PyResult<PyModes> {
     PyModes::new(system)
@@ -162,6 +162,34 @@ pub(crate) struct PyRecoveryAudit(RecoveryAudit);
 
 #[pymethods]
 impl PyRecoveryAudit {
+    #[new]
+    fn new(
+        is_realisable: bool,
+        restitution: &Bound<'_, PyAny>,
+        energy_gain: f64,
+        reasons: Vec<String>,
+    ) -> PyResult<Self> {
+        let restitution = crate::python::array::vector("restitution", restitution)?;
+        Ok(Self(RecoveryAudit {
+            is_realisable,
+            restitution,
+            energy_gain,
+            reasons,
+        }))
+    }
+
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> (bool, Bound<'py, PyArray1<f64>>, f64, Vec<String>) {
+        (
+            self.0.is_realisable,
+            self.restitution(py),
+            self.0.energy_gain,
+            self.reasons(),
+        )
+    }
+
     /// Whether rigid, frictionless stops can act so.
     #[getter]
     fn is_realisable(&self) -> bool {

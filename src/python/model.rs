@@ -976,7 +976,15 @@ impl PyScene {
     ///     Gaps; negative inside a stop.
     fn gaps<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = py.import("numpy")?;
-        let array = numpy.getattr("asarray")?.call1((q, "float64"))?;
+        let array = numpy
+            .getattr("asarray")?
+            .call1((q, "float64"))
+            .map_err(|_| {
+                let shown = q
+                    .repr()
+                    .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+                bad(format!("q is {shown}, but an array of numbers is needed"))
+            })?;
         let mut shape: Vec<usize> = array.getattr("shape")?.extract()?;
         let n = self.0.n_dof();
         if shape.is_empty() && n == 1 {

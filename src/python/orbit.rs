@@ -3,10 +3,12 @@
 use crate::impact::Impact;
 use crate::model::Parameter;
 use crate::orbit::{
-    self, Coefficients, Family, Free, OrbitOptions, Orbits, PeriodicOrbit, Saved, Stability,
-    Verdict, Violation,
+    self, Coefficients, Family, Free, OrbitOptions, Orbits, OrderMultipliers, PeriodicOrbit, Saved,
+    Stability, Verdict, Violation,
 };
-use crate::python::array::{out_complex, out_matrix, out_rows, out_vector, structured, times};
+use crate::python::array::{
+    complex_vector, out_complex, out_matrix, out_rows, out_vector, structured, times, vector,
+};
 use crate::python::model::PyScene;
 use crate::python::pattern::{out_pattern, pattern, shown};
 use nalgebra::{Complex, DVector};
@@ -61,6 +63,25 @@ pub(crate) struct PyCoefficients(Coefficients);
 #[pymethods]
 #[allow(non_snake_case)] // the paper's letters
 impl PyCoefficients {
+    #[new]
+    fn new(
+        a: &Bound<'_, PyAny>,
+        b: &Bound<'_, PyAny>,
+        A: &Bound<'_, PyAny>,
+        B: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        Ok(Self(Coefficients {
+            a: vector("a", a)?,
+            b: vector("b", b)?,
+            sine: vector("A", A)?,
+            cosine: vector("B", B)?,
+        }))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f64>>; 4] {
+        [self.a(py), self.b(py), self.A(py), self.B(py)]
+    }
+
     /// Cosine amplitudes of the free motion, shape (n,).
     #[getter]
     fn a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -102,6 +123,20 @@ pub(crate) struct PyViolation(Violation);
 
 #[pymethods]
 impl PyViolation {
+    #[new]
+    fn new(stop: usize, time: f64, depth: f64, reason: String) -> Self {
+        Self(Violation {
+            stop,
+            time,
+            depth,
+            reason,
+        })
+    }
+
+    fn __getnewargs__(&self) -> (usize, f64, f64, &str) {
+        (self.0.stop, self.0.time, self.0.depth, &self.0.reason)
+    }
+
     /// The stop.
     #[getter]
     fn stop(&self) -> usize {
@@ -137,6 +172,17 @@ pub(crate) struct PyFamily(Family);
 
 #[pymethods]
 impl PyFamily {
+    #[new]
+    fn new(basis: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self(Family {
+            basis: crate::python::array::matrix("basis", basis)?,
+        }))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>,)> {
+        Ok((self.basis(py)?,))
+    }
+
     /// Directions of the contact state (q, v) in which the orbit may be changed, shape (2n, dimension).
     #[getter]
     fn basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -158,8 +204,49 @@ impl PyFamily {
 #[pyclass(name = "Stability", module = "vibroimpact", frozen)]
 pub(crate) struct PyStability(Stability);
 
+/// One order of impacts as plain values: stops, multipliers, monodromy matrix.
+type Order<'py> = (Vec<usize>, Bound<'py, PyAny>, Bound<'py, PyAny>);
+
 #[pymethods]
 impl PyStability {
+    #[new]
+    fn new(is_stable: Option<bool>, reason: String, orders: Vec<Order<'_>>) -> PyResult<Self> {
+        let orders = orders
+            .into_iter()
+            .map(|(order, multipliers, monodromy)| {
+                Ok(OrderMultipliers {
+                    order,
+                    multipliers: complex_vector("multipliers", &multipliers)?,
+                    monodromy: crate::python::array::matrix("monodromy", &monodromy)?,
+                })
+            })
+            .collect::<PyResult<_>>()?;
+        Ok(Self(Stability {
+            is_stable,
+            reason,
+            orders,
+        }))
+    }
+
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Option<bool>, &str, Vec<Order<'py>>)> {
+        let orders = self.0.orders.iter().map(|o| {
+            let multipliers = out_complex(py, &o.multipliers).into_any();
+            Ok((
+                o.order.clone(),
+                multipliers,
+                out_matrix(py, &o.monodromy)?.into_any(),
+            ))
+        });
+        Ok((
+            self.0.is_stable,
+            &self.0.reason,
+            orders.collect::<PyResult<_>>()?,
+        ))
+    }
+
     /// All multipliers inside the unit circle, in every order; None where that decides nothing.
     #[getter]
     fn is_stable(&self) -> Option<bool> {

@@ -354,6 +354,30 @@ fn keep(value: &str) -> PyResult<Keep> {
     }
 }
 
+/// A pair of times.
+pub(crate) fn span(value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    match vector("t_span", value)?.as_slice() {
+        &[start, end] => Ok((start, end)),
+        other => Err(PyValueError::new_err(format!(
+            "t_span has shape ({},), but (start, end) is needed",
+            other.len()
+        ))),
+    }
+}
+
+/// A number of things, none below zero.
+pub(crate) fn count(argument: &str, value: Option<i64>) -> PyResult<Option<usize>> {
+    value
+        .map(|value| {
+            usize::try_from(value).map_err(|_| {
+                PyValueError::new_err(format!(
+                    "{argument} is {value}, but it must not be negative"
+                ))
+            })
+        })
+        .transpose()
+}
+
 fn method(value: &str) -> PyResult<Method> {
     match value.to_lowercase().as_str() {
         "auto" => Ok(Method::Auto),
@@ -416,15 +440,16 @@ pub(crate) fn simulate(
     scene: PyRef<'_, PyScene>,
     q0: &Bound<'_, PyAny>,
     v0: &Bound<'_, PyAny>,
-    t_span: (f64, f64),
+    t_span: &Bound<'_, PyAny>,
     method: &str,
     rtol: f64,
     atol: f64,
     t_eval: Option<&Bound<'_, PyAny>>,
     keep: &str,
-    max_impacts: Option<usize>,
+    max_impacts: Option<i64>,
     progress: bool,
 ) -> PyResult<PyTrajectory> {
+    let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
     let (q0, v0) = (vector("q0", q0)?, vector("v0", v0)?);
     let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
     let options = SimulateOptions {

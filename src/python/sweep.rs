@@ -6,6 +6,7 @@ use crate::python::array::{matrix, out_matrix, times};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::pattern::pattern;
+use crate::python::simulate::{count, span};
 use crate::simulate::{Keep, SimulateOptions};
 use crate::sweep::{self, Axis, ExistenceCell, Progress, SweepOptions};
 use nalgebra::DMatrix;
@@ -190,13 +191,14 @@ pub(crate) fn _simulate_rows<'py>(
     scene: PyRef<'_, PyScene>,
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
-    t_span: (f64, f64),
+    t_span: &Bound<'py, PyAny>,
     tolerances: (f64, f64),
-    max_impacts: Option<usize>,
+    max_impacts: Option<i64>,
     threads: Option<usize>,
     progress: bool,
 ) -> PyResult<Ends<'py>> {
     let model = &scene.0;
+    let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
     let (q0, v0) = (
         rows("q0", q0, model.n_dof())?,
         rows("v0", v0, model.n_dof())?,

@@ -256,13 +256,10 @@ impl<'a, F: LinearFlow> Run<'a, F> {
                     .next(&state, u, &self.starts, span, &mut self.grazed, &mut check);
             match next {
                 Next::Interrupted => return Err(Error::Interrupted),
-                Next::End => {
-                    self.keep_flight(clock, span, &state, true);
-                    self.forward(&mut state, u, span);
-                    return Ok(self.finish(state, t_end, Ok(Status::Finished)));
-                }
+                Next::End => return Ok(self.arrive(clock, span, state, t_end)),
                 Next::Stalled { stop, time } => {
-                    self.keep_flight(clock, time, &state, true);
+                    let stalled = clock.after(time).time();
+                    self.keep_flight(clock, time, &state, Some(stalled));
                     self.forward(&mut state, u, time);
                     let reason = format!(
                         "the gap to stop {stop} stays within rounding of zero: sustained contact"
@@ -275,10 +272,11 @@ impl<'a, F: LinearFlow> Run<'a, F> {
                 }
                 Next::Contact { stop, time } => {
                     let mut arrived = state.clone();
-                    let time = self
-                        .polish(stop, time, &state, &mut arrived, clock)
-                        .min(span);
-                    self.keep_flight(clock, time, &state, false);
+                    let time = self.polish(stop, time, &state, &mut arrived, clock);
+                    if time > span {
+                        return Ok(self.arrive(clock, span, state, t_end));
+                    }
+                    self.keep_flight(clock, time, &state, None);
                     state.clone_from(&arrived);
                     clock = clock.after(time);
                     if let Err(unresolved) = self.collide(stop, clock, &mut state) {
@@ -287,6 +285,14 @@ impl<'a, F: LinearFlow> Run<'a, F> {
                 }
             }
         }
+    }
+
+    /// The last flight, to the end of the run.
+    fn arrive(&mut self, clock: Clock, span: f64, mut state: Vec<Pair>, t_end: f64) -> Outcome {
+        self.keep_flight(clock, span, &state, Some(t_end));
+        let u = self.phasor(clock);
+        self.forward(&mut state, u, span);
+        self.finish(state, t_end, Ok(Status::Finished))
     }
 
     fn forward(&mut self, state: &mut [Pair], mut u: F::Phasor, span: f64) {
@@ -324,6 +330,8 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             .filter(|&i| jets[i].c[1] < 0.0)
             .collect();
         if !closing.is_empty() {
+            // A flight of no length has the state before the impact.
+            self.keep_flight(clock, 0.0, state, None);
             return Ok(self.collide_all(&closing, &touching, &jets, clock, state));
         }
         Ok(self.release(&touching, clock, state))
@@ -489,8 +497,8 @@ impl<'a, F: LinearFlow> Run<'a, F> {
         }
     }
 
-    fn keep_flight(&mut self, clock: Clock, span: f64, state: &[Pair], is_last: bool) {
-        let start = clock.time();
+    /// Keeps what is asked for of a flight; `last` is the time at which the run ends with it.
+    fn keep_flight(&mut self, clock: Clock, span: f64, state: &[Pair], last: Option<f64>) {
         if self.record.keep != Keep::Final {
             for i in 0..self.grazed.len() {
                 let graze = self.sharpened(self.grazed[i], clock, state);
@@ -508,7 +516,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
         while let Some(&t) = samples
             .times
             .get(samples.next)
-            .filter(|&&t| t < end || is_last && t <= end.max(start))
+            .filter(|&&t| t < end || last.is_some_and(|last| t <= last))
         {
             let local = clock.until(clock.at(t)).clamp(0.0, span);
             let mut there = state.to_vec();

@@ -178,7 +178,7 @@ impl Trajectory {
         }
         let (first_later, at_impact) = {
             let later = kept.flights.partition_point(|f| f.clock.time() <= t);
-            let starts_here = later > 0 && kept.flights[later - 1].clock.time() == t;
+            let starts_here = later > 1 && kept.flights[later - 1].clock.time() == t;
             (later, starts_here)
         };
         let mut index = first_later.max(1) - 1;
@@ -233,6 +233,10 @@ impl Trajectory {
                 times.push(flight.clock.after(s).time());
                 states.push(self.state_in(i, s));
             }
+        }
+        // The ends are those asked for, whatever rounding makes of a time counted in periods.
+        if let [first, .., last] = times.as_mut_slice() {
+            (*first, *last) = self.span;
         }
         let n = self.modal.form.n_dof();
         let q = DMatrix::from_fn(states.len(), n, |i, j| states[i].0[j]);
