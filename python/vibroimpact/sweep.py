@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -95,7 +96,7 @@ class Ensemble:
 def _bounds(total: int) -> list[tuple[int, int]]:
     """Cut ``range(total)`` into pieces of nearly equal length."""
     edges = np.linspace(0, total, min(total, _PIECES) + 1).astype(int)
-    return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]
 
 
 def _tile(piece: tuple[Any, ...]) -> tuple[NDArray[Any], ...]:
@@ -186,13 +187,11 @@ def existence_map(
         return _assemble(parts, (None, x_values), (None, y_values))
     x_axis, y_axis = _named(x, "x"), _named(y, "y")
     if not _workers.is_elsewhere(workers):
-        cells = _core._existence_cells(
-            scene, pattern, x_axis, y_axis, n_periods, _workers.threads(workers), progress
-        )
+        cells = _core._existence_cells(scene, pattern, x_axis, y_axis, n_periods, _workers.threads(workers), progress)
         return _assemble([cells], x_axis, y_axis)
     bounds = _bounds(x_axis[1].size * y_axis[1].size)
-    pieces = [(scene, pattern, x_axis, y_axis, n_periods, i, j) for i, j in bounds]
-    return _assemble(_workers.run(_tile, pieces, workers), x_axis, y_axis)
+    tiles = [(scene, pattern, x_axis, y_axis, n_periods, i, j) for i, j in bounds]
+    return _assemble(_workers.run(_tile, tiles, workers), x_axis, y_axis)
 
 
 def _assemble(
@@ -202,9 +201,7 @@ def _assemble(
 ) -> ExistenceMap:
     """Put the cells of the pieces together."""
     shape = (y[1].size, x[1].size)
-    n_orbits, admissible, stable, multiplier = (
-        np.concatenate([part[k] for part in parts]).reshape(shape) for k in range(4)
-    )
+    n_orbits, admissible, stable, multiplier = (np.concatenate([part[k] for part in parts]).reshape(shape) for k in range(4))
     return ExistenceMap(x[1], y[1], x[0], y[0], n_orbits, admissible, stable, multiplier)
 
 
@@ -265,10 +262,10 @@ def simulate_many(
     (3, 2)
     """
     if keep != "final":
-        message = f"keep is {keep!r}, but an ensemble keeps final states alone: it must be \"final\""
+        message = f'keep is {keep!r}, but an ensemble keeps final states alone: it must be "final"'
         raise ValueError(message)
     if method.lower() not in ("auto", "exact"):
-        message = f"method is {method!r}, but it must be \"auto\" or \"exact\""
+        message = f'method is {method!r}, but it must be "auto" or "exact"'
         raise ValueError(message)
     rest = (t_span, (rtol, atol), max_impacts)
     if not _workers.is_elsewhere(workers):

@@ -9,6 +9,8 @@ use crate::modal::Pair;
 pub(crate) const DEEPEST: usize = 52;
 /// Rungs that a ladder has room for from the start.
 const USUAL_DEPTH: usize = 12;
+/// Shortest steps without a proof after which a gap counts as touching its stop for good: it is within rounding of it.
+const MOST_UNPROVED: usize = 64;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
@@ -123,6 +125,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
     let mut check = FlightCheck::default();
     let mut level = ladder.level_below(0.25 * span);
     let mut time = 0.0;
+    let mut unproved = 0;
     loop {
         flow.jets(state, *u, rows, &mut jet);
         let jet = &jet[0];
@@ -176,7 +179,21 @@ pub(crate) fn check_flight<F: LinearFlow>(
                 }
                 Shape::Above | Shape::Falling | Shape::LowestAtEnd => true,
             };
-            if proved || level == DEEPEST {
+            if proved {
+                break;
+            }
+            if level == DEEPEST {
+                unproved += 1;
+                if unproved > MOST_UNPROVED {
+                    check.note(
+                        Lowest {
+                            time,
+                            gap: jet.c[0],
+                        },
+                        margin,
+                    );
+                    return check;
+                }
                 break;
             }
             refined = true;

@@ -78,8 +78,8 @@ impl PyCoefficients {
         }))
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f64>>; 4] {
-        [self.a(py), self.b(py), self.A(py), self.B(py)]
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, [self.a(py), self.b(py), self.A(py), self.B(py)])
     }
 
     /// Cosine amplitudes of the free motion, shape (n,).
@@ -661,6 +661,16 @@ impl PyOrbits {
 
     fn __len__(&self) -> usize {
         self.orbits.len()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let orbits: Vec<Py<PyOrbit>> = self.orbits.iter().map(|o| o.clone_ref(py)).collect();
+        PyTuple::new(py, orbits)?.call_method0("__iter__")
+    }
+
+    fn __reversed__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let orbits: Vec<Py<PyOrbit>> = self.orbits.iter().rev().map(|o| o.clone_ref(py)).collect();
+        PyTuple::new(py, orbits)?.call_method0("__iter__")
     }
 
     fn __getitem__<'py>(

@@ -23,7 +23,7 @@ orbits = vi.periodic_orbits(scene, pattern=[1], n_periods=2)   # the lower pendu
 print(orbits[0])                                               # phase, contact state, admissible?, stable?, multipliers
 ax = vi.plot.phase_portrait(orbits[0])
 ax.figure.savefig("orbit.png")
-"""  # noqa: E501
+"""
 
 PLAIN = {"KINDS", "__version__", "plot"}  # data and a module: no docstring of their own
 
@@ -59,11 +59,7 @@ def test_has_a_docstring(name):
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_of_docstrings(name):
-    text = (
-        textwrap.dedent("    " + OBJECTS[name].__doc__)
-        if OBJECTS[name].__doc__.startswith(" ")
-        else OBJECTS[name].__doc__
-    )
+    text = textwrap.dedent("    " + OBJECTS[name].__doc__) if OBJECTS[name].__doc__.startswith(" ") else OBJECTS[name].__doc__
     test = doctest.DocTestParser().get_doctest(text, {}, name, name, 0)
     report = []
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE, verbose=False)

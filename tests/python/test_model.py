@@ -393,9 +393,7 @@ class TestModes:
         shapes, frequencies = modes.shapes, modes.natural_frequencies
         scale = np.linalg.cond(mass)
         assert close(shapes.T @ mass @ shapes, np.eye(n), atol=1e-13 * scale)
-        assert close(
-            shapes.T @ stiffness @ shapes, np.diag(frequencies**2), atol=1e-13 * scale * max(1, frequencies[-1] ** 2)
-        )
+        assert close(shapes.T @ stiffness @ shapes, np.diag(frequencies**2), atol=1e-13 * scale * max(1, frequencies[-1] ** 2))
         assert np.all(np.diff(frequencies) >= 0)
         assert np.all(shapes[np.argmax(np.abs(shapes), axis=0), np.arange(n)] > 0)
         assert modes.is_proportional
@@ -408,9 +406,7 @@ class TestModes:
         a, b, c = random.normal(size=(3, n, n))
         mass, stiffness, damping = a @ a.T + np.eye(n), b @ b.T, 0.3 * c @ c.T
         modes = vi.modes(vi.LinearSystem(mass, damping, stiffness))
-        blocks = np.block(
-            [[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
-        )
+        blocks = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])
         expected = np.linalg.eigvals(blocks)
         assert modes.eigenvalues.shape == (2 * n,)
         distance = np.abs(modes.eigenvalues[:, None] - expected[None, :])
@@ -435,9 +431,7 @@ class TestRecovery:
         a = random.normal(size=(n, n))
         mass = a @ a.T + 0.2 * np.eye(n)
         normal = random.normal(size=n)
-        scene = vi.Scene(
-            vi.LinearSystem(mass, np.zeros(n), np.ones(n)), None, vi.Stop(normal, 1, restitution, reaction=reaction)
-        )
+        scene = vi.Scene(vi.LinearSystem(mass, np.zeros(n), np.ones(n)), None, vi.Stop(normal, 1, restitution, reaction=reaction))
         matrix = vi.recovery_matrix(scene, 0)
         b = np.linalg.solve(mass, normal) if reaction == "inertia" else normal
         jump = np.eye(n) - (1 + restitution) * np.outer(b, normal) / (normal @ b)
@@ -494,8 +488,7 @@ class TestRecovery:
     def test_a_stop_from_either_side_is_the_same_mirror(self):
         system = vi.LinearSystem(M, C, K)
         matrices = [
-            vi.recovery_matrix(vi.Scene(system, None, vi.Stop([1, 2], 1, 0.7, side=side)), 0)
-            for side in ("upper", "lower")
+            vi.recovery_matrix(vi.Scene(system, None, vi.Stop([1, 2], 1, 0.7, side=side)), 0) for side in ("upper", "lower")
         ]
         assert close(*matrices, atol=1e-15)
 

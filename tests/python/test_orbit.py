@@ -240,17 +240,13 @@ class TestClosedForms:
         v+ = e g T/(1 + e): the numbers of theory 5, its phase turned by the sign of the table's motion.
         """
         e, g, a, w = 0.8, 1.0, 0.6, 1.2
-        scene = vi.Scene(
-            vi.LinearSystem(1, 0, 0, load=-g, influence=1), vi.BaseMotion(a, w), vi.Stop(0, 0, e, side="lower")
-        )
+        scene = vi.Scene(vi.LinearSystem(1, 0, 0, load=-g, influence=1), vi.BaseMotion(a, w), vi.Stop(0, 0, e, side="lower"))
         period = 2 * np.pi / w
         speed = e * g * period / (1 + e)
         phase = np.arcsin((speed - g * period / 2) / (a * w))
         orbits = vi.periodic_orbits(scene, [0])
         assert len(orbits) == 2
-        assert sorted(o.phase for o in orbits) == pytest.approx(
-            sorted([phase % (2 * np.pi), (np.pi - phase) % (2 * np.pi)])
-        )
+        assert sorted(o.phase for o in orbits) == pytest.approx(sorted([phase % (2 * np.pi), (np.pi - phase) % (2 * np.pi)]))
         for orbit in orbits:
             assert orbit.v0[0] == pytest.approx(speed, rel=1e-10)
             assert orbit.q0[0] == pytest.approx(0, abs=1e-12)

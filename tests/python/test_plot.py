@@ -90,9 +90,7 @@ class BouncingTrajectory(Bounce):
         if t_eval is None:
             flights = [np.linspace(*ends, 21) for ends in pairwise([0.0, *hits, end])]
             self.t = np.concatenate(flights)
-            self.v = np.vstack(
-                [np.vstack([self.velocity(t[:-1]), self.velocity(t[-1:], side="before")]) for t in flights]
-            )
+            self.v = np.vstack([np.vstack([self.velocity(t[:-1]), self.velocity(t[-1:], side="before")]) for t in flights])
         else:
             self.t = np.asarray(t_eval, float)
             self.v = self.velocity(self.t)
@@ -140,9 +138,7 @@ def modes(n=3):
 def stable_orbit(orders, floquet_multipliers="first", reason="all inside the unit circle"):
     if isinstance(floquet_multipliers, str):
         floquet_multipliers = np.asarray(next(iter(orders.values())))
-    return SimpleNamespace(
-        floquet_multipliers=floquet_multipliers, stability=SimpleNamespace(orders=orders, reason=reason)
-    )
+    return SimpleNamespace(floquet_multipliers=floquet_multipliers, stability=SimpleNamespace(orders=orders, reason=reason))
 
 
 @dataclass
@@ -497,9 +493,7 @@ class TestPhasePortrait:
         plot.phase_portrait(BouncingTrajectory(), ax)
         plot.phase_portrait(BouncingTrajectory(), ax, label="again")
         names = [text.get_text() for text in ax.legend().get_texts()]
-        assert sorted(names) == sorted(
-            ["orbit", "trajectory", "again", "stop 0", "Poincaré points", "Poincaré points, again"]
-        )
+        assert sorted(names) == sorted(["orbit", "trajectory", "again", "stop 0", "Poincaré points", "Poincaré points, again"])
         styles = [line.get_linestyle() for line in ax.lines if line.get_label() in ("orbit", "trajectory", "again")]
         assert styles == ["-", "--", "-."]
 

@@ -344,8 +344,7 @@ class TestTrajectory:
     def test_keep(self):
         t = np.linspace(0, 9, 10)
         runs = {
-            keep: vi.simulate(pair(), [0.1, 0], [0.5, 0], (0, 10), keep=keep, t_eval=t)
-            for keep in ("motion", "impacts", "final")
+            keep: vi.simulate(pair(), [0.1, 0], [0.5, 0], (0, 10), keep=keep, t_eval=t) for keep in ("motion", "impacts", "final")
         }
         motion = runs["motion"]
         assert close(motion.q, motion.position(t), atol=1e-13)

@@ -34,9 +34,7 @@ def axes_or_new(ax: Axes | None) -> Axes:
     if ax is None:
         return plt.subplots(layout="compressed")[1]
     if not isinstance(ax, Axes) or ax.figure is None:
-        raise ValueError(
-            f"ax must be the Axes of a figure or None, got {ax!r}; every other option is passed by its name"
-        )
+        raise ValueError(f"ax must be the Axes of a figure or None, got {ax!r}; every other option is passed by its name")
     return ax
 
 

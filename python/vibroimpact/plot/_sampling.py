@@ -54,9 +54,7 @@ def check_coordinate(coordinate: int, n_dof: int) -> int:
     return index
 
 
-def sample(
-    motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None, points: int = POINTS
-) -> Curve:
+def sample(motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None, points: int = POINTS) -> Curve:
     """Return the rows of one coordinate of an orbit (over one period) or of a trajectory, or those in `t_span`."""
     if t_span is not None:
         start, end = (float(value) for value in t_span)

@@ -202,9 +202,7 @@ def _check_motion(motion: Orbit | Trajectory, coordinate: int) -> int:
     return check_coordinate(coordinate, motion.scene.n_dof)
 
 
-def _span_of_periods(
-    motion: Orbit | Trajectory, periods: float, t_span: tuple[float, float] | None
-) -> tuple[float, float]:
+def _span_of_periods(motion: Orbit | Trajectory, periods: float, t_span: tuple[float, float] | None) -> tuple[float, float]:
     """Return the times of the first `periods` of an orbit."""
     if t_span is not None or not is_orbit(motion):
         raise ValueError(f"periods must be None where t_span is given or the motion has no period, got {periods!r}")
