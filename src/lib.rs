@@ -1,21 +1,31 @@
-//! crate
+#![doc = include_str!("../README.md")]
+//!
+//! # How the crate is laid out
+//!
+//! Each folder uses those before it in this list, never those after: `error`, `quantity`, `linalg`; [`model`]: what is
+//! analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth motion; `contact`:
+//! where the next impact is; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]: maps and
+//! ensembles. nalgebra is part of the public interface and re-exported.
+
+mod contact;
 pub mod error;
+mod flow;
+pub mod impact;
 mod linalg;
 pub mod modal;
 pub mod model;
-pub mod quantity;
-pub use error::{Error, Result};
-pub use modal::{Modes, modes};
-pub use model::*;
-mod contact;
-mod flow;
-pub mod impact;
-pub use impact::*;
 pub mod orbit;
-pub use orbit::*;
-pub mod simulate;
-pub use simulate::*;
-pub mod sweep;
-pub use sweep::*;
 #[cfg(feature = "python")]
 mod python;
+pub mod quantity;
+pub mod simulate;
+pub mod sweep;
+
+pub use error::{Error, Result};
+pub use impact::*;
+pub use modal::{Modes, modes};
+pub use model::*;
+pub use nalgebra;
+pub use orbit::*;
+pub use simulate::*;
+pub use sweep::*;

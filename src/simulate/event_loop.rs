@@ -54,10 +54,10 @@ pub fn simulate(
     })
 }
 
-/// [`simulate`], asking `observer` from time to time, with the time reached, whether to go on.
+/// [`simulate()`], asking `observer` from time to time, with the time reached, whether to go on.
 ///
 /// # Errors
-/// As [`simulate`]; `Error::Interrupted` when the observer breaks off.
+/// As [`simulate()`]; `Error::Interrupted` when the observer breaks off.
 pub fn simulate_checked(
     scene: &Scene,
     q0: &DVector<f64>,

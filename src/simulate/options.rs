@@ -24,7 +24,7 @@ pub enum Keep {
     Final,
 }
 
-/// Options of [`crate::simulate`].
+/// Options of [`crate::simulate()`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulateOptions {
     /// How the flights are computed.

@@ -39,7 +39,7 @@ struct End {
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///
 /// # Errors
-/// As [`crate::simulate`], naming the row; `keep` other than [`Keep::Final`], or `t_eval`.
+/// As [`crate::simulate()`], naming the row; `keep` other than [`Keep::Final`], or `t_eval`.
 ///
 /// # Examples
 /// ```
