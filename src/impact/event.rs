@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 /// One impact of one stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impact {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// The stop hit.
     pub stop: usize,
@@ -15,7 +15,7 @@ pub struct Impact {
     pub departure: f64,
     /// The impulse, positive where it pushes away from the stop.
     pub impulse: f64,
-    /// Forcing phase at the impact [rad], in [0, 2 pi).
+    /// Forcing phase at the impact \[rad\], in [0, 2 pi).
     pub phase: f64,
 }
 

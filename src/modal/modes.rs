@@ -11,14 +11,14 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
 #[derive(Debug, Clone)]
 pub struct Modes {
-    /// Natural frequencies of the undamped system [rad/s], shape `(n,)`; nan where the equilibrium is unstable. Where
+    /// Natural frequencies of the undamped system \[rad/s\], shape `(n,)`; nan where the equilibrium is unstable. Where
     /// the stiffness is not symmetric: the moduli of the eigenvalues.
     pub natural_frequencies: DVector<f64>,
     /// Mode shapes in the columns, shape `(n, n)`; complex where the stiffness is not symmetric.
     pub shapes: DMatrix<Complex<f64>>,
     /// Damping ratios [-], shape `(n,)`, in the order of the frequencies.
     pub damping_ratios: DVector<f64>,
-    /// Eigenvalues of the damped system [1/s], shape `(2n,)`.
+    /// Eigenvalues of the damped system \[1/s\], shape `(2n,)`.
     pub eigenvalues: DVector<Complex<f64>>,
     /// Whether the damping is proportional: the real shapes uncouple the damped motion too.
     pub is_proportional: bool,

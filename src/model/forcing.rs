@@ -42,12 +42,12 @@ impl Harmonic {
         &self.amplitude
     }
 
-    /// The circular frequency [rad/s].
+    /// The circular frequency \[rad/s\].
     pub fn frequency(&self) -> f64 {
         self.frequency
     }
 
-    /// The phase [rad].
+    /// The phase \[rad\].
     pub fn phase(&self) -> f64 {
         self.phase
     }
@@ -79,12 +79,12 @@ impl BaseMotion {
         self.amplitude
     }
 
-    /// The circular frequency [rad/s].
+    /// The circular frequency \[rad/s\].
     pub fn frequency(&self) -> f64 {
         self.frequency
     }
 
-    /// The phase [rad].
+    /// The phase \[rad\].
     pub fn phase(&self) -> f64 {
         self.phase
     }

@@ -24,7 +24,7 @@ pub enum Change {
     Stops(Vec<Constraint>),
     /// The forcing frequency.
     Frequency(f64),
-    /// The forcing phase [rad].
+    /// The forcing phase \[rad\].
     Phase(f64),
     /// The clearances: one number for every stop, or one each.
     Clearance(Vec<f64>),

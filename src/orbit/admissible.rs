@@ -17,7 +17,7 @@ const MARGIN: f64 = 2e-13;
 pub struct Violation {
     /// The stop.
     pub stop: usize,
-    /// The time of the deepest point, or of the impact [s], counted from the first impact.
+    /// The time of the deepest point, or of the impact \[s\], counted from the first impact.
     pub time: f64,
     /// How far the stop is passed, in units of the gap; zero where an impulse pulls.
     pub depth: f64,
@@ -30,7 +30,7 @@ pub struct Violation {
 pub struct Touch {
     /// The stop.
     pub stop: usize,
-    /// The time of the lowest point [s].
+    /// The time of the lowest point \[s\].
     pub time: f64,
     /// The gap there.
     pub gap: f64,

@@ -157,7 +157,7 @@ fn split(
 
 /// A periodic motion as the solver finds it: its phase, its one flight, its impulses.
 pub(crate) struct Solution {
-    /// The forcing phase at the instant [rad], in [0, 2 pi).
+    /// The forcing phase at the instant \[rad\], in [0, 2 pi).
     pub phase: f64,
     pub flight: Flight,
     /// In the order of the stops hit.

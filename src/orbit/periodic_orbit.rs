@@ -91,7 +91,7 @@ impl PeriodicOrbit {
         &self.scene
     }
 
-    /// The period [s].
+    /// The period \[s\].
     pub fn period(&self) -> f64 {
         self.period
     }
@@ -101,7 +101,7 @@ impl PeriodicOrbit {
         self.n_periods
     }
 
-    /// The forcing phase at t = 0 [rad], in [0, 2 pi).
+    /// The forcing phase at t = 0 \[rad\], in [0, 2 pi).
     pub fn phase(&self) -> f64 {
         self.phase
     }
@@ -337,7 +337,7 @@ pub struct Family {
 pub struct OrbitOptions {
     /// Forcing periods in one period of the orbit, 1 or more.
     pub n_periods: usize,
-    /// A given forcing phase at the first impact [rad]: the clearances come out. `None`: clearances given, phase found.
+    /// A given forcing phase at the first impact \[rad\]: the clearances come out. `None`: clearances given, phase found.
     pub phase: Option<f64>,
     /// One more unknown, as stops hit together need.
     pub free: Option<crate::orbit::Free>,

@@ -29,7 +29,7 @@ pub enum Side {
 /// A touch inside the margin, without impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Graze {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// The stop.
     pub stop: usize,
@@ -51,9 +51,9 @@ pub struct Segment {
     pub kind: SegmentKind,
     /// The stop it stays on, `None` for a flight.
     pub stop: Option<usize>,
-    /// Start [s].
+    /// Start \[s\].
     pub start: f64,
-    /// End [s].
+    /// End \[s\].
     pub end: f64,
 }
 
