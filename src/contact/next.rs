@@ -32,7 +32,8 @@ pub(crate) struct Grazed {
 pub(crate) enum Next {
     /// No impact before the end of the span.
     End,
-    /// A stop is reached; the time since the start of the flight, to the accuracy of a cubic.
+    /// A stop is reached, within the span or in the step that leaves it; the time since the start of the flight, to the
+    /// accuracy of a cubic.
     Contact { stop: usize, time: f64 },
     /// The steps became too short to go on.
     Stalled { stop: usize, time: f64 },
@@ -205,16 +206,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             };
             if let Some((stop, at)) = reached {
                 grazes.retain(|g| g.time < time + at);
-                let found = time + at;
-                return if found <= span {
-                    Next::Contact { stop, time: found }
-                } else {
-                    Next::End
+                return Next::Contact {
+                    stop,
+                    time: time + at,
                 };
             }
             time += self.ladder.step(self.level);
             if time >= span {
-                grazes.retain(|g| g.time <= span);
                 return Next::End;
             }
             self.ladder

@@ -30,6 +30,13 @@ pub(crate) trait LinearFlow {
     fn longest_step(&self) -> f64;
 }
 
+/// Carries a state over a span of time from a forcing angle.
+pub(crate) fn carry<F: LinearFlow>(flow: &F, angle: f64, span: f64, state: &mut [Pair]) {
+    let mut propagator = F::Propagator::default();
+    flow.prepare(span, &mut propagator);
+    flow.advance(&propagator, state, &mut flow.phasor(angle));
+}
+
 /// The gap of one stop in modal pairs, with the weights of its remainder.
 #[derive(Debug, Clone)]
 pub(crate) struct GapRow {

@@ -7,6 +7,6 @@ mod scene;
 mod split;
 
 pub(crate) use drive::{Drive, HarmonicDrive, Undriven};
-pub(crate) use linear::{BlockFlow, DenseFlow, GapRow, LinearFlow};
+pub(crate) use linear::{BlockFlow, DenseFlow, GapRow, LinearFlow, carry};
 pub(crate) use scene::{ModalScene, SceneFlow, along, with_flow};
 pub(crate) use split::SplitFlow;

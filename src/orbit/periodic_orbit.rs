@@ -2,7 +2,7 @@
 //! all orbits of a pattern with the verdict on the periodic problem.
 
 use crate::error::Result;
-use crate::flow::LinearFlow;
+use crate::flow::carry;
 use crate::flow::{ModalScene, SceneFlow, along, with_flow};
 use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
@@ -155,7 +155,7 @@ impl PeriodicOrbit {
             .rfind(|f| f.start <= local)
             .unwrap_or(&self.flights[0]);
         let mut state = flight.after.clone();
-        with_flow!(&*self.flow, f => go(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
+        with_flow!(&*self.flow, f => carry(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
         self.modal.form.to_physical(&state)
     }
 
@@ -280,12 +280,6 @@ impl PeriodicOrbit {
             },
         )
     }
-}
-
-fn go<F: LinearFlow>(flow: &F, angle: f64, span: f64, state: &mut [Pair]) {
-    let mut propagator = F::Propagator::default();
-    flow.prepare(span, &mut propagator);
-    flow.advance(&propagator, state, &mut flow.phasor(angle));
 }
 
 /// The impacts of a period, instant by instant.

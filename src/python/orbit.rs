@@ -56,6 +56,28 @@ pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<
     )
 }
 
+/// Grazes, each a time, a stop and a depth, as a structured array.
+pub(crate) fn out_grazes(
+    py: Python<'_>,
+    grazes: impl Iterator<Item = (f64, usize, f64)>,
+) -> PyResult<Bound<'_, PyAny>> {
+    let (mut times, mut stops, mut depths) = (Vec::new(), Vec::new(), Vec::new());
+    for (time, stop, depth) in grazes {
+        times.push(time);
+        stops.push(i64::try_from(stop).unwrap_or(i64::MAX));
+        depths.push(depth);
+    }
+    structured(
+        py,
+        times.len(),
+        vec![
+            ("time", "f8", times.into_pyarray(py).into_any()),
+            ("stop", "i8", stops.into_pyarray(py).into_any()),
+            ("depth", "f8", depths.into_pyarray(py).into_any()),
+        ],
+    )
+}
+
 /// Coefficients of eq. (14) in the mass-normalised modes; t = 0 just after the first impact.
 #[pyclass(name = "Coefficients", module = "vibroimpact", frozen)]
 pub(crate) struct PyCoefficients(Coefficients);
@@ -425,21 +447,7 @@ impl PyOrbit {
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let touches = self.0.touches();
-        let stops: Vec<i64> = touches
-            .iter()
-            .map(|t| i64::try_from(t.stop).unwrap_or(i64::MAX))
-            .collect();
-        let times: Vec<f64> = touches.iter().map(|t| t.time).collect();
-        let depths: Vec<f64> = touches.iter().map(|t| -t.gap).collect();
-        structured(
-            py,
-            touches.len(),
-            vec![
-                ("time", "f8", times.into_pyarray(py).into_any()),
-                ("stop", "i8", stops.into_pyarray(py).into_any()),
-                ("depth", "f8", depths.into_pyarray(py).into_any()),
-            ],
-        )
+        out_grazes(py, touches.iter().map(|t| (t.time, t.stop, -t.gap)))
     }
 
     /// Floquet multipliers, shape (2n,) complex, largest modulus first; of several orders the worst; None where undefined.

@@ -3,7 +3,7 @@
 use crate::python::array::{matrix, out_matrix, out_vector, structured, times, vector};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
-use crate::python::orbit::{is_before, out_impacts, out_states};
+use crate::python::orbit::{is_before, out_grazes, out_impacts, out_states};
 use crate::simulate::{
     self as core, ImpactSide, Keep, Method, Samples, SavedTrajectory, SimulateOptions, Stats,
     Trajectory,
@@ -178,21 +178,7 @@ impl PyTrajectory {
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let grazes = self.core.grazes();
-        let stops: Vec<i64> = grazes
-            .iter()
-            .map(|g| i64::try_from(g.stop).unwrap_or(i64::MAX))
-            .collect();
-        let times: Vec<f64> = grazes.iter().map(|g| g.time).collect();
-        let depths: Vec<f64> = grazes.iter().map(|g| g.depth).collect();
-        structured(
-            py,
-            grazes.len(),
-            vec![
-                ("time", "f8", times.into_pyarray(py).into_any()),
-                ("stop", "i8", stops.into_pyarray(py).into_any()),
-                ("depth", "f8", depths.into_pyarray(py).into_any()),
-            ],
-        )
+        out_grazes(py, grazes.iter().map(|g| (g.time, g.stop, g.depth)))
     }
 
     /// Segments: structured array of kind, stop (-1: none), start, end; needs keep="motion".

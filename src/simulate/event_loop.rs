@@ -289,6 +289,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
 
     /// The last flight, to the end of the run.
     fn arrive(&mut self, clock: Clock, span: f64, mut state: Vec<Pair>, t_end: f64) -> Outcome {
+        self.grazed.retain(|g| g.time <= span);
         self.keep_flight(clock, span, &state, Some(t_end));
         let u = self.phasor(clock);
         self.forward(&mut state, u, span);

@@ -1,7 +1,7 @@
 //! Trajectories: impacts, grazes, flights, the motion at any time, both sides of an impact.
 
 use crate::error::{Error, Result};
-use crate::flow::LinearFlow;
+use crate::flow::carry;
 use crate::flow::{ModalScene, SceneFlow, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
@@ -209,7 +209,7 @@ impl Trajectory {
             .expect("asked for by callers that have it");
         let mut state = kept.states[index * n..(index + 1) * n].to_vec();
         let angle = self.modal.frequency * kept.flights[index].clock.local + self.phase;
-        with_flow!(&*self.flow, f => forward(f, angle, span, &mut state));
+        with_flow!(&*self.flow, f => carry(f, angle, span, &mut state));
         self.modal.form.to_physical(&state)
     }
 
@@ -261,10 +261,4 @@ impl Trajectory {
             MOST_POINTS as f64 / (self.span.1 - self.span.0).max(f64::MIN_POSITIVE)
         }
     }
-}
-
-fn forward<F: LinearFlow>(flow: &F, angle: f64, span: f64, state: &mut [Pair]) {
-    let mut propagator = F::Propagator::default();
-    flow.prepare(span, &mut propagator);
-    flow.advance(&propagator, state, &mut flow.phasor(angle));
 }
