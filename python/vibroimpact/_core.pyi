@@ -32,6 +32,7 @@ __all__ = [
     "_restore_trajectory",
     "_simulate_rows",
     "audit_recovery",
+    "find_orbit",
     "modes",
     "paper_scene",
     "paper_system",
@@ -384,6 +385,7 @@ def recovery_matrix(scene: Scene, stops: SupportsIndex | Iterable[SupportsIndex]
 def audit_recovery(
     matrix: ArrayLike, mass: ArrayLike, normals: ArrayLike | Sequence[SupportsIndex | ArrayLike]
 ) -> RecoveryAudit: ...
+def find_orbit(scene: Scene, guess: Orbit | Trajectory, n_periods: int | None = None) -> Orbit: ...
 def periodic_orbits(
     scene: Scene,
     pattern: _Pattern,

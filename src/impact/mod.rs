@@ -7,5 +7,5 @@ mod recovery;
 pub use audit::{RecoveryAudit, audit_recovery};
 pub use event::Impact;
 pub(crate) use event::wrapped;
-pub(crate) use recovery::check_stops;
 pub use recovery::recovery_matrix;
+pub(crate) use recovery::{check_stops, impulse_matrix};

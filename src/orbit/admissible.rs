@@ -7,6 +7,7 @@ use crate::flow::{ModalScene, SceneFlow, along, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::periodic_orbit::Flight;
+use std::f64::consts::TAU;
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
 /// orbit's position, with room to spare.
@@ -168,11 +169,12 @@ impl<'a> Judge<'a> {
         impacts: &[Impact],
     ) -> Admissibility {
         let scene = self.scene;
+        let rate = rate(scene, flights);
         let margins: Vec<f64> = (0..scene.n_stops())
-            .map(|i| MARGIN * motion_size(scene, i, flights))
+            .map(|i| MARGIN * motion_size(scene, i, rate, flights))
             .collect();
         let mut found = Admissibility::default();
-        judge_impacts(impacts, |stop| margins[stop] * scene.frequency, &mut found);
+        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         let angle = |flight: &Flight| scene.frequency * flight.start + phase;
         match &mut self.searched {
             Searched::Split(split, ladder) => {
@@ -288,10 +290,18 @@ fn search<F: LinearFlow>(
     }
 }
 
+/// The rate of the motion: the forcing frequency, or that of the orbit where there is no forcing.
+fn rate(scene: &ModalScene, flights: &[Flight]) -> f64 {
+    if scene.frequency > 0.0 {
+        scene.frequency
+    } else {
+        TAU / flights.iter().map(|f| f.span).sum::<f64>()
+    }
+}
+
 /// The size of the motion along one normal, as far as the states after the impacts show it.
-fn motion_size(scene: &ModalScene, stop: usize, flights: &[Flight]) -> f64 {
+fn motion_size(scene: &ModalScene, stop: usize, rate: f64, flights: &[Flight]) -> f64 {
     let row = &scene.position_rows[stop];
-    let w = scene.frequency;
     flights
         .iter()
         .map(|flight| {
@@ -300,7 +310,7 @@ fn motion_size(scene: &ModalScene, stop: usize, flights: &[Flight]) -> f64 {
                 .zip(&flight.after)
                 .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
                 .sum();
-            position + along(&scene.velocity_rows[stop], &flight.after).abs() / w
+            position + along(&scene.velocity_rows[stop], &flight.after).abs() / rate
         })
         .fold(scene.geometry.clearances[stop].abs(), f64::max)
 }

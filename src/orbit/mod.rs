@@ -3,8 +3,10 @@
 mod admissible;
 mod closed_form;
 mod conditions;
+mod find;
 mod flight_time;
 mod green;
+mod guess;
 mod impulses;
 mod isolate;
 mod minors;
@@ -17,11 +19,14 @@ mod retained;
 mod scaled_rows;
 mod search;
 mod series;
+mod shooting;
 mod stability;
 mod two_instants;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
+pub use find::{find_orbit, find_orbit_checked};
+pub use guess::Guess;
 pub use pattern::Pattern;
 pub use periodic_orbit::{Family, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
 pub use search::{Free, periodic_orbits};

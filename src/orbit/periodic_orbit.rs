@@ -71,7 +71,10 @@ impl PeriodicOrbit {
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
         let admissibility = Judge::new(&modal).admissibility(phase, &flights, &impacts);
         Ok(Self {
-            scene: scene.replace(Change::Phase(phase))?,
+            scene: match scene.forcing().frequency() {
+                Some(_) => scene.replace(Change::Phase(phase))?,
+                None => scene.clone(),
+            },
             period: flights.iter().map(|f| f.span).sum(),
             modal,
             flow,
@@ -114,6 +117,11 @@ impl PeriodicOrbit {
     /// The impacts of one period, in order of time.
     pub fn impacts(&self) -> &[Impact] {
         &self.impacts
+    }
+
+    /// When its flights start, counted from the first impact.
+    pub(crate) fn flight_starts(&self) -> Vec<f64> {
+        self.flights.iter().map(|f| f.start).collect()
     }
 
     /// Position right after the first impact, shape `(n,)`.

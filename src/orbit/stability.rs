@@ -79,7 +79,7 @@ fn apply_saltation(
 }
 
 /// `e^{A t}` applied to deviations in modal pairs.
-fn propagate(scene: &ModalScene, t: f64, deviations: &mut DMatrix<f64>) {
+pub(crate) fn propagate(scene: &ModalScene, t: f64, deviations: &mut DMatrix<f64>) {
     match &scene.form.form {
         Form::Blocks(blocks) => {
             for (j, block) in blocks.iter().enumerate() {

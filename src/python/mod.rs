@@ -3,6 +3,7 @@
 
 mod array;
 mod error;
+mod find;
 mod interrupt;
 mod modal;
 mod model;
@@ -16,6 +17,8 @@ use pyo3::prelude::*;
 /// The compiled core of vibroimpact.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::find::find_orbit;
     #[pymodule_export]
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]

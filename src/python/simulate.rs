@@ -64,7 +64,7 @@ impl PyStats {
 /// A simulated motion.
 #[pyclass(name = "Trajectory", module = "vibroimpact", frozen)]
 pub(crate) struct PyTrajectory {
-    core: Trajectory,
+    pub core: Trajectory,
     samples: OnceLock<Samples>,
 }
 

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::carry;
 use crate::flow::{ModalScene, SceneFlow, with_flow};
-use crate::impact::Impact;
+use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
@@ -117,6 +117,12 @@ impl Trajectory {
     /// The time at which the run began and the one at which it ended.
     pub fn span(&self) -> (f64, f64) {
         self.span
+    }
+
+    /// The forcing phase at a time, zero without forcing.
+    pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
+        let clock = Clock::new(t, self.modal.frequency, 1.0);
+        wrapped(self.modal.frequency * clock.local + self.phase)
     }
 
     /// How the run ended.

@@ -1,0 +1,79 @@
+//! `find_orbit`.
+
+use crate::orbit::{self, Guess};
+use crate::python::interrupt;
+use crate::python::model::PyScene;
+use crate::python::orbit::PyOrbit;
+use crate::python::simulate::{PyTrajectory, count};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+/// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
+///
+/// Any number of instants; exact flights; Newton's method on the flight times and the states after the impacts, regular
+/// also where an impact has no speed. Where the orbits form a family, the member nearest the guess is returned.
+///
+/// Parameters
+/// ----------
+/// scene : Scene
+///     A linear scene. Its forcing phase is not used: the orbit's own comes out.
+/// guess : Orbit or Trajectory
+///     An orbit of this pattern, of another scene with the same degrees of freedom; or a trajectory, with
+///     ``keep="motion"``, whose end comes near the orbit. The pattern is the guess's.
+/// `n_periods` : int, optional
+///     Forcing periods in one period, 1 or more; default: those of the orbit, or the least number after which the
+///     trajectory comes back. For an orbit a multiple of its own. Not for scenes without forcing, whose period is found.
+///
+/// Returns
+/// -------
+/// Orbit
+///     Closed to 1e-11 of its size; perhaps inadmissible (see ``violation``).
+///
+/// Raises
+/// ------
+/// `ConvergenceError`
+///     If no motion of the pattern closes near the guess; it says how far the iteration got.
+/// `ValueError`
+///     A nonlinear scene; a guess that does not fit it; a trajectory that did not keep its motion or does not come back.
+/// `TypeError`
+///     A guess that is neither an orbit nor a trajectory.
+///
+/// Notes
+/// -----
+/// Multiple shooting: unknown are the states after the impacts and the times of the impacts, each with the gap of the stop
+/// hit as its equation. Which stop is met first is not asked, so that nothing is singular at a grazing impact.
+///
+/// Examples
+/// --------
+/// >>> import vibroimpact as vi
+/// >>> guess = vi.periodic_orbits(vi.paper_scene(kind=3), pattern=[1], n_periods=2)[0]
+/// >>> orbit = vi.find_orbit(vi.paper_scene(kind=3, damping=0.06), guess)
+/// >>> orbit.is_admissible, orbit.n_periods
+/// (True, 2)
+#[pyfunction]
+#[pyo3(signature = (scene, guess, n_periods=None))]
+pub(crate) fn find_orbit(
+    py: Python<'_>,
+    scene: PyRef<'_, PyScene>,
+    guess: &Bound<'_, PyAny>,
+    n_periods: Option<i64>,
+) -> PyResult<PyOrbit> {
+    let n_periods = count("n_periods", n_periods)?;
+    let orbit = guess.extract::<PyRef<'_, PyOrbit>>().ok();
+    let trajectory = guess.extract::<PyRef<'_, PyTrajectory>>().ok();
+    let guess = match (&orbit, &trajectory) {
+        (Some(orbit), _) => Guess::Orbit(&orbit.0),
+        (None, Some(trajectory)) => Guess::Trajectory(&trajectory.core),
+        (None, None) => {
+            let given = guess.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "guess is of type {given}, but it must be an Orbit or a Trajectory"
+            )));
+        }
+    };
+    let scene = &scene.0;
+    let found = interrupt::run(py, false, |observe| {
+        orbit::find_orbit_checked(scene, guess, n_periods, &mut || observe(0.0))
+    })?;
+    Ok(PyOrbit(found))
+}

@@ -1,0 +1,321 @@
+//! `find_orbit` from outside: against the closed form, against simulation, and where the problem is singular.
+
+use nalgebra::{DVector, dmatrix, dvector};
+use std::f64::consts::TAU;
+use vibroimpact::{
+    Change, Error, Forcing, Harmonic, Keep, Kind, LinearSystem, OrbitOptions, PaperOptions,
+    Pattern, PeriodicOrbit, Scene, Side, SimulateOptions, Stop, find_orbit, nalgebra, paper_scene,
+    periodic_orbits, simulate,
+};
+
+fn options(n_periods: usize) -> OrbitOptions {
+    OrbitOptions {
+        n_periods,
+        ..Default::default()
+    }
+}
+
+fn harmonic(force: DVector<f64>, frequency: f64) -> Forcing {
+    Harmonic::new(force.map(Into::into), frequency, 0.0)
+        .expect("valid")
+        .into()
+}
+
+/// One oscillator of unit mass and stiffness with an upper stop.
+fn oscillator(damping: f64, force: f64, frequency: f64, clearance: f64, restitution: f64) -> Scene {
+    let system = LinearSystem::new(dmatrix![1.0], dmatrix![damping], dmatrix![1.0]).expect("valid");
+    let stop = Stop::new(0, clearance, restitution).expect("valid");
+    let forcing = if force > 0.0 {
+        harmonic(dvector![force], frequency)
+    } else {
+        Forcing::Unforced
+    };
+    Scene::new(system, forcing, vec![stop]).expect("valid")
+}
+
+/// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
+fn opening(orbit: &PeriodicOrbit) -> f64 {
+    let start = orbit.impacts().get(1).map_or(orbit.period(), |i| i.time) / 2.0;
+    let (q0, v0) = orbit.state(start, false);
+    let keep = SimulateOptions {
+        keep: Keep::Final,
+        ..Default::default()
+    };
+    let span = (start, start + orbit.period());
+    let run = simulate(orbit.scene(), &q0, &v0, span, &keep).expect("valid");
+    let (q, v) = run.last();
+    let size = orbit.q0().amax().max(orbit.v0().amax());
+    ((q - &q0).amax() / size).max((v - &v0).amax() / size)
+}
+
+#[test]
+fn a_neighbour_leads_to_the_closed_form() {
+    let guess = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
+    let guesses = periodic_orbits(&guess, &Pattern::single(1), &options(2)).expect("found");
+    let damped = PaperOptions {
+        damping: Some(0.055),
+        ..Default::default()
+    };
+    let scene = paper_scene(Kind::Three, &damped).expect("valid");
+    let wanted = periodic_orbits(&scene, &Pattern::single(1), &options(2)).expect("found");
+    assert_eq!(guesses.len(), 2);
+    for (guess, wanted) in guesses.iter().zip(wanted.iter()) {
+        let orbit = find_orbit(&scene, guess, None).expect("converges");
+        assert!((orbit.phase() - wanted.phase()).abs() < 1e-11);
+        assert!((orbit.q0() - wanted.q0()).amax() < 1e-12);
+        assert!((orbit.v0() - wanted.v0()).amax() < 1e-12);
+        assert_eq!(orbit.is_admissible(), wanted.is_admissible());
+        let (a, b) = (&orbit.impacts()[0], &wanted.impacts()[0]);
+        assert!((a.impulse - b.impulse).abs() < 1e-12 && (a.approach - b.approach).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn two_instants_and_two_stops_together_agree_with_their_own_solvers() {
+    let system = LinearSystem::new(dmatrix![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
+    let stops = vec![
+        Stop::new(0, 0.5, 0.8).expect("valid"),
+        Stop::new(0, 0.55, 0.7).expect("valid").on_side(Side::Lower),
+    ];
+    let forcing = harmonic(dvector![1.0], 1.4);
+    let scene = Scene::new(system, forcing, stops).expect("valid");
+    let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+    let guesses = periodic_orbits(&scene, &pattern, &options(1)).expect("searched");
+    let near = scene.replace(Change::ForcingScale(1.01)).expect("valid");
+    let wanted = periodic_orbits(&near, &pattern, &options(1)).expect("searched");
+    assert!(!guesses.is_empty());
+    for guess in guesses.iter() {
+        let orbit = find_orbit(&near, guess, None).expect("converges");
+        let is_same = |w: &PeriodicOrbit| {
+            (w.q0() - orbit.q0()).amax() < 1e-10 && (w.v0() - orbit.v0()).amax() < 1e-10
+        };
+        assert!(wanted.iter().any(is_same));
+    }
+
+    let options = PaperOptions {
+        damping: Some(0.05),
+        clearance: Some(0.8),
+        ..Default::default()
+    };
+    let kind_1 = paper_scene(Kind::One, &options).expect("valid");
+    let free = OrbitOptions {
+        n_periods: 3,
+        free: Some(vibroimpact::Free::Clearance),
+        ..Default::default()
+    };
+    let together = Pattern::together(&[0, 1]).expect("valid");
+    let known = periodic_orbits(&kind_1, &together, &free).expect("found");
+    let known = known.iter().find(|o| o.is_admissible()).expect("theory 3");
+    let orbit = find_orbit(known.scene(), known, None).expect("it is closed already");
+    assert!((orbit.v0() - known.v0()).amax() < 1e-12);
+    // No phase lets both pendulums hit together at other clearances: the mismatch stays and is reported.
+    let other = known
+        .scene()
+        .replace(Change::Clearance(vec![0.8, 0.85]))
+        .expect("valid");
+    let Err(Error::NoConvergence { residual, .. }) = find_orbit(&other, known, None) else {
+        panic!("nothing closes here");
+    };
+    assert!(residual > 1e-4 && residual < 1.0);
+}
+
+#[test]
+fn a_trajectory_leads_to_the_orbit_it_settles_on() {
+    let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
+    let wanted = periodic_orbits(&scene, &Pattern::single(1), &options(2)).expect("found");
+    let stable = &wanted[0];
+    assert_eq!(stable.stability().expect("computed").is_stable, Some(true));
+    // Off the orbit by a thousandth, and far from settled.
+    let (q0, v0) = (stable.q0() * 0.999, stable.v0() * 1.002);
+    let span = (0.0, 4.2 * stable.period());
+    let run = simulate(stable.scene(), &q0, &v0, span, &SimulateOptions::default()).expect("runs");
+    for n_periods in [None, Some(2)] {
+        let orbit = find_orbit(stable.scene(), &run, n_periods).expect("converges");
+        assert_eq!(orbit.n_periods(), 2);
+        assert!((orbit.phase() - stable.phase()).abs() < 1e-11);
+        assert!((orbit.v0() - stable.v0()).amax() < 1e-12);
+    }
+    let twice =
+        find_orbit(stable.scene(), &run, Some(4)).expect("the same orbit, gone through twice");
+    assert_eq!(twice.pattern().instants().len(), 2);
+    assert!((twice.v0() - stable.v0()).amax() < 1e-11);
+}
+
+#[test]
+fn many_instants_close_and_are_retraced() {
+    // Soft forcing below the natural frequency: several impacts a period.
+    let mut found = Vec::new();
+    for step in 0..60 {
+        let frequency = 0.2 + 0.01 * f64::from(step);
+        let scene = oscillator(0.1, 1.0, frequency, 0.1, 0.6);
+        let period = TAU / frequency;
+        let settle = SimulateOptions {
+            t_eval: None,
+            ..Default::default()
+        };
+        let run = simulate(
+            &scene,
+            &dvector![0.0],
+            &dvector![0.0],
+            (0.0, 60.0 * period),
+            &settle,
+        )
+        .expect("valid");
+        if run.status() != vibroimpact::Status::Finished {
+            continue;
+        }
+        let Ok(orbit) = find_orbit(&scene, &run, None) else {
+            continue;
+        };
+        let count = orbit.pattern().instants().len();
+        if count < 3 || !orbit.is_admissible() {
+            continue;
+        }
+        let multipliers = orbit.stability().expect("computed");
+        assert!(
+            opening(&orbit) < 1e-9,
+            "frequency {frequency}: {}",
+            opening(&orbit)
+        );
+        for impact in orbit.impacts() {
+            let (q, _) = orbit.state(impact.time, false);
+            assert!((q[0] - 0.1).abs() < 1e-13);
+            assert!((impact.departure - 0.6 * impact.approach).abs() < 1e-13);
+        }
+        // det of the monodromy: e^2 for each impact, and the damping (theory 7).
+        let det: nalgebra::Complex<f64> = multipliers.orders[0].multipliers.iter().product();
+        let law =
+            0.6f64.powi(2 * i32::try_from(count).expect("small")) * (-0.1 * orbit.period()).exp();
+        assert!((det.re / law - 1.0).abs() < 1e-6 && det.im.abs() < 1e-9 * law.max(1e-300) + 1e-15);
+        found.push(count);
+    }
+    assert!(found.len() >= 3, "{found:?}");
+}
+
+#[test]
+fn an_impact_without_speed_is_a_regular_point() {
+    // The steady response touches a stop at its own amplitude: an orbit whose impact has no speed.
+    let (damping, frequency) = (0.2, 1.3);
+    let amplitude = 1.0 / (1.0f64 - frequency * frequency).hypot(damping * frequency);
+    let near = oscillator(damping, 1.0, frequency, 0.999 * amplitude, 0.7);
+    let guesses = periodic_orbits(&near, &Pattern::single(0), &options(1)).expect("found");
+    let slow = guesses
+        .iter()
+        .min_by(|a, b| a.impacts()[0].approach.total_cmp(&b.impacts()[0].approach))
+        .expect("two orbits");
+    let grazing = oscillator(damping, 1.0, frequency, amplitude, 0.7);
+    let orbit = find_orbit(&grazing, slow, None).expect("converges");
+    assert!(
+        orbit.impacts()[0].approach.abs() < 1e-11,
+        "{}",
+        orbit.impacts()[0].approach
+    );
+    assert!((orbit.q0()[0] - amplitude).abs() < 1e-12);
+    assert!(orbit.v0()[0].abs() < 1e-11);
+}
+
+#[test]
+fn without_forcing_the_period_is_found() {
+    // q'' + q = 0 below a stop at c, elastic: from the stop with speed s, amplitude a = hypot(c, s), back after
+    // 2 pi - 2 arccos(c/a).
+    let scene = oscillator(0.0, 0.0, 0.0, 0.5, 1.0);
+    let run = simulate(
+        &scene,
+        &dvector![0.0],
+        &dvector![1.0],
+        (0.0, 30.0),
+        &SimulateOptions::default(),
+    )
+    .expect("valid");
+    let orbit = find_orbit(&scene, &run, None).expect("a family; the nearest member");
+    let amplitude = 0.5f64.hypot(orbit.v0()[0]);
+    assert!((orbit.period() - (TAU - 2.0 * (0.5 / amplitude).acos())).abs() < 1e-12);
+    assert!((amplitude - 1.0).abs() < 1e-12 && orbit.is_admissible());
+    assert!((orbit.impacts()[0].approach + orbit.v0()[0]).abs() < 1e-12);
+    let Err(Error::BadValue { argument, .. }) = find_orbit(&scene, &run, Some(1)) else {
+        panic!("no forcing to count periods of");
+    };
+    assert_eq!(argument, "n_periods");
+    // Self-excited: negative damping feeds what the impact takes. Unit frequency, -2 eta = 0.1, c = 0: half-turns of the
+    // spiral, e^{eta pi/wd} e = 1 at no e but one; with c > 0 the amplitude settles by itself.
+    let excited = oscillator(-0.1, 0.0, 0.0, 0.5, 0.8);
+    let run = simulate(
+        &excited,
+        &dvector![0.0],
+        &dvector![0.6],
+        (0.0, 400.0),
+        &SimulateOptions::default(),
+    )
+    .expect("valid");
+    let orbit = find_orbit(&excited, &run, None).expect("converges");
+    assert!(opening(&orbit) < 1e-10);
+    let multipliers = &orbit.stability().expect("computed").orders[0].multipliers;
+    assert!(
+        multipliers.iter().any(|m| (m - 1.0).norm() < 1e-9),
+        "time may be shifted: {multipliers}"
+    );
+}
+
+#[test]
+fn motions_without_impacts_are_the_steady_response() {
+    let scene = oscillator(0.2, 1.0, 0.7, 10.0, 0.5);
+    let run = simulate(
+        &scene,
+        &dvector![0.0],
+        &dvector![0.0],
+        (0.0, 50.0),
+        &SimulateOptions::default(),
+    )
+    .expect("valid");
+    let orbit = find_orbit(&scene, &run, None).expect("linear");
+    let y = nalgebra::Complex::new(1.0 - 0.49, 0.2 * 0.7).inv();
+    let q = |t: f64| (y * nalgebra::Complex::from_polar(1.0, 0.7 * t + orbit.phase())).re;
+    for k in 0..10 {
+        let t = f64::from(k);
+        assert!((orbit.state(t, false).0[0] - q(t)).abs() < 1e-13);
+    }
+    assert!((orbit.phase() - (0.7 * 50.0f64).rem_euclid(TAU)).abs() < 1e-12);
+}
+
+#[test]
+fn what_cannot_be_a_guess_is_refused() {
+    let scene = oscillator(0.1, 1.0, 0.8, 0.2, 0.6);
+    let still = DVector::zeros(1);
+    let short = simulate(
+        &scene,
+        &still,
+        &still,
+        (0.0, 3.0),
+        &SimulateOptions::default(),
+    )
+    .expect("valid");
+    let text = find_orbit(&scene, &short, None)
+        .expect_err("too short")
+        .to_string();
+    assert!(
+        text.contains("guess") && text.contains("simulate longer"),
+        "{text}"
+    );
+    let keep = SimulateOptions {
+        keep: Keep::Impacts,
+        ..Default::default()
+    };
+    let forgotten = simulate(&scene, &still, &still, (0.0, 100.0), &keep).expect("valid");
+    let text = find_orbit(&scene, &forgotten, None)
+        .expect_err("no motion")
+        .to_string();
+    assert!(text.contains("keep"), "{text}");
+    let pendulum = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
+    let orbits = periodic_orbits(&pendulum, &Pattern::single(1), &options(2)).expect("found");
+    for (scene, n, word) in [
+        (&scene, None, "guess"),
+        (&pendulum, Some(3), "n_periods"),
+        (&pendulum, Some(0), "n_periods"),
+    ] {
+        let text = find_orbit(scene, &orbits[0], n)
+            .map(|o| o.phase())
+            .expect_err("refused")
+            .to_string();
+        assert!(text.contains(word), "{text}");
+    }
+}
