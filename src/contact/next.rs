@@ -3,7 +3,7 @@
 
 use crate::contact::walk::{DEEPEST, Ladder, ROUNDING};
 use crate::flow::jet::{Jet, Shape};
-use crate::flow::{GapRow, LinearFlow};
+use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 
 /// Distance from zero within which a gap's minimum is a graze: `absolute + relative * size of the gap's terms`.
@@ -106,15 +106,28 @@ fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
 
 /// Steps between two calls of the caller's check.
 const STEPS_PER_CHECK: usize = 4096;
+/// Steps after which stops out of reach are looked for again: damping takes stops out of reach during a flight.
+const STEPS_PER_LOOK: usize = 16;
+/// Evaluations of the motion spent on one impact time.
+const MOST_POLISHES: usize = 12;
+/// A time step this small, in units of the fastest rate, moves the state by its Taylor series of third order: what that
+/// leaves out is below rounding.
+const TAYLOR_STEP: f64 = 1e-4;
 
 /// The search along one flight after another, with its buffers.
 pub(crate) struct Search<'f, F: LinearFlow> {
     flow: &'f F,
-    rows: Vec<GapRow>,
+    gaps: Vec<GapRow>,
     margins: Vec<Margin>,
     ladder: Ladder<F>,
     level: usize,
+    propagator: F::Propagator,
+    derivatives: Vec<Derivatives>,
+    /// The jet of each gap where the search last looked.
     jets: Vec<Jet>,
+    /// The stops within reach.
+    active: Vec<usize>,
+    norms: Vec<f64>,
     state: Vec<Pair>,
     steps_to_check: usize,
     /// Evaluations of a gap so far.
@@ -122,15 +135,19 @@ pub(crate) struct Search<'f, F: LinearFlow> {
 }
 
 impl<'f, F: LinearFlow> Search<'f, F> {
-    pub fn new(flow: &'f F, rows: Vec<GapRow>, margins: Vec<Margin>) -> Self {
+    pub fn new(flow: &'f F, gaps: Vec<GapRow>, margins: Vec<Margin>) -> Self {
         let ladder = Ladder::new(flow);
         Self {
             flow,
-            jets: vec![Jet::default(); rows.len()],
-            rows,
+            jets: vec![Jet::default(); gaps.len()],
+            active: Vec::with_capacity(gaps.len()),
+            gaps,
             margins,
             ladder,
             level: 0,
+            propagator: F::Propagator::default(),
+            derivatives: Vec::new(),
+            norms: Vec::new(),
             state: Vec::new(),
             steps_to_check: STEPS_PER_CHECK,
             n_gap_evaluations: 0,
@@ -144,37 +161,44 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.steps_to_check = STEPS_PER_CHECK;
     }
 
-    /// The jets of every gap at a state.
-    pub fn jets(&mut self, state: &[Pair], u: F::Phasor) -> &mut [Jet] {
-        self.n_gap_evaluations += self.rows.len();
-        self.flow.jets(state, u, &self.rows, &mut self.jets);
-        &mut self.jets
+    /// Takes the jets of every gap at a state.
+    pub fn look(&mut self, state: &[Pair]) -> &[Jet] {
+        self.n_gap_evaluations += self.gaps.len();
+        self.flow.derivatives(state, &mut self.derivatives);
+        for (jet, gap) in self.jets.iter_mut().zip(&self.gaps) {
+            *jet = gap.jet(&self.derivatives);
+        }
+        &self.jets
     }
 
-    /// The margins.
+    /// The jets of every gap where the search last looked.
+    pub fn jets(&self) -> &[Jet] {
+        &self.jets
+    }
+
+    /// The margin of a stop.
     pub fn margin(&self, stop: usize, jet: &Jet) -> f64 {
         self.margins[stop].of(jet)
     }
 
-    /// The next contact within `span` of the state. `starts[i]` is the order of the root of gap i at the start, zero
-    /// for an open gap; `check` is asked from time to time whether to go on.
+    /// The next contact within `span` of the state, at which the search must have looked. `starts[i]` is the order of the
+    /// root of gap i at the start, zero for an open gap; `check` is asked from time to time whether to go on.
     pub fn next(
         &mut self,
         start: &[Pair],
-        mut u: F::Phasor,
         starts: &[usize],
         span: f64,
         grazes: &mut Vec<Grazed>,
         check: &mut dyn FnMut() -> bool,
     ) -> Next {
-        if self.rows.is_empty() {
-            return Next::End;
-        }
+        self.active.clear();
+        self.active.extend(0..self.gaps.len());
         self.state.clear();
         self.state.extend_from_slice(start);
+        self.leave_out(Some(starts));
         let mut time = 0.0;
-        let mut is_first = true;
-        loop {
+        let mut steps = 0usize;
+        while !self.active.is_empty() {
             self.steps_to_check -= 1;
             if self.steps_to_check == 0 {
                 self.steps_to_check = STEPS_PER_CHECK;
@@ -182,18 +206,12 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                     return Next::Interrupted;
                 }
             }
-            self.n_gap_evaluations += self.rows.len();
-            self.flow.jets(&self.state, u, &self.rows, &mut self.jets);
             let first_level = self.level;
             let reached = loop {
                 let step = self.ladder.step(self.level);
                 let noted = grazes.len();
-                match self.step_ahead(
-                    if is_first { Some(starts) } else { None },
-                    step,
-                    time,
-                    grazes,
-                ) {
+                let starts = if steps == 0 { Some(starts) } else { None };
+                match self.step_ahead(starts, step, time, grazes) {
                     Ok(reached) => break reached,
                     Err(stop) => {
                         grazes.truncate(noted);
@@ -215,13 +233,41 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             if time >= span {
                 return Next::End;
             }
-            self.ladder
-                .advance(self.flow, self.level, &mut self.state, &mut u);
+            self.ladder.advance(self.flow, self.level, &mut self.state);
             if self.level == first_level {
                 self.level = self.level.saturating_sub(1);
             }
-            is_first = false;
+            steps += 1;
+            if steps.is_multiple_of(STEPS_PER_LOOK) {
+                self.leave_out(None);
+            }
+            self.n_gap_evaluations += self.active.len();
+            self.flow.derivatives(&self.state, &mut self.derivatives);
+            for &stop in &self.active {
+                self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
+            }
         }
+        Next::End
+    }
+
+    /// Leaves out the stops that are beyond reach for all times to come, but for those in contact.
+    fn leave_out(&mut self, starts: Option<&[usize]>) {
+        let Self {
+            flow,
+            norms,
+            state,
+            gaps,
+            margins,
+            active,
+            ..
+        } = self;
+        flow.norms(state, norms);
+        active.retain(|&stop| {
+            let (least, size) = gaps[stop].least(norms);
+            let margin = margins[stop].absolute + (margins[stop].relative + ROUNDING) * size;
+            let is_beyond_reach = least > margin && starts.is_none_or(|orders| orders[stop] == 0);
+            !is_beyond_reach
+        });
     }
 
     /// The earliest contact in one step, none if every gap is clear; the stop that could not be decided otherwise.
@@ -233,7 +279,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         grazes: &mut Vec<Grazed>,
     ) -> Result<Option<(usize, f64)>, usize> {
         let mut earliest: Option<(usize, f64)> = None;
-        for (stop, jet) in self.jets.iter().enumerate() {
+        for &stop in &self.active {
+            let jet = &self.jets[stop];
             let ahead = match starts.map_or(0, |orders| orders[stop]) {
                 0 => from_open(jet, step, self.margins[stop].of(jet)),
                 order => from_contact(jet, order, step),
@@ -253,4 +300,56 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         }
         Ok(earliest)
     }
+
+    /// Carries a state over a span of time.
+    pub fn forward(&mut self, state: &mut [Pair], span: f64) {
+        self.flow.prepare(span, &mut self.propagator);
+        self.flow.advance(&self.propagator, state);
+    }
+
+    /// The time of a contact to rounding: the motion is taken again from the start of the flight until Newton's step is
+    /// no more than a short Taylor step. On return `arrived` is the state there, and the search has looked there.
+    pub fn polish(
+        &mut self,
+        stop: usize,
+        guess: f64,
+        start: &[Pair],
+        arrived: &mut Vec<Pair>,
+    ) -> f64 {
+        let short = TAYLOR_STEP / self.flow.fastest_rate();
+        let mut time = guess.max(0.0);
+        for _ in 0..MOST_POLISHES {
+            arrived.clear();
+            arrived.extend_from_slice(start);
+            self.forward(arrived, time);
+            let step = newton_step(&self.look(arrived)[stop]).max(-time);
+            time += step;
+            if step.abs() <= short {
+                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
+                    *z = d.after(step);
+                }
+                for jet in &mut self.jets {
+                    *jet = jet.after(step);
+                }
+                return time;
+            }
+        }
+        time
+    }
+}
+
+/// The step to the zero of a falling gap, by Newton's method on its cubic.
+fn newton_step(jet: &Jet) -> f64 {
+    let [a, b, c, d] = jet.c;
+    if b >= 0.0 {
+        return 0.0;
+    }
+    let mut r = -a / b;
+    for _ in 0..3 {
+        let slope = b + r * (2.0 * c + 3.0 * r * d);
+        if slope < 0.0 {
+            r -= jet.value(r) / slope;
+        }
+    }
+    r
 }

@@ -1,7 +1,7 @@
 //! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves of one
 //! longest step, so that their propagators are made once and kept.
 
-use crate::flow::jet::{Jet, Shape};
+use crate::flow::jet::Shape;
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 
@@ -51,7 +51,7 @@ impl<F: LinearFlow> Ladder<F> {
 
     /// Moves a state forward by the step of a level.
     #[inline]
-    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair], u: &mut F::Phasor) {
+    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) {
         if self.made >> level & 1 == 0 {
             if self.rungs.len() <= level {
                 self.rungs.resize_with(level + 1, F::Propagator::default);
@@ -59,7 +59,7 @@ impl<F: LinearFlow> Ladder<F> {
             flow.prepare(self.step(level), &mut self.rungs[level]);
             self.made |= 1 << level;
         }
-        flow.advance(&self.rungs[level], state, u);
+        flow.advance(&self.rungs[level], state);
     }
 }
 
@@ -116,19 +116,18 @@ pub(crate) fn check_flight<F: LinearFlow>(
     flow: &F,
     ladder: &mut Ladder<F>,
     gap: &GapRow,
-    (state, u): (&mut [Pair], &mut F::Phasor),
+    state: &mut [Pair],
     span: f64,
     (margin, effort): (f64, Effort),
 ) -> FlightCheck {
-    let rows = std::slice::from_ref(gap);
-    let mut jet = [Jet::default()];
+    let mut derivatives = Vec::with_capacity(state.len());
     let mut check = FlightCheck::default();
     let mut level = ladder.level_below(0.25 * span);
     let mut time = 0.0;
     let mut unproved = 0;
     loop {
-        flow.jets(state, *u, rows, &mut jet);
-        let jet = &jet[0];
+        flow.derivatives(state, &mut derivatives);
+        let jet = gap.jet(&derivatives);
         if jet.c[0] < -margin {
             check.note(
                 Lowest {
@@ -202,7 +201,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         if time + step >= span {
             return check;
         }
-        ladder.advance(flow, level, state, u);
+        ladder.advance(flow, level, state);
         time += step;
         if !refined {
             level = level.saturating_sub(1);

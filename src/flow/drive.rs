@@ -12,6 +12,10 @@ pub(crate) trait Drive {
 
     /// The phasor at an angle.
     fn phasor(&self, angle: f64) -> Self::Phasor;
+    /// The phasor as the pair of a state that it is stored in.
+    fn stored(u: Self::Phasor) -> Option<Pair>;
+    /// The phasor from the end of a state.
+    fn read(stored: &[Pair]) -> Self::Phasor;
     /// The phasor after a time whose own phasor is `turn`.
     fn turned(u: Self::Phasor, turn: Self::Phasor) -> Self::Phasor;
     /// The phasor of a span of time: `e^{i w t}`.
@@ -22,7 +26,7 @@ pub(crate) trait Drive {
     fn added(reply: Self::Reply, u: Self::Phasor) -> Pair;
     /// The input to block j and its first two derivatives.
     fn inputs(&self, j: usize, u: Self::Phasor) -> [Pair; 3];
-    /// The force on block j, zero where there is none, and the frequency.
+    /// The force on block j, zero where there is none.
     fn force(&self, j: usize) -> Response;
     /// The forcing frequency, zero without forcing.
     fn frequency(&self) -> f64;
@@ -37,6 +41,11 @@ impl Drive for Undriven {
     type Reply = ();
 
     fn phasor(&self, _angle: f64) {}
+    #[inline]
+    fn stored((): ()) -> Option<Pair> {
+        None
+    }
+    fn read(_stored: &[Pair]) {}
     fn turned((): (), (): ()) {}
     fn turn(&self, _t: f64) {}
     fn reply(&self, _j: usize, _block: Block, _t: f64) {}
@@ -78,6 +87,16 @@ impl Drive for HarmonicDrive {
     fn phasor(&self, angle: f64) -> Complex<f64> {
         let (sin, cos) = angle.sin_cos();
         Complex::new(cos, sin)
+    }
+    #[inline]
+    fn stored(u: Complex<f64>) -> Option<Pair> {
+        Some([u.re, u.im])
+    }
+    #[inline]
+    fn read(stored: &[Pair]) -> Complex<f64> {
+        stored
+            .first()
+            .map_or_else(Complex::default, |u| Complex::new(u[0], u[1]))
     }
     #[inline]
     fn turned(u: Complex<f64>, turn: Complex<f64>) -> Complex<f64> {

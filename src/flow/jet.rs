@@ -59,6 +59,20 @@ impl Jet {
         self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
     }
 
+    /// The jet a step later, by the cubic alone.
+    pub fn after(&self, step: f64) -> Self {
+        let [_, b, c, d] = self.c;
+        Self {
+            c: [
+                self.value(step),
+                b + step * (2.0 * c + step * (3.0 * d)),
+                c + step * (3.0 * d),
+                d,
+            ],
+            ..*self
+        }
+    }
+
     /// Bound on what the cubic leaves out of the gap at r.
     pub fn remainder(&self, r: f64) -> f64 {
         let r2 = r * r;

@@ -1,12 +1,18 @@
 //! Smooth motion between impacts (theory 8).
 
+mod block;
+mod dense;
 mod drive;
+mod gap_row;
 pub(crate) mod jet;
 mod linear;
 mod scene;
 mod split;
 
+pub(crate) use block::BlockFlow;
+pub(crate) use dense::DenseFlow;
 pub(crate) use drive::{Drive, HarmonicDrive, Undriven};
-pub(crate) use linear::{BlockFlow, DenseFlow, GapRow, LinearFlow, carry};
+pub(crate) use gap_row::{Derivatives, GapRow};
+pub(crate) use linear::{LinearFlow, carry};
 pub(crate) use scene::{ModalScene, SceneFlow, along, with_flow};
 pub(crate) use split::SplitFlow;

@@ -1,7 +1,7 @@
 //! A linear scene in modal pairs: flow, forcing and stops as the periodic solve and the simulation use them.
 
 use crate::error::Result;
-use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, Undriven};
+use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, SplitFlow, Undriven};
 use crate::modal::{Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, LinearSystem, Scene};
 use nalgebra::Complex;
@@ -29,6 +29,7 @@ pub(crate) struct ModalScene {
 #[derive(Debug, Clone)]
 pub(crate) enum SceneFlow {
     Free(BlockFlow<Undriven>),
+    Split(SplitFlow),
     Forced(BlockFlow<HarmonicDrive>),
     Dense(DenseFlow),
 }
@@ -99,19 +100,23 @@ impl ModalScene {
         }
     }
 
-    /// The flow.
+    /// The flow: forcing split off where no block is near resonance.
     pub fn flow(&self) -> SceneFlow {
         match &self.form.form {
             Form::Blocks(blocks) if self.frequency > 0.0 => {
-                let drive = HarmonicDrive {
-                    frequency: self.frequency,
-                    force: self.force.clone(),
-                };
-                SceneFlow::Forced(BlockFlow::new(blocks.clone(), self.load.clone(), drive))
+                match SplitFlow::new(blocks, &self.load, self.frequency, &self.force) {
+                    Some(split) => SceneFlow::Split(split),
+                    None => SceneFlow::Forced(BlockFlow::new(
+                        blocks,
+                        &self.load,
+                        HarmonicDrive {
+                            frequency: self.frequency,
+                            force: self.force.clone(),
+                        },
+                    )),
+                }
             }
-            Form::Blocks(blocks) => {
-                SceneFlow::Free(BlockFlow::new(blocks.clone(), self.load.clone(), Undriven))
-            }
+            Form::Blocks(blocks) => SceneFlow::Free(BlockFlow::new(blocks, &self.load, Undriven)),
             Form::Dense(matrix) => SceneFlow::Dense(DenseFlow::new(
                 matrix.clone(),
                 &self.load,
@@ -136,6 +141,7 @@ macro_rules! with_flow {
     ($scene_flow:expr, $flow:ident => $body:expr) => {
         match $scene_flow {
             $crate::flow::SceneFlow::Free($flow) => $body,
+            $crate::flow::SceneFlow::Split($flow) => $body,
             $crate::flow::SceneFlow::Forced($flow) => $body,
             $crate::flow::SceneFlow::Dense($flow) => $body,
         }

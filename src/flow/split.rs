@@ -2,16 +2,17 @@
 //! plus a free motion, and the steady response is one more block, a rotation at the forcing frequency. What walks along
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
-use crate::flow::ModalScene;
-use crate::flow::{BlockFlow, GapRow, LinearFlow, Undriven};
-use crate::modal::{Block, Form, Pair, Response};
+use crate::flow::block::BlockPropagator;
+use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::{BlockFlow, LinearFlow, Undriven};
+use crate::modal::{Block, Pair, Response};
 use nalgebra::Complex;
 
 /// A resonance is near where `|(i w - l_1)(i w - l_2)|` is below this times `w^2 + |l_1 l_2|`: the steady response and the
 /// free motion would cancel in more than two digits.
 const NEAR_RESONANCE: f64 = 1e-2;
 
-/// The flow of a scene without its forcing, enlarged by the rotation that stands for it.
+/// The flow without its forcing, enlarged by the rotation that stands for it.
 #[derive(Debug, Clone)]
 pub(crate) struct SplitFlow {
     flow: BlockFlow<Undriven>,
@@ -20,23 +21,20 @@ pub(crate) struct SplitFlow {
 }
 
 impl SplitFlow {
-    /// The split flow, `None` where a block is near resonance, has no equilibrium, or the form has no blocks.
-    pub fn new(scene: &ModalScene) -> Option<Self> {
-        let Form::Blocks(blocks) = &scene.form.form else {
-            return None;
-        };
-        let w = scene.frequency;
+    /// The split flow of blocks under a load and a force at frequency w, `None` where a block is near resonance or has
+    /// no equilibrium.
+    pub fn new(blocks: &[Block], load: &[Pair], w: f64, force: &[Response]) -> Option<Self> {
         let mut steady = Vec::with_capacity(blocks.len());
         let mut equilibrium = Vec::with_capacity(blocks.len());
-        for (j, &block) in blocks.iter().enumerate() {
+        for ((&block, &load), &force) in blocks.iter().zip(load).zip(force) {
             if is_near_resonance(block, w) {
                 return None;
             }
-            let rest = block.equilibrium(scene.load[j]);
+            let rest = block.equilibrium(load);
             if !(rest[0].is_finite() && rest[1].is_finite()) {
                 return None;
             }
-            steady.push(block.steady(w, scene.force[j]));
+            steady.push(block.steady(w, force));
             equilibrium.push(rest);
         }
         let rotation = Block::Spiral {
@@ -44,44 +42,101 @@ impl SplitFlow {
             omega: w,
         };
         let all: Vec<Block> = blocks.iter().copied().chain([rotation]).collect();
-        let load = vec![[0.0, 0.0]; all.len()];
+        let unloaded = vec![[0.0, 0.0]; all.len()];
         Some(Self {
-            flow: BlockFlow::new(all, load, Undriven),
+            flow: BlockFlow::new(&all, &unloaded, Undriven),
             steady,
             equilibrium,
         })
     }
 
-    /// The free flow of the enlarged state.
-    pub fn flow(&self) -> &BlockFlow<Undriven> {
-        &self.flow
+    /// Steady response and equilibrium of block j when the rotation is at `u`.
+    #[inline]
+    fn rest(&self, j: usize, u: Pair) -> Pair {
+        let (y, e) = (self.steady[j], self.equilibrium[j]);
+        [0, 1].map(|c| e[c] + (y[c].re * u[0] - y[c].im * u[1]))
     }
 
-    /// The gap `clearance - row.z` of the whole motion as one of the enlarged state.
-    pub fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
-        let (mut seen, mut rest) = (Complex::new(0.0, 0.0), 0.0);
-        for ((r, y), e) in row.iter().zip(&self.steady).zip(&self.equilibrium) {
-            seen += y[0] * r[0] + y[1] * r[1];
-            rest += e[0] * r[0] + e[1] * r[1];
-        }
-        let mut enlarged = Vec::with_capacity(row.len() + 1);
-        enlarged.extend_from_slice(row);
-        enlarged.push([seen.re, -seen.im]);
-        self.flow.gap_row(enlarged, clearance - rest)
+    /// A row of the whole motion as one of the enlarged state.
+    fn enlarged(&self, row: &[Pair]) -> Vec<Pair> {
+        let seen: Complex<f64> = row
+            .iter()
+            .zip(&self.steady)
+            .map(|(r, y)| y[0] * r[0] + y[1] * r[1])
+            .sum();
+        row.iter().copied().chain([[seen.re, -seen.im]]).collect()
     }
+}
 
-    /// The enlarged state of a whole one at a forcing angle.
-    pub fn enlarge(&self, whole: &[Pair], angle: f64, enlarged: &mut Vec<Pair>) {
+impl LinearFlow for SplitFlow {
+    type Propagator = BlockPropagator<Undriven>;
+
+    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         let (sin, cos) = angle.sin_cos();
-        enlarged.clear();
-        enlarged.extend(
-            whole
-                .iter()
-                .zip(&self.steady)
-                .zip(&self.equilibrium)
-                .map(|((z, y), e)| [0, 1].map(|c| z[c] - e[c] - (y[c].re * cos - y[c].im * sin))),
-        );
-        enlarged.push([cos, sin]);
+        let u = [cos, sin];
+        state.clear();
+        state.extend(whole.iter().enumerate().map(|(j, z)| {
+            let rest = self.rest(j, u);
+            [z[0] - rest[0], z[1] - rest[1]]
+        }));
+        state.push(u);
+    }
+
+    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>) {
+        whole.clear();
+        if let Some((&u, free)) = state.split_last() {
+            whole.extend(free.iter().enumerate().map(|(j, z)| {
+                let rest = self.rest(j, u);
+                [z[0] + rest[0], z[1] + rest[1]]
+            }));
+        }
+    }
+
+    fn set_angle(&self, state: &mut [Pair], angle: f64) {
+        let (sin, cos) = angle.sin_cos();
+        if let Some(u) = state.last_mut() {
+            *u = [cos, sin];
+        }
+    }
+
+    fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
+        self.flow.prepare(t, propagator);
+    }
+
+    #[inline]
+    fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]) {
+        self.flow.advance(propagator, state);
+    }
+
+    #[inline]
+    fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
+        self.flow.derivatives(state, derivatives);
+    }
+
+    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
+        let rest: f64 = row
+            .iter()
+            .zip(&self.equilibrium)
+            .map(|(r, e)| r[0] * e[0] + r[1] * e[1])
+            .sum();
+        self.flow.gap_row(&self.enlarged(row), clearance - rest)
+    }
+
+    /// At an equilibrium nothing moves, so that the load leaves no trace here.
+    fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
+        self.enlarged(row)
+    }
+
+    fn norms(&self, state: &[Pair], norms: &mut Vec<f64>) {
+        self.flow.norms(state, norms);
+    }
+
+    fn longest_step(&self) -> f64 {
+        self.flow.longest_step()
+    }
+
+    fn fastest_rate(&self) -> f64 {
+        self.flow.fastest_rate()
     }
 }
 
@@ -96,63 +151,50 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::jet::Jet;
-    use crate::model::{Kind, PaperOptions, paper_scene};
+    use crate::flow::linear::contract;
+    use crate::flow::{HarmonicDrive, carry};
+
+    const BLOCKS: [Block; 3] = [
+        Block::Oscillator { w2: 2.0, eta: 0.1 },
+        Block::Oscillator { w2: 30.0, eta: 9.0 },
+        Block::Spiral {
+            sigma: -0.1,
+            omega: 2.5,
+        },
+    ];
 
     #[test]
-    fn a_split_flow_is_the_flow_it_splits() {
-        let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
-        let modal = ModalScene::new(&scene, "the test").expect("linear");
-        let crate::flow::SceneFlow::Forced(whole) = modal.flow() else {
-            panic!("blocks, forced")
+    fn a_split_flow_keeps_the_contract_and_is_the_flow_it_splits() {
+        let force = vec![
+            [0.0.into(), Complex::new(0.7, 0.2)],
+            [0.0.into(), Complex::new(-0.3, 0.1)],
+            [Complex::new(0.2, 0.1), Complex::new(-0.2, 0.4)],
+        ];
+        let load = [[0.0, 0.3], [0.0, -1.0], [0.0, 0.0]];
+        let split = SplitFlow::new(&BLOCKS, &load, 0.8, &force).expect("away from resonance");
+        contract::check(&split, 3);
+        let drive = HarmonicDrive {
+            frequency: 0.8,
+            force,
         };
-        let split = SplitFlow::new(&modal).expect("away from resonance");
-        let mut state = vec![[0.3, -0.2], [0.1, 0.7]];
-        let mut enlarged = Vec::new();
-        split.enlarge(&state, 0.4, &mut enlarged);
-        let mut u = whole.phasor(0.4);
-        let (mut p, mut q) = Default::default();
-        whole.prepare(0.9, &mut p);
-        split.flow().prepare(0.9, &mut q);
-        for _ in 0..5 {
-            whole.advance(&p, &mut state, &mut u);
-            split.flow().advance(&q, &mut enlarged, &mut ());
-            for stop in 0..2 {
-                let row = &modal.position_rows[stop];
-                let (mut a, mut b) = ([Jet::default()], [Jet::default()]);
-                whole.jets(&state, u, &[whole.gap_row(row.clone(), 0.2)], &mut a);
-                split
-                    .flow()
-                    .jets(&enlarged, (), &[split.gap_row(row, 0.2)], &mut b);
-                for k in 0..4 {
-                    assert!(
-                        (a[0].c[k] - b[0].c[k]).abs() < 1e-13,
-                        "{k}: {} {}",
-                        a[0].c[k],
-                        b[0].c[k]
-                    );
-                }
+        let whole = BlockFlow::new(&BLOCKS, &load, drive);
+        let start = vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]];
+        for t in [0.1, 1.0, 7.0] {
+            let (mut a, mut b) = (start.clone(), start.clone());
+            carry(&split, 0.4, t, &mut a);
+            carry(&whole, 0.4, t, &mut b);
+            for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+                assert!((a - b).abs() < 1e-14, "{a} {b}");
             }
         }
     }
 
     #[test]
     fn resonance_is_not_split() {
-        assert!(is_near_resonance(
-            Block::Oscillator {
-                w2: 4.0,
-                eta: 0.001
-            },
-            2.0
-        ));
-        assert!(!is_near_resonance(
-            Block::Oscillator { w2: 4.0, eta: 0.1 },
-            2.0
-        ));
-        assert!(!is_near_resonance(
-            Block::Oscillator { w2: 0.0, eta: 0.0 },
-            2.0
-        ));
+        let spring = |eta: f64, w2: f64| Block::Oscillator { w2, eta };
+        assert!(is_near_resonance(spring(0.001, 4.0), 2.0));
+        assert!(!is_near_resonance(spring(0.1, 4.0), 2.0));
+        assert!(!is_near_resonance(spring(0.0, 0.0), 2.0));
         assert!(is_near_resonance(
             Block::Spiral {
                 sigma: 0.0,

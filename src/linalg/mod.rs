@@ -1,6 +1,7 @@
-//! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve.
+//! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve, the plane.
 
 pub(crate) mod eigen;
 pub(crate) mod exponential;
 pub(crate) mod francis;
+pub(crate) mod plane;
 pub(crate) mod rank;

@@ -3,10 +3,10 @@
 //! flights need of it, without cancellation (theory 4 and 5).
 
 use crate::linalg::exponential::{one_minus_sinc, phi1, phi1_divided, phi2, sinc};
+use crate::linalg::plane::Pair;
 use nalgebra::Complex;
 
-/// Two real unknowns, a 2 by 2 real matrix by rows, and the complex response of a pair to `e^{i phase}`.
-pub(crate) type Pair = [f64; 2];
+/// A 2 by 2 real matrix by rows, and the complex response of a pair to `e^{i phase}`.
 type Matrix = [Pair; 2];
 pub(crate) type Response = [Complex<f64>; 2];
 
@@ -73,6 +73,69 @@ fn under_one_minus_cp(eta: f64, damped_frequency: f64, t: f64) -> f64 {
     start + (-x).exp() * (x * one_minus_sinc(y) + 2.0 * half * half)
 }
 
+/// A block in the form in which it is propagated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Propagation {
+    Under {
+        w2: f64,
+        eta: f64,
+        damped_frequency: f64,
+    },
+    Over {
+        w2: f64,
+        l1: f64,
+        l2: f64,
+        half_gap: f64,
+    },
+    Spiral {
+        sigma: f64,
+        omega: f64,
+    },
+    Decays {
+        roots: Pair,
+    },
+}
+
+impl Propagation {
+    /// `e^{A t}`.
+    #[inline]
+    pub fn over(self, t: f64) -> Matrix {
+        match self {
+            Self::Under {
+                w2,
+                eta,
+                damped_frequency: wd,
+            } => {
+                let decay = (-eta * t).exp();
+                let (sin, cos) = (wd * t).sin_cos();
+                let s = if (wd * t).abs() < 1e-4 {
+                    decay * t * sinc(wd * t)
+                } else {
+                    decay * sin / wd
+                };
+                let c = decay * cos;
+                [[c + eta * s, s], [-w2 * s, c - eta * s]]
+            }
+            Self::Over {
+                w2,
+                l1,
+                l2,
+                half_gap,
+            } => {
+                let (e1, e2) = ((l1 * t).exp(), (l2 * t).exp());
+                let s = -e1 * (-2.0 * half_gap * t).exp_m1() / (2.0 * half_gap);
+                [[e1 - l1 * s, s], [-w2 * s, e2 + l1 * s]]
+            }
+            Self::Spiral { sigma, omega } => {
+                let (sin, cos) = (omega * t).sin_cos();
+                let growth = (sigma * t).exp();
+                [[growth * cos, -growth * sin], [growth * sin, growth * cos]]
+            }
+            Self::Decays { roots } => [[(roots[0] * t).exp(), 0.0], [0.0, (roots[1] * t).exp()]],
+        }
+    }
+}
+
 impl Block {
     /// The matrix A.
     pub fn matrix(self) -> Matrix {
@@ -102,33 +165,27 @@ impl Block {
 
     /// `e^{A t}`.
     pub fn propagator(self, t: f64) -> Matrix {
+        self.propagation().over(t)
+    }
+
+    /// What `e^{A t}` needs at any t, computed once.
+    pub fn propagation(self) -> Propagation {
         match self {
             Self::Oscillator { w2, eta } => match regime(w2, eta) {
-                Regime::Under {
-                    damped_frequency: wd,
-                } => {
-                    let decay = (-eta * t).exp();
-                    let (sin, cos) = (wd * t).sin_cos();
-                    let s = if (wd * t).abs() < 1e-4 {
-                        decay * t * sinc(wd * t)
-                    } else {
-                        decay * sin / wd
-                    };
-                    let c = decay * cos;
-                    [[c + eta * s, s], [-w2 * s, c - eta * s]]
-                }
-                Regime::Over { l1, l2, half_gap } => {
-                    let (e1, e2) = ((l1 * t).exp(), (l2 * t).exp());
-                    let s = -e1 * (-2.0 * half_gap * t).exp_m1() / (2.0 * half_gap);
-                    [[e1 - l1 * s, s], [-w2 * s, e2 + l1 * s]]
-                }
+                Regime::Under { damped_frequency } => Propagation::Under {
+                    w2,
+                    eta,
+                    damped_frequency,
+                },
+                Regime::Over { l1, l2, half_gap } => Propagation::Over {
+                    w2,
+                    l1,
+                    l2,
+                    half_gap,
+                },
             },
-            Self::Spiral { sigma, omega } => {
-                let (sin, cos) = (omega * t).sin_cos();
-                let growth = (sigma * t).exp();
-                [[growth * cos, -growth * sin], [growth * sin, growth * cos]]
-            }
-            Self::Decays { roots } => [[(roots[0] * t).exp(), 0.0], [0.0, (roots[1] * t).exp()]],
+            Self::Spiral { sigma, omega } => Propagation::Spiral { sigma, omega },
+            Self::Decays { roots } => Propagation::Decays { roots },
         }
     }
 

@@ -2,8 +2,7 @@
 //! time, by a search that proves what it passes over.
 
 use crate::contact::walk::{Effort, Ladder, check_flight};
-use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
-use crate::flow::{ModalScene, SceneFlow, along, with_flow};
+use crate::flow::{GapRow, LinearFlow, ModalScene, SceneFlow, along, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::periodic_orbit::Flight;
@@ -106,48 +105,22 @@ impl Admissibility {
     }
 }
 
-/// The flow along which flights are searched: forcing split off where no block is near resonance.
-enum Searched {
-    Split(SplitFlow, Ladder<BlockFlow<Undriven>>),
-    Whole(SceneFlow),
-}
-
 /// Judges the orbits of one scene; made once for all of them.
 pub(crate) struct Judge<'a> {
     scene: &'a ModalScene,
-    searched: Searched,
-    /// The gap of every stop on the flow that is searched.
+    flow: SceneFlow,
+    /// The gap of every stop on the flow.
     gaps: Vec<GapRow>,
 }
 
 impl<'a> Judge<'a> {
     /// A judge for a scene.
     pub fn new(scene: &'a ModalScene) -> Self {
-        let rows = || {
-            scene
-                .position_rows
-                .iter()
-                .zip(scene.geometry.clearances.iter())
-        };
-        if let Some(split) = SplitFlow::new(scene) {
-            let gaps = rows()
-                .map(|(row, &clearance)| split.gap_row(row, clearance))
-                .collect();
-            let ladder = Ladder::new(split.flow());
-            return Self {
-                scene,
-                searched: Searched::Split(split, ladder),
-                gaps,
-            };
-        }
         let flow = scene.flow();
-        let gaps =
-            with_flow!(&flow, f => rows().map(|(row, &c)| f.gap_row(row.clone(), c)).collect());
-        Self {
-            scene,
-            searched: Searched::Whole(flow),
-            gaps,
-        }
+        let rows = scene.position_rows.iter();
+        let rows = rows.zip(scene.geometry.clearances.iter());
+        let gaps = with_flow!(&flow, f => rows.map(|(row, &c)| f.gap_row(row, c)).collect());
+        Self { scene, flow, gaps }
     }
 
     /// Judges the impacts, and searches every flight for every stop.
@@ -175,40 +148,14 @@ impl<'a> Judge<'a> {
             .collect();
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
-        let angle = |flight: &Flight| scene.frequency * flight.start + phase;
-        match &mut self.searched {
-            Searched::Split(split, ladder) => {
-                let start = |flight: &Flight, state: &mut Vec<Pair>| {
-                    split.enlarge(&flight.after, angle(flight), state);
-                };
-                search(
-                    split.flow(),
-                    ladder,
-                    &self.gaps,
-                    (&margins, effort),
-                    flights,
-                    start,
-                    &mut found,
-                );
-            }
-            Searched::Whole(flow) => with_flow!(flow, f => {
-                let start = |flight: &Flight, state: &mut Vec<Pair>| start_whole(f, flight, angle(flight), state);
-                search(f, &mut Ladder::new(f), &self.gaps, (&margins, effort), flights, start, &mut found);
-            }),
-        }
+        with_flow!(&self.flow, f => {
+            let start = |flight: &Flight, state: &mut Vec<Pair>| {
+                f.enter(&flight.after, scene.frequency * flight.start + phase, state);
+            };
+            search(f, &self.gaps, (&margins, effort), flights, start, &mut found);
+        });
         found
     }
-}
-
-/// Puts the whole state at the start of a flight.
-fn start_whole<F: LinearFlow>(
-    flow: &F,
-    flight: &Flight,
-    angle: f64,
-    state: &mut Vec<Pair>,
-) -> F::Phasor {
-    state.clone_from(&flight.after);
-    flow.phasor(angle)
 }
 
 /// Impacts are approached and push; `slow` is the speed below which one grazes.
@@ -245,14 +192,14 @@ fn judge_impacts(impacts: &[Impact], slow: impl Fn(usize) -> f64, found: &mut Ad
 /// Searches every flight for every stop along a flow, on which `start` puts the state of a flight.
 fn search<F: LinearFlow>(
     flow: &F,
-    ladder: &mut Ladder<F>,
     gaps: &[GapRow],
     (margins, effort): (&[f64], Effort),
     flights: &[Flight],
-    start: impl Fn(&Flight, &mut Vec<Pair>) -> F::Phasor,
+    start: impl Fn(&Flight, &mut Vec<Pair>),
     found: &mut Admissibility,
 ) {
     let mut state: Vec<Pair> = Vec::new();
+    let mut ladder = Ladder::new(flow);
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
         for flight in flights {
             if found
@@ -261,12 +208,12 @@ fn search<F: LinearFlow>(
             {
                 return;
             }
-            let mut u = start(flight, &mut state);
+            start(flight, &mut state);
             let check = check_flight(
                 flow,
-                ladder,
+                &mut ladder,
                 gap,
-                (&mut state, &mut u),
+                &mut state,
                 flight.span,
                 (margin, effort),
             );

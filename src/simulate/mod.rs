@@ -2,14 +2,18 @@
 
 mod clock;
 mod event_loop;
+mod exact;
+mod mover;
 mod options;
 mod plan;
+mod record;
+mod run;
 mod saved;
 mod trajectory;
 
-pub(crate) use event_loop::Run;
-pub use event_loop::{simulate, simulate_checked};
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
+pub(crate) use run::Run;
+pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
 pub use trajectory::{Graze, Samples, Segment, SegmentKind, Side as ImpactSide, Trajectory};

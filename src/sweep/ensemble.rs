@@ -119,8 +119,8 @@ fn end_of<F: LinearFlow>(
     let state = modal
         .form
         .to_modal(&q0.row(i).transpose(), &v0.row(i).transpose());
-    let outcome = run
-        .run(state, t_span, &mut |_| go_on())
+    let done = run
+        .run(&state, t_span, &mut |_| go_on())
         .map_err(|error| match error {
             Error::BadValue {
                 argument,
@@ -129,11 +129,11 @@ fn end_of<F: LinearFlow>(
             } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
             other => other,
         })?;
-    let (q, v) = modal.form.to_physical(&outcome.state);
+    let (q, v) = done.last;
     Ok(End {
         q,
         v,
-        n_impacts: outcome.stats.n_impacts,
-        status: outcome.status,
+        n_impacts: done.stats.n_impacts,
+        status: done.ending.status,
     })
 }

@@ -1,0 +1,243 @@
+//! A linear flow that uncouples into blocks of two (theory 4). The state is the whole motion, forcing included, so that
+//! nothing is subtracted at a resonance; the forcing's `(cos, sin)` is one more pair at its end.
+
+use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::linear::softest_rate;
+use crate::flow::{Drive, LinearFlow};
+use crate::linalg::plane::{plus, times};
+use crate::modal::{Block, Pair, Propagation};
+use nalgebra::Complex;
+
+/// One block with what its propagation and its bounds need.
+#[derive(Debug, Clone)]
+struct Part {
+    block: Block,
+    propagation: Propagation,
+    matrix: [Pair; 2],
+    load: Pair,
+    /// Weight of the first unknown in the block's norm.
+    weight: f64,
+    /// Growth of the norm over the longest step.
+    growth: f64,
+}
+
+/// A flow that uncouples into blocks of two.
+#[derive(Debug, Clone)]
+pub(crate) struct BlockFlow<D> {
+    parts: Vec<Part>,
+    longest_step: f64,
+    fastest_rate: f64,
+    drive: D,
+}
+
+/// Propagator of a [`BlockFlow`].
+pub(crate) struct BlockPropagator<D: Drive> {
+    parts: Vec<([Pair; 2], D::Reply, Pair)>,
+    turn: D::Phasor,
+}
+
+impl<D: Drive> Default for BlockPropagator<D> {
+    fn default() -> Self {
+        Self {
+            parts: Vec::new(),
+            turn: D::Phasor::default(),
+        }
+    }
+}
+
+impl<D: Drive> BlockFlow<D> {
+    /// A flow of blocks under a constant load and a drive.
+    pub fn new(blocks: &[Block], load: &[Pair], drive: D) -> Self {
+        let rates = blocks.iter().flat_map(|b| b.roots().map(Complex::norm));
+        let rates = rates.chain([drive.frequency()]);
+        let fastest_rate = rates.clone().fold(0.0, f64::max);
+        let softest = softest_rate(rates);
+        let fastest_growth = blocks
+            .iter()
+            .map(|b| b.norm(softest).growth)
+            .fold(0.0, f64::max);
+        // Steps so long that no bound more than doubles by growth.
+        let longest_step = (1.0 / softest).min(0.7 / fastest_growth);
+        let part = |(&block, &load): (&Block, &Pair)| {
+            let norm = block.norm(softest);
+            Part {
+                block,
+                propagation: block.propagation(),
+                matrix: block.matrix(),
+                load,
+                weight: norm.weight,
+                growth: (norm.growth * longest_step).exp(),
+            }
+        };
+        Self {
+            parts: blocks.iter().zip(load).map(part).collect(),
+            longest_step,
+            fastest_rate,
+            drive,
+        }
+    }
+}
+
+impl<D: Drive> LinearFlow for BlockFlow<D> {
+    type Propagator = BlockPropagator<D>;
+
+    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+        state.clear();
+        state.extend_from_slice(whole);
+        state.extend(D::stored(self.drive.phasor(angle)));
+    }
+
+    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>) {
+        whole.clear();
+        whole.extend_from_slice(&state[..self.parts.len()]);
+    }
+
+    fn set_angle(&self, state: &mut [Pair], angle: f64) {
+        let stored = D::stored(self.drive.phasor(angle));
+        for (place, u) in state[self.parts.len()..].iter_mut().zip(stored) {
+            *place = u;
+        }
+    }
+
+    fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
+        propagator.turn = self.drive.turn(t);
+        propagator.parts.clear();
+        propagator
+            .parts
+            .extend(self.parts.iter().enumerate().map(|(j, part)| {
+                (
+                    part.propagation.over(t),
+                    self.drive.reply(j, part.block, t),
+                    part.block.loaded(t, part.load),
+                )
+            }));
+    }
+
+    #[inline]
+    fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]) {
+        let (blocks, forcing) = state.split_at_mut(self.parts.len());
+        let u = D::read(forcing);
+        for (z, (matrix, reply, loaded)) in blocks.iter_mut().zip(&propagator.parts) {
+            *z = plus(plus(times(matrix, *z), D::added(*reply, u)), *loaded);
+        }
+        for (place, u) in forcing
+            .iter_mut()
+            .zip(D::stored(D::turned(u, propagator.turn)))
+        {
+            *place = u;
+        }
+    }
+
+    #[inline]
+    fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
+        let (blocks, forcing) = state.split_at(self.parts.len());
+        let u = D::read(forcing);
+        derivatives.clear();
+        derivatives.extend(
+            blocks
+                .iter()
+                .zip(&self.parts)
+                .enumerate()
+                .map(|(j, (&z, part))| {
+                    let a = &part.matrix;
+                    let [f0, f1, f2] = self.drive.inputs(j, u);
+                    let d1 = plus(plus(times(a, z), f0), part.load);
+                    let d2 = plus(times(a, d1), f1);
+                    let d3 = plus(times(a, d2), f2);
+                    let norm = (d3[1] * d3[1] + part.weight * d3[0] * d3[0]).sqrt();
+                    Derivatives {
+                        z,
+                        d1,
+                        d2,
+                        d3,
+                        norm,
+                    }
+                }),
+        );
+    }
+
+    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
+        let w = self.drive.frequency();
+        let (mut cells, mut forced, mut forced_growth) = (Vec::with_capacity(row.len()), 0.0, 0.0);
+        for (j, (r, part)) in row.iter().zip(&self.parts).enumerate() {
+            let a = &part.matrix;
+            // row A, and its dual norm: |row A z| <= weight |z|
+            let image = [
+                r[0] * a[0][0] + r[1] * a[1][0],
+                r[0] * a[0][1] + r[1] * a[1][1],
+            ];
+            let dual = |r: Pair| (r[0] * r[0] / part.weight + r[1] * r[1]).sqrt();
+            let weight = dual(image) * part.growth;
+            let f = self.drive.force(j);
+            let size = (f[1].norm_sqr() + part.weight * f[0].norm_sqr()).sqrt();
+            forced += (f[0] * r[0] + f[1] * r[1]).norm() * w.powi(3);
+            forced_growth += weight * size * w.powi(3);
+            let is_bounded = part.growth == 1.0 && part.load == [0.0, 0.0] && size == 0.0;
+            let reach = if is_bounded || *r == [0.0, 0.0] {
+                dual(*r)
+            } else {
+                f64::INFINITY
+            };
+            cells.push((*r, weight, reach));
+        }
+        GapRow::new(cells.into_iter(), clearance, (forced, forced_growth))
+    }
+
+    fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
+        row.to_vec()
+    }
+
+    fn norms(&self, state: &[Pair], norms: &mut Vec<f64>) {
+        norms.clear();
+        let norm = |(z, part): (&Pair, &Part)| (z[1] * z[1] + part.weight * z[0] * z[0]).sqrt();
+        norms.extend(state.iter().zip(&self.parts).map(norm));
+    }
+
+    fn longest_step(&self) -> f64 {
+        self.longest_step
+    }
+
+    fn fastest_rate(&self) -> f64 {
+        self.fastest_rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::linear::contract;
+    use crate::flow::{HarmonicDrive, Undriven};
+
+    #[test]
+    fn block_flows_keep_the_contract() {
+        let blocks = [
+            Block::Oscillator { w2: 2.0, eta: 0.1 },
+            Block::Oscillator { w2: 30.0, eta: 9.0 },
+            Block::Oscillator { w2: 0.0, eta: 0.0 },
+            Block::Oscillator { w2: 9.0, eta: 3.0 },
+            Block::Oscillator { w2: -0.5, eta: 0.1 },
+        ];
+        let force = [0.7, -0.3, 0.1, 0.9, 0.2].map(|f| [0.0.into(), Complex::new(f, 0.4 * f)]);
+        let load = [[0.0, 0.2]; 5];
+        let drive = HarmonicDrive {
+            frequency: 1.5,
+            force: force.to_vec(),
+        };
+        contract::check(&BlockFlow::new(&blocks, &load, Undriven), 5);
+        contract::check(&BlockFlow::new(&blocks, &load, drive), 5);
+        let pairs = [
+            Block::Spiral {
+                sigma: -0.1,
+                omega: 2.0,
+            },
+            Block::Decays {
+                roots: [-0.2, -3.0],
+            },
+        ];
+        let drive = HarmonicDrive {
+            frequency: 0.8,
+            force: vec![[Complex::new(0.3, 0.1), Complex::new(-0.2, 0.4)]; 2],
+        };
+        contract::check(&BlockFlow::new(&pairs, &[[0.1, 0.2]; 2], drive), 2);
+    }
+}

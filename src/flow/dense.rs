@@ -1,0 +1,213 @@
+//! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, cos,
+//! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
+
+use crate::flow::LinearFlow;
+use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::linear::softest_rate;
+use crate::modal::Pair;
+use nalgebra::{Complex, DMatrix};
+
+/// A flow that does not uncouple.
+#[derive(Debug, Clone)]
+pub(crate) struct DenseFlow {
+    /// State matrix in interleaved pairs, shape `(2n, 2n)`.
+    matrix: DMatrix<f64>,
+    /// The matrix enlarged by the load and the forcing, shape `(2n + 3, 2n + 3)`.
+    enlarged: DMatrix<f64>,
+    load: Vec<f64>,
+    force: Vec<Complex<f64>>,
+    frequency: f64,
+    /// Scales of the unknowns for the norm, and its growth over the longest step.
+    unit: Vec<f64>,
+    growth: f64,
+    longest_step: f64,
+}
+
+impl DenseFlow {
+    /// A flow with the given state matrix, load and force in interleaved pairs; frequency zero without forcing.
+    pub fn new(
+        matrix: DMatrix<f64>,
+        load: &[Pair],
+        force: &[[Complex<f64>; 2]],
+        frequency: f64,
+    ) -> Self {
+        let m = matrix.nrows();
+        let load: Vec<f64> = load.iter().flatten().copied().collect();
+        let force: Vec<Complex<f64>> = force.iter().flatten().copied().collect();
+        let mut enlarged = DMatrix::zeros(m + 3, m + 3);
+        enlarged.view_mut((0, 0), (m, m)).copy_from(&matrix);
+        for i in 0..m {
+            enlarged[(i, m)] = load[i];
+            enlarged[(i, m + 1)] = force[i].re;
+            enlarged[(i, m + 2)] = -force[i].im;
+        }
+        enlarged[(m + 1, m + 2)] = -frequency;
+        enlarged[(m + 2, m + 1)] = frequency;
+        // Positions in units of velocity over the system's own rate; the growth of the Euclidean norm is at most the
+        // largest eigenvalue of the symmetric part, itself at most the norm of that part.
+        let rate = {
+            let stiffness = matrix.iter().fold(0.0f64, |a, &x| a.max(x.abs())).sqrt();
+            if stiffness > 0.0 { stiffness } else { 1.0 }
+        };
+        let unit: Vec<f64> = (0..m)
+            .map(|i| if i % 2 == 0 { rate } else { 1.0 })
+            .collect();
+        let scaled = DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] * unit[i] / unit[j]);
+        let growth_rate = ((&scaled + scaled.transpose()) * 0.5).norm();
+        let longest_step =
+            (1.0 / softest_rate([rate, frequency].into_iter())).min(0.7 / growth_rate);
+        let growth = (growth_rate * longest_step).exp();
+        Self {
+            matrix,
+            enlarged,
+            load,
+            force,
+            frequency,
+            unit,
+            growth,
+            longest_step,
+        }
+    }
+
+    fn input(&self, u: Complex<f64>, i: usize) -> f64 {
+        (self.force[i] * u).re
+    }
+
+    fn image(&self, z: &[f64]) -> Vec<f64> {
+        let m = z.len();
+        (0..m)
+            .map(|i| (0..m).map(|j| self.matrix[(i, j)] * z[j]).sum())
+            .collect()
+    }
+}
+
+impl LinearFlow for DenseFlow {
+    type Propagator = DMatrix<f64>;
+
+    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+        state.clear();
+        state.extend_from_slice(whole);
+        state.push([angle.cos(), angle.sin()]);
+    }
+
+    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>) {
+        whole.clear();
+        whole.extend_from_slice(&state[..self.matrix.nrows() / 2]);
+    }
+
+    fn set_angle(&self, state: &mut [Pair], angle: f64) {
+        if let Some(u) = state.last_mut() {
+            *u = [angle.cos(), angle.sin()];
+        }
+    }
+
+    fn prepare(&self, t: f64, propagator: &mut DMatrix<f64>) {
+        *propagator = (&self.enlarged * t).exp();
+    }
+
+    fn advance(&self, propagator: &DMatrix<f64>, state: &mut [Pair]) {
+        let m = self.matrix.nrows();
+        let mut z: Vec<f64> = state.iter().flatten().copied().collect();
+        z.insert(m, 1.0);
+        let row = |i: usize| (0..m + 3).map(|j| propagator[(i, j)] * z[j]).sum::<f64>();
+        for (i, pair) in state.iter_mut().enumerate() {
+            let first = if i < m / 2 { 2 * i } else { m + 1 };
+            *pair = [row(first), row(first + 1)];
+        }
+    }
+
+    fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
+        let m = self.matrix.nrows();
+        let z: Vec<f64> = state[..m / 2].iter().flatten().copied().collect();
+        let u = state[m / 2];
+        let mut phasor = Complex::new(u[0], u[1]);
+        let mut orders = vec![z];
+        for order in 0..3 {
+            let mut next = self.image(&orders[order]);
+            for (i, x) in next.iter_mut().enumerate() {
+                *x += self.input(phasor, i) + if order == 0 { self.load[i] } else { 0.0 };
+            }
+            phasor *= Complex::new(0.0, self.frequency);
+            orders.push(next);
+        }
+        let norm = orders[3]
+            .iter()
+            .zip(&self.unit)
+            .map(|(d, s)| (d * s).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let pair = |order: usize, j: usize| [orders[order][2 * j], orders[order][2 * j + 1]];
+        derivatives.clear();
+        derivatives.extend((0..m / 2).map(|j| Derivatives {
+            z: pair(0, j),
+            d1: pair(1, j),
+            d2: pair(2, j),
+            d3: pair(3, j),
+            // One norm for all, counted once.
+            norm: if j == 0 { norm } else { 0.0 },
+        }));
+    }
+
+    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
+        let m = self.matrix.nrows();
+        let flat: Vec<f64> = row.iter().flatten().copied().collect();
+        let norm = (0..m)
+            .map(|j| {
+                let image: f64 = (0..m).map(|i| flat[i] * self.matrix[(i, j)]).sum();
+                (image / self.unit[j]).powi(2)
+            })
+            .sum::<f64>()
+            .sqrt();
+        let w3 = self.frequency.powi(3);
+        let direct: Complex<f64> = flat.iter().zip(&self.force).map(|(r, f)| f * *r).sum();
+        let size = self
+            .force
+            .iter()
+            .zip(&self.unit)
+            .map(|(f, s)| f.norm_sqr() * s * s)
+            .sum::<f64>()
+            .sqrt();
+        let weight = norm * self.growth;
+        let cells = row.iter().map(|&r| (r, weight, f64::INFINITY));
+        GapRow::new(cells, clearance, (direct.norm() * w3, weight * size * w3))
+    }
+
+    fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
+        row.to_vec()
+    }
+
+    /// Nothing is known of all times to come.
+    fn norms(&self, _state: &[Pair], norms: &mut Vec<f64>) {
+        norms.clear();
+        norms.resize(self.matrix.nrows() / 2, f64::INFINITY);
+    }
+
+    fn longest_step(&self) -> f64 {
+        self.longest_step
+    }
+
+    fn fastest_rate(&self) -> f64 {
+        self.matrix.norm().max(self.frequency)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::linear::contract;
+
+    #[test]
+    fn a_defective_flow_keeps_the_contract() {
+        let force = [[Complex::new(0.3, 0.1), Complex::new(-0.2, 0.4)]; 2];
+        let matrix = nalgebra::dmatrix![
+            0.0, 1.0, 0.0, 0.0;
+            -1.0, 0.0, -1.0, 0.0;
+            0.0, 0.0, 0.0, 1.0;
+            0.0, 0.0, -1.0, 0.0
+        ];
+        contract::check(
+            &DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], &force, 0.8),
+            2,
+        );
+    }
+}

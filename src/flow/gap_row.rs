@@ -1,0 +1,95 @@
+//! A plane gap `clearance - row.z` along a linear flow: its jet from the derivatives of the state, with the weights of its
+//! remainder (theory 8).
+
+use crate::flow::jet::Jet;
+use crate::modal::Pair;
+
+/// One pair of a state and its first three time derivatives, with the bound on what is left.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Derivatives {
+    pub z: Pair,
+    pub d1: Pair,
+    pub d2: Pair,
+    pub d3: Pair,
+    /// The third derivative in the norm of the pair's block.
+    pub norm: f64,
+}
+
+impl Derivatives {
+    /// The pair after a short step, by its Taylor series.
+    #[inline]
+    pub fn after(&self, step: f64) -> Pair {
+        [0, 1].map(|c| {
+            let third = self.d2[c] + step * (1.0 / 3.0) * self.d3[c];
+            self.z[c] + step * (self.d1[c] + 0.5 * step * third)
+        })
+    }
+}
+
+/// What one pair of the state means for a gap.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    row: Pair,
+    /// Bound on what one unit of the third derivative's norm adds to the gap's fourth derivative.
+    weight: f64,
+    /// Bound on what one unit of the pair's norm adds to the gap; infinite where the norm may grow.
+    reach: f64,
+}
+
+/// The gap of one stop in pairs of the state, with the weights of its remainder.
+#[derive(Debug, Clone)]
+pub(crate) struct GapRow {
+    cells: Vec<Cell>,
+    clearance: f64,
+    /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
+    forced: f64,
+    forced_growth: f64,
+}
+
+impl GapRow {
+    /// A gap from one `(row, weight, reach)` for each pair: the weight in the bound on the fourth derivative, that in the
+    /// bound on the gap over all times to come; `forced` the bounds on the forcing's own part of the fourth derivative,
+    /// constant and growing with time.
+    pub fn new(
+        cells: impl Iterator<Item = (Pair, f64, f64)>,
+        clearance: f64,
+        (forced, forced_growth): (f64, f64),
+    ) -> Self {
+        let cells = cells.map(|(row, weight, reach)| Cell { row, weight, reach });
+        Self {
+            cells: cells.collect(),
+            clearance,
+            forced,
+            forced_growth,
+        }
+    }
+
+    /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
+    /// its terms.
+    pub fn least(&self, norms: &[f64]) -> (f64, f64) {
+        let moved: f64 = self.cells.iter().zip(norms).map(|(c, x)| c.reach * x).sum();
+        (self.clearance - moved, self.clearance.abs() + moved)
+    }
+
+    /// The gap's jet.
+    #[inline]
+    pub fn jet(&self, derivatives: &[Derivatives]) -> Jet {
+        let mut c = [self.clearance, 0.0, 0.0, 0.0];
+        let (mut quartic, mut size) = (self.forced, self.clearance.abs());
+        for (Cell { row: r, weight, .. }, d) in self.cells.iter().zip(derivatives) {
+            let terms = [r[0] * d.z[0], r[1] * d.z[1]];
+            c[0] -= terms[0] + terms[1];
+            c[1] -= r[0] * d.d1[0] + r[1] * d.d1[1];
+            c[2] -= r[0] * d.d2[0] + r[1] * d.d2[1];
+            c[3] -= r[0] * d.d3[0] + r[1] * d.d3[1];
+            quartic += weight * d.norm;
+            size += terms[0].abs() + terms[1].abs();
+        }
+        Jet {
+            c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],
+            quartic: quartic * (1.0 / 24.0),
+            quintic: self.forced_growth * (1.0 / 120.0),
+            size,
+        }
+    }
+}

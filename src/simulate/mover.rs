@@ -1,0 +1,88 @@
+//! What the event loop asks of the machinery that moves a scene: to fly to the next contact, to look at the gaps, to
+//! strike a stop.
+
+use crate::error::Result;
+use crate::simulate::clock::Clock;
+use crate::simulate::record::Record;
+use nalgebra::DVector;
+
+/// A gap and its time derivatives under free motion, at one instant.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GapState {
+    pub gap: f64,
+    /// Opening speed.
+    pub speed: f64,
+    pub acceleration: f64,
+    pub jerk: f64,
+    /// Size of the terms of the gap.
+    pub size: f64,
+}
+
+impl GapState {
+    /// The height that a gap which opens against its acceleration reaches; zero for one that is not drawn back.
+    pub fn apex(&self) -> f64 {
+        if self.speed > 0.0 && self.acceleration < 0.0 {
+            0.5 * self.speed * self.speed / -self.acceleration
+        } else {
+            0.0
+        }
+    }
+}
+
+/// How a flight ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Arrival {
+    /// At the end of the span.
+    End,
+    /// At a stop.
+    Contact { stop: usize },
+    /// Where no step was short enough to tell contact from none.
+    Stalled { stop: usize },
+}
+
+/// The impact of one stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Blow {
+    /// Normal speed towards the stop before.
+    pub approach: f64,
+    /// Normal speed away from it after.
+    pub departure: f64,
+    pub impulse: f64,
+}
+
+/// Moves a scene; holds the present state and time.
+pub(crate) trait Mover {
+    /// Number of stops.
+    fn n_stops(&self) -> usize;
+    /// The present time.
+    fn clock(&self) -> Clock;
+    /// Looks at every gap where the motion is now.
+    fn look(&mut self);
+    /// The gap of a stop at the last look.
+    fn gap(&self, stop: usize) -> GapState;
+    /// Distance from zero within which a gap counts as closed at the start of a run.
+    fn margin(&self, stop: usize) -> f64;
+    /// Size of the terms of a normal velocity.
+    fn speed_size(&self, stop: usize) -> f64;
+    /// Whether an impact on one of two stops changes the normal velocity at the other.
+    fn is_coupled(&self, one: usize, other: usize) -> bool;
+    /// Flies to the next contact or over the whole span, `last` the time at which the run ends there. The gaps must have
+    /// been looked at; `starts[i]` is the order of the root of gap i at the start, zero for an open gap. On a contact the
+    /// gaps have been looked at there.
+    fn fly(
+        &mut self,
+        starts: &[usize],
+        span: f64,
+        last: f64,
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival>;
+    /// Keeps a flight of no length, which has the state before an impact at the start of the run.
+    fn stay(&mut self, record: &mut Record);
+    /// The impact of one stop.
+    fn strike(&mut self, stop: usize) -> Blow;
+    /// The forcing phase now.
+    fn phase(&self) -> f64;
+    /// Position and velocity now.
+    fn physical(&self) -> (DVector<f64>, DVector<f64>);
+}

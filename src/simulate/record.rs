@@ -1,0 +1,79 @@
+//! What is kept of a run: impacts, touches, the motion at the times asked for.
+
+use crate::impact::Impact;
+use crate::simulate::clock::Clock;
+use crate::simulate::trajectory::{Graze, Samples};
+use crate::simulate::{Keep, SimulateOptions};
+use nalgebra::{DMatrix, DVector};
+
+/// What is kept of a run, beside the motion itself.
+pub(crate) struct Record {
+    pub keep: Keep,
+    pub impacts: Vec<Impact>,
+    pub grazes: Vec<Graze>,
+    samples: Option<Sampler>,
+}
+
+/// The motion at the times asked for, filled in flight by flight.
+struct Sampler {
+    times: Vec<f64>,
+    next: usize,
+    q: DMatrix<f64>,
+    v: DMatrix<f64>,
+}
+
+impl Record {
+    /// An empty record for a motion of n coordinates.
+    pub fn new(options: &SimulateOptions, n: usize) -> Self {
+        let sampler = |times: &Vec<f64>| Sampler {
+            times: times.clone(),
+            next: 0,
+            q: DMatrix::zeros(times.len(), n),
+            v: DMatrix::zeros(times.len(), n),
+        };
+        Self {
+            keep: options.keep,
+            impacts: Vec::new(),
+            grazes: Vec::new(),
+            samples: options.t_eval.as_ref().map(sampler),
+        }
+    }
+
+    /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
+    /// there, at `last`. `state` gives the motion a time after the start of the piece.
+    pub fn sample(
+        &mut self,
+        start: Clock,
+        span: f64,
+        last: Option<f64>,
+        mut state: impl FnMut(f64) -> (DVector<f64>, DVector<f64>),
+    ) {
+        let Some(samples) = &mut self.samples else {
+            return;
+        };
+        let end = start.after(span).time();
+        while let Some(&t) = samples
+            .times
+            .get(samples.next)
+            .filter(|&&t| t < end || last.is_some_and(|last| t <= last))
+        {
+            let (q, v) = state(start.until(start.at(t)).clamp(0.0, span));
+            samples.q.set_row(samples.next, &q.transpose());
+            samples.v.set_row(samples.next, &v.transpose());
+            samples.next += 1;
+        }
+    }
+
+    /// The samples taken, fewer than asked for where the run ended early.
+    pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>) {
+        let taken = |mut s: Sampler| {
+            s.times.truncate(s.next);
+            (
+                s.times,
+                s.q.resize_vertically(s.next, 0.0),
+                s.v.resize_vertically(s.next, 0.0),
+            )
+        };
+        (self.impacts, self.grazes, self.samples.map(taken))
+    }
+}
