@@ -31,26 +31,30 @@ pub(crate) enum Shape {
     Unknown,
 }
 
-/// Least Bernstein coefficient on [0, 1] of `sum a_k x^k`, degree 4.
-fn least_4(a: [f64; 5]) -> f64 {
-    let b1 = a[0] + a[1] / 4.0;
-    let b2 = a[0] + a[1] / 2.0 + a[2] / 6.0;
-    let b3 = a[0] + 0.75 * a[1] + 0.5 * a[2] + a[3] / 4.0;
+/// Whether every Bernstein coefficient on [0, 1] of `sum a_k x^k`, degree 4, is positive, and with them the polynomial.
+/// Comparisons, not minima: a NaN proves nothing.
+#[inline]
+fn is_positive_4(a: [f64; 5]) -> bool {
+    let b1 = a[0] + a[1] * 0.25;
+    let b2 = a[0] + a[1] * 0.5 + a[2] * (1.0 / 6.0);
+    let b3 = a[0] + a[1] * 0.75 + a[2] * 0.5 + a[3] * 0.25;
     let b4 = a[0] + a[1] + a[2] + a[3] + a[4];
-    a[0].min(b1).min(b2).min(b3).min(b4)
+    (a[0] > 0.0) & (b1 > 0.0) & (b2 > 0.0) & (b3 > 0.0) & (b4 > 0.0)
 }
 
 /// The same for degree 3.
-fn least_3(a: [f64; 4]) -> f64 {
-    let b1 = a[0] + a[1] / 3.0;
-    let b2 = a[0] + a[1] * (2.0 / 3.0) + a[2] / 3.0;
+#[inline]
+fn is_positive_3(a: [f64; 4]) -> bool {
+    let b1 = a[0] + a[1] * (1.0 / 3.0);
+    let b2 = a[0] + a[1] * (2.0 / 3.0) + a[2] * (1.0 / 3.0);
     let b3 = a[0] + a[1] + a[2] + a[3];
-    a[0].min(b1).min(b2).min(b3)
+    (a[0] > 0.0) & (b1 > 0.0) & (b2 > 0.0) & (b3 > 0.0)
 }
 
 /// The same for degree 2.
-fn least_2(a: [f64; 3]) -> f64 {
-    a[0].min(a[0] + 0.5 * a[1]).min(a[0] + a[1] + a[2])
+#[inline]
+fn is_positive_2(a: [f64; 3]) -> bool {
+    (a[0] > 0.0) & (a[0] + 0.5 * a[1] > 0.0) & (a[0] + a[1] + a[2] > 0.0)
 }
 
 impl Jet {
@@ -99,22 +103,22 @@ impl Jet {
     /// What can be proved over the span, in the order of what it costs; `floor` as in `Shape::Above`.
     pub fn shape(&self, floor: f64, span: f64) -> Shape {
         let (a, rest) = self.scaled(span);
-        if least_4([a[0] - floor, a[1], a[2], a[3], -rest]) > 0.0 {
+        if is_positive_4([a[0] - floor, a[1], a[2], a[3], -rest]) {
             return Shape::Above;
         }
         // The slope a1 + 2 a2 x + 3 a3 x^2 -+ 4 (5) rest x^3, in units of the span.
         let slope_rest = 5.0 * rest;
-        if least_3([-a[1], -2.0 * a[2], -3.0 * a[3], -slope_rest]) > 0.0 {
+        if is_positive_3([-a[1], -2.0 * a[2], -3.0 * a[3], -slope_rest]) {
             return Shape::Falling;
         }
-        if least_3([a[1], 2.0 * a[2], 3.0 * a[3], -slope_rest]) > 0.0 {
+        if is_positive_3([a[1], 2.0 * a[2], 3.0 * a[3], -slope_rest]) {
             return Shape::LowestAtEnd;
         }
         let curvature_rest = 20.0 * rest;
-        if least_2([-2.0 * a[2], -6.0 * a[3], -curvature_rest]) > 0.0 {
+        if is_positive_2([-2.0 * a[2], -6.0 * a[3], -curvature_rest]) {
             return Shape::LowestAtEnd;
         }
-        if least_2([2.0 * a[2], 6.0 * a[3], -curvature_rest]) > 0.0 {
+        if is_positive_2([2.0 * a[2], 6.0 * a[3], -curvature_rest]) {
             if a[1] >= 0.0 {
                 return Shape::LowestAtEnd;
             }
@@ -212,7 +216,7 @@ impl DeflatedJet {
     pub fn is_positive(&self, span: f64) -> bool {
         let (mut a, rest) = self.scaled(span);
         a[4 - self.order] -= rest;
-        least_3(a) > 0.0
+        is_positive_3(a)
     }
 
     /// Whether the deflated gap provably falls through zero on the span.
@@ -220,7 +224,7 @@ impl DeflatedJet {
         let (a, rest) = self.scaled(span);
         let mut slope = [-a[1], -2.0 * a[2], -3.0 * a[3], 0.0];
         slope[3 - self.order] -= 4.0 * rest;
-        a[0] + a[1] + a[2] + a[3] + rest < 0.0 && least_3(slope) > 0.0
+        a[0] + a[1] + a[2] + a[3] + rest < 0.0 && is_positive_3(slope)
     }
 
     /// The root of the deflated cubic on a span on which it crosses.

@@ -303,6 +303,7 @@ impl Block {
     }
 
     /// Response from rest over `t` to the constant input `g`.
+    #[inline]
     pub fn loaded(self, t: f64, g: Pair) -> Pair {
         if g == [0.0, 0.0] {
             return g;
