@@ -403,3 +403,26 @@ fn wrong_questions_are_refused_by_name() {
     assert!(message(&Pattern::single(1), &free).starts_with("free"));
     assert!(Pattern::new(vec![vec![]]).is_err() && Pattern::together(&[1, 1]).is_err());
 }
+
+#[test]
+fn a_contact_left_at_zero_speed_is_no_graze_of_its_own() {
+    // Without restitution the gap begins at zero with zero slope and opens by its curvature; the multipliers are the limit
+    // of those for small restitution.
+    let largest = |frequency: f64, restitution: f64| {
+        let scene = kind(Kind::Three, 0.05)
+            .replace(Change::Frequency(frequency))
+            .and_then(|scene| scene.replace(Change::Restitution(vec![restitution])))
+            .expect("valid");
+        let orbits = periodic_orbits(&scene, &Pattern::single(1), &periods(2)).expect("solved");
+        assert!(orbits[0].is_admissible() && orbits[0].touches().is_empty());
+        orbits[0].stability().expect("computed").orders[0].spectral_radius()
+    };
+    for i in 0..=40 {
+        let frequency = 1.7 + 0.01 * f64::from(i);
+        let difference = largest(frequency, 0.0) - largest(frequency, 1e-9);
+        assert!(
+            difference.abs() < 1e-6,
+            "frequency {frequency}: {difference}"
+        );
+    }
+}

@@ -162,7 +162,11 @@ pub(crate) fn check_flight<F: LinearFlow>(
                 }
                 Shape::Unknown => false,
                 Shape::Minimum { at, value, error } => {
-                    let is_clear = value - error > margin;
+                    // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
+                    let is_contact = time == 0.0
+                        && jet.c[0] <= margin
+                        && jet.c[0] - value <= ROUNDING * jet.size;
+                    let is_clear = is_contact || value - error > margin;
                     let is_sharp =
                         is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
                     if is_sharp && !is_clear {

@@ -12,6 +12,7 @@ from matplotlib import pyplot as plt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cbook import normalize_kwargs
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from vibroimpact.plot._data import Scene
@@ -56,12 +57,11 @@ def next_section_marker(ax: Axes) -> str:
     return MARKERS[n_sections % len(MARKERS)]
 
 
-def draw_legend(ax: Axes, beside: bool) -> None:
+def draw_legend(ax: Axes, beside: bool) -> Legend:
     """Draw a legend beside `ax`, for figures whose layout makes room, or inside where it hides least."""
     if beside:
-        ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0)
-    else:
-        ax.legend(fontsize="small")
+        return ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0)
+    return ax.legend(fontsize="small")
 
 
 def label_axis(ax: Axes, which: Literal["x", "y"], text: str) -> None:

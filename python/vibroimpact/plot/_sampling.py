@@ -21,6 +21,10 @@ POINTS = 400  # rows in a forcing period of an orbit: a flight of a few waves lo
 MIN_POINTS = 24  # rows in a flight, however short
 SMALL_JUMP = 1e-12  # of the largest velocity: below it the two sides differ by rounding
 SAME_TIME = 1e-12  # of the largest time: rounding between the time of an impact and that of its rows
+SMOOTH = 1e-3  # of the range drawn: by less than that a straight line between rows may miss the motion
+ROUNDING = 1e-12  # of the largest value: a coordinate at rest is a straight line
+SPLIT = 2.0**0.5 - 1.0  # of a step, where it is split: not the middle, lest steps of two whole periods look straight
+MAX_ROWS = 100_000  # of a refined trajectory: more are not told apart at any usual size
 SAME_POINT = 1e-6  # of a forcing period: a Poincare point this near to an impact is taken right after it
 
 
@@ -144,7 +148,7 @@ def _sample_orbit(orbit: Orbit, coordinate: int, t_span: tuple[float, float], po
 
 
 def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[float, float] | None) -> Curve:
-    """Take the rows of a trajectory and add what they lack: sides of impacts, ends of the window."""
+    """Take the rows of a trajectory and add what they lack: sides of impacts, ends of the window, points of long flights."""
     start, end = _window(trajectory, t_span)
     t = np.asarray(trajectory.t, dtype=float)
     inside = (t >= start) & (t <= end)
@@ -181,9 +185,34 @@ def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[fl
         t = np.insert(t, where, t_new[order])
         q = np.insert(q, where, np.concatenate([end_q, before_q, after_q])[order])
         v = np.insert(v, where, np.concatenate([end_v, before_v, after_v])[order])
+        t, q, v = _refined(trajectory, coordinate, t, q, v)
     pairs = np.flatnonzero(np.diff(t) == 0.0) + 1
     breaks = breaks[(breaks > 0) & (breaks < len(t))]
     return _curve(t, q, v, np.union1d(pairs, breaks).astype(np.intp))
+
+
+def _refined(
+    trajectory: Trajectory, coordinate: int, t: FloatArray, q: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Split the steps between rows until straight lines look smooth, where the motion can be asked for."""
+    left = np.flatnonzero(np.diff(t) > 0.0)
+    while 0 < len(left) <= MAX_ROWS - len(t):
+        t_line, q_line, v_line = (rows[left] + SPLIT * (rows[left + 1] - rows[left]) for rows in (t, q, v))
+        try:
+            q_new, v_new = _states(trajectory, t_line, "after", coordinate)
+        except ValueError:  # the motion was not kept: the rows are all there is
+            break
+        is_rough = _differs(q_new, q_line, q) | _differs(v_new, v_line, v)
+        t, q, v = (np.insert(rows, left + 1, new) for rows, new in ((t, t_line), (q, q_new), (v, v_new)))
+        first = (left + np.arange(len(left)))[is_rough]  # the rough steps by their rows now, each in two parts
+        left = np.sort(np.concatenate([first, first + 1]))
+    return t, q, v
+
+
+def _differs(values: FloatArray, on_line: FloatArray, drawn: FloatArray) -> NDArray[np.bool_]:
+    """Say where values lie visibly off a straight line, in a figure that holds them and those drawn before."""
+    low, high = min(np.min(values), np.min(drawn)), max(np.max(values), np.max(drawn))
+    return np.abs(values - on_line) > SMOOTH * (high - low) + ROUNDING * max(-low, high)
 
 
 def _window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:

@@ -47,8 +47,8 @@ def time_history(
     Parameters
     ----------
     motion : Orbit or Trajectory
-        What to draw: an orbit sampled flight by flight, a trajectory by the rows it has, both sides of each impact
-        added where its motion was kept.
+        What to draw: an orbit sampled flight by flight, a trajectory by the rows it has; where its motion was kept, both
+        sides of each impact and the points that a smooth line needs are added.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
     coordinate : int, default 0
@@ -64,7 +64,7 @@ def time_history(
     jumps : bool, default False
         Draw the jumps of the velocity as thin dashed lines.
     points : int, default 400
-        Samples of an orbit in a forcing period, at least 2. A trajectory has its own.
+        Samples of an orbit in a forcing period, at least 2. A trajectory has as many as it needs.
     **line
         Options of the line (`matplotlib.lines.Line2D`), such as ``color`` or ``label``.
 
@@ -127,8 +127,8 @@ def phase_portrait(
     Parameters
     ----------
     motion : Orbit or Trajectory
-        What to draw: one period of an orbit, or a trajectory by the rows it has, both sides of each impact added where
-        its motion was kept.
+        What to draw: one period of an orbit, or a trajectory by the rows it has; where its motion was kept, both sides of
+        each impact and the points that a smooth line needs are added.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
     coordinate : int, default 0
@@ -143,7 +143,7 @@ def phase_portrait(
     jumps : bool, default True
         Draw the jump at each impact as a thin dashed line.
     points : int, default 400
-        Samples of an orbit in a forcing period, at least 2. A trajectory has its own.
+        Samples of an orbit in a forcing period, at least 2. A trajectory has as many as it needs.
     **line
         Options of the line (`matplotlib.lines.Line2D`), such as ``color`` or ``label``.
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
+from matplotlib.legend import Legend
 from matplotlib.patches import Circle
 
 from vibroimpact.plot._axes import MARKERS, axes_or_new, draw_legend, label_axis, with_defaults
@@ -75,7 +76,9 @@ def multipliers(orbit: StableOrbit, ax: Axes | None = None, **options: Any) -> A
         ax.text(0.5, 0.5, fill(text, TEXT_WIDTH), transform=ax.transAxes, ha="center", va="center", bbox=box)
     _frame_square(ax, corners)
     if ax.get_legend_handles_labels()[0]:
-        draw_legend(ax, beside=is_new)
+        legend = draw_legend(ax, beside=is_new)
+        if not is_new:
+            _move_above_circle(ax, legend)
     return ax
 
 
@@ -125,3 +128,14 @@ def _frame_square(ax: Axes, corners: FloatArray) -> None:
     ax.update_datalim(np.array([centre - half, centre + half]))
     ax.set_aspect("equal", adjustable="box")
     ax.autoscale_view()
+
+
+def _move_above_circle(ax: Axes, legend: Legend) -> None:
+    """Put the legend in a strip of its own above what is drawn, shaded: its markers are no multipliers."""
+    legend.set_loc("upper center")
+    legend.get_frame().set(facecolor="0.9", alpha=1.0)
+    legend.set(zorder=4.0)
+    ax.apply_aspect()
+    strip = min(legend.get_window_extent().height / ax.get_window_extent().height, 0.5)
+    bottom, top = ax.get_ylim()
+    ax.set_ylim(bottom, top + strip / (1.0 - strip) * (top - bottom), auto=None)  # more data may still widen the limits
