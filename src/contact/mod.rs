@@ -1,4 +1,5 @@
 //! Where the next impact is, and where a gap is lowest (theory 8).
 
 pub(crate) mod next;
+pub(crate) mod polynomial;
 pub(crate) mod walk;

@@ -230,9 +230,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 };
             }
             time += self.ladder.step(self.level);
-            if time >= span {
-                return Next::End;
-            }
             self.ladder.advance(self.flow, self.level, &mut self.state);
             if self.level == first_level {
                 self.level = self.level.saturating_sub(1);
@@ -245,6 +242,15 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             self.flow.derivatives(&self.state, &mut self.derivatives);
             for &stop in &self.active {
                 self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
+            }
+            // Past the end, a stop that is passed by less than its margin may have been reached before it.
+            if time >= span
+                && !self
+                    .active
+                    .iter()
+                    .any(|&stop| self.jets[stop].is_passed(0.0))
+            {
+                return Next::End;
             }
         }
         Next::End
@@ -307,15 +313,39 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.flow.advance(&self.propagator, state);
     }
 
-    /// The time of a contact to rounding: the motion is taken again from the start of the flight until Newton's step is
-    /// no more than a short Taylor step. On return `arrived` is the state there, and the search has looked there.
-    pub fn polish(
+    /// The contact that comes first and its time to rounding; on return `arrived` is the state there, and the search has
+    /// looked there. The contacts of one step were ordered to the accuracy of a cubic: a stop that is passed when the one
+    /// found is reached was reached before.
+    pub fn arrive(
         &mut self,
-        stop: usize,
+        mut stop: usize,
         guess: f64,
         start: &[Pair],
         arrived: &mut Vec<Pair>,
-    ) -> f64 {
+    ) -> (usize, f64) {
+        let mut time = self.polish(stop, guess, start, arrived);
+        for _ in 1..self.gaps.len() {
+            let earlier = self
+                .jets
+                .iter()
+                .enumerate()
+                .filter(|(i, jet)| *i != stop && jet.is_passed(10.0 * ROUNDING))
+                .map(|(i, jet)| (i, time - jet.c[0] / jet.c[1]))
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((other, guess)) = earlier else { break };
+            let reached = self.polish(other, guess, start, arrived);
+            if reached >= time {
+                time = self.polish(stop, time, start, arrived);
+                break;
+            }
+            (stop, time) = (other, reached);
+        }
+        (stop, time)
+    }
+
+    /// The time of a contact to rounding: the motion is taken again from the start of the flight until Newton's step is
+    /// no more than a short Taylor step. On return `arrived` is the state there, and the search has looked there.
+    fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut Vec<Pair>) -> f64 {
         let short = TAYLOR_STEP / self.flow.fastest_rate();
         let mut time = guess.max(0.0);
         for _ in 0..MOST_POLISHES {
@@ -324,7 +354,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             self.forward(arrived, time);
             let step = newton_step(&self.look(arrived)[stop]).max(-time);
             time += step;
-            if step.abs() <= short {
+            if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
                     *z = d.after(step);
                 }

@@ -39,7 +39,7 @@ fn is_positive_4(a: [f64; 5]) -> bool {
     let b2 = a[0] + a[1] * 0.5 + a[2] * (1.0 / 6.0);
     let b3 = a[0] + a[1] * 0.75 + a[2] * 0.5 + a[3] * 0.25;
     let b4 = a[0] + a[1] + a[2] + a[3] + a[4];
-    (a[0] > 0.0) & (b1 > 0.0) & (b2 > 0.0) & (b3 > 0.0) & (b4 > 0.0)
+    (a[0] > 0.0) && (b1 > 0.0) && (b2 > 0.0) && (b3 > 0.0) && (b4 > 0.0)
 }
 
 /// The same for degree 3.
@@ -48,19 +48,25 @@ fn is_positive_3(a: [f64; 4]) -> bool {
     let b1 = a[0] + a[1] * (1.0 / 3.0);
     let b2 = a[0] + a[1] * (2.0 / 3.0) + a[2] * (1.0 / 3.0);
     let b3 = a[0] + a[1] + a[2] + a[3];
-    (a[0] > 0.0) & (b1 > 0.0) & (b2 > 0.0) & (b3 > 0.0)
+    (a[0] > 0.0) && (b1 > 0.0) && (b2 > 0.0) && (b3 > 0.0)
 }
 
 /// The same for degree 2.
 #[inline]
 fn is_positive_2(a: [f64; 3]) -> bool {
-    (a[0] > 0.0) & (a[0] + 0.5 * a[1] > 0.0) & (a[0] + a[1] + a[2] > 0.0)
+    (a[0] > 0.0) && (a[0] + 0.5 * a[1] > 0.0) && (a[0] + a[1] + a[2] > 0.0)
 }
 
 impl Jet {
     /// The cubic at r.
     pub fn value(&self, r: f64) -> f64 {
         self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
+    }
+
+    /// Whether the gap is below zero, by more than `slack` of its size, and falling.
+    #[inline]
+    pub fn is_passed(&self, slack: f64) -> bool {
+        self.c[0] < -slack * self.size && self.c[1] < 0.0
     }
 
     /// The jet a step later, by the cubic alone.

@@ -6,8 +6,11 @@ mod drive;
 mod gap_row;
 pub(crate) mod jet;
 mod linear;
+pub(crate) mod runge_kutta;
 mod scene;
 mod split;
+pub(crate) mod step_size;
+pub(crate) mod tableau;
 
 pub(crate) use block::BlockFlow;
 pub(crate) use dense::DenseFlow;

@@ -5,3 +5,4 @@ pub(crate) mod exponential;
 pub(crate) mod francis;
 pub(crate) mod plane;
 pub(crate) mod rank;
+pub(crate) mod small;

@@ -1,5 +1,7 @@
 //! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
 
+mod contact;
+mod dynamics;
 mod forcing;
 mod linear;
 mod linearise;
@@ -9,6 +11,8 @@ mod scene;
 mod stop;
 mod system;
 
+pub(crate) use contact::{Contact, GapValue, contacts};
+pub(crate) use dynamics::{Dynamics, Moment, SceneMotion, with_motion};
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;

@@ -59,6 +59,11 @@ impl DoublePendulum {
         &self.damping
     }
 
+    /// The mass matrix of small angles, shape `(2, 2)`.
+    pub(crate) fn mass(&self) -> DMatrix<f64> {
+        pendulum_mass(self.mass_ratio, self.length_ratio)
+    }
+
     /// The lengths `(1, 1/mu)`.
     pub(crate) fn link_lengths(&self) -> DVector<f64> {
         dvector![1.0, 1.0 / self.length_ratio]
@@ -199,7 +204,7 @@ impl PendulumChain {
     }
 
     /// `S_k`, the mass that hangs at joint k and below.
-    fn hanging_mass(&self) -> DVector<f64> {
+    pub(crate) fn hanging_mass(&self) -> DVector<f64> {
         let n = self.n_dof();
         DVector::from_fn(n, |k, _| self.masses.rows(k, n - k).sum())
     }

@@ -185,7 +185,11 @@ impl PyTrajectory {
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let segments = self.core.segments()?;
-        let kinds = vec!["flight"; segments.len()].into_pyobject(py)?;
+        let kinds = segments
+            .iter()
+            .map(|s| s.kind.name())
+            .collect::<Vec<_>>()
+            .into_pyobject(py)?;
         let stops: Vec<i64> = segments
             .iter()
             .map(|s| s.stop.and_then(|i| i64::try_from(i).ok()).unwrap_or(-1))
@@ -368,8 +372,9 @@ fn method(value: &str) -> PyResult<Method> {
     match value.to_lowercase().as_str() {
         "auto" => Ok(Method::Auto),
         "exact" => Ok(Method::Exact),
+        "rk45" => Ok(Method::Rk45),
         _ => Err(PyValueError::new_err(format!(
-            "method is {value:?}, but it must be \"auto\" or \"exact\""
+            "method is {value:?}, but it must be \"auto\", \"exact\" or \"rk45\""
         ))),
     }
 }

@@ -21,7 +21,7 @@ struct Unresolved {
     reason: String,
 }
 
-type Resolved = std::result::Result<(), Unresolved>;
+type Resolved = Result<std::result::Result<(), Unresolved>>;
 
 /// What the loop carries from contact to contact; one run after another, with its buffers.
 #[derive(Default)]
@@ -74,8 +74,16 @@ impl EventLoop {
                     );
                     return Ok(Unresolved { reason }.at(mover.clock().time()));
                 }
+                Arrival::Underflow => {
+                    let time = mover.clock().time();
+                    return Ok(Ending {
+                        time,
+                        status: Status::StepUnderflow,
+                        message: format!("at t = {time}: the steps became too short for the time"),
+                    });
+                }
                 Arrival::Contact { stop } => {
-                    if let Err(unresolved) = self.collide(mover, stop, record) {
+                    if let Err(unresolved) = self.collide(mover, stop, record)? {
                         return Ok(unresolved.at(mover.clock().time()));
                     }
                 }
@@ -98,8 +106,8 @@ impl EventLoop {
     }
 
     /// The start: contacts there are judged by the sign of their velocity.
-    fn begin<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Result<Resolved> {
-        mover.look();
+    fn begin<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
+        mover.look()?;
         self.touching.clear();
         for stop in 0..mover.n_stops() {
             let (gap, margin) = (mover.gap(stop).gap, mover.margin(stop));
@@ -109,7 +117,8 @@ impl EventLoop {
                 let argument = format!("q0 with a gap of {gap:.6e}");
                 return Err(Error::bad_value(argument, "penetration", rule));
             }
-            if gap <= margin {
+            // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
+            if gap <= mover.contact_slack() * mover.gap(stop).size {
                 self.touching.push(stop);
             }
         }
@@ -119,8 +128,8 @@ impl EventLoop {
             .any(|&stop| mover.gap(stop).speed < 0.0)
         {
             // A flight of no length has the state before the impact.
-            mover.stay(record);
-            return Ok(self.strike_all(mover, record));
+            mover.stay(record)?;
+            return self.strike_all(mover, record);
         }
         Ok(self.release(mover))
     }
@@ -135,7 +144,7 @@ impl EventLoop {
         self.touching.clear();
         for stop in 0..mover.n_stops() {
             let state = mover.gap(stop);
-            if stop == reached || state.gap <= 10.0 * ROUNDING * state.size {
+            if stop == reached || state.gap <= mover.contact_slack() * state.size {
                 self.touching.push(stop);
             }
         }
@@ -153,14 +162,14 @@ impl EventLoop {
                 let reason = format!(
                     "stops {stop} and {other} are in contact at one instant and coupled by inertia"
                 );
-                return Err(Unresolved { reason });
+                return Ok(Err(Unresolved { reason }));
             }
         }
         for &stop in &self.touching {
             if mover.gap(stop).speed >= 0.0 {
                 continue;
             }
-            let blow = mover.strike(stop);
+            let blow = mover.strike(stop)?;
             self.stats.n_impacts += 1;
             if record.keep != Keep::Final {
                 record.impacts.push(Impact {
@@ -173,12 +182,12 @@ impl EventLoop {
                 });
             }
         }
-        mover.look();
-        self.release(mover)
+        mover.look()?;
+        Ok(self.release(mover))
     }
 
     /// The order of each touching gap's root at the start of the flight, or why it does not open.
-    fn release<M: Mover>(&mut self, mover: &M) -> Resolved {
+    fn release<M: Mover>(&mut self, mover: &M) -> std::result::Result<(), Unresolved> {
         self.starts.fill(0);
         for (stop, size) in self.sizes.iter_mut().enumerate() {
             let state = mover.gap(stop);

@@ -7,9 +7,10 @@ use crate::flow::{LinearFlow, ModalScene, along};
 use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::simulate::clock::Clock;
+use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
-use crate::simulate::trajectory::{Graze, Kept, KeptFlight};
+use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
 use nalgebra::DVector;
 
@@ -107,8 +108,9 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             let whole = self.whole(&self.state);
             if let Some(kept) = &mut self.kept {
                 let clock = self.clock;
-                kept.flights.push(KeptFlight { clock, span });
-                kept.states.extend_from_slice(&whole);
+                kept.begin(SegmentKind::Flight, None);
+                kept.pieces.push(Piece { clock, span });
+                kept.numbers.extend(whole.iter().flatten());
             }
         }
         let Self {
@@ -170,8 +172,9 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.clock
     }
 
-    fn look(&mut self) {
+    fn look(&mut self) -> Result<()> {
         self.search.look(&self.state);
+        Ok(())
     }
 
     fn gap(&self, stop: usize) -> GapState {
@@ -187,6 +190,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
 
     fn margin(&self, stop: usize) -> f64 {
         self.search.margin(stop, &self.search.jets()[stop])
+    }
+
+    fn contact_slack(&self) -> f64 {
+        10.0 * ROUNDING
     }
 
     fn speed_size(&self, stop: usize) -> f64 {
@@ -223,9 +230,9 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                 return Ok(Arrival::Stalled { stop });
             }
             Next::Contact { stop, time } => {
-                let time = self
+                let (stop, time) = self
                     .search
-                    .polish(stop, time, &self.state, &mut self.arrived);
+                    .arrive(stop, time, &self.state, &mut self.arrived);
                 if time <= span {
                     self.keep(time, None, record);
                     self.clock = self.clock.after(time);
@@ -242,23 +249,24 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         Ok(Arrival::End)
     }
 
-    fn stay(&mut self, record: &mut Record) {
+    fn stay(&mut self, record: &mut Record) -> Result<()> {
         self.grazed.clear();
         self.keep(0.0, None, record);
+        Ok(())
     }
 
-    fn strike(&mut self, stop: usize) -> Blow {
+    fn strike(&mut self, stop: usize) -> Result<Blow> {
         let row = &self.velocity_rows[stop];
         let approach = along(row, &self.state);
         let impulse = self.rebounds[stop] * approach;
         for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
             *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
         }
-        Blow {
+        Ok(Blow {
             approach,
             departure: -along(row, &self.state),
             impulse,
-        }
+        })
     }
 
     fn phase(&self) -> f64 {

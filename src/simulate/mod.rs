@@ -3,17 +3,20 @@
 mod clock;
 mod event_loop;
 mod exact;
+mod kept;
 mod mover;
 mod options;
 mod plan;
 mod record;
 mod run;
 mod saved;
+mod stepping;
 mod trajectory;
 
+pub use kept::SegmentKind;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
 pub(crate) use run::Run;
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
-pub use trajectory::{Graze, Samples, Segment, SegmentKind, Side as ImpactSide, Trajectory};
+pub use trajectory::{Graze, Samples, Segment, Side as ImpactSide, Trajectory};

@@ -38,6 +38,8 @@ pub(crate) enum Arrival {
     Contact { stop: usize },
     /// Where no step was short enough to tell contact from none.
     Stalled { stop: usize },
+    /// Where the steps of an integrator became too short for the time.
+    Underflow,
 }
 
 /// The impact of one stop.
@@ -57,11 +59,13 @@ pub(crate) trait Mover {
     /// The present time.
     fn clock(&self) -> Clock;
     /// Looks at every gap where the motion is now.
-    fn look(&mut self);
+    fn look(&mut self) -> Result<()>;
     /// The gap of a stop at the last look.
     fn gap(&self, stop: usize) -> GapState;
     /// Distance from zero within which a gap counts as closed at the start of a run.
     fn margin(&self, stop: usize) -> f64;
+    /// Distance from zero, relative to the size of its terms, within which a gap is closed when another stop is struck.
+    fn contact_slack(&self) -> f64;
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
     /// Whether an impact on one of two stops changes the normal velocity at the other.
@@ -78,9 +82,9 @@ pub(crate) trait Mover {
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival>;
     /// Keeps a flight of no length, which has the state before an impact at the start of the run.
-    fn stay(&mut self, record: &mut Record);
+    fn stay(&mut self, record: &mut Record) -> Result<()>;
     /// The impact of one stop.
-    fn strike(&mut self, stop: usize) -> Blow;
+    fn strike(&mut self, stop: usize) -> Result<Blow>;
     /// The forcing phase now.
     fn phase(&self) -> f64;
     /// Position and velocity now.

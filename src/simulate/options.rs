@@ -10,6 +10,8 @@ pub enum Method {
     Auto,
     /// Closed-form flights; linear scenes only.
     Exact,
+    /// The Dormand-Prince pair of orders 5 and 4; any scene.
+    Rk45,
 }
 
 /// What a trajectory keeps.
@@ -104,6 +106,8 @@ pub enum Status {
     Finished,
     /// After `max_impacts`.
     MaxImpacts,
+    /// Where the steps of an integrator became too short for the time.
+    StepUnderflow,
     /// At a contact that this version does not go through: chatter, sticking, coupled simultaneous impacts.
     UnresolvedContact,
 }
@@ -111,10 +115,15 @@ pub enum Status {
 impl Status {
     /// The status of a name.
     pub(crate) fn from_name(name: &str) -> Result<Self> {
-        [Self::Finished, Self::MaxImpacts, Self::UnresolvedContact]
-            .into_iter()
-            .find(|s| s.name() == name)
-            .ok_or_else(|| Error::bad_value("status", name, "there is no such status"))
+        [
+            Self::Finished,
+            Self::MaxImpacts,
+            Self::StepUnderflow,
+            Self::UnresolvedContact,
+        ]
+        .into_iter()
+        .find(|s| s.name() == name)
+        .ok_or_else(|| Error::bad_value("status", name, "there is no such status"))
     }
 
     /// The name used in Python.
@@ -122,6 +131,7 @@ impl Status {
         match self {
             Self::Finished => "finished",
             Self::MaxImpacts => "max_impacts",
+            Self::StepUnderflow => "step_underflow",
             Self::UnresolvedContact => "unresolved_contact",
         }
     }

@@ -11,7 +11,18 @@ use crate::model::Scene;
 /// `Error::NoConvergence` if an eigenvalue iteration of a linear scene fails.
 pub fn plan(scene: &Scene) -> Result<String> {
     let Ok(_) = scene.linear_system("plan") else {
-        return Ok("nonlinear scene: analysed through scene.linearise(); its own motion is not simulated yet".to_owned());
+        let forcing = match scene.forcing().frequency() {
+            Some(_) => "harmonic forcing",
+            None => "no forcing",
+        };
+        let stops = match scene.stops().len() {
+            0 => "no stops: no event search".to_owned(),
+            1 => "1 stop: every contact on the interpolant found".to_owned(),
+            k => format!("{k} stops: every contact on the interpolant found"),
+        };
+        return Ok(format!(
+            "nonlinear scene: Runge-Kutta steps of orders 5 and 4, no modes; {forcing}; {stops}"
+        ));
     };
     let modal = ModalScene::new(scene, "plan")?;
     let flights = match &modal.form.form {

@@ -39,6 +39,12 @@ impl Record {
         }
     }
 
+    /// Whether samples are wanted before the end of a piece, or at it if the run ends there, at `last`.
+    pub fn wants_samples(&self, end: f64, last: Option<f64>) -> bool {
+        let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));
+        next.is_some_and(|&t| t < end || last.is_some_and(|last| t <= last))
+    }
+
     /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
     /// there, at `last`. `state` gives the motion a time after the start of the piece.
     pub fn sample(

@@ -1,27 +1,38 @@
 //! `simulate`: from a scene and a state to a trajectory.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
-use crate::model::Scene;
+use crate::model::{Dynamics, Scene, SceneMotion, with_motion};
 use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
+use crate::simulate::kept::{Kept, Machinery};
 use crate::simulate::mover::Mover;
 use crate::simulate::record::Record;
-use crate::simulate::trajectory::Kept;
-use crate::simulate::{SimulateOptions, Stats, Trajectory};
+use crate::simulate::stepping::StepMover;
+use crate::simulate::{Method, SimulateOptions, Stats, Trajectory};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+/// What is said of a motion whose steps were held down by stability.
+const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
+
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
 /// A linear scene flies in closed form from impact to impact; each next impact is provably the first one, but for touches
-/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes.
+/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. Other scenes are integrated by the
+/// Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`) to the tolerances; every contact on its interpolant is found,
+/// and reached by a step of its own.
 ///
 /// # Errors
-/// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, a nonlinear scene.
+/// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, `Method::Exact` for a
+/// nonlinear scene, a motion that grows beyond the doubles.
+///
+/// # References
+/// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19.
 ///
 /// # Examples
 /// ```
@@ -58,15 +69,36 @@ pub fn simulate_checked(
     options: &SimulateOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Trajectory> {
-    let modal = Arc::new(ModalScene::new(scene, "simulate")?);
     finite_vector("q0", q0, scene.n_dof())?;
     finite_vector("v0", v0, scene.n_dof())?;
     options.check(t_span)?;
-    let flow = Arc::new(modal.flow());
-    let phase = scene.forcing().phase();
-    let done = with_flow!(&*flow, f => {
-        Run::new(f, &modal, phase, options).run(&modal.form.to_modal(q0, v0), t_span, observer)
-    })?;
+    let (machinery, done) = match choose(scene, options.method) {
+        Method::Auto | Method::Exact => {
+            let modal = Arc::new(ModalScene::new(scene, "simulate with method=\"exact\"")?);
+            let flow = Arc::new(modal.flow());
+            let phase = scene.forcing().phase();
+            let done = with_flow!(&*flow, f => {
+                Run::new(f, &modal, phase, options).run(&modal.form.to_modal(q0, v0), t_span, observer)
+            })?;
+            (Machinery::Exact { modal, flow, phase }, done)
+        }
+        Method::Rk45 => {
+            let done = with_motion!(&SceneMotion::new(scene), motion => {
+                stepped(motion, scene, (q0, v0), t_span, options, observer)
+            })?;
+            (Machinery::Steps, done)
+        }
+    };
+    if !done
+        .last
+        .0
+        .iter()
+        .chain(&done.last.1)
+        .all(|x| x.is_finite())
+    {
+        let rule = "the motion grows beyond the largest number in it";
+        return Err(Error::bad_value("t_span", format!("{t_span:?}"), rule));
+    }
     let Ending {
         time,
         status,
@@ -76,9 +108,7 @@ pub fn simulate_checked(
     Ok(Trajectory {
         scene: scene.clone(),
         last: done.last,
-        modal,
-        flow,
-        phase,
+        machinery,
         span: (t_span.0, time),
         kept: done.kept,
         impacts,
@@ -87,6 +117,62 @@ pub fn simulate_checked(
         status,
         message,
         stats: done.stats,
+    })
+}
+
+/// The method that will run: the least machinery that is exact for the scene.
+pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
+    match method {
+        Method::Auto if scene.linear_system("simulate").is_ok() => Method::Exact,
+        Method::Auto => Method::Rk45,
+        asked => asked,
+    }
+}
+
+/// A run in steps, its state in an array of fixed length where there are few coordinates.
+fn stepped<D: Dynamics>(
+    dynamics: &D,
+    scene: &Scene,
+    start: (&DVector<f64>, &DVector<f64>),
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Done> {
+    match dynamics.n_dof() {
+        1 => stepped_in::<[f64; 2], D>(dynamics, scene, start, t_span, options, observer),
+        2 => stepped_in::<[f64; 4], D>(dynamics, scene, start, t_span, options, observer),
+        _ => stepped_in::<Vec<f64>, D>(dynamics, scene, start, t_span, options, observer),
+    }
+}
+
+fn stepped_in<S: State, D: Dynamics>(
+    dynamics: &D,
+    scene: &Scene,
+    (q0, v0): (&DVector<f64>, &DVector<f64>),
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Done> {
+    let mut record = Record::new(options, scene.n_dof());
+    let mut mover = StepMover::<S, D>::new(dynamics, scene, options);
+    mover.start(q0, v0, t_span.0);
+    let mut events = EventLoop::default();
+    let mut ending = events.run(&mut mover, t_span, options, &mut record, observer)?;
+    if mover.is_stiff() {
+        ending.message.push_str(STIFF);
+    }
+    let stats = Stats {
+        n_rhs: mover.n_rhs(),
+        n_steps: mover.n_steps,
+        n_gap_evaluations: mover.n_gap_evaluations,
+        ..events.stats
+    };
+    Ok(Done {
+        ending,
+        last: mover.physical(),
+        stats,
+        record,
+        kept: mover.take_kept(),
     })
 }
 

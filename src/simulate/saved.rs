@@ -6,7 +6,8 @@ use crate::flow::{ModalScene, with_flow};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
-use crate::simulate::trajectory::{Kept, KeptFlight};
+use crate::simulate::kept::{Kept, KeptSegment, Machinery, Piece, SegmentKind};
+use crate::simulate::stepping::STEPPED_BEAT;
 use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -28,17 +29,26 @@ pub struct SavedTrajectory {
     pub grazes: Vec<(f64, usize, f64)>,
     /// Final position and velocity.
     pub last: (Vec<f64>, Vec<f64>),
-    /// Clock reading and span of each flight kept, with the modal states at their starts, flattened.
-    pub motion: Option<(Vec<[f64; 3]>, Vec<f64>)>,
+    /// The motion kept.
+    pub motion: Option<SavedMotion>,
     /// The samples at `t_eval`.
     pub samples: Option<Samples>,
 }
+
+/// A motion as plain numbers: clock reading and span of each piece; the numbers of the pieces, one after the other; name,
+/// stop and first piece of each segment; whether the pieces are steps of an integrator.
+pub type SavedMotion = (
+    Vec<[f64; 3]>,
+    Vec<f64>,
+    Vec<(String, Option<usize>, usize)>,
+    bool,
+);
 
 impl Trajectory {
     /// The trajectory as plain numbers.
     pub fn save(&self) -> SavedTrajectory {
         let s = self.stats;
-        let reading = |f: &KeptFlight| {
+        let reading = |f: &Piece| {
             let [whole, local] = f.clock.reading();
             [whole, local, f.span]
         };
@@ -68,9 +78,12 @@ impl Trajectory {
                 self.last.1.as_slice().to_vec(),
             ),
             motion: self.kept.as_ref().map(|kept| {
+                let named = |s: &KeptSegment| (s.kind.name().to_owned(), s.stop, s.first);
                 (
-                    kept.flights.iter().map(reading).collect(),
-                    kept.states.iter().flatten().copied().collect(),
+                    kept.pieces.iter().map(reading).collect(),
+                    kept.numbers.clone(),
+                    kept.segments.iter().map(named).collect(),
+                    matches!(self.machinery, Machinery::Steps),
                 )
             }),
             samples: self.samples.clone(),
@@ -82,24 +95,23 @@ impl Trajectory {
     /// # Errors
     /// A status that does not exist, numbers that do not fit the scene.
     pub fn restore(scene: &Scene, saved: SavedTrajectory) -> Result<Self> {
-        let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
-        let flow = Arc::new(modal.flow());
-        let n = modal.form.n_dof();
-        let beat = with_flow!(&*flow, f => 8.0 * f.longest_step());
-        let clock = Clock::new(0.0, modal.frequency, beat);
-        let kept = saved.motion.map(|(flights, states)| Kept {
-            flights: flights
-                .iter()
-                .map(|&[whole, local, span]| KeptFlight {
-                    clock: clock.set([whole, local]),
-                    span,
-                })
-                .collect(),
-            states: states.chunks(2).map(|z| [z[0], z[1]]).collect(),
-        });
+        let n = scene.n_dof();
+        let is_stepped = saved.motion.as_ref().is_some_and(|motion| motion.3);
+        let frequency = scene.forcing().frequency().unwrap_or(0.0);
+        let (machinery, beat) = if is_stepped {
+            (Machinery::Steps, STEPPED_BEAT)
+        } else {
+            let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
+            let flow = Arc::new(modal.flow());
+            let beat = with_flow!(&*flow, f => 8.0 * f.longest_step());
+            let phase = scene.forcing().phase();
+            (Machinery::Exact { modal, flow, phase }, beat)
+        };
+        let clock = Clock::new(0.0, frequency, beat);
+        let kept = saved.motion.map(|motion| kept(clock, motion)).transpose()?;
         let fits = kept
             .as_ref()
-            .is_none_or(|k| k.states.len() == n * k.flights.len());
+            .is_none_or(|k| k.numbers.len() == machinery.width(n) * k.pieces.len());
         if !fits || saved.last.0.len() != n || saved.last.1.len() != n {
             return Err(Error::bad_shape(
                 "saved states",
@@ -110,9 +122,7 @@ impl Trajectory {
         let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
         Ok(Self {
             scene: scene.clone(),
-            phase: scene.forcing().phase(),
-            modal,
-            flow,
+            machinery,
             span: saved.span,
             kept,
             impacts: saved
@@ -148,4 +158,26 @@ impl Trajectory {
             },
         })
     }
+}
+
+/// The motion that was saved, on a clock of its scene.
+fn kept(clock: Clock, (pieces, numbers, segments, _): SavedMotion) -> Result<Kept> {
+    let segment = |(name, stop, first): &(String, Option<usize>, usize)| {
+        Ok(KeptSegment {
+            kind: SegmentKind::from_name(name)?,
+            stop: *stop,
+            first: *first,
+        })
+    };
+    Ok(Kept {
+        pieces: pieces
+            .iter()
+            .map(|&[whole, local, span]| Piece {
+                clock: clock.set([whole, local]),
+                span,
+            })
+            .collect(),
+        segments: segments.iter().map(segment).collect::<Result<_>>()?,
+        numbers,
+    })
 }

@@ -1,18 +1,18 @@
 //! Trajectories: impacts, grazes, flights, the motion at any time, both sides of an impact.
 
 use crate::error::{Error, Result};
-use crate::flow::carry;
-use crate::flow::{ModalScene, SceneFlow, with_flow};
 use crate::impact::{Impact, wrapped};
-use crate::modal::Pair;
+use crate::modal::Form;
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
+use crate::simulate::kept::{Kept, KeptSegment, Machinery, SegmentKind};
 use crate::simulate::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
-use std::sync::Arc;
 
 /// Points drawn in one flight at the most.
 const MOST_POINTS: usize = 200;
+/// Points drawn in one step of an integrator.
+const POINTS_PER_STEP: usize = 4;
 /// Points drawn in one radian of the fastest motion.
 const POINTS_PER_RADIAN: f64 = 8.0;
 
@@ -37,13 +37,6 @@ pub struct Graze {
     pub depth: f64,
 }
 
-/// What a part of a trajectory is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SegmentKind {
-    /// Free motion.
-    Flight,
-}
-
 /// A part of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
@@ -57,28 +50,11 @@ pub struct Segment {
     pub end: f64,
 }
 
-/// One flight as kept: its clock and span; its state stands in the list of states.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct KeptFlight {
-    pub clock: Clock,
-    pub span: f64,
-}
-
-/// The motion that `keep` asks for.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Kept {
-    pub flights: Vec<KeptFlight>,
-    /// States after the impact at the start of each flight, one after the other.
-    pub states: Vec<Pair>,
-}
-
 /// A simulated motion.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(crate) scene: Scene,
-    pub(crate) modal: Arc<ModalScene>,
-    pub(crate) flow: Arc<SceneFlow>,
-    pub(crate) phase: f64,
+    pub(crate) machinery: Machinery,
     pub(crate) span: (f64, f64),
     pub(crate) kept: Option<Kept>,
     pub(crate) impacts: Vec<Impact>,
@@ -121,8 +97,9 @@ impl Trajectory {
 
     /// The forcing phase at a time, zero without forcing.
     pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
-        let clock = Clock::new(t, self.modal.frequency, 1.0);
-        wrapped(self.modal.frequency * clock.local + self.phase)
+        let forcing = self.scene.forcing();
+        let frequency = forcing.frequency().unwrap_or(0.0);
+        wrapped(frequency * Clock::new(t, frequency, 1.0).local + forcing.phase())
     }
 
     /// How the run ended.
@@ -145,16 +122,18 @@ impl Trajectory {
     /// # Errors
     /// A trajectory that does not keep its motion.
     pub fn segments(&self) -> Result<Vec<Segment>> {
-        let flights = &self.motion()?.flights;
-        Ok(flights
-            .iter()
-            .map(|f| Segment {
-                kind: SegmentKind::Flight,
-                stop: None,
-                start: f.clock.time(),
-                end: f.clock.after(f.span).time(),
+        let kept = self.motion()?;
+        let whole = |(k, segment): (usize, &KeptSegment)| {
+            let pieces = &kept.pieces[kept.pieces_of(k)];
+            let (first, last) = (pieces.first()?, pieces.last()?);
+            Some(Segment {
+                kind: segment.kind,
+                stop: segment.stop,
+                start: first.clock.time(),
+                end: last.clock.after(last.span).time(),
             })
-            .collect())
+        };
+        Ok(kept.segments.iter().enumerate().filter_map(whole).collect())
     }
 
     fn motion(&self) -> Result<&Kept> {
@@ -182,41 +161,31 @@ impl Trajectory {
                 format!("it must lie in the span [{start}, {end}] of the trajectory"),
             ));
         }
-        let (first_later, at_impact) = {
-            let later = kept.flights.partition_point(|f| f.clock.time() <= t);
-            let starts_here = later > 1 && kept.flights[later - 1].clock.time() == t;
-            (later, starts_here)
-        };
+        let start_of = |index: usize| kept.pieces[index].clock.time();
+        let first_later = kept.pieces.partition_point(|p| p.clock.time() <= t);
         let mut index = first_later.max(1) - 1;
-        if side == Side::Before && at_impact {
-            // Stops hit one after the other at one instant leave flights of no length: go back to the first.
-            while index > 0 && kept.flights[index].clock.time() == t {
+        if side == Side::Before {
+            // Stops hit one after the other at one instant leave pieces of no length: go back to the first.
+            while index > 0 && start_of(index) == t {
                 index -= 1;
+                if start_of(index) < t {
+                    return Ok(self.state_in(index, kept.pieces[index].span));
+                }
             }
         }
-        let flight = kept.flights[index];
-        let local = flight
-            .clock
-            .until(flight.clock.at(t))
-            .clamp(0.0, flight.span);
-        let span = if side == Side::Before && at_impact {
-            flight.span
-        } else {
-            local
-        };
-        Ok(self.state_in(index, span))
+        let piece = kept.pieces[index];
+        let local = piece.clock.until(piece.clock.at(t)).clamp(0.0, piece.span);
+        Ok(self.state_in(index, local))
     }
 
-    fn state_in(&self, index: usize, span: f64) -> (DVector<f64>, DVector<f64>) {
-        let n = self.modal.form.n_dof();
+    fn state_in(&self, index: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
         let kept = self
             .kept
             .as_ref()
             .expect("asked for by callers that have it");
-        let mut state = kept.states[index * n..(index + 1) * n].to_vec();
-        let angle = self.modal.frequency * kept.flights[index].clock.local + self.phase;
-        with_flow!(&*self.flow, f => carry(f, angle, span, &mut state));
-        self.modal.form.to_physical(&state)
+        let width = self.machinery.width(self.scene.n_dof());
+        let numbers = &kept.numbers[index * width..(index + 1) * width];
+        self.machinery.state(kept.pieces[index], numbers, local)
     }
 
     /// The motion at `t_eval`, or, without it, at points for drawing: both sides of each impact, at most 200 a flight.
@@ -231,36 +200,56 @@ impl Trajectory {
         let rate = self.fastest_rate();
         let mut times = Vec::new();
         let mut states = Vec::new();
-        for (i, flight) in kept.flights.iter().enumerate() {
-            let count = ((flight.span * rate * POINTS_PER_RADIAN).ceil() as usize + 1)
-                .clamp(2, MOST_POINTS);
+        for segment in 0..kept.segments.len() {
+            let pieces = kept.pieces_of(segment);
+            let Some(&first) = kept.pieces[pieces.clone()].first() else {
+                continue;
+            };
+            let span: f64 = kept.pieces[pieces.clone()].iter().map(|p| p.span).sum();
+            let wanted = (span * rate * POINTS_PER_RADIAN).ceil() + 1.0;
+            let by_steps = (POINTS_PER_STEP * pieces.len()) as f64 + 1.0;
+            let wanted = if self.is_stepped() { by_steps } else { wanted };
+            let count = wanted.clamp(2.0, MOST_POINTS as f64) as usize;
+            let (mut index, mut before) = (pieces.start, 0.0);
             for k in 0..count {
-                let s = flight.span * k as f64 / (count - 1) as f64;
-                times.push(flight.clock.after(s).time());
-                states.push(self.state_in(i, s));
+                let s = span * k as f64 / (count - 1) as f64;
+                while index + 1 < pieces.end && s > before + kept.pieces[index].span {
+                    before += kept.pieces[index].span;
+                    index += 1;
+                }
+                times.push(first.clock.after(s).time());
+                let local = (s - before).clamp(0.0, kept.pieces[index].span);
+                states.push(self.state_in(index, local));
             }
         }
         // The ends are those asked for, whatever rounding makes of a time counted in periods.
         if let [first, .., last] = times.as_mut_slice() {
             (*first, *last) = self.span;
         }
-        let n = self.modal.form.n_dof();
+        let n = self.scene.n_dof();
         let q = DMatrix::from_fn(states.len(), n, |i, j| states[i].0[j]);
         let v = DMatrix::from_fn(states.len(), n, |i, j| states[i].1[j]);
         Ok((times, q, v))
     }
 
-    /// The fastest of the forcing and the free oscillations.
+    fn is_stepped(&self) -> bool {
+        matches!(self.machinery, Machinery::Steps)
+    }
+
+    /// The fastest of the forcing and the free oscillations of a linear scene.
     fn fastest_rate(&self) -> f64 {
-        let free = match &self.modal.form.form {
-            crate::modal::Form::Blocks(blocks) => blocks
+        let Machinery::Exact { modal, .. } = &self.machinery else {
+            return 0.0;
+        };
+        let free = match &modal.form.form {
+            Form::Blocks(blocks) => blocks
                 .iter()
                 .flat_map(|b| b.roots())
                 .map(|l| l.im.abs())
                 .fold(0.0, f64::max),
-            crate::modal::Form::Dense(m) => m.norm(),
+            Form::Dense(m) => m.norm(),
         };
-        let rate = free.max(self.modal.frequency);
+        let rate = free.max(modal.frequency);
         if rate > 0.0 {
             rate
         } else {

@@ -1,0 +1,304 @@
+//! The gap along one step of an integrator as a quintic (theory 8): value, slope and curvature are known at both ends. Its
+//! Bernstein form says at once where there is no contact; elsewhere its extrema part it into monotone pieces, so that
+//! nothing between two samples is missed. A known root at the start is divided out.
+
+/// Coefficients of a quintic.
+const SIZE: usize = 6;
+
+/// `sum c_k x^k`, `0 <= x <= 1` along the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Quintic {
+    c: [f64; SIZE],
+}
+
+/// What the gap does along a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Along {
+    /// No contact.
+    Clear,
+    /// The stop is reached at x; before the start, if the gap began within its margin below zero.
+    Contact { x: f64 },
+    /// An extremum is nearer to a decision than the interpolation is to the motion.
+    Unsure,
+}
+
+/// How an extremum of the gap is judged.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judgement {
+    /// Distance from zero within which a minimum is a touch without impact.
+    pub margin: f64,
+    /// Error of the interpolation.
+    pub error: f64,
+}
+
+/// Real numbers in ascending order, at most five.
+#[derive(Debug, Clone, Copy, Default)]
+struct Few {
+    values: [f64; SIZE],
+    count: usize,
+}
+
+impl Few {
+    fn push(&mut self, x: f64) {
+        self.values[self.count] = x;
+        self.count += 1;
+    }
+
+    fn slice(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+#[inline]
+fn value(c: &[f64], x: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+fn derivative(c: &[f64]) -> ([f64; SIZE], usize) {
+    let mut d = [0.0; SIZE];
+    for (k, c) in c.iter().enumerate().skip(1) {
+        d[k - 1] = k as f64 * c;
+    }
+    (d, c.len() - 1)
+}
+
+/// The root in an interval over whose ends a monotone polynomial changes its sign: Newton's method inside the bracket; a
+/// step of bisection is never taken for a converged one.
+fn bracketed_root(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let (d, size) = derivative(c);
+    let falls = value(c, low) > 0.0;
+    let mut x = 0.5 * (low + high);
+    for _ in 0..200 {
+        let y = value(c, x);
+        if y == 0.0 {
+            return x;
+        }
+        if (y > 0.0) == falls {
+            low = x;
+        } else {
+            high = x;
+        }
+        let newton = x - y / value(&d[..size], x);
+        let inside = newton > low && newton < high;
+        let next = if inside { newton } else { 0.5 * (low + high) };
+        if next == x || (inside && (next - x).abs() <= f64::EPSILON * x.abs()) || high <= low {
+            return next;
+        }
+        x = next;
+    }
+    x
+}
+
+/// The roots of a polynomial inside (0, 1) at which it changes its sign, by way of those of its derivative.
+fn roots(c: &[f64]) -> Few {
+    let mut found = Few::default();
+    if c.len() < 2 {
+        return found;
+    }
+    let (d, size) = derivative(c);
+    let turning = roots(&d[..size]);
+    let mut left = 0.0;
+    for &right in turning.slice().iter().chain(&[1.0]) {
+        if (value(c, left) > 0.0) != (value(c, right) > 0.0) && right > left {
+            found.push(bracketed_root(c, left, right));
+        }
+        left = right;
+    }
+    found
+}
+
+/// Whether all Bernstein coefficients on [0, 1] exceed a floor, and with them the polynomial.
+fn exceeds(c: &[f64], floor: f64) -> bool {
+    let degree = c.len() - 1;
+    // b_j = sum_{k <= j} binomial(j, k)/binomial(degree, k) c_k
+    (0..=degree).all(|j| {
+        let mut ratio = 1.0;
+        let mut sum = 0.0;
+        for (k, c) in c.iter().enumerate().take(j + 1) {
+            sum += ratio * c;
+            ratio *= (j - k) as f64 / (degree - k).max(1) as f64;
+        }
+        sum > floor
+    })
+}
+
+impl Quintic {
+    /// The quintic with value, slope and second derivative at both ends of a step of length h.
+    pub fn hermite(start: [f64; 3], end: [f64; 3], h: f64) -> Self {
+        let ([p, d, s], [p1, d1, s1]) = (start, end);
+        let (d, s, d1, s1) = (h * d, h * h * s, h * d1, h * h * s1);
+        let rise = p1 - p;
+        Self {
+            c: [
+                p,
+                d,
+                0.5 * s,
+                10.0 * rise - 6.0 * d - 4.0 * d1 - 1.5 * s + 0.5 * s1,
+                -15.0 * rise + 8.0 * d + 7.0 * d1 + 1.5 * s - s1,
+                6.0 * rise - 3.0 * (d + d1) - 0.5 * (s - s1),
+            ],
+        }
+    }
+
+    /// The gap at x.
+    pub fn value(&self, x: f64) -> f64 {
+        value(&self.c, x)
+    }
+
+    /// Whether the gap provably stays above a floor; `order` is the multiplicity of a root at the start, which is then
+    /// divided out and the floor zero.
+    pub fn is_clear(&self, order: usize, floor: f64) -> bool {
+        let floor = if order == 0 { floor } else { 0.0 };
+        exceeds(&self.c[order.min(SIZE - 1)..], floor)
+    }
+
+    /// The first contact on a step that starts in contact, with a root of the given order.
+    pub fn after_contact(&self, order: usize) -> Along {
+        let c = &self.c[order.min(SIZE - 1)..];
+        let (d, size) = derivative(c);
+        let mut left = 0.0;
+        for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
+            if value(c, right) < 0.0 {
+                let x = if value(c, left) > 0.0 {
+                    bracketed_root(c, left, right)
+                } else {
+                    left
+                };
+                return Along::Contact { x };
+            }
+            left = right;
+        }
+        Along::Clear
+    }
+
+    /// The first contact on a step that starts with an open gap, and the touches before it.
+    pub fn when_open(&self, judgement: Judgement, touches: &mut Vec<(f64, f64)>) -> Along {
+        let Judgement { margin, error } = judgement;
+        let (d, size) = derivative(&self.c);
+        let mut left = 0.0;
+        for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
+            let (before, gap) = (self.value(left), self.value(right));
+            let is_minimum = right < 1.0 && gap < before;
+            if is_minimum && ((gap - margin).abs() < error || (gap + margin).abs() < error) {
+                return Along::Unsure;
+            }
+            if gap < -margin {
+                let x = if before > 0.0 {
+                    bracketed_root(&self.c, left, right)
+                } else if left == 0.0 && self.c[1] < 0.0 {
+                    -self.c[0] / self.c[1]
+                } else {
+                    left
+                };
+                return Along::Contact { x };
+            }
+            if is_minimum && gap <= margin {
+                touches.push((right, gap));
+            }
+            left = right;
+        }
+        Along::Clear
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn from_roots(at: &[f64], scale: f64) -> Vec<f64> {
+        at.iter().fold(vec![scale], |c, root| {
+            let mut next = vec![0.0; c.len() + 1];
+            for (k, c) in c.iter().enumerate() {
+                next[k + 1] += c;
+                next[k] -= root * c;
+            }
+            next
+        })
+    }
+
+    #[test]
+    fn every_sign_change_is_found() {
+        for at in [
+            vec![0.5],
+            vec![0.1, 0.9],
+            vec![0.3, 0.300_01],
+            vec![0.2, 0.4, 0.6, 0.8],
+            vec![0.01, 0.02, 0.5, 0.98, 0.99],
+            vec![-0.5, 0.25, 1.5],
+        ] {
+            let found = roots(&from_roots(&at, 2.0));
+            let inside: Vec<f64> = at
+                .iter()
+                .copied()
+                .filter(|x| (0.0..1.0).contains(x))
+                .collect();
+            assert_eq!(found.count, inside.len(), "{at:?}");
+            for (a, b) in found.slice().iter().zip(&inside) {
+                assert!((a - b).abs() < 1e-10, "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_quintic_meets_both_ends() {
+        let f = |t: f64| {
+            [
+                (2.0 * t).sin(),
+                2.0 * (2.0 * t).cos(),
+                -4.0 * (2.0 * t).sin(),
+            ]
+        };
+        let (t, h) = (0.3, 0.2);
+        let p = Quintic::hermite(f(t), f(t + h), h);
+        let mut worst = 0.0f64;
+        for k in 0..=20 {
+            let x = f64::from(k) / 20.0;
+            worst = worst.max((p.value(x) - f(t + x * h)[0]).abs());
+        }
+        // h^6 |f^(6)| / (6! 64)
+        assert!(worst < 64.0 * h.powi(6) / 720.0 / 64.0 * 1.01, "{worst:e}");
+    }
+
+    #[test]
+    fn a_dip_between_positive_ends_is_a_contact_and_a_shallow_one_a_touch() {
+        let judged = Judgement {
+            margin: 1e-6,
+            error: 0.0,
+        };
+        for depth in [1e-3, 1e-5, 1e-7, -1e-7, -1e-5] {
+            // (x - 0.4)^2 - depth, as a quintic by its ends.
+            let f = |x: f64| [(x - 0.4) * (x - 0.4) - depth, 2.0 * (x - 0.4), 2.0];
+            let p = Quintic::hermite(f(0.0), f(1.0), 1.0);
+            let mut touches = Vec::new();
+            let along = p.when_open(judged, &mut touches);
+            if depth > 1e-6 {
+                let Along::Contact { x } = along else {
+                    panic!("{depth}: {along:?}")
+                };
+                assert!((x - (0.4 - depth.sqrt())).abs() < 1e-9);
+            } else {
+                assert_eq!(along, Along::Clear);
+                assert_eq!(touches.len(), usize::from(depth.abs() < 1e-6));
+            }
+            assert!(!p.is_clear(0, 1e-6), "{depth}");
+        }
+        let high = Quintic::hermite([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5);
+        assert!(high.is_clear(0, 0.5));
+    }
+
+    #[test]
+    fn a_low_flight_behind_an_impact_is_found() {
+        for v in [0.3, 1e-3, 1e-8] {
+            let f = |t: f64| [v * t - 0.5 * t * t, v - t, -1.0];
+            let mut p = Quintic::hermite(f(0.0), f(1.0), 1.0);
+            p.c[0] = 1e-17;
+            assert!(!p.is_clear(1, 0.0));
+            let Along::Contact { x } = p.after_contact(1) else {
+                panic!("{v}")
+            };
+            assert!((x / (2.0 * v) - 1.0).abs() < 1e-7 + 1e-15 / v, "{x} {v}");
+        }
+        let rising = Quintic::hermite([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0);
+        assert!(rising.is_clear(1, 0.0) && rising.after_contact(1) == Along::Clear);
+    }
+}

@@ -1,0 +1,146 @@
+//! Step-size control (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.4 and IV.2): the
+//! PI controller, the first step, the test for stiffness.
+
+use crate::flow::tableau::ORDER;
+
+/// The step aims at this part of the tolerance.
+const SAFETY: f64 = 0.9;
+/// Weight of the error before in the PI controller.
+const BETA: f64 = 0.04;
+/// A step changes at most by these factors.
+const LEAST_FACTOR: f64 = 0.2;
+const MOST_FACTOR: f64 = 10.0;
+/// Quotient above which a step is limited by stability (theory of the pair's stability region on the real axis).
+const STABILITY_LIMIT: f64 = 3.25;
+/// So many steps limited by stability, without so many in between that are not, are called stiff.
+const STIFF_STEPS: u32 = 15;
+const SOUND_STEPS: u32 = 6;
+
+/// What one trial step led to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Verdict {
+    pub is_accepted: bool,
+    /// The step to take next, or to try again.
+    pub next: f64,
+}
+
+/// A PI controller and a test for stiffness.
+#[derive(Debug, Clone)]
+pub(crate) struct Controller {
+    last_error: f64,
+    was_rejected: bool,
+    stiff: u32,
+    sound: u32,
+    /// Whether the motion was found stiff.
+    pub is_stiff: bool,
+}
+
+impl Default for Controller {
+    fn default() -> Self {
+        Self {
+            last_error: 1e-4,
+            was_rejected: false,
+            stiff: 0,
+            sound: 0,
+            is_stiff: false,
+        }
+    }
+}
+
+impl Controller {
+    /// Judges a step of length h by its error in units of the tolerance; an error that is no number is a rejection.
+    pub fn judge(&mut self, h: f64, error: f64) -> Verdict {
+        let exponent = 1.0 / f64::from(ORDER) - 0.75 * BETA;
+        if error <= 1.0 {
+            let bounded = error.max(1e-10);
+            let mut factor = SAFETY * self.last_error.powf(BETA) / bounded.powf(exponent);
+            factor = factor.clamp(
+                LEAST_FACTOR,
+                if self.was_rejected { 1.0 } else { MOST_FACTOR },
+            );
+            self.last_error = error.max(1e-4);
+            self.was_rejected = false;
+            return Verdict {
+                is_accepted: true,
+                next: h * factor,
+            };
+        }
+        self.was_rejected = true;
+        let factor = if error.is_finite() {
+            (SAFETY / error.powf(exponent)).clamp(LEAST_FACTOR, SAFETY)
+        } else {
+            LEAST_FACTOR
+        };
+        Verdict {
+            is_accepted: false,
+            next: h * factor,
+        }
+    }
+
+    /// Takes note of the quotient that tells stiffness.
+    pub fn note_stiffness(&mut self, quotient: f64) {
+        if quotient > STABILITY_LIMIT {
+            self.sound = 0;
+            self.stiff += 1;
+            self.is_stiff |= self.stiff == STIFF_STEPS;
+        } else {
+            self.sound += 1;
+            if self.sound == SOUND_STEPS {
+                self.stiff = 0;
+            }
+        }
+    }
+}
+
+/// A first step from the sizes of the state and its rate, in units of the tolerance, and from those of the second
+/// derivative after the trial step that [`trial_step`] gives.
+pub(crate) fn first_step(trial: f64, rate: f64, second: f64) -> f64 {
+    let largest = rate.max(second);
+    let h = if largest <= 1e-15 {
+        (trial * 1e-3).max(1e-6)
+    } else {
+        (0.01 / largest).powf(1.0 / f64::from(ORDER))
+    };
+    h.min(100.0 * trial)
+}
+
+/// A small step in which an Euler step moves the state by a hundredth of its size.
+pub(crate) fn trial_step(state: f64, rate: f64) -> f64 {
+    if state < 1e-5 || rate < 1e-5 {
+        1e-6
+    } else {
+        0.01 * state / rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_shrink_when_rejected_and_grow_when_accurate() {
+        let mut control = Controller::default();
+        let bad = control.judge(1.0, 32.0);
+        assert!(!bad.is_accepted && bad.next < 0.55 && bad.next > 0.4);
+        let nan = control.judge(1.0, f64::NAN);
+        assert!(!nan.is_accepted && nan.next == 0.2);
+        // Right after a rejection a step does not grow.
+        assert!(control.judge(1.0, 1e-3).next <= 1.0);
+        assert!(control.judge(1.0, 1e-3).next > 1.0);
+        assert!(control.judge(1.0, 0.0).next <= 10.0);
+    }
+
+    #[test]
+    fn stiffness_is_said_after_fifteen_limited_steps() {
+        let mut control = Controller::default();
+        for step in 0..20 {
+            control.note_stiffness(4.0);
+            assert_eq!(control.is_stiff, step >= 14);
+        }
+        let mut sound = Controller::default();
+        for step in 0..1000 {
+            sound.note_stiffness(if step % 8 == 0 { 4.0 } else { 1.0 });
+        }
+        assert!(!sound.is_stiff);
+    }
+}

@@ -1,0 +1,50 @@
+//! Small dense systems without allocation.
+
+/// Solves `A x = b` in place for a symmetric positive definite A, by rows, by its square-root-free Cholesky
+/// decomposition; A is overwritten. False where a pivot is not positive.
+pub(crate) fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
+    let n = b.len();
+    for k in 0..n {
+        let pivot = a[k * n + k];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        for i in k + 1..n {
+            let factor = a[i * n + k] / pivot;
+            for j in k + 1..=i {
+                a[i * n + j] -= factor * a[j * n + k];
+            }
+            b[i] -= factor * b[k];
+        }
+        // The column keeps L D; what is below uses its quotients again.
+    }
+    for k in (0..n).rev() {
+        let mut x = b[k];
+        for i in k + 1..n {
+            x -= a[i * n + k] * b[i];
+        }
+        b[k] = x / a[k * n + k];
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    #[test]
+    fn it_solves_what_nalgebra_solves() {
+        for n in 1..7 {
+            let g = DMatrix::from_fn(n, n, |i, j| ((3 * i + 5 * j) % 7) as f64 - 2.0);
+            let a = &g * g.transpose() + DMatrix::identity(n, n);
+            let b = DVector::from_fn(n, |i, _| 1.0 + i as f64);
+            let mut flat: Vec<f64> = a.iter().copied().collect();
+            let mut x: Vec<f64> = b.iter().copied().collect();
+            assert!(solve_positive(&mut flat, &mut x));
+            assert!((&a * DVector::from_vec(x) - b).amax() < 1e-11 * a.amax());
+        }
+        assert!(!solve_positive(&mut [1.0, 2.0, 2.0, 1.0], &mut [1.0, 1.0]));
+        assert!(!solve_positive(&mut [f64::NAN], &mut [1.0]));
+    }
+}

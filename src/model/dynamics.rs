@@ -1,0 +1,311 @@
+//! Equations of motion `q'' = a(t, q, v)` of a system under its forcing, as integrators ask for them (theory 2).
+
+use crate::error::{Error, Result};
+use crate::linalg::small;
+use crate::model::{DoublePendulum, Forcing, LinearSystem, PendulumChain, Scene, System};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
+
+/// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moment {
+    pub time: f64,
+    pub angle: f64,
+}
+
+/// The motion of a system under its forcing.
+pub(crate) trait Dynamics {
+    /// Number of degrees of freedom.
+    fn n_dof(&self) -> usize;
+    /// The acceleration.
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
+}
+
+/// Motion of the base `A cos(angle)`: what enters the equations is `A w^2 cos(angle)`, its acceleration towards the
+/// pendulum; zero at rest.
+#[derive(Debug, Clone, Copy, Default)]
+struct Base {
+    acceleration: f64,
+}
+
+impl Base {
+    fn new(forcing: &Forcing) -> Self {
+        match forcing {
+            Forcing::BaseMotion(base) => Self {
+                acceleration: base.amplitude() * base.frequency().powi(2),
+            },
+            Forcing::Harmonic(_) | Forcing::Unforced => Self::default(),
+        }
+    }
+
+    #[inline]
+    fn at(self, moment: Moment) -> f64 {
+        if self.acceleration == 0.0 {
+            0.0
+        } else {
+            self.acceleration * moment.angle.cos()
+        }
+    }
+}
+
+/// A generalised force `Re(f e^{i angle})`, if there is one.
+#[derive(Debug, Clone, Default)]
+struct Force(Option<DVector<Complex<f64>>>);
+
+impl Force {
+    fn new(forcing: &Forcing) -> Self {
+        match forcing {
+            Forcing::Harmonic(force) => Self(Some(force.amplitude().clone())),
+            Forcing::BaseMotion(_) | Forcing::Unforced => Self(None),
+        }
+    }
+
+    /// Adds the force to `f`.
+    #[inline]
+    fn add(&self, moment: Moment, f: &mut [f64]) {
+        let Some(amplitude) = &self.0 else { return };
+        let (sin, cos) = moment.angle.sin_cos();
+        for (f, a) in f.iter_mut().zip(amplitude.iter()) {
+            *f += a.re * cos - a.im * sin;
+        }
+    }
+}
+
+/// Eq. (3), the large motions of the double pendulum, in its symmetric form `M(q) q'' = f`.
+#[derive(Debug, Clone)]
+pub(crate) struct DoublePendulumMotion {
+    /// `xi/mu`
+    alpha: f64,
+    /// `alpha/mu`, the second entry of the mass matrix's diagonal.
+    second: f64,
+    /// `1/(1 + m)`
+    gravity: f64,
+    damping: [f64; 4],
+    base: Base,
+    force: Force,
+}
+
+impl DoublePendulumMotion {
+    fn new(system: &DoublePendulum, forcing: &Forcing) -> Self {
+        let (m, mu) = (system.mass_ratio(), system.length_ratio());
+        let alpha = m / (1.0 + m) / mu;
+        let c = system.damping();
+        Self {
+            alpha,
+            second: alpha / mu,
+            gravity: 1.0 / (1.0 + m),
+            damping: [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]],
+            base: Base::new(forcing),
+            force: Force::new(forcing),
+        }
+    }
+}
+
+impl Dynamics for DoublePendulumMotion {
+    fn n_dof(&self) -> usize {
+        2
+    }
+
+    #[inline]
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        let (q, v) = ([q[0], q[1]], [v[0], v[1]]);
+        let ((s0, c0), (s1, c1)) = (q[0].sin_cos(), q[1].sin_cos());
+        // sine and cosine of the difference of the angles
+        let (sin, cos) = (s0 * c1 - c0 * s1, c0 * c1 + s0 * s1);
+        let base = self.base.at(at);
+        let mut f = [
+            base * c0
+                - self.gravity * s0
+                - self.alpha * sin * v[1] * v[1]
+                - self.damping[0] * v[0]
+                - self.damping[1] * v[1],
+            self.alpha * (base * c1 - self.gravity * s1 + sin * v[0] * v[0])
+                - self.damping[2] * v[0]
+                - self.damping[3] * v[1],
+        ];
+        self.force.add(at, &mut f);
+        let coupling = self.alpha * cos;
+        let det = self.second - coupling * coupling;
+        a[0] = (self.second * f[0] - coupling * f[1]) / det;
+        a[1] = (f[1] - coupling * f[0]) / det;
+        Ok(())
+    }
+}
+
+/// The chain of N links with large angles.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainMotion {
+    lengths: Vec<f64>,
+    /// `l_i l_j S_max(i,j)`, by rows.
+    inertia: Vec<f64>,
+    /// `l_i S_i`
+    hanging: Vec<f64>,
+    damping: Vec<f64>,
+    gravity: f64,
+    base: Base,
+    force: Force,
+}
+
+impl ChainMotion {
+    fn new(system: &PendulumChain, forcing: &Forcing) -> Self {
+        let (n, l) = (system.n_dof(), system.lengths());
+        let s = system.hanging_mass();
+        let c = system.damping();
+        let by_rows =
+            |of: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|k| of(k / n, k % n)).collect();
+        Self {
+            lengths: l.iter().copied().collect(),
+            inertia: by_rows(&|i, j| l[i] * l[j] * s[i.max(j)]),
+            hanging: (0..n).map(|i| l[i] * s[i]).collect(),
+            damping: by_rows(&|i, j| c[(i, j)]),
+            gravity: system.gravity(),
+            base: Base::new(forcing),
+            force: Force::new(forcing),
+        }
+    }
+}
+
+impl Dynamics for ChainMotion {
+    fn n_dof(&self) -> usize {
+        self.lengths.len()
+    }
+
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        let n = self.lengths.len();
+        let turns: Vec<(f64, f64)> = q.iter().map(|q| q.sin_cos()).collect();
+        let base = self.base.at(at);
+        let mut mass = vec![0.0; n * n];
+        for i in 0..n {
+            let (si, ci) = turns[i];
+            let mut f = self.hanging[i] * (base * ci - self.gravity * si);
+            for j in 0..n {
+                let (sj, cj) = turns[j];
+                let inertia = self.inertia[i * n + j];
+                mass[i * n + j] = inertia * (ci * cj + si * sj);
+                f -= inertia * (si * cj - ci * sj) * v[j] * v[j] + self.damping[i * n + j] * v[j];
+            }
+            a[i] = f;
+        }
+        self.force.add(at, a);
+        if small::solve_positive(&mut mass, a) {
+            Ok(())
+        } else {
+            Err(Error::NoConvergence {
+                stage: "the mass matrix of the pendulum, which is singular in double precision,",
+                iterations: 0,
+                residual: f64::NAN,
+            })
+        }
+    }
+}
+
+/// A linear system, for integrators that take no notice of it.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearMotion {
+    /// `M^-1 K` and `M^-1 C`
+    stiffness: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    load: DVector<f64>,
+    force: Force,
+}
+
+impl LinearMotion {
+    fn new(system: &LinearSystem, forcing: &Forcing) -> Self {
+        let force = forcing
+            .frequency()
+            .map(|_| system.solve_mass_complex(&forcing.force_on(system)));
+        let over_mass = |m: DMatrix<f64>| {
+            let columns: Vec<_> = m
+                .column_iter()
+                .map(|c| system.solve_mass(&c.into_owned()))
+                .collect();
+            DMatrix::from_columns(&columns)
+        };
+        Self {
+            stiffness: over_mass(system.stiffness().to_dense()),
+            damping: over_mass(system.damping().to_dense()),
+            load: system.solve_mass(system.load()),
+            force: Force(force),
+        }
+    }
+}
+
+impl Dynamics for LinearMotion {
+    fn n_dof(&self) -> usize {
+        self.load.len()
+    }
+
+    #[inline]
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        a.copy_from_slice(self.load.as_slice());
+        let n = a.len();
+        let columns = self
+            .stiffness
+            .as_slice()
+            .chunks_exact(n)
+            .zip(self.damping.as_slice().chunks_exact(n));
+        for ((k, c), (&q, &v)) in columns.zip(q.iter().zip(v)) {
+            for ((a, k), c) in a.iter_mut().zip(k).zip(c) {
+                *a -= k * q + c * v;
+            }
+        }
+        self.force.add(at, a);
+        Ok(())
+    }
+}
+
+/// The motion of a scene's system.
+#[derive(Debug, Clone)]
+pub(crate) enum SceneMotion {
+    Linear(LinearMotion),
+    DoublePendulum(DoublePendulumMotion),
+    Chain(ChainMotion),
+}
+
+impl SceneMotion {
+    /// The motion of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let forcing = scene.forcing();
+        match scene.system() {
+            System::Linear(system) => Self::Linear(LinearMotion::new(system, forcing)),
+            System::DoublePendulum(system) => {
+                Self::DoublePendulum(DoublePendulumMotion::new(system, forcing))
+            }
+            System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, forcing)),
+        }
+    }
+}
+
+/// Runs a block of code with the motion of a scene, whatever its type.
+macro_rules! with_motion {
+    ($scene_motion:expr, $motion:ident => $body:expr) => {
+        match $scene_motion {
+            $crate::model::SceneMotion::Linear($motion) => $body,
+            $crate::model::SceneMotion::DoublePendulum($motion) => $body,
+            $crate::model::SceneMotion::Chain($motion) => $body,
+        }
+    };
+}
+pub(crate) use with_motion;
+
+/// The mass matrix of a system at a position.
+pub(crate) fn mass_at(system: &System, q: &DVector<f64>) -> DMatrix<f64> {
+    let turned = |inertia: &dyn Fn(usize, usize) -> f64| {
+        DMatrix::from_fn(q.len(), q.len(), |i, j| inertia(i, j) * (q[i] - q[j]).cos())
+    };
+    match system {
+        System::Linear(system) => system.mass().to_dense(),
+        System::DoublePendulum(pendulum) => {
+            let m = pendulum.mass();
+            turned(&|i, j| m[(i, j)])
+        }
+        System::PendulumChain(chain) => {
+            let (l, s) = (chain.lengths(), chain.hanging_mass());
+            turned(&|i, j| l[i] * l[j] * s[i.max(j)])
+        }
+    }
+}
+
+/// The factored mass matrix of a system at a position; `None` where it is singular in double precision.
+pub(crate) fn factored_mass(system: &System, q: &DVector<f64>) -> Option<Cholesky<f64, Dyn>> {
+    Cholesky::new(mass_at(system, q))
+}

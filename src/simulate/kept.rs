@@ -1,0 +1,119 @@
+//! A motion as it is kept: pieces that follow each other in time, grouped in segments, and for each piece the numbers from
+//! which it can be had at any of its times.
+
+use crate::error::{Error, Result};
+use crate::flow::runge_kutta::Dense;
+use crate::flow::{ModalScene, SceneFlow, carry, with_flow};
+use crate::simulate::clock::Clock;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// What a part of a trajectory is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SegmentKind {
+    /// Free motion.
+    Flight,
+}
+
+impl SegmentKind {
+    const ALL: [Self; 1] = [Self::Flight];
+
+    /// The name used in Python.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flight => "flight",
+        }
+    }
+
+    /// The kind of a name.
+    pub(crate) fn from_name(name: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.name() == name)
+            .ok_or_else(|| Error::bad_value("segment", name, "there is no such kind"))
+    }
+}
+
+/// One piece: its clock and span.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Piece {
+    pub clock: Clock,
+    pub span: f64,
+}
+
+/// A segment: its kind, its stop and its first piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct KeptSegment {
+    pub kind: SegmentKind,
+    pub stop: Option<usize>,
+    pub first: usize,
+}
+
+/// The motion that `keep` asks for.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Kept {
+    pub pieces: Vec<Piece>,
+    pub segments: Vec<KeptSegment>,
+    /// The numbers of each piece, one after the other, as many for each.
+    pub numbers: Vec<f64>,
+}
+
+impl Kept {
+    /// Begins a segment.
+    pub fn begin(&mut self, kind: SegmentKind, stop: Option<usize>) {
+        let first = self.pieces.len();
+        self.segments.push(KeptSegment { kind, stop, first });
+    }
+
+    /// The pieces of a segment.
+    pub fn pieces_of(&self, segment: usize) -> std::ops::Range<usize> {
+        let end = self
+            .segments
+            .get(segment + 1)
+            .map_or(self.pieces.len(), |next| next.first);
+        self.segments[segment].first..end
+    }
+}
+
+/// What makes a motion of the numbers of its pieces.
+#[derive(Debug, Clone)]
+pub(crate) enum Machinery {
+    /// Exact flights: the numbers are the modal pairs at the start of the piece.
+    Exact {
+        modal: Arc<ModalScene>,
+        flow: Arc<SceneFlow>,
+        phase: f64,
+    },
+    /// Steps of an integrator: the numbers are the step's length and its dense output.
+    Steps,
+}
+
+impl Machinery {
+    /// How many numbers a piece has for n degrees of freedom.
+    pub fn width(&self, n: usize) -> usize {
+        match self {
+            Self::Exact { .. } => 2 * n,
+            Self::Steps => Dense::<Vec<f64>>::width(n),
+        }
+    }
+
+    /// Position and velocity a time after the start of a piece.
+    pub fn state(&self, piece: Piece, numbers: &[f64], local: f64) -> (DVector<f64>, DVector<f64>) {
+        match self {
+            Self::Exact { modal, flow, phase } => {
+                let mut state = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
+                let angle = modal.frequency * piece.clock.local + phase;
+                with_flow!(&**flow, f => carry(f, angle, local, &mut state));
+                modal.form.to_physical(&state)
+            }
+            Self::Steps => {
+                let x = Dense::<Vec<f64>>::read(numbers).at(local);
+                let n = x.len() / 2;
+                (
+                    DVector::from_column_slice(&x[..n]),
+                    DVector::from_column_slice(&x[n..]),
+                )
+            }
+        }
+    }
+}
