@@ -20,6 +20,7 @@ mod python;
 pub mod quantity;
 pub mod simulate;
 pub mod sweep;
+mod watch;
 
 pub use error::{Error, Result};
 pub use impact::*;

@@ -2,11 +2,13 @@
 //! time, by a search that proves what it passes over.
 
 use crate::contact::walk::{Effort, Ladder, check_flight};
+use crate::error::Result;
 use crate::flow::{BlockFlow, GapRow, LinearFlow, SplitFlow, Undriven};
 use crate::flow::{ModalScene, SceneFlow, along, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::periodic_orbit::Flight;
+use crate::watch::Watch;
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
 /// orbit's position, with room to spare.
@@ -150,13 +152,17 @@ impl<'a> Judge<'a> {
     }
 
     /// Judges the impacts, and searches every flight for every stop.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch.
     pub fn admissibility(
         &mut self,
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-    ) -> Admissibility {
-        self.with_effort(Effort::FULL, phase, flights, impacts)
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        self.with_effort(Effort::FULL, phase, flights, impacts, watch)
     }
 
     /// The same, but content with less about a violation.
@@ -166,7 +172,8 @@ impl<'a> Judge<'a> {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-    ) -> Admissibility {
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
         let scene = self.scene;
         let margins: Vec<f64> = (0..scene.n_stops())
             .map(|i| MARGIN * motion_size(scene, i, flights))
@@ -187,14 +194,15 @@ impl<'a> Judge<'a> {
                     flights,
                     start,
                     &mut found,
-                );
+                    watch,
+                )?;
             }
             Searched::Whole(flow) => with_flow!(flow, f => {
                 let start = |flight: &Flight, state: &mut Vec<Pair>| start_whole(f, flight, angle(flight), state);
-                search(f, &mut Ladder::new(f), &self.gaps, (&margins, effort), flights, start, &mut found);
+                search(f, &mut Ladder::new(f), &self.gaps, (&margins, effort), flights, start, &mut found, watch)?;
             }),
         }
-        found
+        Ok(found)
     }
 }
 
@@ -249,7 +257,8 @@ fn search<F: LinearFlow>(
     flights: &[Flight],
     start: impl Fn(&Flight, &mut Vec<Pair>) -> F::Phasor,
     found: &mut Admissibility,
-) {
+    watch: &mut Watch<'_>,
+) -> Result<()> {
     let mut state: Vec<Pair> = Vec::new();
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
         for flight in flights {
@@ -257,7 +266,7 @@ fn search<F: LinearFlow>(
                 .breach
                 .is_some_and(|breach| breach.depth > effort.enough)
             {
-                return;
+                return Ok(());
             }
             let mut u = start(flight, &mut state);
             let check = check_flight(
@@ -267,7 +276,9 @@ fn search<F: LinearFlow>(
                 (&mut state, &mut u),
                 flight.span,
                 (margin, effort),
-            );
+                watch,
+            )?;
+            watch.work(state.len())?;
             if let Some(lowest) = check.violation {
                 let (time, depth) = (flight.start + lowest.time, -lowest.gap);
                 found.keep_worst(Breach {
@@ -286,6 +297,7 @@ fn search<F: LinearFlow>(
             }
         }
     }
+    Ok(())
 }
 
 /// The size of the motion along one normal, as far as the states after the impacts show it.

@@ -4,6 +4,7 @@ mod admissible;
 mod closed_form;
 mod conditions;
 mod flight_time;
+mod free;
 mod green;
 mod impulses;
 mod isolate;
@@ -22,9 +23,10 @@ mod two_instants;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
+pub use free::Free;
 pub use pattern::Pattern;
 pub use periodic_orbit::{Family, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
-pub use search::{Free, periodic_orbits};
+pub use search::{periodic_orbits, periodic_orbits_checked};
 pub use stability::{OrderMultipliers, Stability};
 
 pub(crate) use admissible::{Admissibility, Judge};

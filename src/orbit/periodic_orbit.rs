@@ -11,7 +11,9 @@ use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::stability::{Stability, stability};
+use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 /// One flight of an orbit, in modal pairs.
@@ -38,9 +40,9 @@ pub struct PeriodicOrbit {
     phase: f64,
     flights: Vec<Flight>,
     impacts: Vec<Impact>,
-    admissibility: Admissibility,
-    violation: Option<Violation>,
-    stability: OnceLock<Result<Stability>>,
+    admissibility: OnceLock<Admissibility>,
+    violation: OnceLock<Option<Violation>>,
+    stability: OnceLock<Stability>,
 }
 
 /// What makes an orbit: the parts that a solver found.
@@ -69,7 +71,6 @@ impl PeriodicOrbit {
             impulses,
         } = parts;
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
-        let admissibility = Judge::new(&modal).admissibility(phase, &flights, &impacts);
         Ok(Self {
             scene: scene.replace(Change::Phase(phase))?,
             period: flights.iter().map(|f| f.span).sum(),
@@ -80,8 +81,8 @@ impl PeriodicOrbit {
             phase,
             flights,
             impacts,
-            violation: admissibility.breach.map(|breach| breach.describe()),
-            admissibility,
+            admissibility: OnceLock::new(),
+            violation: OnceLock::new(),
             stability: OnceLock::new(),
         })
     }
@@ -164,19 +165,51 @@ impl PeriodicOrbit {
         coefficients(&self.modal, self.phase, &self.flights[0].after)
     }
 
-    /// Whether the orbit keeps the rules of contact at every time.
+    /// What the rules of contact say, searched when first asked for.
+    fn admissibility(&self) -> &Admissibility {
+        self.judged(&mut Watch::new(&mut || ControlFlow::Continue(())))
+            .expect("a search that nobody interrupts comes to its end")
+    }
+
+    pub(super) fn judged(&self, watch: &mut Watch<'_>) -> Result<&Admissibility> {
+        if let Some(known) = self.admissibility.get() {
+            return Ok(known);
+        }
+        let found = Judge::new(&self.modal).admissibility(
+            self.phase,
+            &self.flights,
+            &self.impacts,
+            watch,
+        )?;
+        Ok(self.admissibility.get_or_init(|| found))
+    }
+
+    /// Whether the orbit keeps the rules of contact at every time; searched when first asked for.
     pub fn is_admissible(&self) -> bool {
-        self.violation.is_none()
+        self.admissibility().breach.is_none()
+    }
+
+    /// [`is_admissible`](Self::is_admissible), asking `observer` from time to time whether to go on.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` when the observer breaks off.
+    pub fn is_admissible_checked(
+        &self,
+        observer: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<bool> {
+        Ok(self.judged(&mut Watch::new(observer))?.breach.is_none())
     }
 
     /// The worst breach of the rules of contact.
     pub fn violation(&self) -> Option<&Violation> {
-        self.violation.as_ref()
+        self.violation
+            .get_or_init(|| self.admissibility().breach.map(|breach| breach.describe()))
+            .as_ref()
     }
 
     /// Touches within the margin, without impact.
     pub fn touches(&self) -> &[Touch] {
-        &self.admissibility.touches
+        &self.admissibility().touches
     }
 
     /// Multipliers and what they decide, computed when first asked for.
@@ -184,18 +217,34 @@ impl PeriodicOrbit {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn stability(&self) -> Result<&Stability> {
-        self.stability
-            .get_or_init(|| {
-                stability(
-                    &self.modal,
-                    self.pattern.instants(),
-                    self.phase,
-                    &self.flights,
-                    &self.admissibility,
-                )
-            })
-            .as_ref()
-            .map_err(Clone::clone)
+        self.stability_checked(&mut || ControlFlow::Continue(()))
+    }
+
+    /// [`stability`](Self::stability), asking `observer` from time to time whether to go on.
+    ///
+    /// # Errors
+    /// As [`stability`](Self::stability); `Error::Interrupted` when the observer breaks off.
+    pub fn stability_checked(
+        &self,
+        observer: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<&Stability> {
+        self.decided(&mut Watch::new(observer))
+    }
+
+    pub(super) fn decided(&self, watch: &mut Watch<'_>) -> Result<&Stability> {
+        if let Some(known) = self.stability.get() {
+            return Ok(known);
+        }
+        let admissibility = self.judged(watch)?;
+        let found = stability(
+            &self.modal,
+            self.pattern.instants(),
+            self.phase,
+            &self.flights,
+            admissibility,
+            watch,
+        )?;
+        Ok(self.stability.get_or_init(|| found))
     }
 }
 

@@ -9,6 +9,7 @@ use crate::orbit::{
 use crate::python::array::{
     complex_vector, out_complex, out_matrix, out_rows, out_vector, structured, times, vector,
 };
+use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::pattern::{out_pattern, pattern, shown};
 use nalgebra::{Complex, DVector};
@@ -304,6 +305,21 @@ impl PyStability {
 pub(crate) struct PyOrbit(pub PeriodicOrbit);
 
 impl PyOrbit {
+    /// The orbit, judged: searched for violations on the first call, which may be long.
+    fn judged(&self, py: Python<'_>) -> PyResult<&PeriodicOrbit> {
+        interrupt::run(py, false, |observe| {
+            self.0.is_admissible_checked(&mut || observe(0.0))
+        })?;
+        Ok(&self.0)
+    }
+
+    /// The orbit's stability, computed on the first call, which may be long.
+    fn decided(&self, py: Python<'_>) -> PyResult<&Stability> {
+        interrupt::run(py, false, |observe| {
+            self.0.stability_checked(&mut || observe(0.0))
+        })
+    }
+
     fn states(
         &self,
         t: &Bound<'_, PyAny>,
@@ -433,20 +449,20 @@ impl PyOrbit {
 
     /// Whether the orbit keeps the rules of contact at every time.
     #[getter]
-    fn is_admissible(&self) -> bool {
-        self.0.is_admissible()
+    fn is_admissible(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.judged(py)?.is_admissible())
     }
 
     /// The worst breach of the rules of contact, None where there is none.
     #[getter]
-    fn violation(&self) -> Option<PyViolation> {
-        self.0.violation().cloned().map(PyViolation)
+    fn violation(&self, py: Python<'_>) -> PyResult<Option<PyViolation>> {
+        Ok(self.judged(py)?.violation().cloned().map(PyViolation))
     }
 
     /// Touches without impact, within the margin: structured array of time, stop, depth.
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let touches = self.0.touches();
+        let touches = self.judged(py)?.touches();
         out_grazes(py, touches.iter().map(|t| (t.time, t.stop, -t.gap)))
     }
 
@@ -457,8 +473,7 @@ impl PyOrbit {
         py: Python<'py>,
     ) -> PyResult<Option<Bound<'py, PyArray1<Complex<f64>>>>> {
         Ok(self
-            .0
-            .stability()?
+            .decided(py)?
             .orders
             .first()
             .map(|o| out_complex(py, &o.multipliers)))
@@ -467,8 +482,7 @@ impl PyOrbit {
     /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of `floquet_multipliers`; None where undefined.
     #[getter]
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        self.0
-            .stability()?
+        self.decided(py)?
             .orders
             .first()
             .map(|o| out_matrix(py, &o.monodromy))
@@ -477,14 +491,14 @@ impl PyOrbit {
 
     /// Whether all multipliers lie inside the unit circle: True, False, or None where that decides nothing.
     #[getter]
-    fn is_stable(&self) -> PyResult<Option<bool>> {
-        Ok(self.0.stability()?.is_stable)
+    fn is_stable(&self, py: Python<'_>) -> PyResult<Option<bool>> {
+        Ok(self.decided(py)?.is_stable)
     }
 
     /// Stability with its reason and every order of simultaneous impacts.
     #[getter]
-    fn stability(&self) -> PyResult<PyStability> {
-        Ok(PyStability(self.0.stability()?.clone()))
+    fn stability(&self, py: Python<'_>) -> PyResult<PyStability> {
+        Ok(PyStability(self.decided(py)?.clone()))
     }
 
     /// Arrays of the orbit, for ``numpy.savez``.
@@ -502,7 +516,7 @@ impl PyOrbit {
         arrays.set_item("impacts", self.impacts(py)?)?;
         arrays.set_item(
             "is_admissible",
-            vec![self.0.is_admissible()].into_pyarray(py),
+            vec![self.is_admissible(py)?].into_pyarray(py),
         )?;
         if let Some(multipliers) = self.floquet_multipliers(py)? {
             arrays.set_item("floquet_multipliers", multipliers)?;
@@ -510,8 +524,8 @@ impl PyOrbit {
         Ok(arrays)
     }
 
-    fn __repr__(&self) -> PyResult<String> {
-        let o = &self.0;
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let o = self.judged(py)?;
         let list = |v: &DVector<f64>| {
             let shown: Vec<String> = v.iter().take(6).map(|x| format!("{x:.6}")).collect();
             format!(
@@ -535,7 +549,7 @@ impl PyOrbit {
             list(&o.v0()),
         );
         if o.scene().n_dof() <= 60 {
-            let stability = o.stability()?;
+            let stability = self.decided(py)?;
             let verdict = match stability.is_stable {
                 Some(true) => "stable",
                 Some(false) => "unstable",
@@ -713,7 +727,7 @@ impl PyOrbits {
         let mut text = format!("Orbits: {} ({}{margin})", self.verdict(), self.reason);
         for orbit in self.orbits.iter().take(4) {
             text.push('\n');
-            text.push_str(&orbit.bind(py).get().__repr__()?);
+            text.push_str(&orbit.bind(py).get().__repr__(py)?);
         }
         Ok(text)
     }
@@ -853,6 +867,8 @@ pub(crate) fn periodic_orbits(
         between,
     };
     let core = &scene.0;
-    let orbits = py.detach(|| orbit::periodic_orbits(core, &pattern, &options))?;
+    let orbits = interrupt::run(py, false, |observe| {
+        orbit::periodic_orbits_checked(core, &pattern, &options, &mut || observe(0.0))
+    })?;
     PyOrbits::wrap(py, orbits)
 }
