@@ -201,30 +201,33 @@ pub fn existence_tile(
 /// # Errors
 /// As [`periodic_orbits`].
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
+    existence_at_checked(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
+}
+
+/// [`existence_at`], asking `observer` from time to time whether to go on.
+///
+/// # Errors
+/// As [`existence_at`]; `Error::Interrupted` when the observer breaks off.
+pub fn existence_at_checked(
+    scene: &Scene,
+    pattern: &Pattern,
+    n_periods: usize,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<ExistenceCell> {
     let options = OrbitOptions {
         n_periods,
         ..Default::default()
     };
-    watched_cell(scene, pattern, &options, &mut || ControlFlow::Continue(()))
-}
-
-/// [`existence_at`], asking from time to time whether to go on.
-fn watched_cell(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    go_on: GoOn<'_>,
-) -> Result<ExistenceCell> {
     if let [_] = pattern.instants() {
-        check(scene, pattern, options)?;
+        check(scene, pattern, &options)?;
         let modal = ModalScene::new(scene, "existence_map")?;
-        return one_instant(&modal, pattern, options.n_periods, &mut Watch::new(go_on));
+        return one_instant(&modal, pattern, n_periods, &mut Watch::new(observer));
     }
-    let orbits = periodic_orbits_checked(scene, pattern, options, go_on)?;
+    let orbits = periodic_orbits_checked(scene, pattern, &options, observer)?;
     let Some(first) = orbits.first() else {
         return Ok(EMPTY);
     };
-    let stability = first.stability_checked(go_on)?;
+    let stability = first.stability_checked(observer)?;
     Ok(ExistenceCell {
         n_orbits: count(orbits.len()),
         is_admissible: first.is_admissible(),
@@ -309,11 +312,7 @@ impl<'a> Sweep<'a> {
             .scene
             .replace(self.x.parameter.change(x))?
             .replace(self.y.parameter.change(y))?;
-        let options = OrbitOptions {
-            n_periods: self.n_periods,
-            ..Default::default()
-        };
-        watched_cell(&scene, self.pattern, &options, go_on)
+        existence_at_checked(&scene, self.pattern, self.n_periods, go_on)
     }
 }
 
