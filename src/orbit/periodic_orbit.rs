@@ -33,7 +33,7 @@ pub(crate) struct Flight {
 pub struct PeriodicOrbit {
     scene: Scene,
     modal: Arc<ModalScene>,
-    flow: Arc<SceneFlow>,
+    flow: OnceLock<SceneFlow>,
     pattern: Pattern,
     n_periods: usize,
     period: f64,
@@ -57,12 +57,7 @@ pub(crate) struct Parts {
 
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
-    pub(crate) fn new(
-        scene: &Scene,
-        modal: Arc<ModalScene>,
-        flow: Arc<SceneFlow>,
-        parts: Parts,
-    ) -> Result<Self> {
+    pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: Parts) -> Result<Self> {
         let Parts {
             pattern,
             n_periods,
@@ -75,7 +70,7 @@ impl PeriodicOrbit {
             scene: scene.replace(Change::Phase(phase))?,
             period: flights.iter().map(|f| f.span).sum(),
             modal,
-            flow,
+            flow: OnceLock::new(),
             pattern,
             n_periods,
             phase,
@@ -156,7 +151,8 @@ impl PeriodicOrbit {
             .rfind(|f| f.start <= local)
             .unwrap_or(&self.flights[0]);
         let mut state = flight.after.clone();
-        with_flow!(&*self.flow, f => carry(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
+        let flow = self.flow.get_or_init(|| self.modal.flow());
+        with_flow!(flow, f => carry(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
         self.modal.form.to_physical(&state)
     }
 
@@ -309,7 +305,6 @@ impl PeriodicOrbit {
             });
             start += span;
         }
-        let flow = Arc::new(modal.flow());
         let Saved {
             n_periods,
             phase,
@@ -319,7 +314,6 @@ impl PeriodicOrbit {
         Self::new(
             scene,
             modal,
-            flow,
             Parts {
                 pattern,
                 n_periods,
@@ -399,7 +393,9 @@ impl Default for OrbitOptions {
     }
 }
 
-/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
+/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation. In systems
+/// of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost O(n^3), are computed
+/// only when asked for.
 #[derive(Debug, Clone)]
 pub struct Orbits {
     pub(crate) all: Vec<PeriodicOrbit>,

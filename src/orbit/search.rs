@@ -1,7 +1,7 @@
 //! `periodic_orbits`: from a scene and a pattern to every orbit, its verdict and its order.
 
 use crate::error::{Error, Result};
-use crate::flow::{ModalScene, SceneFlow};
+use crate::flow::ModalScene;
 use crate::model::{Change, Parameter, Scene};
 use crate::orbit::free::{Free, free_clearance, free_forcing, free_parameter};
 use crate::orbit::impulses::Instant;
@@ -23,7 +23,10 @@ const SORT_BY_STABILITY_UP_TO: usize = 60;
 ///
 /// With the clearances given (the default) the forcing phase at the first impact is found; with `options.phase` given,
 /// the clearances of the stops in the pattern come out. Orbits that are not admissible are returned with their
-/// violation.
+/// violation, which is searched for when first asked for.
+///
+/// The list is in the order of [`Orbits`]: stable and admissible ones first; in systems of more than 60 degrees of freedom
+/// admissible ones first, stable or not.
 ///
 /// A pattern of two instants is searched in the flight time between them, every one of which is decided by bounds;
 /// `Orbits::reason` says what was proved. One stop hit twice gives one orbit for each pair of flight times that add up to
@@ -237,11 +240,10 @@ pub(super) fn finish(
     reason: String,
     watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
-    let flow = Arc::new(modal.flow());
     let orbits = crossing
         .points
         .iter()
-        .map(|x| build(scene, modal, &flow, pattern, options, instant, x))
+        .map(|x| build(scene, modal, pattern, options, instant, x))
         .collect::<Result<Vec<_>>>()?;
     let basis = family_basis(modal, instant, crossing);
     let is_family = basis.ncols() > 0 || crossing.is_any_phase;
@@ -283,7 +285,6 @@ fn family_basis(modal: &ModalScene, instant: &Instant<'_>, crossing: &Crossing) 
 fn build(
     scene: &Scene,
     modal: &Arc<ModalScene>,
-    flow: &Arc<SceneFlow>,
     pattern: &Pattern,
     options: &OrbitOptions,
     instant: &Instant<'_>,
@@ -294,16 +295,7 @@ fn build(
         flight,
         impulses,
     } = Solution::new(instant, x, period(modal, options.n_periods));
-    let (scene, modal) = if options.phase.is_some() && instant.n_impulses() > 0 {
-        with_contacts(
-            scene,
-            modal,
-            &pattern.instants()[0],
-            &instant.contacts(&flight.after),
-        )?
-    } else {
-        (scene.clone(), modal.clone())
-    };
+    let contacts = instant.contacts(&flight.after);
     let parts = Parts {
         pattern: pattern.clone(),
         n_periods: options.n_periods,
@@ -311,7 +303,11 @@ fn build(
         flights: vec![flight],
         impulses: impulses.as_slice().to_vec(),
     };
-    PeriodicOrbit::new(&scene, modal, flow.clone(), parts)
+    if options.phase.is_none() || contacts.is_empty() {
+        return PeriodicOrbit::new(scene, modal.clone(), parts);
+    }
+    let (scene, modal) = with_contacts(scene, modal, &pattern.instants()[0], &contacts)?;
+    PeriodicOrbit::new(&scene, modal, parts)
 }
 
 /// The scene with the clearances of the given stops set so that they are where the contacts are.
@@ -321,14 +317,13 @@ pub(super) fn with_contacts(
     stops: &[usize],
     contacts: &[f64],
 ) -> Result<(Scene, Arc<ModalScene>)> {
-    let mut scene = scene.clone();
     let mut geometry = (*modal.geometry).clone();
     for (&stop, &contact) in stops.iter().zip(contacts) {
-        scene = scene.replace(Change::ClearanceOf(stop, contact))?;
         geometry.clearances[stop] = contact;
     }
+    let clearances = geometry.clearances.as_slice().to_vec();
     Ok((
-        scene,
+        scene.replace(Change::Clearance(clearances))?,
         Arc::new(ModalScene {
             geometry: Arc::new(geometry),
             ..(**modal).clone()

@@ -64,7 +64,6 @@ pub(crate) fn two_instants(
         pair: pair.unwrap_or((0, first.len())),
     };
     let (roots, reason) = search.run(watch)?;
-    let flow = Arc::new(modal.flow());
     let mut orbits = Vec::with_capacity(roots.len());
     for root in &roots {
         let (impulses, u) = conditions.read(&root.x);
@@ -103,7 +102,7 @@ pub(crate) fn two_instants(
             flights,
             impulses,
         };
-        orbits.push(PeriodicOrbit::new(&scene, modal, flow.clone(), parts)?);
+        orbits.push(PeriodicOrbit::new(&scene, modal, parts)?);
     }
     let verdict = if orbits.is_empty() {
         Verdict::None

@@ -624,6 +624,9 @@ pub(crate) fn _restore_orbit(
 }
 
 /// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
+///
+/// In systems of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost O(n^3), are
+/// computed only when asked for.
 #[pyclass(name = "Orbits", module = "vibroimpact", frozen)]
 pub(crate) struct PyOrbits {
     orbits: Vec<Py<PyOrbit>>,
@@ -808,7 +811,8 @@ pub(crate) fn _restore_orbits(
 /// -------
 /// Orbits
 ///     A sequence: stable and admissible orbits first, then admissible ones, then by depth of violation; with ``verdict``,
-///     ``reason``, ``margin``, ``family``.
+///     ``reason``, ``margin``, ``family``. In systems of more than 60 degrees of freedom admissible orbits come first, stable
+///     or not: the multipliers, which cost O(n^3), are computed only when asked for.
 ///
 /// Raises
 /// ------
