@@ -4,7 +4,7 @@
 
 use crate::flow::Drive;
 use crate::flow::jet::Jet;
-use crate::modal::{Block, Pair};
+use crate::modal::{Block, Pair, times};
 use nalgebra::{Complex, DMatrix};
 
 /// Smooth motion of a linear system: state in modal pairs, forcing as a phasor.
@@ -108,14 +108,6 @@ impl<D: Drive> BlockFlow<D> {
             drive,
         }
     }
-}
-
-#[inline]
-fn times(a: &[Pair; 2], z: Pair) -> Pair {
-    [
-        a[0][0] * z[0] + a[0][1] * z[1],
-        a[1][0] * z[0] + a[1][1] * z[1],
-    ]
 }
 
 #[inline]

@@ -10,6 +10,13 @@ pub(crate) type Pair = [f64; 2];
 type Matrix = [Pair; 2];
 pub(crate) type Response = [Complex<f64>; 2];
 
+/// A 2 by 2 matrix times a pair.
+#[inline]
+pub(crate) fn times(matrix: &Matrix, z: Pair) -> Pair {
+    let [[a, b], [c, d]] = *matrix;
+    [a * z[0] + b * z[1], c * z[0] + d * z[1]]
+}
+
 /// A block of two first-order equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Block {

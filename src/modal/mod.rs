@@ -7,6 +7,6 @@ mod form;
 mod modes;
 mod real;
 
-pub(crate) use block::{Block, Pair, Response};
+pub(crate) use block::{Block, Pair, Response, times};
 pub(crate) use form::{Form, ModalForm};
 pub use modes::{Modes, modes};

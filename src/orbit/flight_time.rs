@@ -4,6 +4,7 @@
 
 use crate::error::Result;
 use crate::modal::Pair;
+use crate::orbit::certificate::Certificate;
 use crate::orbit::conditions::{Conditions, point};
 use crate::orbit::green::Cell;
 use crate::orbit::isolate::{Bracket, End, Isolated, Place, Sampled, isolate};
@@ -25,8 +26,6 @@ const NEAR: f64 = 1e-8;
 const HALVINGS: usize = 30;
 /// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
 const TOGETHER: f64 = 1e-9;
-/// Part of the range that may stay undecided before the outcome says so first.
-const UNDECIDED: f64 = 0.01;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
 pub(crate) struct Search<'a> {
@@ -218,14 +217,18 @@ impl Search<'_> {
         roots.retain(|root| {
             self.conditions.contact_misfit(root, self.phase.is_some()) <= TOGETHER * root.x.norm()
         });
-        let rest = Rest {
+        let (low, high) = self.range();
+        let certificate = Certificate {
+            solutions: roots.len(),
             apart: together - roots.len(),
             repeats,
             open,
             lost,
             cells: found.cells,
+            length: high - low,
+            is_half: high < 0.75 * self.period,
         };
-        let reason = self.describe(roots.len(), &rest);
+        let reason = certificate.describe();
         Ok((roots, reason))
     }
 
@@ -352,71 +355,4 @@ impl Search<'_> {
         }
         Ok(roots)
     }
-
-    /// The outcome in words.
-    fn describe(&self, count: usize, rest: &Rest) -> String {
-        let (low, high) = self.range();
-        let range = if high < 0.75 * self.period {
-            "(0, T/2]"
-        } else {
-            "(0, T)"
-        };
-        let solutions = match count {
-            0 => "no solution".to_owned(),
-            1 => "one solution".to_owned(),
-            n => format!("{n} solutions"),
-        };
-        let width: f64 = rest.open.iter().map(|b| b.high - b.low).sum();
-        if width > UNDECIDED * (high - low) {
-            let share = 100.0 * width / (high - low);
-            return format!(
-                "{solutions}; {share:.0} % of the flight times in {range} are undecided: the conditions hold there to rounding"
-            );
-        }
-        let cells = rest.cells;
-        let mut parts = vec![
-            solutions,
-            format!("every other flight time in {range} is excluded by bounds on {cells} cells"),
-        ];
-        if !rest.open.is_empty() {
-            let places: Vec<String> = rest
-                .open
-                .iter()
-                .map(|b| format!("{:.9}", b.guess))
-                .collect();
-            parts.push(format!(
-                "but for a width of {width:.1e} about dt = {}, a double zero, decided by Newton's method",
-                places.join(", ")
-            ));
-        }
-        if rest.repeats {
-            parts.push("orbits of half the period, gone through twice, are not counted".to_owned());
-        }
-        if rest.apart > 0 {
-            parts.push(format!(
-                "{} more meet one contact of each instant, but not those of all stops",
-                rest.apart
-            ));
-        }
-        if rest.lost > 0 {
-            parts.push(format!(
-                "{} more are bracketed, but could not be refined",
-                rest.lost
-            ));
-        }
-        parts.join("; ")
-    }
-}
-
-/// What a search has to say besides its roots.
-struct Rest {
-    /// Roots that leave contacts of further stops unmet.
-    apart: usize,
-    /// Whether a shorter orbit was left out.
-    repeats: bool,
-    /// Stretches that bounds did not decide.
-    open: Vec<Bracket>,
-    /// Brackets without a root.
-    lost: usize,
-    cells: usize,
 }

@@ -1,6 +1,7 @@
 //! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
 
 mod admissible;
+mod certificate;
 mod closed_form;
 mod conditions;
 mod flight_time;
@@ -11,6 +12,7 @@ mod isolate;
 mod minors;
 mod one_instant;
 mod one_stop;
+mod orbits;
 mod pattern;
 mod periodic_orbit;
 mod polish;
@@ -20,12 +22,14 @@ mod search;
 mod series;
 mod stability;
 mod two_instants;
+mod units;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
 pub use free::Free;
+pub use orbits::{Family, OrbitOptions, Orbits, Verdict};
 pub use pattern::Pattern;
-pub use periodic_orbit::{Family, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
+pub use periodic_orbit::{PeriodicOrbit, Saved};
 pub use search::{periodic_orbits, periodic_orbits_checked};
 pub use stability::{OrderMultipliers, Stability};
 
