@@ -216,6 +216,7 @@ class TestLaws:
         random = np.random.default_rng(seed)
         scene = pair()
         q0, v0 = 0.1 * random.normal(size=2), random.normal(size=2)
+        assume(np.all(scene.gaps(q0) > 0))
         middle = random.uniform(1, 3)
         whole = vi.simulate(scene, q0, v0, (0, 4))
         assume(whole.status == "finished" and len(whole.grazes) == 0)
