@@ -129,12 +129,12 @@ impl ExistenceMap {
 
 /// Where in a plane of two parameters a pattern of impacts has a periodic orbit, an admissible one, a stable one.
 ///
-/// Each pair of values is answered as by [`periodic_orbits`] with the clearances given. `observer` is called on the calling
+/// Each pair of values is answered as by [`periodic_orbits`](crate::periodic_orbits) with the clearances given. `observer` is called on the calling
 /// thread about every 50 ms and at the end; breaking off stops every thread. The result has the same bits on any number of
 /// threads.
 ///
 /// # Errors
-/// Before anything is computed: a scene or pattern that [`periodic_orbits`] refuses, a value that breaks the rule of its
+/// Before anything is computed: a scene or pattern that [`periodic_orbits`](crate::periodic_orbits) refuses, a value that breaks the rule of its
 /// parameter, an axis without values, two axes that vary the same number. `Error::Interrupted` from the observer;
 /// `Error::NoConvergence` if an eigenvalue iteration fails.
 ///
@@ -199,7 +199,7 @@ pub fn existence_tile(
 /// The cell of an existence map that one scene stands for: for maps over anything that makes a scene.
 ///
 /// # Errors
-/// As [`periodic_orbits`].
+/// As [`periodic_orbits`](crate::periodic_orbits).
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
     existence_at_checked(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
 }
