@@ -1,14 +1,12 @@
 //! Microseconds per cell of an existence map: two degrees of freedom, one stop hit, on one thread. `none`: every cell
 //! beyond the fold, so existence and phase alone; `orbits`: 1.5 orbits a cell, with admissibility and multipliers.
+//! `cargo bench --bench existence`; ratios to `SciPy`: `python benches/against_scipy.py`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::Duration;
-use vibroimpact::{
-    Axis, Kind, OrbitOptions, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene,
-    periodic_orbits,
-};
+use vibroimpact::{Axis, Kind, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene};
 
 /// Cells along one side of the maps.
 const SIDE: u32 = 100;
@@ -43,13 +41,6 @@ fn existence(criterion: &mut Criterion) {
         });
     }
     group.finish();
-    criterion.bench_function("periodic_orbits", |bencher| {
-        let options = OrbitOptions {
-            n_periods: 2,
-            ..Default::default()
-        };
-        bencher.iter(|| periodic_orbits(black_box(&scene), &pattern, &options).expect("solved"));
-    });
 }
 
 criterion_group!(benches, existence);

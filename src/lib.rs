@@ -2,7 +2,7 @@
 //!
 //! # How the crate is laid out
 //!
-//! Each folder uses those before it in this list, never those after: `error`, `quantity`, `linalg`; [`model`]: what is
+//! Each folder uses those before it in this list, never those after: `error`, `quantity`, `linalg`, `watch`; [`model`]: what is
 //! analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth motion; `contact`:
 //! where the next impact is; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]: maps and
 //! ensembles. nalgebra is part of the public interface and re-exported.
@@ -20,6 +20,7 @@ mod python;
 pub mod quantity;
 pub mod simulate;
 pub mod sweep;
+mod watch;
 
 pub use error::{Error, Result};
 pub use impact::*;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
 const LAYERS: [&[&str]; 11] = [
-    &["error", "quantity", "linalg"],
+    &["error", "quantity", "linalg", "watch"],
     &["model"],
     &["modal"],
     &["impact"],

@@ -1,9 +1,11 @@
 //! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves of one
 //! longest step, so that their propagators are made once and kept.
 
+use crate::error::Result;
 use crate::flow::jet::Shape;
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
+use crate::watch::Watch;
 
 /// Halvings of the longest step before the search gives up proving and takes the node for what it is.
 pub(crate) const DEEPEST: usize = 52;
@@ -49,17 +51,20 @@ impl<F: LinearFlow> Ladder<F> {
         }
     }
 
-    /// Moves a state forward by the step of a level.
+    /// Moves a state forward by the step of a level. The work that it was, in operations on a block, at the most.
     #[inline]
-    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) {
+    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> usize {
+        let mut work = state.len();
         if self.made >> level & 1 == 0 {
             if self.rungs.len() <= level {
                 self.rungs.resize_with(level + 1, F::Propagator::default);
             }
             flow.prepare(self.step(level), &mut self.rungs[level]);
             self.made |= 1 << level;
+            work = work.pow(3);
         }
         flow.advance(&self.rungs[level], state);
+        work
     }
 }
 
@@ -112,6 +117,9 @@ impl Effort {
 
 /// Searches a flight of a known span for the lowest value of one gap; every value above the margin is passed over by
 /// proof. An end at which the stop is hit has gap zero and is judged by the sign of the slope, not by its rounding.
+///
+/// # Errors
+/// `Error::Interrupted` from the watch.
 pub(crate) fn check_flight<F: LinearFlow>(
     flow: &F,
     ladder: &mut Ladder<F>,
@@ -119,7 +127,8 @@ pub(crate) fn check_flight<F: LinearFlow>(
     state: &mut [Pair],
     span: f64,
     (margin, effort): (f64, Effort),
-) -> FlightCheck {
+    watch: &mut Watch<'_>,
+) -> Result<FlightCheck> {
     let mut derivatives = Vec::with_capacity(state.len());
     let mut check = FlightCheck::default();
     let mut level = ladder.level_below(0.25 * span);
@@ -138,7 +147,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             );
         }
         let floor = match check.violation {
-            Some(lowest) if lowest.gap < -effort.enough => return check,
+            Some(lowest) if lowest.gap < -effort.enough => return Ok(check),
             Some(lowest) => lowest.gap,
             None => ROUNDING * jet.size,
         };
@@ -195,7 +204,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
                         },
                         margin,
                     );
-                    return check;
+                    return Ok(check);
                 }
                 break;
             }
@@ -203,9 +212,9 @@ pub(crate) fn check_flight<F: LinearFlow>(
             level += 1;
         }
         if time + step >= span {
-            return check;
+            return Ok(check);
         }
-        ladder.advance(flow, level, state);
+        watch.work(ladder.advance(flow, level, state))?;
         time += step;
         if !refined {
             level = level.saturating_sub(1);

@@ -173,34 +173,30 @@ impl ModalForm {
 
     /// The matrix that takes modal pairs, flattened, to (q, v), and its inverse; shape `(2n, 2n)` each.
     pub fn transformation(&self) -> (DMatrix<f64>, DMatrix<f64>) {
-        if let Coordinates::Complex {
-            to_physical,
-            to_modal,
-        } = &self.coordinates
-        {
-            return (to_physical.clone(), to_modal.clone());
-        }
         let n = self.n;
-        let (mut forward, mut backward) =
-            (DMatrix::zeros(2 * n, 2 * n), DMatrix::zeros(2 * n, 2 * n));
-        let zero = DVector::zeros(n);
-        for i in 0..n {
-            for k in 0..2 {
-                let mut state = vec![[0.0, 0.0]; n];
-                state[i][k] = 1.0;
-                let (q, v) = self.to_physical(&state);
-                forward.view_mut((0, 2 * i + k), (n, 1)).copy_from(&q);
-                forward.view_mut((n, 2 * i + k), (n, 1)).copy_from(&v);
-                let unit = DVector::from_fn(n, |row, _| f64::from(u8::from(row == i)));
-                let z = if k == 0 {
-                    self.to_modal(&unit, &zero)
-                } else {
-                    self.to_modal(&zero, &unit)
-                };
-                let column = DVector::from_iterator(2 * n, z.into_iter().flatten());
-                backward.set_column(i + n * k, &column);
+        let (shapes, inverse) = match &self.coordinates {
+            Coordinates::Complex {
+                to_physical,
+                to_modal,
+            } => return (to_physical.clone(), to_modal.clone()),
+            Coordinates::Real(shapes) => (shapes.to_dense(), shapes.inverse()),
+            Coordinates::Physical => (DMatrix::identity(n, n), DMatrix::identity(n, n)),
+        };
+        // Positions see the first of each pair, velocities the second.
+        let forward = DMatrix::from_fn(2 * n, 2 * n, |row, column| {
+            if row / n == column % 2 {
+                shapes[(row % n, column / 2)]
+            } else {
+                0.0
             }
-        }
+        });
+        let backward = DMatrix::from_fn(2 * n, 2 * n, |row, column| {
+            if row % 2 == column / n {
+                inverse[(row / 2, column % n)]
+            } else {
+                0.0
+            }
+        });
         (forward, backward)
     }
 }

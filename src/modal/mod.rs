@@ -7,7 +7,7 @@ mod form;
 mod modes;
 mod real;
 
-pub(crate) use crate::linalg::plane::Pair;
+pub(crate) use crate::linalg::plane::{Pair, times};
 pub(crate) use block::{Block, Propagation, Response};
 pub(crate) use form::{Form, ModalForm};
 pub use modes::{Modes, modes};

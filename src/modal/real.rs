@@ -72,6 +72,21 @@ impl Shapes {
             Self::Dense { shapes, .. } => shapes.clone(),
         }
     }
+
+    /// `Phi^-1 = Phi^T M` in dense form, shape `(n, n)`.
+    pub fn inverse(&self) -> DMatrix<f64> {
+        match self {
+            Self::Diagonal { order, root_mass } => {
+                let n = order.len();
+                let mut inverse = DMatrix::zeros(n, n);
+                for (j, &i) in order.iter().enumerate() {
+                    inverse[(j, i)] = root_mass[i];
+                }
+                inverse
+            }
+            Self::Dense { mass_shapes, .. } => mass_shapes.transpose(),
+        }
+    }
 }
 
 /// Undamped modes of a system with symmetric stiffness, and what the damping is in them.

@@ -2,10 +2,12 @@
 //! time, by a search that proves what it passes over.
 
 use crate::contact::walk::{Effort, Ladder, check_flight};
+use crate::error::Result;
 use crate::flow::{GapRow, LinearFlow, ModalScene, SceneFlow, along, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::periodic_orbit::Flight;
+use crate::watch::Watch;
 use std::f64::consts::TAU;
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
@@ -124,13 +126,17 @@ impl<'a> Judge<'a> {
     }
 
     /// Judges the impacts, and searches every flight for every stop.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch.
     pub fn admissibility(
         &mut self,
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-    ) -> Admissibility {
-        self.with_effort(Effort::FULL, phase, flights, impacts)
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        self.with_effort(Effort::FULL, phase, flights, impacts, watch)
     }
 
     /// The same, but content with less about a violation.
@@ -140,7 +146,8 @@ impl<'a> Judge<'a> {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-    ) -> Admissibility {
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
         let margins: Vec<f64> = (0..scene.n_stops())
@@ -152,9 +159,9 @@ impl<'a> Judge<'a> {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
                 f.enter(&flight.after, scene.frequency * flight.start + phase, state);
             };
-            search(f, &self.gaps, (&margins, effort), flights, start, &mut found);
+            search(f, &self.gaps, (&margins, effort), flights, start, &mut found, watch)?;
         });
-        found
+        Ok(found)
     }
 }
 
@@ -197,7 +204,8 @@ fn search<F: LinearFlow>(
     flights: &[Flight],
     start: impl Fn(&Flight, &mut Vec<Pair>),
     found: &mut Admissibility,
-) {
+    watch: &mut Watch<'_>,
+) -> Result<()> {
     let mut state: Vec<Pair> = Vec::new();
     let mut ladder = Ladder::new(flow);
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
@@ -206,7 +214,7 @@ fn search<F: LinearFlow>(
                 .breach
                 .is_some_and(|breach| breach.depth > effort.enough)
             {
-                return;
+                return Ok(());
             }
             start(flight, &mut state);
             let check = check_flight(
@@ -216,7 +224,9 @@ fn search<F: LinearFlow>(
                 &mut state,
                 flight.span,
                 (margin, effort),
-            );
+                watch,
+            )?;
+            watch.work(state.len())?;
             if let Some(lowest) = check.violation {
                 let (time, depth) = (flight.start + lowest.time, -lowest.gap);
                 found.keep_worst(Breach {
@@ -235,6 +245,7 @@ fn search<F: LinearFlow>(
             }
         }
     }
+    Ok(())
 }
 
 /// The rate of the motion: the forcing frequency, or that of the orbit where there is no forcing.

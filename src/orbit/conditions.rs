@@ -3,12 +3,13 @@
 //! coefficients are analytic functions of dt: restitution, repetition of the retained modes, and the contacts.
 
 use crate::flow::ModalScene;
-use crate::modal::{Form, Pair};
+use crate::modal::{Form, Pair, times};
 use crate::orbit::green::{Cell, Green, turned};
-use crate::orbit::impulses::{Instant, Units, times};
+use crate::orbit::impulses::Instant;
 use crate::orbit::polish::Root;
 use crate::orbit::retained::Retained;
 use crate::orbit::series::Entry;
+use crate::orbit::units::Units;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Rows: restitution of each stop, repetition of the retained modes, contact of each stop. Columns: impulses, states of

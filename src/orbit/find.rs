@@ -99,8 +99,7 @@ pub fn find_orbit_checked<'a>(
         flights: flights.collect(),
         impulses,
     };
-    let flow = Arc::new(modal.flow());
-    PeriodicOrbit::new(&scene, Arc::clone(&modal), flow, parts)
+    PeriodicOrbit::new(&scene, Arc::clone(&modal), parts)
 }
 
 fn check(scene: &Scene, start: &Start) -> Result<()> {

@@ -4,12 +4,14 @@
 
 use crate::error::Result;
 use crate::modal::Pair;
+use crate::orbit::certificate::Certificate;
 use crate::orbit::conditions::{Conditions, point};
 use crate::orbit::green::Cell;
 use crate::orbit::isolate::{Bracket, End, Isolated, Place, Sampled, isolate};
 use crate::orbit::minors::Minors;
 use crate::orbit::polish::{Equations, Root, circle_starts, least_squares_start, polish};
 use crate::orbit::series::Series;
+use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 
 /// Rounding of a determinant, relative to the sum of its products' sizes.
@@ -24,8 +26,6 @@ const NEAR: f64 = 1e-8;
 const HALVINGS: usize = 30;
 /// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
 const TOGETHER: f64 = 1e-9;
-/// Part of the range that may stay undecided before the outcome says so first.
-const UNDECIDED: f64 = 0.01;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
 pub(crate) struct Search<'a> {
@@ -146,34 +146,40 @@ impl Search<'_> {
     }
 
     /// The walk over the range; `splits` as in `Conditions::splits_at_half`.
-    fn walk(&self, splits: bool) -> Isolated {
+    fn walk(&self, splits: bool, watch: &mut Watch<'_>) -> Result<Isolated> {
         let mut minors = self.minors();
         let (low, high) = self.range();
         let meets = self.meets();
         // The repetition of retained modes hides the meeting at T.
         let at_end = meets && !self.conditions.has_retained();
         let half = 0.5 * self.period;
-        let mut walk =
-            |range, deflated| isolate(range, deflated, |place| self.sample(&mut minors, place));
+        let mut walk = |range, deflated| {
+            isolate(range, deflated, watch, |place| {
+                self.sample(&mut minors, place)
+            })
+        };
         if !splits {
             return walk((low, high), (meets, at_end && high > half));
         }
-        let first = walk((low, half), (meets, true));
-        if high > half {
-            first.joined(walk((half, high), (true, at_end)))
+        let first = walk((low, half), (meets, true))?;
+        Ok(if high > half {
+            first.joined(walk((half, high), (true, at_end))?)
         } else {
             first
-        }
+        })
     }
 
     /// All roots, and in words what is proved of the rest.
-    pub fn run(&self) -> Result<(Vec<Root>, String)> {
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch; `Error::NoConvergence` of a decomposition.
+    pub fn run(&self, watch: &mut Watch<'_>) -> Result<(Vec<Root>, String)> {
         let splits = self.phase.is_none() && self.conditions.splits_at_half();
-        let found = self.walk(splits);
+        let found = self.walk(splits, watch)?;
         let mut roots: Vec<Root> = Vec::new();
         let mut lost = 0;
         for bracket in &found.simple {
-            match self.solve_simple(bracket, splits)? {
+            match self.solve_simple(bracket, splits, watch)? {
                 Some(root) => self.keep(&mut roots, root),
                 None => lost += 1,
             }
@@ -185,7 +191,7 @@ impl Search<'_> {
             .copied()
             .collect();
         for bracket in &open {
-            for root in self.solve(bracket)? {
+            for root in self.solve(bracket, watch)? {
                 if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL) {
                     self.keep(&mut roots, root);
                 }
@@ -198,7 +204,7 @@ impl Search<'_> {
                 high: half,
                 guess: half,
             };
-            for root in self.solve(&line)? {
+            for root in self.solve(&line, watch)? {
                 if self.is_near(root.dt, &line) {
                     self.keep(&mut roots, root);
                 }
@@ -211,14 +217,18 @@ impl Search<'_> {
         roots.retain(|root| {
             self.conditions.contact_misfit(root, self.phase.is_some()) <= TOGETHER * root.x.norm()
         });
-        let rest = Rest {
+        let (low, high) = self.range();
+        let certificate = Certificate {
+            solutions: roots.len(),
             apart: together - roots.len(),
             repeats,
             open,
             lost,
             cells: found.cells,
+            length: high - low,
+            is_half: high < 0.75 * self.period,
         };
-        let reason = self.describe(roots.len(), &rest);
+        let reason = certificate.describe();
         Ok((roots, reason))
     }
 
@@ -258,21 +268,27 @@ impl Search<'_> {
     }
 
     /// The one root of a bracket that is proved to hold one.
-    fn solve_simple(&self, bracket: &Bracket, splits: bool) -> Result<Option<Root>> {
+    fn solve_simple(
+        &self,
+        bracket: &Bracket,
+        splits: bool,
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<Root>> {
         let is_other = |dt: f64| {
             self.is_meeting(dt, SAME)
                 || (splits && (dt - 0.5 * self.period).abs() < SAME * self.period)
         };
         let inside =
             |root: &Root| (bracket.low..=bracket.high).contains(&root.dt) && !is_other(root.dt);
-        if let Some(root) = self.solve(bracket)?.into_iter().find(inside) {
+        if let Some(root) = self.solve(bracket, watch)?.into_iter().find(inside) {
             return Ok(Some(root));
         }
-        Ok(self.solve(&self.halved(bracket))?.into_iter().find(inside))
+        let halved = self.halved(bracket, watch)?;
+        Ok(self.solve(&halved, watch)?.into_iter().find(inside))
     }
 
     /// A bracket of one sign change, narrowed by bisection.
-    fn halved(&self, bracket: &Bracket) -> Bracket {
+    fn halved(&self, bracket: &Bracket, watch: &mut Watch<'_>) -> Result<Bracket> {
         let mut minors = self.minors();
         let mut value = |t: f64| {
             let place = Place {
@@ -290,6 +306,7 @@ impl Search<'_> {
         let is_from_low = below.abs() > above.abs();
         let sign = if is_from_low { below } else { above };
         for _ in 0..HALVINGS {
+            watch.look()?;
             let middle = 0.5 * (low + high);
             if (value(middle) * sign > 0.0) == is_from_low {
                 low = middle;
@@ -297,15 +314,15 @@ impl Search<'_> {
                 high = middle;
             }
         }
-        Bracket {
+        Ok(Bracket {
             low,
             high,
             guess: 0.5 * (low + high),
-        }
+        })
     }
 
     /// The roots that Newton's method reaches from the guess of a bracket.
-    fn solve(&self, bracket: &Bracket) -> Result<Vec<Root>> {
+    fn solve(&self, bracket: &Bracket, watch: &mut Watch<'_>) -> Result<Vec<Root>> {
         let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
         let n = self.n_unknowns();
         let equations = |dt: f64| {
@@ -328,6 +345,7 @@ impl Search<'_> {
         };
         let mut roots = Vec::new();
         for x in starts {
+            watch.look()?;
             if let Some(mut root) = polish(&equations, circle, unit, bracket.guess, x) {
                 if let Some(u) = self.phase {
                     root.x = self.conditions.with_phase(&root.x, u);
@@ -337,71 +355,4 @@ impl Search<'_> {
         }
         Ok(roots)
     }
-
-    /// The outcome in words.
-    fn describe(&self, count: usize, rest: &Rest) -> String {
-        let (low, high) = self.range();
-        let range = if high < 0.75 * self.period {
-            "(0, T/2]"
-        } else {
-            "(0, T)"
-        };
-        let solutions = match count {
-            0 => "no solution".to_owned(),
-            1 => "one solution".to_owned(),
-            n => format!("{n} solutions"),
-        };
-        let width: f64 = rest.open.iter().map(|b| b.high - b.low).sum();
-        if width > UNDECIDED * (high - low) {
-            let share = 100.0 * width / (high - low);
-            return format!(
-                "{solutions}; {share:.0} % of the flight times in {range} are undecided: the conditions hold there to rounding"
-            );
-        }
-        let cells = rest.cells;
-        let mut parts = vec![
-            solutions,
-            format!("every other flight time in {range} is excluded by bounds on {cells} cells"),
-        ];
-        if !rest.open.is_empty() {
-            let places: Vec<String> = rest
-                .open
-                .iter()
-                .map(|b| format!("{:.9}", b.guess))
-                .collect();
-            parts.push(format!(
-                "but for a width of {width:.1e} about dt = {}, a double zero, decided by Newton's method",
-                places.join(", ")
-            ));
-        }
-        if rest.repeats {
-            parts.push("orbits of half the period, gone through twice, are not counted".to_owned());
-        }
-        if rest.apart > 0 {
-            parts.push(format!(
-                "{} more meet one contact of each instant, but not those of all stops",
-                rest.apart
-            ));
-        }
-        if rest.lost > 0 {
-            parts.push(format!(
-                "{} more are bracketed, but could not be refined",
-                rest.lost
-            ));
-        }
-        parts.join("; ")
-    }
-}
-
-/// What a search has to say besides its roots.
-struct Rest {
-    /// Roots that leave contacts of further stops unmet.
-    apart: usize,
-    /// Whether a shorter orbit was left out.
-    repeats: bool,
-    /// Stretches that bounds did not decide.
-    open: Vec<Bracket>,
-    /// Brackets without a root.
-    lost: usize,
-    cells: usize,
 }

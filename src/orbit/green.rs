@@ -1,7 +1,7 @@
 //! Periodic Green's functions (theory 5): what an impulse, repeated with the period T, has left of itself a time tau after
 //! it, `e^{A tau} (I - e^{A T})^-1 jump` mode by mode, as functions of tau with proved bounds on their derivatives.
 
-use crate::modal::{Block, Pair};
+use crate::modal::{Block, Pair, times};
 use crate::orbit::series::{Entry, ORDER};
 
 /// A span of times and the point in it about which functions of time are expanded.
@@ -20,14 +20,6 @@ pub(crate) struct Green {
     blocks: Vec<(Block, Pair)>,
     /// `(weight, growth)` of the norm of each block.
     norms: Vec<(f64, f64)>,
-}
-
-#[inline]
-fn times(a: &[Pair; 2], z: Pair) -> Pair {
-    [
-        a[0][0] * z[0] + a[0][1] * z[1],
-        a[1][0] * z[0] + a[1][1] * z[1],
-    ]
 }
 
 impl Green {

@@ -5,8 +5,8 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
-use crate::linalg::rank::{self, SolutionSet};
-use crate::modal::{Block, Form, Pair};
+use crate::linalg::rank::SolutionSet;
+use crate::modal::{Block, Form, Pair, times};
 use nalgebra::{DMatrix, DVector};
 
 /// A mode whose `det(I - e^{A T})` is below this, relative to its size, keeps its two unknowns.
@@ -27,15 +27,6 @@ pub(crate) struct Instant<'a> {
     pub(super) period: f64,
 }
 
-/// The two conditions for one stop hit, in the unknowns `(p, cos, sin)`: `rows[0] x = 0`, the normal velocity is
-/// reversed; `rows[1] x = target`, the contact is where the stop is.
-pub(crate) struct OneStop {
-    pub rows: [[f64; 3]; 2],
-    pub target: f64,
-    /// The units of p and of (cos, sin).
-    pub units: Pair,
-}
-
 /// Affine form in the unknowns: coefficients of p and of u, and a constant.
 struct Sums {
     by_impulse: DMatrix<f64>,
@@ -51,13 +42,6 @@ fn resolvent(block: Block, period: f64) -> Option<[Pair; 2]> {
     }
     let [[a, b], [c, d]] = block.one_minus_propagator(period);
     Some([[d / det, -b / det], [-c / det, a / det]])
-}
-
-pub(super) fn times(m: &[Pair; 2], z: Pair) -> Pair {
-    [
-        m[0][0] * z[0] + m[0][1] * z[1],
-        m[1][0] * z[0] + m[1][1] * z[1],
-    ]
 }
 
 impl<'a> Instant<'a> {
@@ -122,7 +106,7 @@ impl<'a> Instant<'a> {
     }
 
     /// What a row sees of the eliminated blocks under a unit impulse of a stop.
-    fn pushed(&self, row: &[Pair], stop: usize) -> f64 {
+    pub(super) fn pushed(&self, row: &[Pair], stop: usize) -> f64 {
         let jumps = &self.scene.jumps[stop];
         let mut sum = 0.0;
         for ((resolvent, r), jump) in self.resolvents.iter().zip(row).zip(jumps) {
@@ -135,7 +119,7 @@ impl<'a> Instant<'a> {
     }
 
     /// What a row sees of the steady response, per unit of cos and sin.
-    fn driven(&self, row: &[Pair]) -> Pair {
+    pub(super) fn driven(&self, row: &[Pair]) -> Pair {
         let mut sum = [0.0, 0.0];
         for (r, [cos, sin]) in row.iter().zip(&self.steady) {
             sum[0] += r[0] * cos[0] + r[1] * cos[1];
@@ -144,37 +128,8 @@ impl<'a> Instant<'a> {
         sum
     }
 
-    /// The conditions for one stop hit and no mode retained, in units of order one; `None` in any other case.
-    pub fn one_stop_conditions(&self) -> Option<OneStop> {
-        let &[stop] = self.stops else { return None };
-        if !self.retained.is_empty() {
-            return None;
-        }
-        let (scene, g) = (self.scene, &self.scene.geometry);
-        let (velocity, position) = (&scene.velocity_rows[stop], &scene.position_rows[stop]);
-        let (e, delassus) = (
-            g.restitutions[stop],
-            g.normals.column(stop).dot(&g.reactions.column(stop)),
-        );
-        let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
-        let (w, push) = (or_one(scene.frequency), 1.0 / or_one(delassus.abs()));
-        let speed = self.driven(velocity).map(|x| (1.0 + e) * x);
-        let place = self.driven(position).map(|x| w * x);
-        let response = 1.0 / or_one(speed.iter().chain(&place).fold(0.0, |m, x| x.abs().max(m)));
-        let repeat = ((1.0 + e) * self.pushed(velocity, stop) + e * delassus) * push;
-        let contact = w * self.pushed(position, stop) * push;
-        Some(OneStop {
-            rows: [
-                [repeat, speed[0] * response, speed[1] * response],
-                [contact, place[0] * response, place[1] * response],
-            ],
-            target: w * (g.clearances[stop] - along(position, &self.equilibrium)),
-            units: [push, response],
-        })
-    }
-
     /// `n_a . b_b` of the stops hit.
-    fn delassus(&self) -> DMatrix<f64> {
+    pub(super) fn delassus(&self) -> DMatrix<f64> {
         let (n, b) = (&self.scene.geometry.normals, &self.scene.geometry.reactions);
         DMatrix::from_fn(self.stops.len(), self.stops.len(), |i, j| {
             n.column(self.stops[i]).dot(&b.column(self.stops[j]))
@@ -289,8 +244,7 @@ impl<'a> Instant<'a> {
         let known = matrix.columns(inner, 2) * DVector::from_row_slice(&u);
         let units = self.units(&matrix, 0);
         let floor = 1.0 / units.columns[inner];
-        let set = solve_in(
-            &units,
+        let set = units.solve(
             &matrix.columns(0, inner).into_owned(),
             &(rhs - known),
             floor,
@@ -330,7 +284,7 @@ impl<'a> Instant<'a> {
             None => self.clearances() - constant,
         };
         let rhs = DVector::from_iterator(inner + k, rhs.iter().chain(target.iter()).copied());
-        solve_in(&self.units(&matrix, k), &matrix, &rhs, 0.0)
+        self.units(&matrix, k).solve(&matrix, &rhs, 0.0)
     }
 
     /// The phase part u of X, or of a null vector.
@@ -388,84 +342,6 @@ impl<'a> Instant<'a> {
             .map(|&i| along(&self.scene.position_rows[i], after))
             .collect()
     }
-}
-
-/// Units in which the conditions have entries of order one, so that neither a unit of measurement nor the rounding of a
-/// vanishing entry decides the rank.
-pub(super) struct Units {
-    /// Of the unknowns.
-    pub columns: DVector<f64>,
-    /// Of the equations.
-    pub rows: DVector<f64>,
-}
-
-impl Instant<'_> {
-    /// Velocities are measured by the normal velocity of a unit impulse, positions by that over the forcing frequency,
-    /// forcing by the largest response to it; `contacts` rows follow those of `repeat_rows`, `extra` columns the phase.
-    pub(super) fn units(&self, matrix: &DMatrix<f64>, contacts: usize) -> Units {
-        let (k, inner) = (self.n_impulses(), self.n_inner());
-        let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
-        let w = or_one(self.scene.frequency);
-        let push = or_one(self.delassus().amax());
-        let jumps = self.stops.iter().flat_map(|&i| {
-            self.retained
-                .iter()
-                .flat_map(move |&j| self.scene.jumps[i][j])
-        });
-        let modal = or_one(jumps.fold(0.0f64, |m, x| m.max(x.abs()))) / push;
-        let is_position = |i: usize| (i - k).is_multiple_of(2);
-        let mut columns = DVector::from_fn(matrix.ncols(), |i, _| match i {
-            i if i < k => 1.0 / push,
-            i if i < inner && is_position(i) => modal / w,
-            i if i < inner => modal,
-            _ => 1.0,
-        });
-        let rows = DVector::from_fn(inner + contacts, |i, _| match i {
-            i if i < k => 1.0,
-            i if i < inner && is_position(i) => w / modal,
-            i if i < inner => 1.0 / modal,
-            _ => w,
-        });
-        for (from, count) in [(inner, 2), (inner + 2, 1)] {
-            if from + count <= matrix.ncols() {
-                let block = matrix.columns(from, count);
-                let largest = (0..block.nrows())
-                    .map(|i| rows[i] * block.row(i).amax())
-                    .fold(0.0, f64::max);
-                columns.rows_mut(from, count).fill(1.0 / or_one(largest));
-            }
-        }
-        Units { columns, rows }
-    }
-}
-
-/// Solves in the given units; the residual is relative to the size of the right-hand side, `floor` at least.
-fn solve_in(
-    units: &Units,
-    matrix: &DMatrix<f64>,
-    rhs: &DVector<f64>,
-    floor: f64,
-) -> Result<SolutionSet> {
-    let mut a = matrix.clone();
-    for (i, mut row) in a.row_iter_mut().enumerate() {
-        for (j, x) in row.iter_mut().enumerate() {
-            *x *= units.rows[i] * units.columns[j];
-        }
-    }
-    let b = rhs.component_mul(&units.rows);
-    let mut set = rank::solve(&a, &b, RANK_TOL)?;
-    let scale = set.particular.norm() + b.norm().max(floor);
-    set.residual = if scale > 0.0 {
-        set.residual / scale
-    } else {
-        0.0
-    };
-    set.particular
-        .component_mul_assign(&units.columns.rows(0, a.ncols()));
-    for (j, mut row) in set.null_space.row_iter_mut().enumerate() {
-        row *= units.columns[j];
-    }
-    Ok(set)
 }
 
 pub(super) fn enlarged_exponential(

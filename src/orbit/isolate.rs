@@ -1,7 +1,9 @@
 //! Every zero of an analytic function on an interval, by walking over it in cells that are each decided by bounds
 //! (theory 5): a cell has no zero, or the function is monotone in it, or the cell is halved, down to a smallest width.
 
+use crate::error::Result;
 use crate::orbit::series::Series;
+use crate::watch::Watch;
 
 /// The interval over the smallest cell.
 const FINEST: u64 = 1 << 26;
@@ -97,11 +99,15 @@ fn judge(place: &Place, sampled: &Sampled) -> Verdict {
 }
 
 /// Walks over `low..high`; the ends that are named in `deflated` are expanded about.
+///
+/// # Errors
+/// `Error::Interrupted` from the watch.
 pub(crate) fn isolate(
     (low, high): (f64, f64),
     deflated: (bool, bool),
+    watch: &mut Watch<'_>,
     mut function: impl FnMut(&Place) -> Sampled,
-) -> Isolated {
+) -> Result<Isolated> {
     let mut found = Isolated::default();
     let at = |i: u64| {
         if i == FINEST {
@@ -125,6 +131,7 @@ pub(crate) fn isolate(
                 high: at(position + width),
                 end,
             };
+            watch.look()?;
             found.cells += 1;
             let verdict = judge(&place, &function(&place));
             let is_last = width == 1 || found.cells >= MOST_CELLS;
@@ -162,12 +169,12 @@ pub(crate) fn isolate(
                     end: End::Neither,
                 },
             );
-            return found;
+            return Ok(found);
         }
         position += width;
         step = if is_first_try { 2 * width } else { width };
     }
-    found
+    Ok(found)
 }
 
 /// Adds a cell to the undecided stretches, joined to the last one where they touch.
@@ -190,7 +197,9 @@ mod tests {
 
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {
-        isolate((0.0, 10.0), (false, false), |place| {
+        let mut go_on = || std::ops::ControlFlow::Continue(());
+        let mut watch = Watch::new(&mut go_on);
+        isolate((0.0, 10.0), (false, false), &mut watch, |place| {
             let (origin, scale) = (
                 0.5 * (place.low + place.high),
                 0.5 * (place.high - place.low),
@@ -211,6 +220,7 @@ mod tests {
                 floor: 1e-15,
             }
         })
+        .expect("not interrupted")
     }
 
     #[test]

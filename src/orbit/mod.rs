@@ -1,10 +1,12 @@
 //! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
 
 mod admissible;
+mod certificate;
 mod closed_form;
 mod conditions;
 mod find;
 mod flight_time;
+mod free;
 mod green;
 mod guess;
 mod impulses;
@@ -12,6 +14,7 @@ mod isolate;
 mod minors;
 mod one_instant;
 mod one_stop;
+mod orbits;
 mod pattern;
 mod periodic_orbit;
 mod polish;
@@ -22,14 +25,17 @@ mod series;
 mod shooting;
 mod stability;
 mod two_instants;
+mod units;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
 pub use find::{find_orbit, find_orbit_checked};
+pub use free::Free;
 pub use guess::Guess;
+pub use orbits::{Family, OrbitOptions, Orbits, Verdict};
 pub use pattern::Pattern;
-pub use periodic_orbit::{Family, OrbitOptions, Orbits, PeriodicOrbit, Saved, Verdict};
-pub use search::{Free, periodic_orbits};
+pub use periodic_orbit::{PeriodicOrbit, Saved};
+pub use search::{periodic_orbits, periodic_orbits_checked};
 pub use stability::{OrderMultipliers, Stability};
 
 pub(crate) use admissible::{Admissibility, Judge};

@@ -2,6 +2,7 @@
 //! space, direction the cross product of the two rows, and the orbits are where it meets the circle (theory 5). Gives
 //! what the singular value decomposition gives, where the rank is beyond doubt.
 
+use crate::flow::along;
 use crate::modal::Pair;
 use crate::orbit::impulses::Instant;
 use crate::orbit::one_instant::{Crossing, chord};
@@ -15,6 +16,15 @@ const CLEAR_DIRECTION: f64 = 1e-6;
 
 type Row = [f64; 3];
 
+/// The two conditions for one stop hit, in the unknowns `(p, cos, sin)`: `rows[0] x = 0`, the normal velocity is
+/// reversed; `rows[1] x = target`, the contact is where the stop is.
+struct OneStop {
+    rows: [Row; 2],
+    target: f64,
+    /// The units of p and of (cos, sin).
+    units: Pair,
+}
+
 fn cross(a: Row, b: Row) -> Row {
     [
         a[1] * b[2] - a[2] * b[1],
@@ -25,6 +35,37 @@ fn cross(a: Row, b: Row) -> Row {
 
 fn square(a: Row) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+}
+
+impl Instant<'_> {
+    /// The conditions for one stop hit and no mode retained, in units of order one; `None` in any other case.
+    fn one_stop_conditions(&self) -> Option<OneStop> {
+        let &[stop] = self.stops else { return None };
+        if !self.retained.is_empty() {
+            return None;
+        }
+        let (scene, g) = (self.scene, &self.scene.geometry);
+        let (velocity, position) = (&scene.velocity_rows[stop], &scene.position_rows[stop]);
+        let (e, delassus) = (
+            g.restitutions[stop],
+            g.normals.column(stop).dot(&g.reactions.column(stop)),
+        );
+        let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
+        let (w, push) = (or_one(scene.frequency), 1.0 / or_one(delassus.abs()));
+        let speed = self.driven(velocity).map(|x| (1.0 + e) * x);
+        let place = self.driven(position).map(|x| w * x);
+        let response = 1.0 / or_one(speed.iter().chain(&place).fold(0.0, |m, x| x.abs().max(m)));
+        let repeat = ((1.0 + e) * self.pushed(velocity, stop) + e * delassus) * push;
+        let contact = w * self.pushed(position, stop) * push;
+        Some(OneStop {
+            rows: [
+                [repeat, speed[0] * response, speed[1] * response],
+                [contact, place[0] * response, place[1] * response],
+            ],
+            target: w * (g.clearances[stop] - along(position, &self.equilibrium)),
+            units: [push, response],
+        })
+    }
 }
 
 /// The solutions for a given clearance; `None` where more than one stop is hit, modes are retained, or the rank is in

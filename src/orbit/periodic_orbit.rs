@@ -1,5 +1,4 @@
-//! Periodic orbits as results: the motion at any time, its impacts, whether it is admissible and stable; and the list of
-//! all orbits of a pattern with the verdict on the periodic problem.
+//! A periodic orbit as a result: the motion at any time, its impacts, whether it is admissible and stable.
 
 use crate::error::Result;
 use crate::flow::carry;
@@ -11,7 +10,9 @@ use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::stability::{Stability, stability};
-use nalgebra::{DMatrix, DVector};
+use crate::watch::Watch;
+use nalgebra::DVector;
+use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 /// One flight of an orbit, in modal pairs.
@@ -31,16 +32,16 @@ pub(crate) struct Flight {
 pub struct PeriodicOrbit {
     scene: Scene,
     modal: Arc<ModalScene>,
-    flow: Arc<SceneFlow>,
+    flow: OnceLock<SceneFlow>,
     pattern: Pattern,
     n_periods: usize,
     period: f64,
     phase: f64,
     flights: Vec<Flight>,
     impacts: Vec<Impact>,
-    admissibility: Admissibility,
-    violation: Option<Violation>,
-    stability: OnceLock<Result<Stability>>,
+    admissibility: OnceLock<Admissibility>,
+    violation: OnceLock<Option<Violation>>,
+    stability: OnceLock<Stability>,
 }
 
 /// What makes an orbit: the parts that a solver found.
@@ -55,12 +56,7 @@ pub(crate) struct Parts {
 
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
-    pub(crate) fn new(
-        scene: &Scene,
-        modal: Arc<ModalScene>,
-        flow: Arc<SceneFlow>,
-        parts: Parts,
-    ) -> Result<Self> {
+    pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: Parts) -> Result<Self> {
         let Parts {
             pattern,
             n_periods,
@@ -69,7 +65,6 @@ impl PeriodicOrbit {
             impulses,
         } = parts;
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
-        let admissibility = Judge::new(&modal).admissibility(phase, &flights, &impacts);
         Ok(Self {
             scene: match scene.forcing().frequency() {
                 Some(_) => scene.replace(Change::Phase(phase))?,
@@ -77,14 +72,14 @@ impl PeriodicOrbit {
             },
             period: flights.iter().map(|f| f.span).sum(),
             modal,
-            flow,
+            flow: OnceLock::new(),
             pattern,
             n_periods,
             phase,
             flights,
             impacts,
-            violation: admissibility.breach.map(|breach| breach.describe()),
-            admissibility,
+            admissibility: OnceLock::new(),
+            violation: OnceLock::new(),
             stability: OnceLock::new(),
         })
     }
@@ -163,7 +158,8 @@ impl PeriodicOrbit {
             .rfind(|f| f.start <= local)
             .unwrap_or(&self.flights[0]);
         let mut state = flight.after.clone();
-        with_flow!(&*self.flow, f => carry(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
+        let flow = self.flow.get_or_init(|| self.modal.flow());
+        with_flow!(flow, f => carry(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
         self.modal.form.to_physical(&state)
     }
 
@@ -172,19 +168,51 @@ impl PeriodicOrbit {
         coefficients(&self.modal, self.phase, &self.flights[0].after)
     }
 
-    /// Whether the orbit keeps the rules of contact at every time.
+    /// What the rules of contact say, searched when first asked for.
+    fn admissibility(&self) -> &Admissibility {
+        self.judged(&mut Watch::new(&mut || ControlFlow::Continue(())))
+            .expect("a search that nobody interrupts comes to its end")
+    }
+
+    pub(super) fn judged(&self, watch: &mut Watch<'_>) -> Result<&Admissibility> {
+        if let Some(known) = self.admissibility.get() {
+            return Ok(known);
+        }
+        let found = Judge::new(&self.modal).admissibility(
+            self.phase,
+            &self.flights,
+            &self.impacts,
+            watch,
+        )?;
+        Ok(self.admissibility.get_or_init(|| found))
+    }
+
+    /// Whether the orbit keeps the rules of contact at every time; searched when first asked for.
     pub fn is_admissible(&self) -> bool {
-        self.violation.is_none()
+        self.admissibility().breach.is_none()
+    }
+
+    /// [`is_admissible`](Self::is_admissible), asking `observer` from time to time whether to go on.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` when the observer breaks off.
+    pub fn is_admissible_checked(
+        &self,
+        observer: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<bool> {
+        Ok(self.judged(&mut Watch::new(observer))?.breach.is_none())
     }
 
     /// The worst breach of the rules of contact.
     pub fn violation(&self) -> Option<&Violation> {
-        self.violation.as_ref()
+        self.violation
+            .get_or_init(|| self.admissibility().breach.map(|breach| breach.describe()))
+            .as_ref()
     }
 
     /// Touches within the margin, without impact.
     pub fn touches(&self) -> &[Touch] {
-        &self.admissibility.touches
+        &self.admissibility().touches
     }
 
     /// Multipliers and what they decide, computed when first asked for.
@@ -192,18 +220,34 @@ impl PeriodicOrbit {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn stability(&self) -> Result<&Stability> {
-        self.stability
-            .get_or_init(|| {
-                stability(
-                    &self.modal,
-                    self.pattern.instants(),
-                    self.phase,
-                    &self.flights,
-                    &self.admissibility,
-                )
-            })
-            .as_ref()
-            .map_err(Clone::clone)
+        self.stability_checked(&mut || ControlFlow::Continue(()))
+    }
+
+    /// [`stability`](Self::stability), asking `observer` from time to time whether to go on.
+    ///
+    /// # Errors
+    /// As [`stability`](Self::stability); `Error::Interrupted` when the observer breaks off.
+    pub fn stability_checked(
+        &self,
+        observer: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<&Stability> {
+        self.decided(&mut Watch::new(observer))
+    }
+
+    pub(super) fn decided(&self, watch: &mut Watch<'_>) -> Result<&Stability> {
+        if let Some(known) = self.stability.get() {
+            return Ok(known);
+        }
+        let admissibility = self.judged(watch)?;
+        let found = stability(
+            &self.modal,
+            self.pattern.instants(),
+            self.phase,
+            &self.flights,
+            admissibility,
+            watch,
+        )?;
+        Ok(self.stability.get_or_init(|| found))
     }
 }
 
@@ -268,7 +312,6 @@ impl PeriodicOrbit {
             });
             start += span;
         }
-        let flow = Arc::new(modal.flow());
         let Saved {
             n_periods,
             phase,
@@ -278,7 +321,6 @@ impl PeriodicOrbit {
         Self::new(
             scene,
             modal,
-            flow,
             Parts {
                 pattern,
                 n_periods,
@@ -314,95 +356,4 @@ pub(crate) fn list_impacts(
         }
     }
     impacts
-}
-
-/// The verdict on a periodic problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// There are isolated orbits.
-    Found,
-    /// There is none.
-    None,
-    /// There is a family of orbits with one parameter or more.
-    Family,
-}
-
-/// The directions of a family of orbits.
-#[derive(Debug, Clone)]
-pub struct Family {
-    /// Directions of the contact state (q, v) in which the orbit may be changed, shape `(2n, dimension)`.
-    pub basis: DMatrix<f64>,
-}
-
-/// Options of [`crate::periodic_orbits`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct OrbitOptions {
-    /// Forcing periods in one period of the orbit, 1 or more.
-    pub n_periods: usize,
-    /// A given forcing phase at the first impact \[rad\]: the clearances come out. `None`: clearances given, phase found.
-    pub phase: Option<f64>,
-    /// One more unknown, as stops hit together need.
-    pub free: Option<crate::orbit::Free>,
-    /// The range of the free parameter.
-    pub between: Option<(f64, f64)>,
-}
-
-impl Default for OrbitOptions {
-    fn default() -> Self {
-        Self {
-            n_periods: 1,
-            phase: None,
-            free: None,
-            between: None,
-        }
-    }
-}
-
-/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
-#[derive(Debug, Clone)]
-pub struct Orbits {
-    pub(crate) all: Vec<PeriodicOrbit>,
-    pub(crate) verdict: Verdict,
-    pub(crate) reason: String,
-    pub(crate) margin: Option<f64>,
-    pub(crate) family: Option<Family>,
-}
-
-impl Orbits {
-    /// Whether orbits were found, or a family, or none.
-    pub fn verdict(&self) -> Verdict {
-        self.verdict
-    }
-
-    /// Why, in words.
-    pub fn reason(&self) -> &str {
-        &self.reason
-    }
-
-    /// `1 - |d|/|alpha|`: how far the parameters are from the fold at which the orbits meet and vanish; negative: none.
-    pub fn margin(&self) -> Option<f64> {
-        self.margin
-    }
-
-    /// The family, where the verdict is one.
-    pub fn family(&self) -> Option<&Family> {
-        self.family.as_ref()
-    }
-}
-
-impl IntoIterator for Orbits {
-    type Item = PeriodicOrbit;
-    type IntoIter = std::vec::IntoIter<PeriodicOrbit>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.all.into_iter()
-    }
-}
-
-impl std::ops::Deref for Orbits {
-    type Target = [PeriodicOrbit];
-
-    fn deref(&self) -> &[PeriodicOrbit] {
-        &self.all
-    }
 }

@@ -1,46 +1,32 @@
 //! `periodic_orbits`: from a scene and a pattern to every orbit, its verdict and its order.
 
 use crate::error::{Error, Result};
-use crate::flow::{ModalScene, SceneFlow};
+use crate::flow::ModalScene;
 use crate::model::{Change, Parameter, Scene};
+use crate::orbit::free::{Free, free_clearance, free_forcing, free_parameter};
 use crate::orbit::impulses::Instant;
-use crate::orbit::one_instant::{Crossing, Solution, clearance_given, meet_circle, phase_given};
-use crate::orbit::periodic_orbit::{Family, Parts};
+use crate::orbit::one_instant::{Crossing, Solution, clearance_given, phase_given};
+use crate::orbit::periodic_orbit::Parts;
 use crate::orbit::two_instants::two_instants;
-use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use crate::orbit::{Family, OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Systems of more degrees of freedom are listed by admissibility alone: their multipliers cost O(n^3) and are computed
 /// only when asked for.
 const SORT_BY_STABILITY_UP_TO: usize = 60;
-/// Samples of a free parameter's range.
-const SAMPLES: usize = 400;
-
-/// The parameter that is one more unknown of a pattern whose stops are hit together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Free {
-    /// The clearances of the stops hit, all times one factor (equal ones stay equal).
-    Clearance,
-    /// A parameter of the scene, searched in a range.
-    Parameter(Parameter),
-}
-
-impl std::fmt::Display for Free {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Clearance => write!(f, "clearance"),
-            Self::Parameter(parameter) => write!(f, "{parameter}"),
-        }
-    }
-}
 
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
 ///
 /// With the clearances given (the default) the forcing phase at the first impact is found; with `options.phase` given,
 /// the clearances of the stops in the pattern come out. Orbits that are not admissible are returned with their
-/// violation.
+/// violation, which is searched for when first asked for.
+///
+/// The list is in the order of [`Orbits`]: stable and admissible ones first; in systems of more than 60 degrees of freedom
+/// admissible ones first, stable or not.
 ///
 /// A pattern of two instants is searched in the flight time between them, every one of which is decided by bounds;
 /// `Orbits::reason` says what was proved. One stop hit twice gives one orbit for each pair of flight times that add up to
@@ -64,12 +50,26 @@ impl std::fmt::Display for Free {
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Orbits> {
+    periodic_orbits_checked(scene, pattern, options, &mut || ControlFlow::Continue(()))
+}
+
+/// [`periodic_orbits`], asking `observer` from time to time whether to go on.
+///
+/// # Errors
+/// As [`periodic_orbits`]; `Error::Interrupted` when the observer breaks off.
+pub fn periodic_orbits_checked(
+    scene: &Scene,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Orbits> {
+    let watch = &mut Watch::new(observer);
     check(scene, pattern, options)?;
     let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
     match pattern.instants() {
-        [] => without_impacts(scene, &modal, options),
-        [stops] => one_instant(scene, &modal, stops, options),
-        [_, _] => two_instants(scene, &modal, pattern, options),
+        [] => without_impacts(scene, &modal, options, watch),
+        [stops] => one_instant(scene, &modal, stops, options, watch),
+        [_, _] => two_instants(scene, &modal, pattern, options, watch),
         more => Err(Error::bad_value(
             "pattern",
             format!("of {} instants", more.len()),
@@ -143,6 +143,7 @@ fn without_impacts(
     scene: &Scene,
     modal: &Arc<ModalScene>,
     options: &OrbitOptions,
+    watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
     let phase = options.phase.unwrap_or_else(|| scene.forcing().phase());
     let instant = Instant::new(modal, &[], period(modal, options.n_periods));
@@ -162,14 +163,16 @@ fn without_impacts(
         &instant,
         &crossing,
         reason.to_owned(),
+        watch,
     )
 }
 
-fn one_instant(
+pub(super) fn one_instant(
     scene: &Scene,
     modal: &Arc<ModalScene>,
     stops: &[usize],
     options: &OrbitOptions,
+    watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
     let instant = Instant::new(modal, stops, period(modal, options.n_periods));
     let pattern = Pattern::together(stops)?;
@@ -180,7 +183,9 @@ fn one_instant(
                 &crossing,
                 "I - R e^(AT) is singular and the forcing is not in its range",
             );
-            finish(scene, modal, &pattern, options, &instant, &crossing, reason)
+            finish(
+                scene, modal, &pattern, options, &instant, &crossing, reason, watch,
+            )
         }
         (None, None) => {
             let crossing = clearance_given(&instant)?;
@@ -190,19 +195,23 @@ fn one_instant(
                 "the forcing is too weak for a contact at this clearance: no phase reaches it"
             };
             let reason = describe(&crossing, hint);
-            finish(scene, modal, &pattern, options, &instant, &crossing, reason)
+            finish(
+                scene, modal, &pattern, options, &instant, &crossing, reason, watch,
+            )
         }
-        (None, Some(Free::Clearance)) => free_clearance(scene, modal, &pattern, options, &instant),
+        (None, Some(Free::Clearance)) => {
+            free_clearance(scene, modal, &pattern, options, &instant, watch)
+        }
         (None, Some(Free::Parameter(Parameter::ForcingScale))) => {
-            free_forcing(scene, &pattern, options, &instant)
+            free_forcing(scene, &pattern, options, &instant, watch)
         }
         (None, Some(Free::Parameter(parameter))) => {
-            free_parameter(scene, &pattern, options, parameter)
+            free_parameter(scene, &pattern, options, parameter, watch)
         }
     }
 }
 
-fn describe(crossing: &Crossing, none: &str) -> String {
+pub(super) fn describe(crossing: &Crossing, none: &str) -> String {
     if crossing.points.is_empty() {
         none.to_owned()
     } else if crossing.is_any_phase {
@@ -221,7 +230,7 @@ fn describe(crossing: &Crossing, none: &str) -> String {
 }
 
 /// Builds the orbits of a crossing, and orders them.
-fn finish(
+pub(super) fn finish(
     scene: &Scene,
     modal: &Arc<ModalScene>,
     pattern: &Pattern,
@@ -229,12 +238,12 @@ fn finish(
     instant: &Instant<'_>,
     crossing: &Crossing,
     reason: String,
+    watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
-    let flow = Arc::new(modal.flow());
     let orbits = crossing
         .points
         .iter()
-        .map(|x| build(scene, modal, &flow, pattern, options, instant, x))
+        .map(|x| build(scene, modal, pattern, options, instant, x))
         .collect::<Result<Vec<_>>>()?;
     let basis = family_basis(modal, instant, crossing);
     let is_family = basis.ncols() > 0 || crossing.is_any_phase;
@@ -245,7 +254,7 @@ fn finish(
     };
     let family = (verdict == Verdict::Family).then_some(Family { basis });
     Ok(Orbits {
-        all: sorted(orbits)?,
+        all: sorted(orbits, watch)?,
         verdict,
         reason,
         margin: crossing.margin,
@@ -276,7 +285,6 @@ fn family_basis(modal: &ModalScene, instant: &Instant<'_>, crossing: &Crossing) 
 fn build(
     scene: &Scene,
     modal: &Arc<ModalScene>,
-    flow: &Arc<SceneFlow>,
     pattern: &Pattern,
     options: &OrbitOptions,
     instant: &Instant<'_>,
@@ -287,16 +295,7 @@ fn build(
         flight,
         impulses,
     } = Solution::new(instant, x, period(modal, options.n_periods));
-    let (scene, modal) = if options.phase.is_some() && instant.n_impulses() > 0 {
-        with_contacts(
-            scene,
-            modal,
-            &pattern.instants()[0],
-            &instant.contacts(&flight.after),
-        )?
-    } else {
-        (scene.clone(), modal.clone())
-    };
+    let contacts = instant.contacts(&flight.after);
     let parts = Parts {
         pattern: pattern.clone(),
         n_periods: options.n_periods,
@@ -304,7 +303,11 @@ fn build(
         flights: vec![flight],
         impulses: impulses.as_slice().to_vec(),
     };
-    PeriodicOrbit::new(&scene, modal, flow.clone(), parts)
+    if options.phase.is_none() || contacts.is_empty() {
+        return PeriodicOrbit::new(scene, modal.clone(), parts);
+    }
+    let (scene, modal) = with_contacts(scene, modal, &pattern.instants()[0], &contacts)?;
+    PeriodicOrbit::new(&scene, modal, parts)
 }
 
 /// The scene with the clearances of the given stops set so that they are where the contacts are.
@@ -314,14 +317,13 @@ pub(super) fn with_contacts(
     stops: &[usize],
     contacts: &[f64],
 ) -> Result<(Scene, Arc<ModalScene>)> {
-    let mut scene = scene.clone();
     let mut geometry = (*modal.geometry).clone();
     for (&stop, &contact) in stops.iter().zip(contacts) {
-        scene = scene.replace(Change::ClearanceOf(stop, contact))?;
         geometry.clearances[stop] = contact;
     }
+    let clearances = geometry.clearances.as_slice().to_vec();
     Ok((
-        scene,
+        scene.replace(Change::Clearance(clearances))?,
         Arc::new(ModalScene {
             geometry: Arc::new(geometry),
             ..(**modal).clone()
@@ -353,215 +355,21 @@ pub(crate) fn ranking(
     Ok(order)
 }
 
-/// The orbits in the order of [`ranking`].
-pub(super) fn sorted(mut orbits: Vec<PeriodicOrbit>) -> Result<Vec<PeriodicOrbit>> {
-    let depths: Vec<Option<f64>> = orbits
+/// The orbits in the order of [`ranking`]. A single one is not judged before somebody asks.
+pub(super) fn sorted(
+    mut orbits: Vec<PeriodicOrbit>,
+    watch: &mut Watch<'_>,
+) -> Result<Vec<PeriodicOrbit>> {
+    if orbits.len() < 2 {
+        return Ok(orbits);
+    }
+    let depths = orbits
         .iter()
-        .map(|o| o.violation().map(|v| v.depth))
-        .collect();
-    let n_dof = orbits.first().map_or(0, |o| o.q0().len());
-    let order = ranking(n_dof, &depths, |i| {
-        Ok(orbits[i].stability()?.is_stable == Some(true))
+        .map(|o| Ok(o.judged(watch)?.breach.map(|breach| breach.depth)))
+        .collect::<Result<Vec<_>>>()?;
+    let order = ranking(orbits[0].scene().n_dof(), &depths, |i| {
+        Ok(orbits[i].decided(watch)?.is_stable == Some(true))
     })?;
     let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();
     Ok(order.into_iter().filter_map(|i| slots[i].take()).collect())
-}
-
-/// Stops hit together at clearances times one unknown factor (theory 5: kind 1).
-fn free_clearance(
-    scene: &Scene,
-    modal: &Arc<ModalScene>,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    instant: &Instant<'_>,
-) -> Result<Orbits> {
-    let given = instant.clearances();
-    let direction = if given.amax() > 0.0 {
-        given
-    } else {
-        given.map(|_| 1.0)
-    };
-    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| {
-        instant.phase_part(x)
-    })?;
-    let reason = describe(
-        &crossing,
-        "no common factor on the clearances lets the stops be hit together",
-    );
-    // The orbits' own contact positions are the clearances.
-    let given_phase = OrbitOptions {
-        phase: Some(0.0),
-        ..options.clone()
-    };
-    finish(
-        scene,
-        modal,
-        pattern,
-        &given_phase,
-        instant,
-        &crossing,
-        reason,
-    )
-}
-
-/// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
-fn free_forcing(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    instant: &Instant<'_>,
-) -> Result<Orbits> {
-    let set = instant.at_clearance(None)?;
-    let u = instant.phase_part(&set.particular);
-    let scale = u[0].hypot(u[1]);
-    let inside = options
-        .between
-        .is_none_or(|(low, high)| (low..=high).contains(&scale));
-    if set.residual > 1e-11 || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
-        return Ok(Orbits {
-            all: Vec::new(),
-            verdict: Verdict::None,
-            reason: "no factor on the forcing lets the stops be hit together".to_owned(),
-            margin: None,
-            family: None,
-        });
-    }
-    let scene = scene.replace(Change::ForcingScale(scale))?;
-    let modal = Arc::new(ModalScene::new(&scene, "periodic_orbits")?);
-    let mut orbits = one_instant(
-        &scene,
-        &modal,
-        &pattern.instants()[0],
-        &OrbitOptions {
-            free: None,
-            between: None,
-            ..options.clone()
-        },
-    )?;
-    orbits.reason = format!("one solution, at forcing_scale = {scale}");
-    Ok(orbits)
-}
-
-/// How far the contact equations of stops hit together are from being met by one phase.
-fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Option<f64>> {
-    let modal = ModalScene::new(scene, "periodic_orbits")?;
-    let instant = Instant::new(&modal, stops, period(&modal, options.n_periods));
-    Ok(clearance_given(&instant)?.margin.filter(|m| m.is_finite()))
-}
-
-/// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as good as its samples.
-fn free_parameter(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    parameter: Parameter,
-) -> Result<Orbits> {
-    let stops = &pattern.instants()[0];
-    let (low, high) = options.between.unwrap_or((0.0, 0.0));
-    let at = |x: f64| mismatch(&scene.replace(parameter.change(x))?, stops, options);
-    let mut best: Option<f64> = None;
-    let mut roots = Vec::new();
-    let mut previous: Option<(f64, f64)> = None;
-    for i in 0..=SAMPLES {
-        let x = low + (high - low) * i as f64 / SAMPLES as f64;
-        let Some(y) = at(x)? else {
-            previous = None;
-            continue;
-        };
-        if best.is_none_or(|b| y.abs() < b.abs()) {
-            best = Some(y);
-        }
-        if y == 0.0 {
-            roots.push(x);
-        } else if let Some((x0, y0)) = previous.filter(|&(_, y0)| y0 * y < 0.0)
-            && let Some(root) = bracketed(&at, (x0, y0), (x, y))?
-        {
-            roots.push(root);
-        }
-        previous = Some((x, y));
-    }
-    let mut all: Vec<PeriodicOrbit> = Vec::new();
-    for &root in &roots {
-        let changed = scene.replace(parameter.change(root))?;
-        all.extend(at_root(&changed, pattern, options)?);
-    }
-    let verdict = if all.is_empty() {
-        Verdict::None
-    } else {
-        Verdict::Found
-    };
-    let reason = if all.is_empty() {
-        format!(
-            "no value in [{low}, {high}] was found on {} samples",
-            SAMPLES + 1
-        )
-    } else {
-        format!(
-            "{} solutions in [{low}, {high}], found on {} samples",
-            all.len(),
-            SAMPLES + 1
-        )
-    };
-    Ok(Orbits {
-        all: sorted(all)?,
-        verdict,
-        reason,
-        margin: best,
-        family: None,
-    })
-}
-
-/// The orbit at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as little.
-fn at_root(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Vec<PeriodicOrbit>> {
-    let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
-    let instant = Instant::new(
-        &modal,
-        &pattern.instants()[0],
-        period(&modal, options.n_periods),
-    );
-    let set = instant.at_clearance(None)?;
-    let u = instant.phase_part(&set.particular);
-    let phase = u[1].atan2(u[0]);
-    let fixed = OrbitOptions {
-        phase: Some(phase),
-        free: None,
-        between: None,
-        ..options.clone()
-    };
-    Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed)?.all)
-}
-
-/// The root of a continuous function in a bracket by bisection and secants; `None` where the sign changes at a pole.
-fn bracketed(
-    f: &impl Fn(f64) -> Result<Option<f64>>,
-    (mut x0, mut y0): (f64, f64),
-    (mut x1, mut y1): (f64, f64),
-) -> Result<Option<f64>> {
-    let start = y0.abs().max(y1.abs());
-    for round in 0..200 {
-        let secant = x1 - y1 * (x1 - x0) / (y1 - y0);
-        let x = if round % 3 == 2 || !secant.is_finite() {
-            0.5 * (x0 + x1)
-        } else {
-            secant
-        };
-        if x <= x0.min(x1) || x >= x0.max(x1) || (x1 - x0).abs() <= 4.0 * f64::EPSILON * x.abs() {
-            break;
-        }
-        let Some(y) = f(x)? else { return Ok(None) };
-        if y == 0.0 {
-            return Ok(Some(x));
-        }
-        if y * y0 < 0.0 {
-            (x1, y1) = (x, y);
-        } else {
-            (x0, y0) = (x, y);
-        }
-    }
-    let (x, y) = if y0.abs() < y1.abs() {
-        (x0, y0)
-    } else {
-        (x1, y1)
-    };
-    Ok((y.abs() < 1e-6 * start.max(1e-6)).then_some(x))
 }

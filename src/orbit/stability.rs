@@ -7,6 +7,7 @@ use crate::linalg::eigen;
 use crate::modal::{Form, Pair};
 use crate::orbit::admissible::{Admissibility, Touch};
 use crate::orbit::periodic_orbit::Flight;
+use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// A largest modulus this close to 1 decides nothing.
@@ -190,6 +191,7 @@ pub(crate) fn stability(
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
+    watch: &mut Watch<'_>,
 ) -> Result<Stability> {
     if let Some(refusal) = refusal(scene, pattern, found) {
         return Ok(Stability {
@@ -204,6 +206,7 @@ pub(crate) fn stability(
         let modal = monodromy(scene, &order, phase, flights);
         let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&modal)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        watch.work(multipliers.len().pow(3))?;
         results.push(OrderMultipliers {
             order: order.concat(),
             multipliers: DVector::from_vec(multipliers),
@@ -232,6 +235,7 @@ pub(crate) fn largest_multiplier(
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
+    watch: &mut Watch<'_>,
 ) -> Result<Option<f64>> {
     if refusal(scene, pattern, found).is_some() {
         return Ok(None);
@@ -240,6 +244,7 @@ pub(crate) fn largest_multiplier(
     for order in orders(pattern) {
         let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights))?;
         largest = multipliers.iter().map(|z| z.norm()).fold(largest, f64::max);
+        watch.work(multipliers.len().pow(3))?;
     }
     Ok(Some(largest))
 }

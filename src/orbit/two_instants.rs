@@ -12,6 +12,7 @@ use crate::orbit::impulses::Instant;
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::search::{period, sorted, with_contacts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use crate::watch::Watch;
 use std::sync::Arc;
 
 /// Unknowns whose determinants are still expanded: two impulses and four retained modes.
@@ -23,6 +24,7 @@ pub(crate) fn two_instants(
     modal: &Arc<ModalScene>,
     pattern: &Pattern,
     options: &OrbitOptions,
+    watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
     let [first, second] = pattern.instants() else {
         return Err(Error::bad_value(
@@ -61,8 +63,7 @@ pub(crate) fn two_instants(
         phase: options.phase.map(|phase| [phase.cos(), phase.sin()]),
         pair: pair.unwrap_or((0, first.len())),
     };
-    let (roots, reason) = search.run()?;
-    let flow = Arc::new(modal.flow());
+    let (roots, reason) = search.run(watch)?;
     let mut orbits = Vec::with_capacity(roots.len());
     for root in &roots {
         let (impulses, u) = conditions.read(&root.x);
@@ -101,7 +102,7 @@ pub(crate) fn two_instants(
             flights,
             impulses,
         };
-        orbits.push(PeriodicOrbit::new(&scene, modal, flow.clone(), parts)?);
+        orbits.push(PeriodicOrbit::new(&scene, modal, parts)?);
     }
     let verdict = if orbits.is_empty() {
         Verdict::None
@@ -109,7 +110,7 @@ pub(crate) fn two_instants(
         Verdict::Found
     };
     Ok(Orbits {
-        all: sorted(orbits)?,
+        all: sorted(orbits, watch)?,
         verdict,
         reason,
         margin: None,

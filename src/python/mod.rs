@@ -8,6 +8,8 @@ mod interrupt;
 mod modal;
 mod model;
 mod orbit;
+mod orbit_facts;
+mod orbits;
 mod pattern;
 mod simulate;
 mod sweep;
@@ -27,10 +29,11 @@ mod _core {
         PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
-    use super::orbit::{
-        _restore_orbit, _restore_orbits, PyCoefficients, PyFamily, PyOrbit, PyOrbits, PyStability,
-        PyViolation, periodic_orbits,
-    };
+    use super::orbit::{_restore_orbit, PyOrbit};
+    #[pymodule_export]
+    use super::orbit_facts::{PyCoefficients, PyFamily, PyStability, PyViolation};
+    #[pymodule_export]
+    use super::orbits::{_restore_orbits, PyOrbits, periodic_orbits};
     #[pymodule_export]
     use super::simulate::{_restore_trajectory, PyStats, PyTrajectory, simulate};
 

@@ -153,7 +153,9 @@ pub(crate) fn _existence_at(
 ) -> PyResult<(u32, bool, bool, f64)> {
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
-    let cell = py.detach(|| sweep::existence_at(model, &pattern, n_periods))?;
+    let cell = interrupt::run(py, false, |observe| {
+        sweep::existence_at_checked(model, &pattern, n_periods, &mut || observe(0.0))
+    })?;
     Ok((
         cell.n_orbits,
         cell.is_admissible,

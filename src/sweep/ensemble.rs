@@ -5,7 +5,8 @@ use crate::flow::LinearFlow;
 use crate::flow::{ModalScene, with_flow};
 use crate::model::Scene;
 use crate::simulate::{Keep, Run, SimulateOptions, Status};
-use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};
+use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::watch::GoOn;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 

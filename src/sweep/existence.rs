@@ -8,10 +8,11 @@ use crate::impact::Impact;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{
     Admissibility, Instant, Judge, OrbitOptions, Pattern, Solution, check, clearance_given,
-    decides, largest_multiplier, list_impacts, period, periodic_orbits, ranking,
+    decides, largest_multiplier, list_impacts, period, periodic_orbits_checked, ranking,
 };
 use crate::sweep::moving::Moving;
-use crate::sweep::tiles::{GoOn, Progress, SweepOptions, fill};
+use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::watch::{GoOn, Watch};
 use std::ops::{ControlFlow, Range};
 
 /// Cells that a thread takes at a time.
@@ -128,12 +129,12 @@ impl ExistenceMap {
 
 /// Where in a plane of two parameters a pattern of impacts has a periodic orbit, an admissible one, a stable one.
 ///
-/// Each pair of values is answered as by [`periodic_orbits`] with the clearances given. `observer` is called on the calling
+/// Each pair of values is answered as by [`periodic_orbits`](crate::periodic_orbits) with the clearances given. `observer` is called on the calling
 /// thread about every 50 ms and at the end; breaking off stops every thread. The result has the same bits on any number of
 /// threads.
 ///
 /// # Errors
-/// Before anything is computed: a scene or pattern that [`periodic_orbits`] refuses, a value that breaks the rule of its
+/// Before anything is computed: a scene or pattern that [`periodic_orbits`](crate::periodic_orbits) refuses, a value that breaks the rule of its
 /// parameter, an axis without values, two axes that vary the same number. `Error::Interrupted` from the observer;
 /// `Error::NoConvergence` if an eigenvalue iteration fails.
 ///
@@ -161,7 +162,7 @@ pub fn existence_map(
 ) -> Result<ExistenceMap> {
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
-    let item = |moving: &mut Moving<'_>, index, _: GoOn<'_>| sweep.cell(moving, index);
+    let item = |moving: &mut Moving<'_>, index, go_on: GoOn<'_>| sweep.cell(moving, index, go_on);
     fill(&mut cells, TILE, options, || sweep.moving(), item, observer)?;
     let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
     ExistenceMap::from_cells(named(x), named(y), &cells)
@@ -189,31 +190,44 @@ pub fn existence_tile(
         ));
     }
     let mut moving = sweep.moving()?;
-    cells.map(|index| sweep.cell(&mut moving, index)).collect()
+    let go_on = &mut || ControlFlow::Continue(());
+    cells
+        .map(|index| sweep.cell(&mut moving, index, go_on))
+        .collect()
 }
 
 /// The cell of an existence map that one scene stands for: for maps over anything that makes a scene.
 ///
 /// # Errors
-/// As [`periodic_orbits`].
+/// As [`periodic_orbits`](crate::periodic_orbits).
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
+    existence_at_checked(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
+}
+
+/// [`existence_at`], asking `observer` from time to time whether to go on.
+///
+/// # Errors
+/// As [`existence_at`]; `Error::Interrupted` when the observer breaks off.
+pub fn existence_at_checked(
+    scene: &Scene,
+    pattern: &Pattern,
+    n_periods: usize,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<ExistenceCell> {
     let options = OrbitOptions {
         n_periods,
         ..Default::default()
     };
     if let [_] = pattern.instants() {
         check(scene, pattern, &options)?;
-        return one_instant(
-            &ModalScene::new(scene, "existence_map")?,
-            pattern,
-            n_periods,
-        );
+        let modal = ModalScene::new(scene, "existence_map")?;
+        return one_instant(&modal, pattern, n_periods, &mut Watch::new(observer));
     }
-    let orbits = periodic_orbits(scene, pattern, &options)?;
+    let orbits = periodic_orbits_checked(scene, pattern, &options, observer)?;
     let Some(first) = orbits.first() else {
         return Ok(EMPTY);
     };
-    let stability = first.stability()?;
+    let stability = first.stability_checked(observer)?;
     Ok(ExistenceCell {
         n_orbits: count(orbits.len()),
         is_admissible: first.is_admissible(),
@@ -282,18 +296,23 @@ impl<'a> Sweep<'a> {
         Moving::new(self.scene, "existence_map")
     }
 
-    fn cell(&self, moving: &mut Moving<'_>, index: usize) -> Result<ExistenceCell> {
+    fn cell(
+        &self,
+        moving: &mut Moving<'_>,
+        index: usize,
+        go_on: GoOn<'_>,
+    ) -> Result<ExistenceCell> {
         let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
         let (x, y) = (self.x.values[i], self.y.values[j]);
         if let [_] = self.pattern.instants() {
             let scene = moving.at(&[(self.x.parameter, x), (self.y.parameter, y)])?;
-            return one_instant(scene, self.pattern, self.n_periods);
+            return one_instant(scene, self.pattern, self.n_periods, &mut Watch::new(go_on));
         }
         let scene = self
             .scene
             .replace(self.x.parameter.change(x))?
             .replace(self.y.parameter.change(y))?;
-        existence_at(&scene, self.pattern, self.n_periods)
+        existence_at_checked(&scene, self.pattern, self.n_periods, go_on)
     }
 }
 
@@ -346,9 +365,16 @@ impl Candidate {
         }
     }
 
-    fn judge(&mut self, judge: &mut Judge<'_>, effort: Effort) {
+    fn judge(
+        &mut self,
+        judge: &mut Judge<'_>,
+        effort: Effort,
+        watch: &mut Watch<'_>,
+    ) -> Result<()> {
         let flights = std::slice::from_ref(&self.solution.flight);
-        self.admissibility = judge.with_effort(effort, self.solution.phase, flights, &self.impacts);
+        let phase = self.solution.phase;
+        self.admissibility = judge.with_effort(effort, phase, flights, &self.impacts, watch)?;
+        Ok(())
     }
 
     /// Depth of the violation, `None` if the orbit is admissible.
@@ -356,7 +382,12 @@ impl Candidate {
         self.admissibility.breach.map(|breach| breach.depth)
     }
 
-    fn largest_multiplier(&self, scene: &ModalScene, pattern: &Pattern) -> Result<Option<f64>> {
+    fn largest_multiplier(
+        &self,
+        scene: &ModalScene,
+        pattern: &Pattern,
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<f64>> {
         let flights = std::slice::from_ref(&self.solution.flight);
         largest_multiplier(
             scene,
@@ -364,13 +395,18 @@ impl Candidate {
             self.solution.phase,
             flights,
             &self.admissibility,
+            watch,
         )
     }
 }
 
 /// Judges all candidates as far as their order asks: a violation that is deeper than one before need not be followed to
 /// its end, and depths are worked out only where they are near each other.
-fn judge_all(scene: &ModalScene, candidates: &mut [Candidate]) {
+fn judge_all(
+    scene: &ModalScene,
+    candidates: &mut [Candidate],
+    watch: &mut Watch<'_>,
+) -> Result<()> {
     let mut judge = Judge::new(scene);
     let mut least = f64::INFINITY;
     for candidate in candidates.iter_mut() {
@@ -380,7 +416,8 @@ fn judge_all(scene: &ModalScene, candidates: &mut [Candidate]) {
                 enough: least * (1.0 + DISTINCT),
                 depth_error: ROUGH,
             },
-        );
+            watch,
+        )?;
         // After an admissible one, any violation is enough.
         least = candidate.depth().unwrap_or(-1.0).min(least);
     }
@@ -391,13 +428,19 @@ fn judge_all(scene: &ModalScene, candidates: &mut [Candidate]) {
         .any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1])
     {
         for candidate in candidates {
-            candidate.judge(&mut judge, Effort::FULL);
+            candidate.judge(&mut judge, Effort::FULL, watch)?;
         }
     }
+    Ok(())
 }
 
 /// The cell of a pattern of one instant, without building scenes or orbits.
-fn one_instant(scene: &ModalScene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
+fn one_instant(
+    scene: &ModalScene,
+    pattern: &Pattern,
+    n_periods: usize,
+    watch: &mut Watch<'_>,
+) -> Result<ExistenceCell> {
     let span = period(scene, n_periods);
     let instant = Instant::new(scene, &pattern.instants()[0], span);
     let crossing = clearance_given(&instant)?;
@@ -409,10 +452,10 @@ fn one_instant(scene: &ModalScene, pattern: &Pattern, n_periods: usize) -> Resul
         .iter()
         .map(|x| Candidate::new(scene, pattern, Solution::new(&instant, x, span)))
         .collect();
-    judge_all(scene, &mut candidates);
+    judge_all(scene, &mut candidates, watch)?;
     let depths: Vec<Option<f64>> = candidates.iter().map(Candidate::depth).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
-    let radius = |i: usize| candidates[i].largest_multiplier(scene, pattern);
+    let mut radius = |i: usize| candidates[i].largest_multiplier(scene, pattern, watch);
     let first = ranking(scene.form.n_dof(), &depths, |i| Ok(is_stable(radius(i)?)))?[0];
     let (is_admissible, radius) = (depths[first].is_none(), radius(first)?);
     Ok(ExistenceCell {

@@ -7,6 +7,7 @@ mod tiles;
 
 pub use ensemble::{Ensemble, simulate_many};
 pub use existence::{
-    Axis, ExistenceCell, ExistenceMap, existence_at, existence_map, existence_tile,
+    Axis, ExistenceCell, ExistenceMap, existence_at, existence_at_checked, existence_map,
+    existence_tile,
 };
 pub use tiles::{Progress, SweepOptions};

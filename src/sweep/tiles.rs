@@ -2,6 +2,7 @@
 //! an observer on the calling thread hears of the progress from time to time and may stop it all.
 
 use crate::error::{Error, Result};
+use crate::watch::{GoOn, stop_if};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -39,9 +40,6 @@ impl SweepOptions {
     }
 }
 
-/// Asked by a long item from time to time whether to go on.
-pub(crate) type GoOn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
-
 /// Fills `out[i]` with `item(&mut workspace, i, go_on)`, a workspace for each thread; the observer is called on the calling
 /// thread, about every 50 ms and at the end. A thread takes `tile` items at a time: many enough to make the handing out
 /// cheap, few enough to share evenly.
@@ -74,13 +72,6 @@ pub(crate) fn fill<T: Send, W>(
     stop_if(observer(Progress { done: total, total }))
 }
 
-fn stop_if(flow: ControlFlow<()>) -> Result<()> {
-    match flow {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(Error::Interrupted),
-    }
-}
-
 /// On the calling thread.
 fn alone<T, W>(
     out: &mut [T],
@@ -107,8 +98,9 @@ fn alone<T, W>(
 
 #[cfg(feature = "parallel")]
 mod on_threads {
-    use super::{GoOn, OBSERVER_INTERVAL, Progress, stop_if};
+    use super::{OBSERVER_INTERVAL, Progress};
     use crate::error::{Error, Result};
+    use crate::watch::{GoOn, stop_if};
     use std::ops::ControlFlow;
     use std::sync::Mutex;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

@@ -1,0 +1,228 @@
+//! What is known of a periodic orbit, in Python: coefficients, violation, family, stability.
+
+use crate::orbit::{Coefficients, Family, OrderMultipliers, Stability, Violation};
+use crate::python::array::{complex_vector, out_complex, out_matrix, out_vector, vector};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+/// Coefficients of eq. (14) in the mass-normalised modes; t = 0 just after the first impact.
+#[pyclass(name = "Coefficients", module = "vibroimpact", frozen)]
+pub(crate) struct PyCoefficients(pub Coefficients);
+
+#[pymethods]
+#[allow(non_snake_case)] // the paper's letters
+impl PyCoefficients {
+    #[new]
+    fn new(
+        a: &Bound<'_, PyAny>,
+        b: &Bound<'_, PyAny>,
+        A: &Bound<'_, PyAny>,
+        B: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        Ok(Self(Coefficients {
+            a: vector("a", a)?,
+            b: vector("b", b)?,
+            sine: vector("A", A)?,
+            cosine: vector("B", B)?,
+        }))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, [self.a(py), self.b(py), self.A(py), self.B(py)])
+    }
+
+    /// Cosine amplitudes of the free motion, shape (n,).
+    #[getter]
+    fn a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.0.a)
+    }
+
+    /// Sine amplitudes of the free motion, shape (n,).
+    #[getter]
+    fn b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.0.b)
+    }
+
+    /// Sine amplitudes of the steady response, shape (n,).
+    #[getter]
+    fn A<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.0.sine)
+    }
+
+    /// Cosine amplitudes of the steady response, shape (n,).
+    #[getter]
+    fn B<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        out_vector(py, &self.0.cosine)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!(
+            "Coefficients(a={}, b={}, A={}, B={})",
+            self.a(py).repr()?,
+            self.b(py).repr()?,
+            self.A(py).repr()?,
+            self.B(py).repr()?
+        ))
+    }
+}
+
+/// Where and by how much an orbit breaks the rules of contact.
+#[pyclass(name = "Violation", module = "vibroimpact", frozen)]
+pub(crate) struct PyViolation(pub Violation);
+
+#[pymethods]
+impl PyViolation {
+    #[new]
+    fn new(stop: usize, time: f64, depth: f64, reason: String) -> Self {
+        Self(Violation {
+            stop,
+            time,
+            depth,
+            reason,
+        })
+    }
+
+    fn __getnewargs__(&self) -> (usize, f64, f64, &str) {
+        (self.0.stop, self.0.time, self.0.depth, &self.0.reason)
+    }
+
+    /// The stop.
+    #[getter]
+    fn stop(&self) -> usize {
+        self.0.stop
+    }
+
+    /// Time of the deepest point, or of the impact [s].
+    #[getter]
+    fn time(&self) -> f64 {
+        self.0.time
+    }
+
+    /// How far the stop is passed, in units of the gap; zero where an impulse pulls.
+    #[getter]
+    fn depth(&self) -> f64 {
+        self.0.depth
+    }
+
+    /// The rule that is broken, in words.
+    #[getter]
+    fn reason(&self) -> &str {
+        &self.0.reason
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Violation({})", self.0.reason)
+    }
+}
+
+/// The directions of a family of orbits.
+#[pyclass(name = "Family", module = "vibroimpact", frozen)]
+pub(crate) struct PyFamily(pub Family);
+
+#[pymethods]
+impl PyFamily {
+    #[new]
+    fn new(basis: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self(Family {
+            basis: crate::python::array::matrix("basis", basis)?,
+        }))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>,)> {
+        Ok((self.basis(py)?,))
+    }
+
+    /// Directions of the contact state (q, v) in which the orbit may be changed, shape (2n, dimension).
+    #[getter]
+    fn basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        out_matrix(py, &self.0.basis)
+    }
+
+    /// Number of directions.
+    #[getter]
+    fn dimension(&self) -> usize {
+        self.0.basis.ncols()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Family(dimension={})", self.0.basis.ncols())
+    }
+}
+
+/// Whether small deviations die out.
+#[pyclass(name = "Stability", module = "vibroimpact", frozen)]
+pub(crate) struct PyStability(pub Stability);
+
+/// One order of impacts as plain values: stops, multipliers, monodromy matrix.
+type Order<'py> = (Vec<usize>, Bound<'py, PyAny>, Bound<'py, PyAny>);
+
+#[pymethods]
+impl PyStability {
+    #[new]
+    fn new(is_stable: Option<bool>, reason: String, orders: Vec<Order<'_>>) -> PyResult<Self> {
+        let orders = orders
+            .into_iter()
+            .map(|(order, multipliers, monodromy)| {
+                Ok(OrderMultipliers {
+                    order,
+                    multipliers: complex_vector("multipliers", &multipliers)?,
+                    monodromy: crate::python::array::matrix("monodromy", &monodromy)?,
+                })
+            })
+            .collect::<PyResult<_>>()?;
+        Ok(Self(Stability {
+            is_stable,
+            reason,
+            orders,
+        }))
+    }
+
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Option<bool>, &str, Vec<Order<'py>>)> {
+        let orders = self.0.orders.iter().map(|o| {
+            let multipliers = out_complex(py, &o.multipliers).into_any();
+            Ok((
+                o.order.clone(),
+                multipliers,
+                out_matrix(py, &o.monodromy)?.into_any(),
+            ))
+        });
+        Ok((
+            self.0.is_stable,
+            &self.0.reason,
+            orders.collect::<PyResult<_>>()?,
+        ))
+    }
+
+    /// All multipliers inside the unit circle, in every order; None where that decides nothing.
+    #[getter]
+    fn is_stable(&self) -> Option<bool> {
+        self.0.is_stable
+    }
+
+    /// What was decided, and on what ground.
+    #[getter]
+    fn reason(&self) -> &str {
+        &self.0.reason
+    }
+
+    /// Floquet multipliers of every order of the impacts, {tuple of stops: (2n,) complex}, the worst first.
+    #[getter]
+    fn orders<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let orders = PyDict::new(py);
+        for order in &self.0.orders {
+            orders.set_item(
+                PyTuple::new(py, &order.order)?,
+                out_complex(py, &order.multipliers),
+            )?;
+        }
+        Ok(orders)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Stability({})", self.0.reason)
+    }
+}
