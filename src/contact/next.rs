@@ -184,6 +184,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             }
             self.n_gap_evaluations += self.rows.len();
             self.flow.jets(&self.state, u, &self.rows, &mut self.jets);
+            // Past the end, a stop that is passed by less than its margin may have been reached before it.
+            if time >= span && !self.jets.iter().any(|j| j.c[0] < 0.0 && j.c[1] < 0.0) {
+                return Next::End;
+            }
             let first_level = self.level;
             let reached = loop {
                 let step = self.ladder.step(self.level);
@@ -212,9 +216,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 };
             }
             time += self.ladder.step(self.level);
-            if time >= span {
-                return Next::End;
-            }
             self.ladder
                 .advance(self.flow, self.level, &mut self.state, &mut u);
             if self.level == first_level {
