@@ -4,6 +4,7 @@
 
 use crate::flow::Drive;
 use crate::flow::jet::Jet;
+use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::{Block, Pair};
 use nalgebra::{Complex, DMatrix};
 
@@ -318,7 +319,7 @@ impl LinearFlow for DenseFlow {
     }
 
     fn prepare(&self, t: f64, propagator: &mut DMatrix<f64>) {
-        *propagator = (&self.enlarged * t).exp();
+        *propagator = matrix_exponential(&(&self.enlarged * t));
     }
 
     fn advance(&self, propagator: &DMatrix<f64>, state: &mut [Pair], u: &mut Complex<f64>) {

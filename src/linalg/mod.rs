@@ -3,4 +3,5 @@
 pub(crate) mod eigen;
 pub(crate) mod exponential;
 pub(crate) mod francis;
+pub(crate) mod matrix_exponential;
 pub(crate) mod rank;

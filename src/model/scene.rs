@@ -338,6 +338,13 @@ impl Scene {
         set: impl Fn(&mut Constraint, f64) -> Result<()>,
     ) -> Result<()> {
         let count = self.stops.len();
+        if count == 0 {
+            return Err(Error::bad_value(
+                argument,
+                format!("{values:?}"),
+                "the scene has no stops to change; give it some with `stops`",
+            ));
+        }
         if values.len() != 1 && values.len() != count {
             return Err(Error::bad_shape(
                 argument,

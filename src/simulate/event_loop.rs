@@ -29,7 +29,8 @@ const FIRST_ORDER: f64 = 1e-9;
 /// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes.
 ///
 /// # Errors
-/// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, a nonlinear scene.
+/// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, a nonlinear scene, a
+/// motion that grows beyond the doubles.
 ///
 /// # Examples
 /// ```
@@ -76,9 +77,14 @@ pub fn simulate_checked(
     let outcome = with_flow!(&*flow, f => {
         Run::new(f, &modal, phase, options).run(modal.form.to_modal(q0, v0), t_span, observer)
     })?;
+    let last = modal.form.to_physical(&outcome.state);
+    if !last.0.iter().chain(&last.1).all(|x| x.is_finite()) {
+        let rule = "the motion grows beyond the largest number in it";
+        return Err(Error::bad_value("t_span", format!("{t_span:?}"), rule));
+    }
     Ok(Trajectory {
         scene: scene.clone(),
-        last: modal.form.to_physical(&outcome.state),
+        last,
         modal,
         flow,
         phase,
