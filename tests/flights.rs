@@ -284,6 +284,29 @@ fn contacts_of_one_step_come_in_order_however_close_they_are() {
 }
 
 #[test]
+fn the_position_goes_on_at_an_impact_beside_a_very_slow_motion() {
+    // Steps as long as the slow motion allows must not carry the fast one over the last bit of a flight.
+    for slow in [1e-3, 1e-6, 1e-9] {
+        let stiffness = dvector![1.0, slow * slow];
+        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
+        let stop = Stop::new(dvector![1.0, 0.1], 0.5, 1.0).expect("valid");
+        let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [stop]).expect("valid");
+        let (q, v) = (dvector![-1.0, 0.0], dvector![0.0, -0.02]);
+        let run = simulate(&scene, &q, &v, (0.0, 30.0), &SimulateOptions::default()).expect("runs");
+        assert!(run.impacts().len() > 2, "{}", run.message());
+        for impact in run.impacts() {
+            let before = run.state(impact.time, ImpactSide::Before).expect("kept").0;
+            let after = run.state(impact.time, ImpactSide::After).expect("kept").0;
+            let jump = (before - after).amax();
+            assert!(
+                jump < 1e-14,
+                "slow {slow:e}: the position jumps by {jump:e}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_contact_at_the_end_of_the_span_is_counted_if_it_is_not_later() {
     // q = -cos t reaches the stop at t = 1 + k 0.05; the span ends within rounding before, at or after.
     for k in 0..20 {

@@ -271,6 +271,11 @@ fn check_trajectory(scene: &Scene, run: &Trajectory) {
     for impact in run.impacts() {
         let before = run.state(impact.time, ImpactSide::Before).expect("kept");
         let after = run.state(impact.time, ImpactSide::After).expect("kept");
+        let size = before.0.amax() + before.1.amax();
+        assert!(
+            (&before.0 - &after.0).amax() <= 1e-10 * size,
+            "the position jumps"
+        );
         assert!(impact.approach > 0.0 && impact.impulse >= 0.0);
         if is_inertial(scene) {
             let (gained, had) = (kinetic(system, &after.1), kinetic(system, &before.1));

@@ -72,6 +72,19 @@ impl ModalScene {
         self.jumps.len()
     }
 
+    /// The largest modulus of a free root, or the forcing frequency where that is larger.
+    pub fn fastest_rate(&self) -> f64 {
+        let free = match &self.form.form {
+            Form::Blocks(blocks) => blocks
+                .iter()
+                .flat_map(|block| block.roots())
+                .map(|root| root.norm())
+                .fold(0.0, f64::max),
+            Form::Dense(matrix) => matrix.norm(),
+        };
+        free.max(self.frequency)
+    }
+
     /// The rate of change of a state at the forcing angle whose phasor is u.
     pub fn rate(&self, state: &[Pair], u: Complex<f64>, rate: &mut [Pair]) {
         let input = |j: usize, c: usize| (self.force[j][c] * u).re + self.load[j][c];

@@ -20,8 +20,9 @@ use std::sync::Arc;
 
 /// Evaluations of the motion spent on one impact time.
 const MOST_POLISHES: usize = 12;
-/// A time step this small, relative to the flow's own step, is added to the state to first order.
-const FIRST_ORDER: f64 = 1e-9;
+/// A time step this small, relative to the time in which the fastest motion turns by a radian, is added to the state to
+/// first order.
+const FIRST_ORDER: f64 = 1e-8;
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
@@ -174,6 +175,8 @@ pub(crate) struct Run<'a, F: LinearFlow> {
     options: &'a SimulateOptions,
     search: Search<'a, F>,
     propagator: F::Propagator,
+    /// The longest time step that is added to the state to first order.
+    first_order: f64,
     rate: Vec<Pair>,
     /// The order of the root of each gap at the start of the flight.
     starts: Vec<usize>,
@@ -208,6 +211,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             options,
             search: Search::new(flow, rows, (0..scene.n_stops()).map(margin).collect()),
             propagator: F::Propagator::default(),
+            first_order: FIRST_ORDER / scene.fastest_rate().max(1.0 / flow.longest_step()),
             rate: vec![[0.0; 2]; n],
             starts: vec![0; scene.n_stops()],
             grazed: Vec::new(),
@@ -355,7 +359,6 @@ impl<'a, F: LinearFlow> Run<'a, F> {
         arrived: &mut [Pair],
         clock: Clock,
     ) -> f64 {
-        let unit = self.flow.longest_step();
         let mut time = guess.max(0.0);
         for _ in 0..MOST_POLISHES {
             arrived.copy_from_slice(start);
@@ -364,7 +367,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             self.flow.advance(&self.propagator, arrived, &mut u);
             let jet = self.search.jets(arrived, u)[stop];
             let step = newton_step(&jet);
-            if step.abs() <= FIRST_ORDER * unit {
+            if step.abs() <= self.first_order.max(2.0 * f64::EPSILON * time) {
                 self.flow.rate(arrived, u, &mut self.rate);
                 for (z, r) in arrived.iter_mut().zip(&self.rate) {
                     *z = [z[0] + step * r[0], z[1] + step * r[1]];

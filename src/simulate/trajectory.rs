@@ -226,8 +226,8 @@ impl Trajectory {
         let mut times = Vec::new();
         let mut states = Vec::new();
         for (i, flight) in kept.flights.iter().enumerate() {
-            let count = ((flight.span * rate * POINTS_PER_RADIAN).ceil() as usize + 1)
-                .clamp(2, MOST_POINTS);
+            let wanted = (flight.span * rate * POINTS_PER_RADIAN).ceil() + 1.0;
+            let count = wanted.clamp(2.0, MOST_POINTS as f64) as usize;
             for k in 0..count {
                 let s = flight.span * k as f64 / (count - 1) as f64;
                 times.push(flight.clock.after(s).time());
