@@ -345,7 +345,7 @@ fn check_orbit(orbit: &PeriodicOrbit) {
     let radius = stability
         .orders
         .iter()
-        .map(|o| o.spectral_radius())
+        .map(vibroimpact::OrderMultipliers::spectral_radius)
         .fold(0.0, f64::max);
     if orbit.is_admissible() && !stability.orders.is_empty() && radius < 10.0 {
         let first_flight = orbit

@@ -78,7 +78,7 @@ impl ModalScene {
             Form::Blocks(blocks) => blocks
                 .iter()
                 .flat_map(|block| block.roots())
-                .map(|root| root.norm())
+                .map(Complex::norm)
                 .fold(0.0, f64::max),
             Form::Dense(matrix) => matrix.norm(),
         };

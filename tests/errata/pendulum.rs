@@ -123,11 +123,11 @@ fn equation_1_in_the_library() {
         a: [0.0; 2],
     };
     let rest = [0, 1].map(|i| lagrange(p, &hanging, i));
-    const SMALL: f64 = 1e-7; // its square is rounding
+    let small = 1e-7; // its square is rounding
     for j in 0..2 {
-        let one = [0, 1].map(|k| if k == j { SMALL } else { 0.0 });
-        for i in 0..2 {
-            let slope = |moved: Instant| (lagrange(p, &moved, i) - rest[i]) / SMALL;
+        let one = [0, 1].map(|k| if k == j { small } else { 0.0 });
+        for (i, rest) in rest.into_iter().enumerate() {
+            let slope = |moved: Instant| (lagrange(p, &moved, i) - rest) / small;
             let column = [
                 (slope(Instant { a: one, ..hanging }), linear.mass()),
                 (slope(Instant { v: one, ..hanging }), linear.damping()),

@@ -213,6 +213,12 @@ def test_a_wrong_type_is_refused(call):
         call()
 
 
+def test_modes_of_a_pendulum_are_those_of_its_linear_system():
+    with pytest.raises(TypeError, match=r"DoublePendulum.*LinearSystem.*linearise"):
+        vi.modes(vi.DoublePendulum(1, 1))
+    assert vi.modes(vi.DoublePendulum(1, 1).linearise()).shapes.shape == (2, 2)
+
+
 def test_no_object_comes_from_nothing():
     for name in ("Orbit", "Orbits", "Trajectory", "Stability", "Violation", "Family", "Coefficients", "RecoveryAudit"):
         with pytest.raises(TypeError):
