@@ -1,5 +1,6 @@
 //! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
 
+mod contact_geometry;
 mod forcing;
 mod linear;
 mod linearise;
@@ -9,12 +10,12 @@ mod scene;
 mod stop;
 mod system;
 
+pub(crate) use contact_geometry::ContactGeometry;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub use pendulum::{DoublePendulum, PendulumChain};
-pub(crate) use scene::ContactGeometry;
 pub use scene::{Change, Parameter, Scene};
 pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 pub use system::System;
