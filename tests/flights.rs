@@ -256,6 +256,94 @@ fn a_touch_inside_the_margin_is_a_graze_and_no_impact() {
 }
 
 #[test]
+fn contacts_of_one_step_come_in_order_however_close_they_are() {
+    // Two oscillators q_i = -cos(w_i t), each with its own stop, reached at known times that are all but the same.
+    let apart = |times: [f64; 2]| {
+        let w = dvector![1.0, 1.7];
+        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], w.component_mul(&w))
+            .expect("valid");
+        let stops = [0, 1].map(|i| Stop::new(i, -(w[i] * times[i]).cos(), 0.8).expect("valid"));
+        let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
+        let (q, v) = (dvector![-1.0, -1.0], dvector![0.0, 0.0]);
+        let options = SimulateOptions::default();
+        simulate(&scene, &q, &v, (0.0, 1.7), &options).expect("runs")
+    };
+    for exponent in 4..13 {
+        for sign in [-1.0, 1.0] {
+            let delta = sign * 10f64.powi(-exponent);
+            let times = [1.6, 1.6 + delta];
+            let run = apart(times);
+            let hit: Vec<usize> = run.impacts().iter().map(|impact| impact.stop).collect();
+            assert_eq!(hit, if delta > 0.0 { [0, 1] } else { [1, 0] }, "{delta:e}");
+            for impact in run.impacts() {
+                let late = impact.time - times[impact.stop];
+                assert!(late.abs() < 4e-15, "{delta:e}: late by {late:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_position_goes_on_at_an_impact_beside_a_very_slow_motion() {
+    // Steps as long as the slow motion allows must not carry the fast one over the last bit of a flight.
+    for slow in [1e-3, 1e-6, 1e-9] {
+        let stiffness = dvector![1.0, slow * slow];
+        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
+        let stop = Stop::new(dvector![1.0, 0.1], 0.5, 1.0).expect("valid");
+        let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [stop]).expect("valid");
+        let (q, v) = (dvector![-1.0, 0.0], dvector![0.0, -0.02]);
+        let run = simulate(&scene, &q, &v, (0.0, 30.0), &SimulateOptions::default()).expect("runs");
+        assert!(run.impacts().len() > 2, "{}", run.message());
+        for impact in run.impacts() {
+            let before = run.state(impact.time, ImpactSide::Before).expect("kept").0;
+            let after = run.state(impact.time, ImpactSide::After).expect("kept").0;
+            let jump = (before - after).amax();
+            assert!(
+                jump < 1e-14,
+                "slow {slow:e}: the position jumps by {jump:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_contact_at_the_end_of_the_span_is_counted_if_it_is_not_later() {
+    // q = -cos t reaches the stop at t = 1 + k 0.05; the span ends within rounding before, at or after.
+    for k in 0..20 {
+        let contact = 1.0 + 0.05 * f64::from(k);
+        let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
+        let stop = Stop::new(0, -contact.cos(), 0.8).expect("valid");
+        let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+        let go = |q: &DVector<f64>, v: &DVector<f64>, span: (f64, f64)| {
+            simulate(&scene, q, v, span, &SimulateOptions::default()).expect("runs")
+        };
+        let (q, v) = (dvector![-1.0], dvector![0.0]);
+        let end = contact + 1.0;
+        let whole = go(&q, &v, (0.0, end));
+        assert_eq!(whole.impacts().len(), 1);
+        let found = whole.impacts()[0].time;
+        assert!((found - contact).abs() < 4e-15);
+        for exponent in 9..16 {
+            for cut in [-1.0, 0.0, 1.0].map(|s| found * (1.0 + s * 10f64.powi(-exponent))) {
+                let label = format!("contact {found}, cut {:e} later", cut - found);
+                let first = go(&q, &v, (0.0, cut));
+                assert_eq!(first.impacts().len(), usize::from(found <= cut), "{label}");
+                let (q1, v1) = first.last();
+                let rest = go(q1, v1, (cut, end));
+                let count = first.impacts().len() + rest.impacts().len();
+                assert_eq!(count, 1, "{label}");
+                let impact = first.impacts().iter().chain(rest.impacts()).next();
+                let late = impact.map(|i| i.time - found).expect("one");
+                // A start whose gap is within rounding, 1e-13 of the size of its terms, is on the stop.
+                assert!(late.abs() < 4e-13, "{label}: {late:e} late");
+                assert!((rest.last().0 - whole.last().0).amax() < 1e-12, "{label}");
+                assert!((rest.last().1 - whole.last().1).amax() < 1e-12, "{label}");
+            }
+        }
+    }
+}
+
+#[test]
 fn both_sides_of_an_impact_can_be_asked_for() {
     let run = simulate(
         &ball(0.5),

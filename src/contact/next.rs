@@ -1,7 +1,7 @@
 //! The next impact of an exact flight (theory 8): the first time at which some gap falls below minus its margin, led back
 //! to its zero. Every step is proved to hold no other; touches inside the margin are noted as grazes.
 
-use crate::contact::walk::{DEEPEST, Ladder, ROUNDING};
+use crate::contact::walk::{DEEPEST, Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::{Jet, Shape};
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
@@ -106,8 +106,6 @@ fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
 
 /// Steps between two calls of the caller's check.
 const STEPS_PER_CHECK: usize = 4096;
-/// Steps after which stops out of reach are looked for again: damping takes stops out of reach during a flight.
-const STEPS_PER_LOOK: usize = 16;
 /// Evaluations of the motion spent on one impact time.
 const MOST_POLISHES: usize = 12;
 /// A time step this small, in units of the fastest rate, moves the state by its Taylor series of third order: what that

@@ -13,6 +13,8 @@ pub(crate) const DEEPEST: usize = 52;
 const USUAL_DEPTH: usize = 12;
 /// Shortest steps without a proof after which a gap counts as touching its stop for good: it is within rounding of it.
 const MOST_UNPROVED: usize = 64;
+/// Steps after which a stop out of reach is looked for: damping takes stops out of reach during a flight.
+pub(crate) const STEPS_PER_LOOK: usize = 16;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
@@ -130,11 +132,20 @@ pub(crate) fn check_flight<F: LinearFlow>(
     watch: &mut Watch<'_>,
 ) -> Result<FlightCheck> {
     let mut derivatives = Vec::with_capacity(state.len());
+    let mut norms = Vec::with_capacity(state.len());
+    let mut steps = 0usize;
     let mut check = FlightCheck::default();
     let mut level = ladder.level_below(0.25 * span);
     let mut time = 0.0;
     let mut unproved = 0;
     loop {
+        if steps.is_multiple_of(STEPS_PER_LOOK) {
+            flow.norms(state, &mut norms);
+            if gap.least(&norms).0 > margin {
+                return Ok(check);
+            }
+        }
+        steps += 1;
         flow.derivatives(state, &mut derivatives);
         let jet = gap.jet(&derivatives);
         if jet.c[0] < -margin {

@@ -4,6 +4,7 @@
 use crate::flow::LinearFlow;
 use crate::flow::gap_row::{Derivatives, GapRow};
 use crate::flow::linear::softest_rate;
+use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::Pair;
 use nalgebra::{Complex, DMatrix};
 
@@ -102,7 +103,7 @@ impl LinearFlow for DenseFlow {
     }
 
     fn prepare(&self, t: f64, propagator: &mut DMatrix<f64>) {
-        *propagator = (&self.enlarged * t).exp();
+        *propagator = matrix_exponential(&(&self.enlarged * t));
     }
 
     fn advance(&self, propagator: &DMatrix<f64>, state: &mut [Pair]) {

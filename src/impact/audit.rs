@@ -35,6 +35,10 @@ pub fn audit_recovery(
     normals: &DMatrix<f64>,
 ) -> Result<RecoveryAudit> {
     let n = mass.nrows();
+    if n == 0 {
+        let expected = "at least one degree of freedom";
+        return Err(Error::bad_shape("mass", "(0, 0)", expected));
+    }
     finite_square("mass", mass, n)?;
     finite_square("matrix", matrix, 2 * n)?;
     if normals.nrows() != n {

@@ -3,6 +3,7 @@
 pub(crate) mod eigen;
 pub(crate) mod exponential;
 pub(crate) mod francis;
+pub(crate) mod matrix_exponential;
 pub(crate) mod plane;
 pub(crate) mod rank;
 pub(crate) mod small;

@@ -18,8 +18,12 @@ impl Harmonic {
     /// A harmonic force; a real `amplitude` of shape `(n,)` is a cosine.
     ///
     /// # Errors
-    /// Numbers that are not finite, or a frequency that is not positive.
+    /// No amplitude at all, numbers that are not finite, or a frequency that is not positive.
     pub fn new(amplitude: DVector<Complex<f64>>, frequency: f64, phase: f64) -> Result<Self> {
+        if amplitude.is_empty() {
+            let expected = "(n,): one number for each degree of freedom";
+            return Err(Error::bad_shape("amplitude", "(0,)", expected));
+        }
         if let Some(i) = amplitude
             .iter()
             .position(|z| !z.re.is_finite() || !z.im.is_finite())

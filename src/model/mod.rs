@@ -1,6 +1,7 @@
 //! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
 
 mod contact;
+mod contact_geometry;
 mod dynamics;
 mod forcing;
 mod linear;
@@ -12,13 +13,13 @@ mod stop;
 mod system;
 
 pub(crate) use contact::{Contact, GapValue, contacts};
+pub(crate) use contact_geometry::ContactGeometry;
 pub(crate) use dynamics::{Dynamics, Moment, SceneMotion, with_motion};
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub use pendulum::{DoublePendulum, PendulumChain};
-pub(crate) use scene::ContactGeometry;
 pub use scene::{Change, Parameter, Scene};
 pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 pub use system::System;

@@ -1,6 +1,6 @@
 //! A periodic orbit as a result: the motion at any time, its impacts, whether it is admissible and stable.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::flow::carry;
 use crate::flow::{ModalScene, SceneFlow, along, with_flow};
 use crate::impact::{Impact, wrapped};
@@ -64,6 +64,13 @@ impl PeriodicOrbit {
             flights,
             impulses,
         } = parts;
+        let states = flights
+            .iter()
+            .flat_map(|f| f.after.iter().chain(&f.before_next));
+        if !states.flatten().all(|x| x.is_finite()) {
+            let rule = "its motion grows beyond the largest number within a period";
+            return Err(Error::bad_value("scene", "unstable", rule));
+        }
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
         Ok(Self {
             scene: match scene.forcing().frequency() {
@@ -293,7 +300,7 @@ impl PeriodicOrbit {
         let n = modal.form.n_dof();
         if saved.states.len() != 4 * n * saved.spans.len() || saved.spans.is_empty() {
             let expected = format!("({},)", 4 * n * saved.spans.len());
-            return Err(crate::error::Error::bad_shape(
+            return Err(Error::bad_shape(
                 "states",
                 format!("({},)", saved.states.len()),
                 expected,

@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
 use crate::linalg::eigen;
+use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::{Form, Pair};
 use crate::orbit::admissible::{Admissibility, Touch};
 use crate::orbit::periodic_orbit::Flight;
@@ -93,7 +94,7 @@ pub(crate) fn propagate(scene: &ModalScene, t: f64, deviations: &mut DMatrix<f64
             }
         }
         Form::Dense(state) => {
-            let moved = (state * t).exp() * &*deviations;
+            let moved = matrix_exponential(&(state * t)) * &*deviations;
             deviations.copy_from(&moved);
         }
     }

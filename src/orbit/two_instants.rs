@@ -4,6 +4,7 @@
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, along};
 use crate::impact::wrapped;
+use crate::linalg::rank;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
@@ -13,10 +14,13 @@ use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::search::{period, sorted, with_contacts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
+use nalgebra::DVector;
 use std::sync::Arc;
 
 /// Unknowns whose determinants are still expanded: two impulses and four retained modes.
 const MOST_UNKNOWNS: usize = 12;
+/// Singular values of the normals of one instant below this, relative to their largest entry, are zero.
+const DEPENDENT_TOL: f64 = 1e-12;
 
 /// Every orbit whose pattern has the two given instants.
 pub(crate) fn two_instants(
@@ -39,6 +43,15 @@ pub(crate) fn two_instants(
         let rule = "with two different stops the flight time would be one unknown too many; leave the phase free, or \
                     give a pattern that hits one stop at both instants";
         return Err(Error::bad_value("phase", phase, rule));
+    }
+    for set in [first, second] {
+        let normals = modal.geometry.normals.select_columns(set);
+        let none = DVector::zeros(normals.nrows());
+        let dependence = rank::solve(&normals, &none, DEPENDENT_TOL * normals.amax())?.null_space;
+        if dependence.ncols() > 0 {
+            let rule = "stops with dependent normals are one impact: name one of them at each of two instants";
+            return Err(Error::bad_value("pattern", format!("{set:?}"), rule));
+        }
     }
     let period = period(modal, options.n_periods);
     let instant = Instant::new(modal, &stops, period);

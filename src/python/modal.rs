@@ -7,6 +7,7 @@ use crate::python::model::{PyLinearSystem, PyScene, normals};
 use crate::python::pattern::stop_set;
 use nalgebra::Complex;
 use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 /// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
@@ -113,8 +114,14 @@ impl PyModes {
 /// >>> vi.modes(vi.paper_system(3.0, 3.24, 0.05)).natural_frequencies.round(6)
 /// array([0.447796, 2.009846])
 #[pyfunction]
-pub(crate) fn modes(system: PyRef<'_, PyLinearSystem>) -> PyResult<PyModes> {
-    PyModes::new(system)
+pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
+    let linear = system.extract().map_err(|_| {
+        let given = system.get_type();
+        PyTypeError::new_err(format!(
+            "system is {given}, but a LinearSystem is needed; take linearise() of a pendulum"
+        ))
+    })?;
+    PyModes::new(linear)
 }
 
 /// The recovery matrix R of the stops hit together: ``x+ = R x-``, ``x = (q, v)``.

@@ -1,6 +1,7 @@
 //! Conditions (9), (20), section 3, section 5 and Note 1: what an orbit must do at the wall.
 
 use crate::first_kind::{determinants, has_one_solution_printed, terms};
+use crate::library::interleaved;
 use crate::system::{Case, KIND_1, KIND_2, KIND_3};
 use crate::{FAILS, fails, holds};
 
@@ -26,6 +27,9 @@ fn equations_9_20_sign_of_the_velocities() {
             assert_eq!(leaves(start[i + 1]), stays_below);
             assert_eq!(leaves_printed(start[i + 1]), !stays_below);
         }
+        let ours = &case.orbits(1)[0];
+        holds((interleaved(&ours.q0(), &ours.v0()) - start).amax());
+        assert_eq!(ours.is_admissible(), stays_below);
     }
 }
 
@@ -41,6 +45,10 @@ fn section_3_contact_positions() {
     fails(mismatch(&KIND_3, 3));
     fails(mismatch(&KIND_1, 1));
     holds(mismatch(&KIND_1.with_equal_contacts(), 1));
+    for (case, kind) in [(KIND_1, 1), (KIND_2, 2), (KIND_3, 3)] {
+        let ours = case.orbits(kind)[0].q0();
+        holds(((ours[0] - ours[1]).abs() - mismatch(&case, kind)).abs());
+    }
 }
 
 /// Section 5 takes kinds 2 and 3 "from (37)", which is R1's and needs `k2 p2 = m2 n2`; (38) is meant. Judge: (38)'s
@@ -56,6 +64,8 @@ fn section_5_kinds_2_and_3() {
         };
         fails(jump(case.recovery(1)));
         holds(jump(case.recovery(kind)));
+        let (orbits, start) = (case.orbits(kind), case.orbit(&case.recovery(kind)).1);
+        holds((interleaved(&orbits[0].q0(), &orbits[0].v0()) - start).amax());
     }
 }
 
@@ -78,4 +88,8 @@ fn note_1_orbit_through_the_wall() {
     }
     assert!(kept.lowest_gap() > 0.0);
     fails(-crossing.lowest_gap());
+    assert!(kept.orbits(1)[0].is_admissible());
+    let orbits = crossing.orbits(1);
+    let violation = orbits[0].violation().expect("it crosses");
+    assert!(violation.depth >= -crossing.lowest_gap());
 }

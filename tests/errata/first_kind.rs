@@ -4,6 +4,7 @@ use crate::motion::{Mode, motions_at_zero, shapes};
 use crate::system::{Case, KIND_1};
 use crate::{HOLDS, fails, holds};
 use nalgebra::{Matrix2, Matrix4, Vector4, matrix};
+use vibroimpact::{Verdict, first_kind_coefficients, recovery_matrix};
 
 /// The letters of (30): `k_j, m_j, n_j, p_j` and `u_i`.
 #[derive(Clone, Copy)]
@@ -64,6 +65,14 @@ fn equation_30_terms() {
     let truth = matrix * motions_at_zero(&KIND_1);
     fails((matrix_31(&phi, &terms_printed(&KIND_1)) - truth).amax());
     holds((matrix_31(&phi, &terms(&KIND_1)) - truth).amax());
+    let scene = KIND_1.scene();
+    for kind in [1, 2, 3] {
+        let ours = recovery_matrix(&scene, Case::stops(kind))
+            .expect("valid")
+            .diagonal();
+        let ours = Vector4::new(ours[0], ours[2], ours[1], ours[3]);
+        holds((ours - KIND_1.recovery(kind)).amax());
+    }
     let [u1, u2] = terms(&KIND_1).u;
     holds((Vector4::new(0.0, u1, 0.0, u2) - right).amax());
 }
@@ -150,6 +159,15 @@ fn equations_33_34_35_coefficients() {
         fails((start * coefficients_printed(&phi, &x) - z).amax());
         holds((start * coefficients(&phi, &x) - z).amax());
         holds((start * coefficients_by_mode(&case) - z).amax());
+        let (ours, _) = case.paper_coefficients(&case.orbits(1)[0]);
+        holds((ours - coefficients(&phi, &x)).amax());
+        for (j, mode) in case.modes().into_iter().enumerate() {
+            let sine = case.steady_amplitudes()[j].0;
+            let n = case.n as usize;
+            let (a, b) = first_kind_coefficients(mode.eta, mode.damped, sine, case.w, case.e, n);
+            let wanted = coefficients(&phi, &x);
+            holds((a - wanted[j]).abs().max((b - wanted[2 + j]).abs()));
+        }
     }
 }
 
@@ -231,6 +249,7 @@ fn equation_32_k_may_vanish() {
     let (matrix, right) = case.dense(&case.recovery(1));
     fails(matrix.singular_values().min());
     holds((matrix * motions_at_zero(&case) * coefficients(&phi, &x) - right).amax());
+    assert_eq!(case.orbits(1).verdict(), Verdict::Found);
 }
 
 /// The left side of (37), with the letter in the third column of its second row.
@@ -305,6 +324,12 @@ fn equation_37_family() {
             .solve(&right, 1e-10)
             .expect("both factors were asked for");
         let left_over = (matrix * nearest - right).amax();
+        let verdict = if solvable {
+            Verdict::Family
+        } else {
+            Verdict::None
+        };
+        assert_eq!(case.orbits(1).verdict(), verdict);
         if !solvable {
             fails(left_over);
             continue;

@@ -1,5 +1,6 @@
 //! Equations (11) to (18): mode shapes, modal forces and damping, the motion between impacts.
 
+use crate::library::shape_errors;
 use crate::system::{Case, KIND_1};
 use crate::{STEP, fails, holds};
 use nalgebra::{Complex, Matrix2, Matrix4, Vector2, Vector4, matrix};
@@ -76,6 +77,11 @@ fn equation_11_mode_shapes() {
         fails(measure(shapes_printed(&KIND_1)));
         holds(measure(shapes(&KIND_1)));
     }
+    holds(shape_errors(&KIND_1));
+    let modes = vibroimpact::modes(&KIND_1.linear_system()).expect("real");
+    let [upper, lower] = KIND_1.natural_frequencies();
+    holds((modes.natural_frequencies[1] - upper).abs());
+    holds((modes.natural_frequencies[0] - lower).abs());
 }
 
 fn modal_force_printed(phi: &Matrix2<f64>, f10: f64) -> Vector2<f64> {
@@ -104,6 +110,13 @@ fn equation_13_modal_force() {
     };
     fails(residual(modal_force_printed(&phi, case.f10)));
     holds(residual(modal_force(&phi, case.f10)));
+    // The library's shapes are M-orthonormal: theirs is `Phi^T F`, in units of the length of a shape.
+    let modes = vibroimpact::modes(&case.linear_system()).expect("real");
+    for (j, scale) in case.shape_scales().into_iter().enumerate() {
+        let shape = modes.shapes.column(1 - j).map(|z| z.re);
+        let force = shape[0] * case.f10 + shape[1] * case.f10 * alpha;
+        holds((force * scale - modal_force(&phi, case.f10)[j]).abs());
+    }
 }
 
 /// Joint dampers in (7): the matrix of `k1` to `k4`, and the symmetric matrix that it is `M^-1` times.
@@ -133,6 +146,16 @@ fn equation_13_joint_dampers() {
     fails(coupled.m12.abs().min(coupled.m21.abs()));
     let real = modal(0.03, 0.03 * case.m);
     holds(real.m12.abs().max(real.m21.abs()));
+    for (p2, is_real) in [(0.02, false), (0.03 * case.m, true)] {
+        let pendulum = vibroimpact::DoublePendulum::new(case.m, case.mu, (0.03, p2));
+        let linear = pendulum.and_then(|p| p.linearise()).expect("valid");
+        let (_, symmetric) = joint_damping(&case, 0.03, p2);
+        for (i, entry) in linear.damping().to_dense().iter().enumerate() {
+            holds((entry - symmetric[i]).abs());
+        }
+        let modes = vibroimpact::modes(&linear).expect("converges");
+        assert_eq!(modes.is_proportional, is_real);
+    }
     let [w1, w2] = case.natural_frequencies();
     fails((real.m11 / real.m22 - (w1 / w2).powi(2)).abs());
     // `2 zeta K` in the symmetric form: its coupling asks for p2 = 0, its last entry for p2 > 0.
@@ -197,6 +220,13 @@ fn equations_17_18_steady_amplitudes() {
             fails(residual(steady_printed(&mode, w), t, (w * t).cos()));
             holds(residual(steady(&mode, w), t, (w * t).cos()));
             holds(residual(steady_printed(&mode, w), t, (w * t).sin()));
+        }
+    }
+    for phase in [0.0, 1.0] {
+        let case = Case { phase, ..KIND_1 };
+        let (_, ours) = case.paper_coefficients(&case.orbits(1)[0]);
+        for ((sine, cosine), (a, b)) in ours.into_iter().zip(case.steady_amplitudes()) {
+            holds((sine - a).abs().max((cosine - b).abs()));
         }
     }
 }

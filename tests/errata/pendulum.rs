@@ -2,6 +2,7 @@
 
 use crate::{STEP, fails, holds};
 use nalgebra::Complex;
+use vibroimpact::{DoublePendulum, PendulumChain};
 
 /// Complex, for derivatives by a complex step.
 type Number = Complex<f64>;
@@ -17,6 +18,7 @@ struct Pendulum {
 }
 
 /// Time, angles, angular velocities, angular accelerations.
+#[derive(Clone, Copy)]
 struct Instant {
     t: f64,
     q: [f64; 2],
@@ -105,6 +107,47 @@ fn equation_1_weight_of_the_lower_bob() {
     holds((lower_row_corrected(&PENDULUM, &INSTANT) - truth).abs());
 }
 
+/// The library's chain of two links in physical units: mass, damping, stiffness and base force of small angles. Judge:
+/// Lagrange's equations at the hanging equilibrium.
+#[test]
+fn equation_1_in_the_library() {
+    let p = &PENDULUM;
+    let vector = |x: [f64; 2]| nalgebra::DVector::from_row_slice(&x);
+    let linear = PendulumChain::new(vector(p.m), vector(p.l), &vector(p.c), p.g)
+        .and_then(|chain| chain.linearise())
+        .expect("valid");
+    let hanging = Instant {
+        t: 0.5 * std::f64::consts::PI / p.frequency, // the base passes the middle: no force from it
+        q: [0.0; 2],
+        v: [0.0; 2],
+        a: [0.0; 2],
+    };
+    let rest = [0, 1].map(|i| lagrange(p, &hanging, i));
+    let small = 1e-7; // its square is rounding
+    for j in 0..2 {
+        let one = [0, 1].map(|k| if k == j { small } else { 0.0 });
+        for (i, rest) in rest.into_iter().enumerate() {
+            let slope = |moved: Instant| (lagrange(p, &moved, i) - rest) / small;
+            let column = [
+                (slope(Instant { a: one, ..hanging }), linear.mass()),
+                (slope(Instant { v: one, ..hanging }), linear.damping()),
+                (slope(Instant { q: one, ..hanging }), linear.stiffness()),
+            ];
+            for (truth, ours) in column {
+                assert!((truth - ours.to_dense()[(i, j)]).abs() < 1e-7);
+            }
+        }
+    }
+    let force = linear
+        .mass()
+        .times(linear.influence().expect("a pendulum has one"));
+    let start = Instant { t: 0.0, ..hanging };
+    for i in 0..2 {
+        let push = p.amplitude * p.frequency.powi(2) * force[i];
+        holds((lagrange(p, &start, i) + push).abs());
+    }
+}
+
 /// `w1^2`, `p1`, `p2`, `p3` of (2).
 #[derive(Clone, Copy)]
 struct Scales {
@@ -179,4 +222,12 @@ fn equation_2_scales() {
     fails(error(Scales { p3: bad.p3, ..good }));
     holds(error(good));
     holds(error(Scales { p2: bad.p2, ..good })); // p2 is printed right
+    // The library's dimensionless pendulum takes p1 and p2; with its second row brought to (3), p3 comes out.
+    let (m, mu) = (PENDULUM.m[1] / PENDULUM.m[0], PENDULUM.l[0] / PENDULUM.l[1]);
+    let linear = DoublePendulum::new(m, mu, (good.p1, good.p2))
+        .and_then(|pendulum| pendulum.linearise())
+        .expect("valid");
+    let (damping, alpha) = (linear.damping().to_dense(), m / (1.0 + m) / mu);
+    holds((damping[(0, 0)] - good.p1 - good.p2).abs());
+    holds((damping[(1, 1)] * mu / alpha - good.p3).abs());
 }

@@ -174,6 +174,9 @@ BAD = [
     ("kind", "5", "1, 2 and 3", lambda: vi.paper_scene(5)),
     ("kind", "0", "1, 2 and 3", lambda: vi.paper_scene(0)),
     # scenes that do not fit
+    ("clearance", "2", "no stops", lambda: vi.Scene(ONE).replace(clearance=2)),
+    ("restitution", "0.5", "no stops", lambda: vi.Scene(ONE).replace(restitution=0.5)),
+    ("amplitude", r"\(0,\)", "degree of freedom", lambda: vi.Harmonic([], 1)),
     ("scene", "nonlinear", "linearise", lambda: vi.periodic_orbits(NONLINEAR, [0])),
     ("scene", "nonlinear", "linearise", lambda: vi.recovery_matrix(NONLINEAR, 0)),
     ("scene", "unforced", "forcing", lambda: vi.periodic_orbits(vi.Scene(ONE, None, vi.Stop(0, 1, 0.5)), [0])),
@@ -208,6 +211,12 @@ def test_the_message_names_argument_value_and_rule(argument, value, rule, call):
 def test_a_wrong_type_is_refused(call):
     with pytest.raises((TypeError, ValueError)):
         call()
+
+
+def test_modes_of_a_pendulum_are_those_of_its_linear_system():
+    with pytest.raises(TypeError, match=r"DoublePendulum.*LinearSystem.*linearise"):
+        vi.modes(vi.DoublePendulum(1, 1))
+    assert vi.modes(vi.DoublePendulum(1, 1).linearise()).shapes.shape == (2, 2)
 
 
 def test_no_object_comes_from_nothing():

@@ -2,9 +2,12 @@
 //! closed forms, and the laws every orbit obeys.
 
 mod plain;
+#[path = "../common/random.rs"]
+mod random;
 
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
-use plain::{Face, Plain, Random, Sides, random_plain};
+use plain::{Face, Plain, Sides, random_plain};
+use random::{Random, number};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
     Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side, Stop, Verdict,
@@ -57,13 +60,6 @@ fn check_orbit(plain: &Plain, orbit: &PeriodicOrbit, label: &str) {
             "{label}: the flight from {start} to {end} misses by {miss:e}"
         );
     }
-}
-
-fn number(name: &str, default: usize) -> usize {
-    std::env::var(name)
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or(default)
 }
 
 #[test]

@@ -1,37 +1,10 @@
 //! Scenes in plain matrices, their flight times by a scan written independently of the library: the 2N cyclic solve of
 //! theory 5 with matrix exponentials, `|u| = 1` by sign changes and by minima of the modulus.
 
+use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use vibroimpact::{Harmonic, LinearSystem, OrbitOptions, Pattern, Scene, Stop};
-
-/// A small reproducible source of numbers in (0, 1).
-pub struct Random(pub u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0 >> 11
-    }
-
-    pub fn unit(&mut self) -> f64 {
-        self.next() as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        usize::try_from(self.next() % n as u64).expect("below n")
-    }
-
-    pub fn matrix(&mut self, n: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(n, n, |_, _| self.between(-1.0, 1.0))
-    }
-}
 
 /// One stop as the scan uses it: gap `clearance - normal.q`.
 #[derive(Debug, Clone, PartialEq)]

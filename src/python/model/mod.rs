@@ -1,0 +1,22 @@
+//! Systems, forcing, stops and scenes in Python.
+
+mod forcing;
+mod linear;
+mod paper;
+mod pendulum;
+mod scene;
+mod stop;
+
+pub(crate) use forcing::{PyBaseMotion, PyHarmonic};
+pub(crate) use linear::PyLinearSystem;
+pub(crate) use paper::{paper_scene, paper_system};
+pub(crate) use pendulum::{PyDoublePendulum, PyPendulumChain};
+pub(crate) use scene::PyScene;
+pub(crate) use stop::{PyStop, PyWall, normals};
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+fn bad(message: String) -> PyErr {
+    PyValueError::new_err(message)
+}

@@ -1,0 +1,327 @@
+//! Scenes in Python.
+
+use crate::model::{
+    self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
+};
+use crate::python::array::{complex_vector, number, vector};
+use crate::python::model::forcing::forcing;
+use crate::python::model::stop::constraints;
+use crate::python::model::{
+    PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyStop, PyWall,
+    bad,
+};
+use nalgebra::DVector;
+use numpy::IntoPyArray;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
+    if let Ok(s) = value.cast::<PyLinearSystem>() {
+        return Ok(s.get().0.clone().into());
+    }
+    if let Ok(s) = value.cast::<PyDoublePendulum>() {
+        return Ok(s.get().0.clone().into());
+    }
+    if let Ok(s) = value.cast::<PyPendulumChain>() {
+        return Ok(s.get().0.clone().into());
+    }
+    Err(PyTypeError::new_err(format!(
+        "system is {}, but a LinearSystem, DoublePendulum or PendulumChain is needed",
+        value.get_type().name()?
+    )))
+}
+
+/// System, forcing and stops: what is analysed or simulated.
+///
+/// Parameters
+/// ----------
+/// system : `LinearSystem`, `DoublePendulum` or `PendulumChain`
+///     The system.
+/// forcing : Harmonic, `BaseMotion` or None, optional
+///     What drives it.
+/// stops : Stop, Wall or a sequence of them, default ()
+///     One stop or several.
+///
+/// Raises
+/// ------
+/// `ValueError`
+///     A forcing or stop that does not fit the system.
+///
+/// Examples
+/// --------
+/// >>> import vibroimpact as vi
+/// >>> oscillator = vi.LinearSystem(1.0, 0.1, 1.0)
+/// >>> scene = vi.Scene(oscillator, vi.Harmonic(1.0, 2.8), vi.Stop(0, 0.5, 0.8))
+/// >>> scene.gaps([0.2])
+/// array([0.3])
+#[pyclass(name = "Scene", module = "vibroimpact", frozen)]
+#[derive(Clone)]
+pub(crate) struct PyScene(pub Scene);
+
+fn wrap_system(py: Python<'_>, system: &System) -> PyResult<Py<PyAny>> {
+    Ok(match system {
+        System::Linear(s) => Py::new(py, PyLinearSystem((**s).clone()))?.into_any(),
+        System::DoublePendulum(s) => Py::new(py, PyDoublePendulum(s.clone()))?.into_any(),
+        System::PendulumChain(s) => Py::new(py, PyPendulumChain(s.clone()))?.into_any(),
+    })
+}
+
+fn list_of_numbers(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    Ok(vector(argument, value)?.as_slice().to_vec())
+}
+
+impl PyScene {
+    fn with_amplitude(&self, value: &Bound<'_, PyAny>) -> PyResult<Change> {
+        let f = self.0.forcing();
+        let (frequency, phase) = (f.frequency().unwrap_or(1.0), f.phase());
+        Ok(Change::Forcing(match f {
+            Forcing::Unforced => {
+                return Err(bad(
+                    "amplitude is given, but the scene has no forcing to change".to_owned(),
+                ));
+            }
+            Forcing::Harmonic(_) => {
+                Harmonic::new(complex_vector("amplitude", value)?, frequency, phase)?.into()
+            }
+            Forcing::BaseMotion(_) => {
+                BaseMotion::new(number("amplitude", value)?, frequency, phase)?.into()
+            }
+        }))
+    }
+
+    fn change(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Change> {
+        Ok(match name {
+            "amplitude" => self.with_amplitude(value)?,
+            "clearance" => Change::Clearance(list_of_numbers(name, value)?),
+            "restitution" => Change::Restitution(list_of_numbers(name, value)?),
+            _ => name
+                .parse::<Parameter>()
+                .map_err(|_| {
+                    bad(format!(
+                        "{name} is not something a scene has; it must be one of system, forcing, stops, frequency, phase, \
+                         amplitude, clearance, restitution, forcing_scale, damping_scale"
+                    ))
+                })?
+                .change(number(name, value)?),
+        })
+    }
+}
+
+#[pymethods]
+impl PyScene {
+    #[new]
+    #[pyo3(signature = (system, forcing=None, stops=None))]
+    fn new(
+        system: &Bound<'_, PyAny>,
+        forcing: Option<&Bound<'_, PyAny>>,
+        stops: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        Ok(Self(Scene::new(
+            self::system(system)?,
+            self::forcing(forcing)?,
+            constraints(stops)?,
+        )?))
+    }
+
+    /// The system.
+    #[getter]
+    fn system(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        wrap_system(py, self.0.system())
+    }
+
+    /// The forcing, or None.
+    #[getter]
+    fn forcing(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        Ok(match self.0.forcing() {
+            Forcing::Unforced => None,
+            Forcing::Harmonic(f) => Some(Py::new(py, PyHarmonic(f.clone()))?.into_any()),
+            Forcing::BaseMotion(f) => Some(Py::new(py, PyBaseMotion(*f))?.into_any()),
+        })
+    }
+
+    /// The stops, a tuple.
+    #[getter]
+    fn stops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let stops = self
+            .0
+            .stops()
+            .iter()
+            .map(|s| match s {
+                Constraint::Stop(s) => Ok(Py::new(py, PyStop(s.clone()))?.into_any()),
+                Constraint::Wall(s) => Ok(Py::new(py, PyWall(s.clone()))?.into_any()),
+            })
+            .collect::<PyResult<Vec<_>>>()?;
+        PyTuple::new(py, stops)
+    }
+
+    /// Number of degrees of freedom.
+    #[getter]
+    fn n_dof(&self) -> usize {
+        self.0.n_dof()
+    }
+
+    /// Forcing period [s], None without forcing.
+    #[getter]
+    fn period(&self) -> Option<f64> {
+        self.0.period()
+    }
+
+    /// The gap of every stop at positions q.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : `array_like`, shape (..., n)
+    ///     Positions.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (..., `n_stops`)
+    ///     Gaps; negative inside a stop.
+    fn gaps<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let numpy = py.import("numpy")?;
+        let array = numpy
+            .getattr("asarray")?
+            .call1((q, "float64"))
+            .map_err(|_| {
+                let shown = q
+                    .repr()
+                    .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+                bad(format!("q is {shown}, but an array of numbers is needed"))
+            })?;
+        let mut shape: Vec<usize> = array.getattr("shape")?.extract()?;
+        let n = self.0.n_dof();
+        if shape.is_empty() && n == 1 {
+            shape.push(1);
+        }
+        if shape.last() != Some(&n) {
+            let shown: Vec<String> = shape.iter().map(ToString::to_string).collect();
+            return Err(bad(format!(
+                "q has shape ({}), but (..., {n}) is needed",
+                shown.join(", ")
+            )));
+        }
+        let flat = vector("q", &array.call_method1("reshape", (-1,))?)?;
+        let gaps: Vec<f64> = flat
+            .as_slice()
+            .chunks(n)
+            .flat_map(|q| {
+                self.0
+                    .gaps(&DVector::from_row_slice(q))
+                    .iter()
+                    .copied()
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        if let Some(last) = shape.last_mut() {
+            *last = self.0.stops().len();
+        }
+        gaps.into_pyarray(py).call_method1("reshape", (shape,))
+    }
+
+    /// A changed copy of the scene.
+    ///
+    /// Parameters
+    /// ----------
+    /// **changes
+    ///     Any of ``system``, ``forcing``, ``stops``; ``frequency``, ``phase``, ``amplitude`` of the forcing; ``clearance``,
+    ///     ``restitution`` (a number for every stop, or one each); ``forcing_scale``, ``damping_scale`` (factors on what is
+    ///     there).
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// `ValueError`
+    ///     A name that does not exist, a value that breaks its rule.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> vi.paper_scene(kind=3).replace(clearance=0.12, restitution=[0.9, 0.8]).stops[1]
+    /// Stop(1, clearance=0.12, restitution=0.8, side='upper', reaction='coordinate')
+    #[pyo3(signature = (**changes))]
+    fn replace(&self, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let Some(changes) = changes else {
+            return Ok(self.clone());
+        };
+        let structural = |name: &str| changes.get_item(name);
+        let (new_system, new_forcing, new_stops) = (
+            structural("system")?,
+            structural("forcing")?,
+            structural("stops")?,
+        );
+        let mut scene = self.0.clone();
+        if new_system.is_some() || new_forcing.is_some() || new_stops.is_some() {
+            scene = Scene::new(
+                new_system
+                    .as_ref()
+                    .map_or_else(|| Ok(scene.system().clone()), system)?,
+                new_forcing
+                    .as_ref()
+                    .map_or_else(|| Ok(scene.forcing().clone()), |f| forcing(Some(f)))?,
+                new_stops
+                    .as_ref()
+                    .map_or_else(|| Ok(scene.stops().to_vec()), |s| constraints(Some(s)))?,
+            )?;
+        }
+        for (name, value) in changes.iter() {
+            let name: String = name.extract()?;
+            if !matches!(name.as_str(), "system" | "forcing" | "stops") {
+                let change = PyScene(scene.clone()).change(&name, &value)?;
+                scene = scene.replace(change)?;
+            }
+        }
+        Ok(Self(scene))
+    }
+
+    /// The linear scene of small angles: linear system, walls as plane stops, the same forcing.
+    fn linearise(&self) -> PyResult<Self> {
+        Ok(Self(model::linearise(&self.0)?))
+    }
+
+    /// What will run for this scene, in words.
+    fn plan(&self) -> PyResult<String> {
+        Ok(crate::simulate::plan(&self.0)?)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let forcing = match self.forcing(py)? {
+            Some(forcing) => forcing.bind(py).repr()?.to_string(),
+            None => "None".to_owned(),
+        };
+        let mut text = format!(
+            "Scene({},\n      {forcing}",
+            self.system(py)?.bind(py).repr()?
+        );
+        for stop in self.stops(py)?.iter().take(8) {
+            text.push_str(&format!(",\n      {}", stop.repr()?));
+        }
+        if self.0.stops().len() > 8 {
+            text.push_str(&format!(
+                ",\n      ... {} stops in all",
+                self.0.stops().len()
+            ));
+        }
+        text.push(')');
+        Ok(text)
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let forcing = self.forcing(py)?.into_pyobject(py)?.into_any();
+        PyTuple::new(
+            py,
+            [
+                self.system(py)?.into_bound(py),
+                forcing,
+                self.stops(py)?.into_any(),
+            ],
+        )
+    }
+}

@@ -1,0 +1,312 @@
+//! Stops and walls in Python.
+
+use crate::model::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
+use crate::python::array::{matrix, out_vector, vector};
+use crate::python::model::bad;
+use crate::python::pattern::stop_index;
+use nalgebra::{DMatrix, DVector};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+fn side(value: &str) -> PyResult<Side> {
+    match value {
+        "upper" => Ok(Side::Upper),
+        "lower" => Ok(Side::Lower),
+        _ => Err(bad(format!(
+            "side is {value:?}, but it must be \"upper\" or \"lower\""
+        ))),
+    }
+}
+
+fn is_whole_number(value: &Bound<'_, PyAny>) -> bool {
+    value.hasattr("__index__").unwrap_or(false)
+        && value
+            .getattr("shape")
+            .map_or(true, |s| s.len().unwrap_or(0) == 0)
+}
+
+fn normal(value: &Bound<'_, PyAny>) -> PyResult<Normal> {
+    if is_whole_number(value) {
+        Ok(Normal::Coordinate(stop_index("normal", value)?))
+    } else {
+        Ok(vector("normal", value)?.into())
+    }
+}
+
+fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
+    let Some(value) = value else {
+        return Ok(Reaction::Inertia);
+    };
+    match value.extract::<String>() {
+        Ok(name) if name == "inertia" => Ok(Reaction::Inertia),
+        Ok(name) if name == "coordinate" => Ok(Reaction::Coordinate),
+        Ok(name) => Err(bad(format!(
+            "reaction is {name:?}, but it must be \"inertia\", \"coordinate\" or a direction of shape (n,)"
+        ))),
+        Err(_) => Ok(Reaction::Direction(vector("reaction", value)?)),
+    }
+}
+
+/// Plane stop with gap ``clearance - n.q >= 0`` (upper side) or ``clearance + n.q >= 0`` (lower side).
+///
+/// Parameters
+/// ----------
+/// normal : int or `array_like`, shape (n,)
+///     Index of a coordinate, counted from 0, or the normal n itself, of any length but zero.
+/// clearance : float
+///     Gap at q = 0; negative: preloaded.
+/// restitution : float
+///     Minus the ratio of the normal velocity after an impact to the one before [-], in [0, 1].
+/// side : {"upper", "lower"}, default "upper"
+///     On which side of the motion the stop stands.
+/// reaction : {"inertia", "coordinate"} or `array_like`, shape (n,), default "inertia"
+///     Direction in which an impact changes the velocity: ``M^-1 n`` (Newton's law), ``n`` (each coordinate reset alone, the
+///     source paper's law, which can gain energy: see ``audit_recovery``), or b itself with ``n.b > 0``.
+///
+/// Raises
+/// ------
+/// `ValueError`
+///     A zero normal, a negative index, a restitution outside [0, 1], an unknown side or reaction.
+///
+/// Examples
+/// --------
+/// >>> import vibroimpact as vi
+/// >>> vi.Stop(1, 0.15, 0.9, reaction="coordinate")
+/// Stop(1, clearance=0.15, restitution=0.9, side='upper', reaction='coordinate')
+#[pyclass(name = "Stop", module = "vibroimpact", frozen)]
+#[derive(Clone)]
+pub(crate) struct PyStop(pub Stop);
+
+#[pymethods]
+impl PyStop {
+    #[new]
+    #[pyo3(signature = (normal, clearance, restitution, *, side="upper", reaction=None))]
+    fn new(
+        normal: &Bound<'_, PyAny>,
+        clearance: f64,
+        restitution: f64,
+        side: &str,
+        reaction: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let stop = Stop::new(self::normal(normal)?, clearance, restitution)?;
+        Ok(Self(
+            stop.on_side(self::side(side)?)
+                .with_reaction(self::reaction(reaction)?)?,
+        ))
+    }
+
+    /// The normal as given: index of a coordinate, or shape (n,).
+    #[getter]
+    fn normal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(match self.0.normal() {
+            Normal::Coordinate(i) => i.into_pyobject(py)?.into_any(),
+            Normal::Vector(n) => out_vector(py, n).into_any(),
+        })
+    }
+
+    /// Gap at q = 0.
+    #[getter]
+    fn clearance(&self) -> f64 {
+        self.0.clearance()
+    }
+
+    /// Restitution coefficient [-].
+    #[getter]
+    fn restitution(&self) -> f64 {
+        self.0.restitution().value()
+    }
+
+    /// "upper" or "lower".
+    #[getter]
+    fn side(&self) -> &'static str {
+        match self.0.side() {
+            Side::Upper => "upper",
+            Side::Lower => "lower",
+        }
+    }
+
+    /// "inertia", "coordinate", or a direction of shape (n,).
+    #[getter]
+    fn reaction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(match self.0.reaction() {
+            Reaction::Inertia => "inertia".into_pyobject(py)?.into_any(),
+            Reaction::Coordinate => "coordinate".into_pyobject(py)?.into_any(),
+            Reaction::Direction(b) => out_vector(py, b).into_any(),
+        })
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!(
+            "Stop({}, clearance={}, restitution={}, side='{}', reaction={})",
+            self.normal(py)?.repr()?,
+            self.clearance(),
+            self.restitution(),
+            self.side(),
+            self.reaction(py)?.repr()?
+        ))
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((Bound<'py, PyAny>, f64, f64), Bound<'py, PyDict>)> {
+        let options = PyDict::new(py);
+        options.set_item("side", self.side())?;
+        options.set_item("reaction", self.reaction(py)?)?;
+        Ok((
+            (self.normal(py)?, self.clearance(), self.restitution()),
+            options,
+        ))
+    }
+}
+
+/// Vertical plane wall that one bob of a pendulum may not cross; it moves with the base.
+///
+/// Parameters
+/// ----------
+/// bob : int
+///     The bob, counted from 0.
+/// position : float
+///     Horizontal position of the wall (in units of ``l1`` for ``DoublePendulum``).
+/// restitution : float
+///     Restitution coefficient [-], in [0, 1].
+/// side : {"right", "left"}, default "right"
+///     On which side of the bob the wall stands.
+///
+/// Raises
+/// ------
+/// `ValueError`
+///     A negative bob, a restitution outside [0, 1], an unknown side.
+#[pyclass(name = "Wall", module = "vibroimpact", frozen)]
+#[derive(Clone)]
+pub(crate) struct PyWall(pub Wall);
+
+#[pymethods]
+impl PyWall {
+    #[new]
+    #[pyo3(signature = (bob, position, restitution, *, side="right"))]
+    fn new(bob: &Bound<'_, PyAny>, position: f64, restitution: f64, side: &str) -> PyResult<Self> {
+        let side = match side {
+            "right" => WallSide::Right,
+            "left" => WallSide::Left,
+            _ => {
+                return Err(bad(format!(
+                    "side is {side:?}, but it must be \"right\" or \"left\""
+                )));
+            }
+        };
+        Ok(Self(Wall::new(
+            stop_index("bob", bob)?,
+            position,
+            restitution,
+            side,
+        )?))
+    }
+
+    /// The bob, counted from 0.
+    #[getter]
+    fn bob(&self) -> usize {
+        self.0.bob()
+    }
+
+    /// Horizontal position.
+    #[getter]
+    fn position(&self) -> f64 {
+        self.0.position()
+    }
+
+    /// Restitution coefficient [-].
+    #[getter]
+    fn restitution(&self) -> f64 {
+        self.0.restitution().value()
+    }
+
+    /// "right" or "left".
+    #[getter]
+    fn side(&self) -> &'static str {
+        match self.0.side() {
+            WallSide::Right => "right",
+            WallSide::Left => "left",
+        }
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Wall(bob={}, position={}, restitution={}, side='{}')",
+            self.bob(),
+            self.position(),
+            self.restitution(),
+            self.side()
+        )
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((usize, f64, f64), Bound<'py, PyDict>)> {
+        let options = PyDict::new(py);
+        options.set_item("side", self.side())?;
+        Ok(((self.bob(), self.position(), self.restitution()), options))
+    }
+}
+
+fn constraint(value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
+    if let Ok(s) = value.cast::<PyStop>() {
+        return Ok(s.get().0.clone().into());
+    }
+    if let Ok(s) = value.cast::<PyWall>() {
+        return Ok(s.get().0.clone().into());
+    }
+    Err(PyTypeError::new_err(format!(
+        "stops holds {}, but a Stop or Wall is needed",
+        value.get_type().name()?
+    )))
+}
+
+pub(crate) fn constraints(value: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Constraint>> {
+    let Some(value) = value.filter(|v| !v.is_none()) else {
+        return Ok(Vec::new());
+    };
+    match value.try_iter() {
+        Ok(items) => items.map(|item| constraint(&item?)).collect(),
+        Err(_) => Ok(vec![constraint(value)?]),
+    }
+}
+
+/// Normals given one after the other, as columns.
+pub(crate) fn normals(value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<f64>> {
+    if let Ok(m) = matrix("normals", value) {
+        return if m.ncols() == n {
+            Ok(m.transpose())
+        } else {
+            Err(bad(format!(
+                "normals has shape ({}, {}), but (k, {n}) is needed",
+                m.nrows(),
+                m.ncols()
+            )))
+        };
+    }
+    let items = value
+        .try_iter()
+        .map_err(|_| bad("normals must be a list of indices or vectors".to_owned()))?;
+    let columns = items
+        .enumerate()
+        .map(|(i, item)| {
+            Ok(Stop::new(normal(&item?)?, 0.0, 0.0)?.normal_vector(n, &format!("normals[{i}]"))?)
+        })
+        .collect::<PyResult<Vec<DVector<f64>>>>()?;
+    Ok(if columns.is_empty() {
+        DMatrix::zeros(n, 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    })
+}
