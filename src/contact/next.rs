@@ -174,9 +174,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         &self.jets
     }
 
-    /// The margin of a stop.
-    pub fn margin(&self, stop: usize, jet: &Jet) -> f64 {
-        self.margins[stop].of(jet)
+    /// The derivatives of the state where the search last looked.
+    pub fn derivatives(&self) -> &[Derivatives] {
+        &self.derivatives
     }
 
     /// The next contact within `span` of the state, at which the search must have looked. `starts[i]` is the order of the

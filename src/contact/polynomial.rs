@@ -122,6 +122,28 @@ fn exceeds(c: &[f64], floor: f64) -> bool {
     })
 }
 
+/// Where a quantity known at the times 0, 1/4, 1/2, 3/4 and 1 first falls from above zero to below it, on the quartic
+/// through its values; a touch of zero from above is no fall.
+pub(crate) fn first_fall(values: [f64; 5]) -> Option<f64> {
+    // Newton's divided differences at the nodes k/4, gathered into powers of x.
+    let mut differences = values;
+    for order in 1..5 {
+        for k in (order..5).rev() {
+            differences[k] = (differences[k] - differences[k - 1]) * 4.0 / order as f64;
+        }
+    }
+    let mut c = [0.0; 5];
+    for k in (0..5).rev() {
+        for j in (1..5).rev() {
+            c[j] = c[j - 1] - 0.25 * k as f64 * c[j];
+        }
+        c[0] = differences[k] - 0.25 * k as f64 * c[0];
+    }
+    let (d, _) = derivative(&c);
+    let slope = |x: f64| value(&d[..4], x);
+    roots(&c).slice().iter().copied().find(|&x| slope(x) < 0.0)
+}
+
 impl Quintic {
     /// The quintic with value, slope and second derivative at both ends of a step of length h.
     pub fn hermite(start: [f64; 3], end: [f64; 3], h: f64) -> Self {
@@ -235,6 +257,28 @@ mod tests {
             assert_eq!(found.count, inside.len(), "{at:?}");
             for (a, b) in found.slice().iter().zip(&inside) {
                 assert!((a - b).abs() < 1e-10, "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_fall_of_a_quartic_is_found_and_a_rise_passed_over() {
+        for at in [
+            vec![0.3],
+            vec![0.1, 0.2, 0.7],
+            vec![0.6, 0.8],
+            vec![-1.0, 0.55, 2.0],
+        ] {
+            for sign in [1.0, -1.0] {
+                let c = from_roots(&at, sign);
+                let values = std::array::from_fn(|k| value(&c, 0.25 * k as f64));
+                let rises = |x: f64| value(&c, x + 1e-6) > value(&c, x - 1e-6);
+                let inside = at.iter().copied().filter(|x| (0.0..1.0).contains(x));
+                let wanted = inside.filter(|&x| !rises(x)).fold(f64::INFINITY, f64::min);
+                match first_fall(values) {
+                    Some(x) => assert!((x - wanted).abs() < 1e-12, "{at:?} {sign} {x}"),
+                    None => assert!(wanted.is_infinite(), "{at:?} {sign}"),
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! A linear flow that uncouples into blocks of two (theory 4). The state is the whole motion, forcing included, so that
 //! nothing is subtracted at a resonance; the forcing's `(cos, sin)` is one more pair at its end.
 
-use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::softest_rate;
 use crate::flow::{Drive, LinearFlow};
 use crate::linalg::plane::{plus, times};
@@ -154,9 +154,15 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
                     }
                 }),
         );
+        derivatives.extend(self.drive.turning(u));
     }
 
-    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
+    fn gap_row(&self, quantity: &Quantity) -> GapRow {
+        let Quantity {
+            constant,
+            row,
+            forcing,
+        } = quantity;
         let w = self.drive.frequency();
         let (mut cells, mut forced, mut forced_growth) = (Vec::with_capacity(row.len()), 0.0, 0.0);
         for (j, (r, part)) in row.iter().zip(&self.parts).enumerate() {
@@ -180,7 +186,16 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             };
             cells.push((*r, weight, reach));
         }
-        GapRow::new(cells.into_iter(), clearance, (forced, forced_growth))
+        if w > 0.0 {
+            let reach = if *forcing == Complex::new(0.0, 0.0) {
+                0.0
+            } else {
+                f64::INFINITY
+            };
+            cells.push(([forcing.re, -forcing.im], 0.0, reach));
+            forced += forcing.norm() * w.powi(4);
+        }
+        GapRow::new(cells.into_iter(), *constant, (forced, forced_growth))
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
@@ -223,8 +238,8 @@ mod tests {
             frequency: 1.5,
             force: force.to_vec(),
         };
-        contract::check(&BlockFlow::new(&blocks, &load, Undriven), 5);
-        contract::check(&BlockFlow::new(&blocks, &load, drive), 5);
+        contract::check(&BlockFlow::new(&blocks, &load, Undriven), 5, 0.0);
+        contract::check(&BlockFlow::new(&blocks, &load, drive), 5, 1.5);
         let pairs = [
             Block::Spiral {
                 sigma: -0.1,
@@ -238,6 +253,6 @@ mod tests {
             frequency: 0.8,
             force: vec![[Complex::new(0.3, 0.1), Complex::new(-0.2, 0.4)]; 2],
         };
-        contract::check(&BlockFlow::new(&pairs, &[[0.1, 0.2]; 2], drive), 2);
+        contract::check(&BlockFlow::new(&pairs, &[[0.1, 0.2]; 2], drive), 2, 0.8);
     }
 }

@@ -2,7 +2,7 @@
 //! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
 
 use crate::flow::LinearFlow;
-use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::softest_rate;
 use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::Pair;
@@ -147,9 +147,23 @@ impl LinearFlow for DenseFlow {
             // One norm for all, counted once.
             norm: if j == 0 { norm } else { 0.0 },
         }));
+        let w = self.frequency;
+        let turned = [-w * u[1], w * u[0]];
+        derivatives.push(Derivatives {
+            z: u,
+            d1: turned,
+            d2: u.map(|x| -w * w * x),
+            d3: turned.map(|x| -w * w * x),
+            norm: 0.0,
+        });
     }
 
-    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
+    fn gap_row(&self, quantity: &Quantity) -> GapRow {
+        let Quantity {
+            constant,
+            row,
+            forcing,
+        } = quantity;
         let m = self.matrix.nrows();
         let flat: Vec<f64> = row.iter().flatten().copied().collect();
         let norm = (0..m)
@@ -170,7 +184,13 @@ impl LinearFlow for DenseFlow {
             .sqrt();
         let weight = norm * self.growth;
         let cells = row.iter().map(|&r| (r, weight, f64::INFINITY));
-        GapRow::new(cells, clearance, (direct.norm() * w3, weight * size * w3))
+        let turning = ([forcing.re, -forcing.im], 0.0, f64::INFINITY);
+        let forced = direct.norm() * w3 + forcing.norm() * w3 * self.frequency;
+        GapRow::new(
+            cells.chain([turning]),
+            *constant,
+            (forced, weight * size * w3),
+        )
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
@@ -209,6 +229,7 @@ mod tests {
         contract::check(
             &DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], &force, 0.8),
             2,
+            0.8,
         );
     }
 }

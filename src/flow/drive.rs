@@ -1,5 +1,6 @@
 //! What drives a linear flow: a harmonic force, or nothing. A flow without forcing compiles to code without one.
 
+use crate::flow::gap_row::Derivatives;
 use crate::modal::{Block, Pair, Response};
 use nalgebra::Complex;
 
@@ -26,6 +27,8 @@ pub(crate) trait Drive {
     fn added(reply: Self::Reply, u: Self::Phasor) -> Pair;
     /// The input to block j and its first two derivatives.
     fn inputs(&self, j: usize, u: Self::Phasor) -> [Pair; 3];
+    /// The stored phasor with its derivatives, if there is one.
+    fn turning(&self, u: Self::Phasor) -> Option<Derivatives>;
     /// The force on block j, zero where there is none.
     fn force(&self, j: usize) -> Response;
     /// The forcing frequency, zero without forcing.
@@ -56,6 +59,10 @@ impl Drive for Undriven {
     #[inline]
     fn inputs(&self, _j: usize, (): ()) -> [Pair; 3] {
         [[0.0, 0.0]; 3]
+    }
+    #[inline]
+    fn turning(&self, (): ()) -> Option<Derivatives> {
+        None
     }
     fn force(&self, _j: usize) -> Response {
         [Complex::new(0.0, 0.0); 2]
@@ -118,6 +125,17 @@ impl Drive for HarmonicDrive {
         let value = real_part(f, u);
         let slope = real_part(f, Complex::new(-w * u.im, w * u.re));
         [value, slope, [-w * w * value[0], -w * w * value[1]]]
+    }
+    fn turning(&self, u: Complex<f64>) -> Option<Derivatives> {
+        let w = self.frequency;
+        let (z, d1) = ([u.re, u.im], [-w * u.im, w * u.re]);
+        Some(Derivatives {
+            z,
+            d1,
+            d2: z.map(|x| -w * w * x),
+            d3: d1.map(|x| -w * w * x),
+            norm: 0.0,
+        })
     }
     fn force(&self, j: usize) -> Response {
         self.force[j]

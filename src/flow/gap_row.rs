@@ -3,6 +3,26 @@
 
 use crate::flow::jet::Jet;
 use crate::modal::Pair;
+use nalgebra::Complex;
+
+/// A quantity of the whole motion, `constant - row.z - Re(forcing e^{i angle})`: a gap, or a contact force.
+#[derive(Debug, Clone)]
+pub(crate) struct Quantity {
+    pub constant: f64,
+    pub row: Vec<Pair>,
+    pub forcing: Complex<f64>,
+}
+
+impl Quantity {
+    /// A gap, which the forcing does not enter directly.
+    pub fn gap(clearance: f64, row: &[Pair]) -> Self {
+        Self {
+            constant: clearance,
+            row: row.to_vec(),
+            forcing: Complex::new(0.0, 0.0),
+        }
+    }
+}
 
 /// One pair of a state and its first three time derivatives, with the bound on what is left.
 #[derive(Debug, Clone, Copy, Default)]

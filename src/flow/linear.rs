@@ -2,7 +2,7 @@
 //! (theory 4 and 8). A flow moves its own state, which it makes from the whole motion: what it splits off or adds stands
 //! in pairs of its own.
 
-use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::modal::Pair;
 
 /// Smooth motion of a linear system.
@@ -22,8 +22,8 @@ pub(crate) trait LinearFlow {
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]);
     /// The derivatives of a state.
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>);
-    /// The gap `clearance - row.z` of the whole motion.
-    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow;
+    /// A quantity of the whole motion as one of the flow's state.
+    fn gap_row(&self, quantity: &Quantity) -> GapRow;
     /// The row r with which a normal velocity `row.z` of the whole motion is `r.state`.
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair>;
     /// The norm of each pair of a state, which bounds a gap for all times by [`GapRow::least`].
@@ -55,9 +55,12 @@ pub(crate) fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 pub(crate) mod contract {
     use super::*;
+    use nalgebra::Complex;
 
-    /// The flow composes, agrees with its derivatives, and keeps its jets' promise. `n` is the number of modal pairs.
-    pub(crate) fn check<F: LinearFlow>(flow: &F, n: usize) {
+    /// The flow composes, agrees with its derivatives, and keeps its jets' promise. `n` is the number of modal pairs, the
+    /// frequency that of the forcing, zero without.
+    pub(crate) fn check<F: LinearFlow>(flow: &F, n: usize, frequency: f64) {
+        let has_forcing = frequency > 0.0;
         let start: Vec<Pair> = (0..n)
             .map(|i| [0.3 - 0.1 * i as f64, 0.5 + 0.2 * i as f64])
             .collect();
@@ -109,15 +112,26 @@ pub(crate) mod contract {
                 .map(|(r, z)| r[0] * z[0] + r[1] * z[1])
                 .sum()
         };
-        let gap = flow.gap_row(&row, 1.0);
+        let forcing = if has_forcing {
+            Complex::new(0.3, -0.2)
+        } else {
+            Complex::new(0.0, 0.0)
+        };
+        let gap = flow.gap_row(&Quantity {
+            constant: 1.0,
+            row: row.clone(),
+            forcing,
+        });
+        let direct = |t: f64| (forcing * Complex::from_polar(1.0, 0.4 + frequency * t)).re;
         let jet_at = |state: &[Pair]| {
             let mut derivatives = Vec::new();
             flow.derivatives(state, &mut derivatives);
             gap.jet(&derivatives)
         };
         let jet = jet_at(&state);
-        assert!((jet.c[0] - (1.0 - dot(&whole(&state)))).abs() < 1e-14);
-        let difference = -(dot(&forward) - dot(&backward)) / (2.0 * step);
+        assert!((jet.c[0] - (1.0 - dot(&whole(&state)) - direct(0.7))).abs() < 1e-14);
+        let driven = direct(0.7 + step) - direct(0.7 - step);
+        let difference = -(dot(&forward) - dot(&backward) + driven) / (2.0 * step);
         assert!((jet.c[1] - difference).abs() < 1e-7);
         let mut norms = Vec::new();
         flow.norms(&state, &mut norms);

@@ -10,12 +10,14 @@ pub(crate) mod runge_kutta;
 mod scene;
 mod split;
 pub(crate) mod step_size;
+mod stuck;
 pub(crate) mod tableau;
 
 pub(crate) use block::BlockFlow;
 pub(crate) use dense::DenseFlow;
 pub(crate) use drive::{Drive, HarmonicDrive, Undriven};
-pub(crate) use gap_row::{Derivatives, GapRow};
+pub(crate) use gap_row::{Derivatives, GapRow, Quantity};
 pub(crate) use linear::{LinearFlow, carry};
-pub(crate) use scene::{ModalScene, SceneFlow, along, with_flow};
+pub(crate) use scene::{ModalScene, SceneFlow, along, modal_flow, with_flow};
 pub(crate) use split::SplitFlow;
+pub(crate) use stuck::StuckMotion;

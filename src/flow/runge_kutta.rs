@@ -218,6 +218,20 @@ impl<S: State> Dense<S> {
         }
     }
 
+    /// A straight line from one state to another.
+    pub fn line(start: &S, end: &S, h: f64) -> Self {
+        let zeros = S::zeros(start.slice().len());
+        let mut difference = end.clone();
+        for (d, x) in difference.slice_mut().iter_mut().zip(start.slice()) {
+            *d -= x;
+        }
+        Self {
+            start: start.clone(),
+            c: [difference, zeros.clone(), zeros.clone(), zeros],
+            h,
+        }
+    }
+
     /// The step as plain numbers, [`Dense::width`] of them.
     pub fn write(&self, numbers: &mut Vec<f64>) {
         numbers.push(self.h);

@@ -4,12 +4,13 @@ use crate::error::Result;
 use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, SplitFlow, Undriven};
 use crate::modal::{Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, LinearSystem, Scene};
-use nalgebra::Complex;
+use nalgebra::{Complex, DVector};
 use std::sync::Arc;
 
 /// The machinery of a linear scene.
 #[derive(Debug, Clone)]
 pub(crate) struct ModalScene {
+    pub system: Arc<LinearSystem>,
     pub form: Arc<ModalForm>,
     pub geometry: Arc<ContactGeometry>,
     /// `n.q = position_rows[i].z`
@@ -21,6 +22,8 @@ pub(crate) struct ModalScene {
     pub load: Vec<Pair>,
     /// The force amplitude, phase left out.
     pub force: Vec<Response>,
+    /// The same on the coordinates.
+    pub amplitude: DVector<Complex<f64>>,
     /// Forcing frequency, zero without forcing.
     pub frequency: f64,
 }
@@ -47,9 +50,11 @@ impl ModalScene {
         let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
         let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
         let load = form.load(system, system.load());
-        let force = Self::force(&form, system, scene);
+        let amplitude = scene.forcing().force_on(system);
+        let force = form.force(system, &amplitude);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Ok(Self {
+            system: Arc::clone(system),
             form: Arc::new(form),
             geometry: Arc::new(geometry),
             position_rows,
@@ -57,15 +62,9 @@ impl ModalScene {
             jumps,
             load,
             force,
+            amplitude,
             frequency,
         })
-    }
-
-    fn force(form: &ModalForm, system: &LinearSystem, scene: &Scene) -> Vec<Response> {
-        if scene.forcing().frequency().is_none() {
-            return vec![[Complex::new(0.0, 0.0); 2]; form.n_dof()];
-        }
-        form.force(system, &scene.forcing().force_on(system))
     }
 
     /// Number of stops.
@@ -102,27 +101,37 @@ impl ModalScene {
 
     /// The flow: forcing split off where no block is near resonance.
     pub fn flow(&self) -> SceneFlow {
-        match &self.form.form {
-            Form::Blocks(blocks) if self.frequency > 0.0 => {
-                match SplitFlow::new(blocks, &self.load, self.frequency, &self.force) {
-                    Some(split) => SceneFlow::Split(split),
-                    None => SceneFlow::Forced(BlockFlow::new(
-                        blocks,
-                        &self.load,
-                        HarmonicDrive {
-                            frequency: self.frequency,
-                            force: self.force.clone(),
-                        },
-                    )),
-                }
+        modal_flow(
+            &self.form,
+            self.load.clone(),
+            self.force.clone(),
+            self.frequency,
+        )
+    }
+}
+
+/// The flow of a modal form under a load and a force, frequency zero without forcing: the force split off where no block is
+/// near resonance.
+pub(crate) fn modal_flow(
+    form: &ModalForm,
+    load: Vec<Pair>,
+    force: Vec<Response>,
+    frequency: f64,
+) -> SceneFlow {
+    match &form.form {
+        Form::Blocks(blocks) if frequency > 0.0 => {
+            match SplitFlow::new(blocks, &load, frequency, &force) {
+                Some(split) => SceneFlow::Split(split),
+                None => SceneFlow::Forced(BlockFlow::new(
+                    blocks,
+                    &load,
+                    HarmonicDrive { frequency, force },
+                )),
             }
-            Form::Blocks(blocks) => SceneFlow::Free(BlockFlow::new(blocks, &self.load, Undriven)),
-            Form::Dense(matrix) => SceneFlow::Dense(DenseFlow::new(
-                matrix.clone(),
-                &self.load,
-                &self.force,
-                self.frequency,
-            )),
+        }
+        Form::Blocks(blocks) => SceneFlow::Free(BlockFlow::new(blocks, &load, Undriven)),
+        Form::Dense(matrix) => {
+            SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, &force, frequency))
         }
     }
 }

@@ -3,7 +3,7 @@
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
 use crate::flow::block::BlockPropagator;
-use crate::flow::gap_row::{Derivatives, GapRow};
+use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::{BlockFlow, LinearFlow, Undriven};
 use crate::modal::{Block, Pair, Response};
 use nalgebra::Complex;
@@ -113,13 +113,26 @@ impl LinearFlow for SplitFlow {
         self.flow.derivatives(state, derivatives);
     }
 
-    fn gap_row(&self, row: &[Pair], clearance: f64) -> GapRow {
+    fn gap_row(&self, quantity: &Quantity) -> GapRow {
+        let Quantity {
+            constant,
+            row,
+            forcing,
+        } = quantity;
         let rest: f64 = row
             .iter()
             .zip(&self.equilibrium)
             .map(|(r, e)| r[0] * e[0] + r[1] * e[1])
             .sum();
-        self.flow.gap_row(&self.enlarged(row), clearance - rest)
+        let mut enlarged = self.enlarged(row);
+        if let Some(turning) = enlarged.last_mut() {
+            *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
+        }
+        self.flow.gap_row(&Quantity {
+            constant: constant - rest,
+            row: enlarged,
+            forcing: Complex::new(0.0, 0.0),
+        })
     }
 
     /// At an equilibrium nothing moves, so that the load leaves no trace here.
@@ -172,7 +185,7 @@ mod tests {
         ];
         let load = [[0.0, 0.3], [0.0, -1.0], [0.0, 0.0]];
         let split = SplitFlow::new(&BLOCKS, &load, 0.8, &force).expect("away from resonance");
-        contract::check(&split, 3);
+        contract::check(&split, 3, 0.8);
         let drive = HarmonicDrive {
             frequency: 0.8,
             force,

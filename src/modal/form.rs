@@ -73,6 +73,15 @@ impl ModalForm {
         })
     }
 
+    /// The form of a system without degrees of freedom.
+    pub fn empty() -> Self {
+        Self {
+            form: Form::Blocks(Vec::new()),
+            coordinates: Coordinates::Physical,
+            n: 0,
+        }
+    }
+
     /// Number of degrees of freedom, and of pairs in a state.
     pub fn n_dof(&self) -> usize {
         self.n

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::model::{Constraint, Forcing, LinearSystem, Reaction, Stop, System};
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// System, forcing and stops: what is analysed or simulated.
 #[derive(Debug, Clone, PartialEq)]
@@ -273,7 +274,7 @@ impl Scene {
     ///
     /// # Errors
     /// `Error::BadValue` for a nonlinear system or a wall; `purpose` says what needs a linear scene.
-    pub fn linear_system(&self, purpose: &str) -> Result<&LinearSystem> {
+    pub fn linear_system(&self, purpose: &str) -> Result<&Arc<LinearSystem>> {
         let rule = || format!("{purpose} needs a linear scene; take scene.linearise()");
         if self.stops.iter().any(|s| matches!(s, Constraint::Wall(_))) {
             return Err(Error::bad_value("scene", "a scene with a wall", rule()));

@@ -3,7 +3,7 @@
 
 use crate::contact::walk::{Effort, Ladder, check_flight};
 use crate::error::Result;
-use crate::flow::{GapRow, LinearFlow, ModalScene, SceneFlow, along, with_flow};
+use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::periodic_orbit::Flight;
@@ -121,7 +121,7 @@ impl<'a> Judge<'a> {
         let flow = scene.flow();
         let rows = scene.position_rows.iter();
         let rows = rows.zip(scene.geometry.clearances.iter());
-        let gaps = with_flow!(&flow, f => rows.map(|(row, &c)| f.gap_row(row, c)).collect());
+        let gaps = with_flow!(&flow, f => rows.map(|(row, &c)| f.gap_row(&Quantity::gap(c, row))).collect());
         Self { scene, flow, gaps }
     }
 

@@ -1,13 +1,20 @@
-//! The loop of a simulation: fly to the next contact, strike, go on (theory 8). Chatter, sticking and coupled
-//! simultaneous impacts end the run with a diagnosis.
+//! The loop of a simulation: fly to the next contact, strike, go on; complete impacts that accumulate, hold what stays in
+//! contact, let go what is pulled (theory 8, 9).
 
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::impact::Impact;
-use crate::simulate::mover::{Arrival, Mover};
+use crate::simulate::mover::{Arrival, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats, Status};
 use std::ops::ControlFlow;
+
+/// Events at one instant after which there will be no end of them.
+const MOST_EVENTS_AT_ONCE: usize = 64;
+/// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
+const RATIO_TOL: f64 = 0.05;
+/// What is left of accumulating impacts is up to so many times its estimate.
+const SAFETY: f64 = 4.0;
 
 /// How a run ended.
 pub(crate) struct Ending {
@@ -32,6 +39,12 @@ pub(crate) struct EventLoop {
     sizes: Vec<f64>,
     /// The stops in contact.
     touching: Vec<usize>,
+    /// The stops held.
+    held: Vec<usize>,
+    /// The stop struck last, and how fast.
+    last_blow: Option<(usize, f64)>,
+    /// Events since the time last advanced, and that time.
+    events_at: (f64, usize),
     pub stats: Stats,
 }
 
@@ -50,6 +63,9 @@ impl EventLoop {
         self.starts.resize(mover.n_stops(), 0);
         self.sizes.clear();
         self.sizes.resize(mover.n_stops(), 0.0);
+        self.held.clear();
+        self.last_blow = None;
+        self.events_at = (t0, 0);
         let end = mover.clock().at(t_end);
         if let Err(unresolved) = self.begin(mover, record)? {
             return Ok(unresolved.at(t0));
@@ -66,6 +82,10 @@ impl EventLoop {
             let span = mover.clock().until(end).max(0.0);
             self.stats.n_flights += 1;
             let mut check = || observer(now).is_continue();
+            if self.is_looping(now) {
+                let reason = "contacts open and close without end at one instant".to_owned();
+                return Ok(Unresolved { reason }.at(now));
+            }
             match mover.fly(&self.starts, span, t_end, record, &mut check)? {
                 Arrival::End => return Ok(self.ended(t_end, Status::Finished)),
                 Arrival::Stalled { stop } => {
@@ -84,6 +104,11 @@ impl EventLoop {
                 }
                 Arrival::Contact { stop } => {
                     if let Err(unresolved) = self.collide(mover, stop, record)? {
+                        return Ok(unresolved.at(mover.clock().time()));
+                    }
+                }
+                Arrival::Release { stop } => {
+                    if let Err(unresolved) = self.let_go(mover, stop)? {
                         return Ok(unresolved.at(mover.clock().time()));
                     }
                 }
@@ -110,7 +135,8 @@ impl EventLoop {
         mover.look()?;
         self.touching.clear();
         for stop in 0..mover.n_stops() {
-            let (gap, margin) = (mover.gap(stop).gap, mover.margin(stop));
+            let GapState { gap, size, .. } = mover.gap(stop);
+            let margin = mover.margin(stop, size);
             if gap < -margin {
                 let rule =
                     format!("it starts inside stop {stop}, by more than the margin {margin:.3e}");
@@ -122,16 +148,29 @@ impl EventLoop {
                 self.touching.push(stop);
             }
         }
-        if self
-            .touching
-            .iter()
-            .any(|&stop| mover.gap(stop).speed < 0.0)
-        {
+        if self.touching.iter().any(|&stop| self.closes(mover, stop)) {
             // A flight of no length has the state before the impact.
             mover.stay(record)?;
             return self.strike_all(mover, record);
         }
-        Ok(self.release(mover))
+        self.settle(mover)
+    }
+
+    /// Whether a stop in contact is approached, by more than rounding; one that is held is not.
+    fn closes<M: Mover>(&self, mover: &M, stop: usize) -> bool {
+        let speed = mover.gap(stop).speed;
+        speed < 0.0 && !self.held.contains(&stop)
+    }
+
+    /// Whether so many events fell on one instant that there will be no end of them.
+    fn is_looping(&mut self, now: f64) -> bool {
+        let (time, count) = &mut self.events_at;
+        if *time == now {
+            *count += 1;
+        } else {
+            (*time, *count) = (now, 0);
+        }
+        *count > MOST_EVENTS_AT_ONCE
     }
 
     /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.
@@ -148,13 +187,57 @@ impl EventLoop {
                 self.touching.push(stop);
             }
         }
+        if self.accumulates(mover, reached) {
+            mover.accumulate(reached, record)?;
+            self.last_blow = None;
+            return self.settle(mover);
+        }
         self.strike_all(mover, record)
+    }
+
+    /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
+    /// the tolerance (theory 9).
+    fn accumulates<M: Mover>(&self, mover: &M, reached: usize) -> bool {
+        let e = mover.restitution(reached);
+        let state = mover.gap(reached);
+        let (speed, pull) = (state.speed, state.acceleration);
+        let is_alone = self.touching.len() == 1 && self.held.is_empty();
+        if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
+            return false;
+        }
+        let residual = 2.0 * e / (1.0 - e) * speed * speed / -pull;
+        let tolerance = 0.1 * mover.margin(reached, self.sizes[reached]);
+        let regular = self.last_blow.is_some_and(|(stop, before)| {
+            stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
+        });
+        let span = 2.0 * e * speed / ((1.0 - e) * pull);
+        let stays = |(stop, other): (usize, GapState)| {
+            stop == reached
+                || other.gap
+                    + span * (other.speed.min(0.0) + 0.5 * span * other.acceleration.min(0.0))
+                    > 0.0
+        };
+        let others = (0..mover.n_stops()).map(|stop| (stop, mover.gap(stop)));
+        SAFETY * residual < tolerance
+            && regular
+            && pull + span * state.jerk.abs() < 0.0
+            && others.into_iter().all(stays)
+    }
+
+    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero.
+    fn let_go<M: Mover>(&mut self, mover: &mut M, stop: usize) -> Resolved {
+        self.held.retain(|&held| held != stop);
+        self.starts.fill(0);
+        self.starts[stop] = 3;
+        let held = self.held.clone();
+        mover.hold(&held)?;
+        Ok(Ok(()))
     }
 
     /// The impacts of those stops in contact that are approached.
     fn strike_all<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
         for (k, &stop) in self.touching.iter().enumerate() {
-            if mover.gap(stop).speed >= 0.0 {
+            if !self.closes(mover, stop) {
                 continue;
             }
             let mut others = self.touching.iter().enumerate();
@@ -165,11 +248,13 @@ impl EventLoop {
                 return Ok(Err(Unresolved { reason }));
             }
         }
-        for &stop in &self.touching {
-            if mover.gap(stop).speed >= 0.0 {
+        for k in 0..self.touching.len() {
+            let stop = self.touching[k];
+            if !self.closes(mover, stop) {
                 continue;
             }
             let blow = mover.strike(stop)?;
+            self.last_blow = Some((stop, blow.approach));
             self.stats.n_impacts += 1;
             if record.keep != Keep::Final {
                 record.impacts.push(Impact {
@@ -183,39 +268,51 @@ impl EventLoop {
             }
         }
         mover.look()?;
-        Ok(self.release(mover))
+        self.settle(mover)
     }
 
-    /// The order of each touching gap's root at the start of the flight, or why it does not open.
-    fn release<M: Mover>(&mut self, mover: &M) -> std::result::Result<(), Unresolved> {
+    /// What each stop in contact does next: it opens with a root of some order, or it is held.
+    fn settle<M: Mover>(&mut self, mover: &mut M) -> Resolved {
         self.starts.fill(0);
         for (stop, size) in self.sizes.iter_mut().enumerate() {
             let state = mover.gap(stop);
             *size = size.max(state.size).max(0.5 * state.apex());
         }
-        for &stop in &self.touching {
+        let before = std::mem::take(&mut self.held);
+        for &stop in self.touching.iter().chain(&before) {
+            if self.held.contains(&stop) {
+                continue;
+            }
             let state = mover.gap(stop);
-            // An inelastic impact leaves a normal velocity of rounding size, which is none.
-            let is_still = state.speed.abs() <= ROUNDING * mover.speed_size(stop);
-            self.starts[stop] = match (is_still, state.acceleration, state.jerk) {
-                (false, acceleration, _) if state.speed > 0.0 => {
-                    if acceleration < 0.0 && 0.5 * state.apex() < 10.0 * ROUNDING * self.sizes[stop]
-                    {
-                        let reason = format!("the impacts on stop {stop} accumulate: chatter");
-                        return Err(Unresolved { reason });
-                    }
-                    1
-                }
-                (true, acceleration, _) if acceleration > 0.0 => 2,
-                (true, 0.0, jerk) if jerk > 0.0 => 3,
-                _ => {
-                    return Err(Unresolved {
-                        reason: format!("the motion stays on stop {stop}: sticking"),
-                    });
-                }
-            };
+            let low = 10.0 * ROUNDING * self.sizes[stop];
+            // An inelastic impact leaves a normal velocity of rounding size, which is none; so does a flight that
+            // would rise by no more than rounding.
+            let is_still = state.speed.abs() <= ROUNDING * mover.speed_size(stop)
+                || (state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low);
+            match (is_still, state.acceleration, state.jerk) {
+                (false, ..) => self.starts[stop] = 1,
+                (true, pull, _) if pull > 0.0 => self.starts[stop] = 2,
+                (true, 0.0, jerk) if jerk > 0.0 => self.starts[stop] = 3,
+                _ => self.held.push(stop),
+            }
         }
-        Ok(())
+        self.held.sort_unstable();
+        self.held.dedup();
+        if self.held.is_empty() && before.is_empty() {
+            return Ok(Ok(()));
+        }
+        // Which of several lets go: the one pulled most, until all push.
+        loop {
+            let held = self.held.clone();
+            mover.hold(&held)?;
+            let forces = mover.forces()?;
+            let pulled = held.iter().zip(&forces).filter(|(_, force)| **force < 0.0);
+            let Some((&stop, _)) = pulled.min_by(|a, b| a.1.total_cmp(b.1)) else {
+                return Ok(Ok(()));
+            };
+            self.held.retain(|&h| h != stop);
+            self.starts[stop] = 2;
+        }
     }
 }
 

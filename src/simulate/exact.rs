@@ -3,7 +3,8 @@
 use crate::contact::next::{Grazed, Margin, Next, Search};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
-use crate::flow::{LinearFlow, ModalScene, along};
+use crate::flow::jet::Jet;
+use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, StuckMotion, along, with_flow};
 use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::simulate::clock::Clock;
@@ -13,6 +14,7 @@ use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// A linear scene in motion; one run after another, with its buffers.
 pub(crate) struct ExactMover<'a, F: LinearFlow> {
@@ -30,7 +32,15 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     arrived: Vec<Pair>,
     grazed: Vec<Grazed>,
     kept: Option<Kept>,
+    margins: Vec<Margin>,
+    /// The motions while stops are held, made when first needed.
+    held: Vec<Arc<StuckMotion>>,
+    /// The one that holds now.
+    holding: Option<Arc<StuckMotion>>,
 }
+
+/// A contact force at zero for good: its first derivatives are this small, relative to its terms and the fastest rate.
+const FLAT: f64 = 1e-12;
 
 impl<'a, F: LinearFlow> ExactMover<'a, F> {
     /// A mover of a scene along its flow; `phase` is the forcing phase at time zero.
@@ -39,18 +49,22 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         let stops = 0..scene.n_stops();
         let gaps = stops
             .clone()
-            .map(|i| flow.gap_row(&scene.position_rows[i], g.clearances[i]));
+            .map(|i| flow.gap_row(&Quantity::gap(g.clearances[i], &scene.position_rows[i])));
         let margins = stops.clone().map(|i| Margin {
             absolute: 10.0 * options.atol * g.normals.column(i).lp_norm(1),
             relative: (10.0 * options.rtol).max(10.0 * ROUNDING),
         });
+        let margins: Vec<Margin> = margins.collect();
         let rebound =
             |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
         Self {
             flow,
             scene,
             phase,
-            search: Search::new(flow, gaps.collect(), margins.collect()),
+            search: Search::new(flow, gaps.collect(), margins.clone()),
+            margins,
+            held: Vec::new(),
+            holding: None,
             velocity_rows: scene
                 .velocity_rows
                 .iter()
@@ -68,6 +82,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     /// Puts the mover at a state in modal pairs and a time, as new.
     pub fn start(&mut self, whole: &[Pair], t: f64) {
         self.search.restart();
+        self.holding = None;
         self.clock = self.clock.at(t);
         let angle = self.angle(self.clock);
         self.flow.enter(whole, angle, &mut self.state);
@@ -84,6 +99,11 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     /// The motion kept since the start.
     pub fn take_kept(&mut self) -> Option<Kept> {
         self.kept.as_mut().map(std::mem::take)
+    }
+
+    /// The motions while stops were held.
+    pub fn held(&self) -> Vec<Arc<StuckMotion>> {
+        self.held.clone()
     }
 
     fn angle(&self, clock: Clock) -> f64 {
@@ -104,15 +124,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
                 record.grazes.push(graze);
             }
         }
-        if self.kept.is_some() {
-            let whole = self.whole(&self.state);
-            if let Some(kept) = &mut self.kept {
-                let clock = self.clock;
-                kept.begin(SegmentKind::Flight, None);
-                kept.pieces.push(Piece { clock, span });
-                kept.numbers.extend(whole.iter().flatten());
-            }
-        }
+        self.keep_piece(SegmentKind::Flight, &[], span);
         let Self {
             search,
             state,
@@ -128,6 +140,110 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             flow.leave(&there, &mut whole);
             scene.form.to_physical(&whole)
         });
+    }
+
+    /// Keeps a segment of one piece from the present state.
+    fn keep_piece(&mut self, kind: SegmentKind, stops: &[usize], span: f64) {
+        if self.kept.is_none() {
+            return;
+        }
+        let whole = self.whole(&self.state);
+        if let Some(kept) = &mut self.kept {
+            let clock = self.clock;
+            kept.begin(kind, stops);
+            kept.pieces.push(Piece { clock, span });
+            kept.numbers.extend(whole.iter().flatten());
+        }
+    }
+
+    /// Puts the present state at a position and velocity, a time later.
+    fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
+        self.clock = self.clock.after(span);
+        let angle = self.angle(self.clock);
+        self.flow
+            .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+    }
+
+    /// The motion while the given stops are held.
+    fn motion_of(&mut self, stops: &[usize]) -> Result<Arc<StuckMotion>> {
+        if let Some(known) = self.held.iter().find(|h| h.stops == stops) {
+            return Ok(Arc::clone(known));
+        }
+        let motion = Arc::new(StuckMotion::new(self.scene, stops)?);
+        self.held.push(Arc::clone(&motion));
+        Ok(motion)
+    }
+
+    /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
+    fn fly_held<H: LinearFlow>(
+        &mut self,
+        flow: &H,
+        motion: &StuckMotion,
+        starts: &[usize],
+        span: f64,
+        last: f64,
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival> {
+        let (q, v) = self.physical();
+        let angle = self.angle(self.clock);
+        let mut state = Vec::new();
+        flow.enter(&motion.reduce(&q, &v), angle, &mut state);
+        let events = Events::new(flow, motion, &state);
+        let rows: Vec<GapRow> = events.list.iter().map(|(_, row)| row.clone()).collect();
+        let margins = events.list.iter().map(|(event, _)| match event {
+            Event::Release(_) => Margin {
+                absolute: 0.0,
+                relative: 10.0 * ROUNDING,
+            },
+            Event::Contact(stop) => self.margins[*stop],
+        });
+        let mut search = Search::new(flow, rows, margins.collect());
+        search.look(&state);
+        let orders: Vec<usize> = events
+            .list
+            .iter()
+            .zip(search.jets())
+            .map(|((event, _), jet)| match event {
+                Event::Release(_) => order_of_zero(jet, flow.fastest_rate()),
+                Event::Contact(stop) => starts[*stop],
+            })
+            .collect();
+        self.grazed.clear();
+        let (event, time) = match search.next(&state, &orders, span, &mut self.grazed, check) {
+            Next::Interrupted => return Err(Error::Interrupted),
+            Next::End => (None, span),
+            Next::Stalled { stop, time } => (Some(events.list[stop].0), time),
+            Next::Contact { stop, time } => {
+                let mut arrived = Vec::new();
+                let (stop, time) = search.arrive(stop, time, &state, &mut arrived);
+                if time <= span {
+                    (Some(events.list[stop].0), time)
+                } else {
+                    (None, span)
+                }
+            }
+        };
+        self.search.n_gap_evaluations += search.n_gap_evaluations;
+        let last = event.is_none().then_some(last);
+        self.grazed.clear();
+        self.keep_piece(SegmentKind::Stick, &motion.stops, time);
+        let mut whole = Vec::new();
+        let mut at = |local: f64| {
+            let mut there = state.clone();
+            search.forward(&mut there, local);
+            flow.leave(&there, &mut whole);
+            motion.lift(&whole)
+        };
+        record.sample(self.clock, time, last, &mut at);
+        let (q, v) = at(time);
+        self.put((&q, &v), time);
+        self.look()?;
+        Ok(match event {
+            None => Arrival::End,
+            Some(Event::Release(stop)) => Arrival::Release { stop },
+            Some(Event::Contact(stop)) => Arrival::Contact { stop },
+        })
     }
 
     /// A graze with its time and depth to rounding.
@@ -188,8 +304,8 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         }
     }
 
-    fn margin(&self, stop: usize) -> f64 {
-        self.search.margin(stop, &self.search.jets()[stop])
+    fn margin(&self, stop: usize, size: f64) -> f64 {
+        self.margins[stop].absolute + self.margins[stop].relative * size
     }
 
     fn contact_slack(&self) -> f64 {
@@ -216,6 +332,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         record: &mut Record,
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival> {
+        if let Some(motion) = self.holding.clone() {
+            return with_flow!(&motion.flow, f => {
+                self.fly_held(f, &motion, starts, span, last, record, check)
+            });
+        }
         self.grazed.clear();
         let next = self
             .search
@@ -269,6 +390,78 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         })
     }
 
+    fn restitution(&self, stop: usize) -> f64 {
+        self.scene.geometry.restitutions[stop]
+    }
+
+    fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()> {
+        self.look()?;
+        let GapState {
+            speed,
+            acceleration,
+            ..
+        } = self.gap(stop);
+        let e = self.restitution(stop);
+        let part = speed / (1.0 - e);
+        let span = 2.0 * e * part / acceleration;
+        let motion = self.motion_of(&[stop])?;
+        self.keep_piece(SegmentKind::Chatter, &[stop], span);
+        let (q, v) = self.physical();
+        let angle = self.angle(self.clock);
+        record.sample(self.clock, span, None, |local| {
+            motion.carry(angle, local, &q, &v)
+        });
+        // Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)
+        let (drift, kick) = (2.0 * e / acceleration * part, self.rebounds[stop] * part);
+        let rates = self.search.derivatives().iter().map(|d| d.d1);
+        for (z, d) in self.state.iter_mut().zip(rates) {
+            *z = [z[0] + drift * d[0], z[1] + drift * d[1]];
+        }
+        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
+            *z = [z[0] + kick * jump[0], z[1] + kick * jump[1]];
+        }
+        self.clock = self.clock.after(span);
+        let angle = self.angle(self.clock);
+        self.flow.set_angle(&mut self.state, angle);
+        let (q, v) = self.physical();
+        let g = &self.scene.geometry;
+        let (n, b) = (g.normals.column(stop), g.reactions.column(stop));
+        let (q, v) = (
+            &q + b * ((g.clearances[stop] - n.dot(&q)) / n.dot(&b)),
+            &v - b * (n.dot(&v) / n.dot(&b)),
+        );
+        self.put((&q, &v), 0.0);
+        self.look()
+    }
+
+    fn hold(&mut self, stops: &[usize]) -> Result<()> {
+        if stops.is_empty() {
+            self.holding = None;
+            return Ok(());
+        }
+        let motion = self.motion_of(stops)?;
+        let (q, v) = self.physical();
+        let (q, v) = motion.lift(&motion.reduce(&q, &v));
+        self.put((&q, &v), 0.0);
+        self.holding = Some(motion);
+        self.look()
+    }
+
+    fn forces(&mut self) -> Result<Vec<f64>> {
+        let Some(motion) = self.holding.clone() else {
+            return Ok(Vec::new());
+        };
+        let (q, v) = self.physical();
+        let angle = self.angle(self.clock);
+        Ok(with_flow!(&motion.flow, f => {
+            let (mut state, mut derivatives) = (Vec::new(), Vec::new());
+            f.enter(&motion.reduce(&q, &v), angle, &mut state);
+            f.derivatives(&state, &mut derivatives);
+            let force = |quantity| f.gap_row(quantity).jet(&derivatives).c[0];
+            motion.forces.iter().map(force).collect()
+        }))
+    }
+
     fn phase(&self) -> f64 {
         wrapped(self.angle(self.clock))
     }
@@ -276,4 +469,50 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     fn physical(&self) -> (DVector<f64>, DVector<f64>) {
         self.scene.form.to_physical(&self.whole(&self.state))
     }
+}
+
+/// What can end a segment in which stops are held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Event {
+    Release(usize),
+    Contact(usize),
+}
+
+/// What is watched while stops are held.
+struct Events {
+    list: Vec<(Event, GapRow)>,
+}
+
+impl Events {
+    /// The contact forces and the gaps that can change, but for forces that are zero for good.
+    fn new<H: LinearFlow>(flow: &H, motion: &StuckMotion, state: &[Pair]) -> Self {
+        let forces = motion.stops.iter().zip(&motion.forces);
+        let forces = forces.map(|(&stop, force)| (Event::Release(stop), flow.gap_row(force)));
+        let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
+            let gap = gap.as_ref()?;
+            Some((Event::Contact(stop), flow.gap_row(gap)))
+        });
+        let mut derivatives = Vec::new();
+        flow.derivatives(state, &mut derivatives);
+        let rate = flow.fastest_rate();
+        let is_flat = |jet: &Jet| order_of_zero(jet, rate) > 3;
+        let list = forces.chain(gaps).filter(|(event, row)| {
+            !(matches!(event, Event::Release(_)) && is_flat(&row.jet(&derivatives)))
+        });
+        Self {
+            list: list.collect(),
+        }
+    }
+}
+
+/// The number of leading derivatives of a contact force that are zero.
+fn order_of_zero(jet: &Jet, rate: f64) -> usize {
+    let mut scale = FLAT * jet.size;
+    for (k, c) in jet.c.iter().enumerate() {
+        if c.abs() > scale {
+            return k;
+        }
+        scale *= rate;
+    }
+    4
 }

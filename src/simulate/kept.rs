@@ -3,7 +3,8 @@
 
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::Dense;
-use crate::flow::{ModalScene, SceneFlow, carry, with_flow};
+use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
+use crate::modal::Pair;
 use crate::simulate::clock::Clock;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -13,15 +14,21 @@ use std::sync::Arc;
 pub enum SegmentKind {
     /// Free motion.
     Flight,
+    /// The end of an infinite sequence of impacts that accumulate at a finite time.
+    Chatter,
+    /// Lasting contact.
+    Stick,
 }
 
 impl SegmentKind {
-    const ALL: [Self; 1] = [Self::Flight];
+    const ALL: [Self; 3] = [Self::Flight, Self::Chatter, Self::Stick];
 
     /// The name used in Python.
     pub fn name(self) -> &'static str {
         match self {
             Self::Flight => "flight",
+            Self::Chatter => "chatter",
+            Self::Stick => "stick",
         }
     }
 
@@ -41,11 +48,11 @@ pub(crate) struct Piece {
     pub span: f64,
 }
 
-/// A segment: its kind, its stop and its first piece.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A segment: its kind, the stops in contact and its first piece.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct KeptSegment {
     pub kind: SegmentKind,
-    pub stop: Option<usize>,
+    pub stops: Vec<usize>,
     pub first: usize,
 }
 
@@ -60,9 +67,18 @@ pub(crate) struct Kept {
 
 impl Kept {
     /// Begins a segment.
-    pub fn begin(&mut self, kind: SegmentKind, stop: Option<usize>) {
-        let first = self.pieces.len();
-        self.segments.push(KeptSegment { kind, stop, first });
+    pub fn begin(&mut self, kind: SegmentKind, stops: &[usize]) {
+        self.segments.push(KeptSegment {
+            kind,
+            stops: stops.to_vec(),
+            first: self.pieces.len(),
+        });
+    }
+
+    /// The segment that a piece belongs to.
+    pub fn segment_of(&self, piece: usize) -> Option<&KeptSegment> {
+        let later = self.segments.partition_point(|s| s.first <= piece);
+        self.segments.get(later.checked_sub(1)?)
     }
 
     /// The pieces of a segment.
@@ -83,6 +99,8 @@ pub(crate) enum Machinery {
         modal: Arc<ModalScene>,
         flow: Arc<SceneFlow>,
         phase: f64,
+        /// The motions while stops were held.
+        held: Vec<Arc<StuckMotion>>,
     },
     /// Steps of an integrator: the numbers are the step's length and its dense output.
     Steps,
@@ -97,12 +115,28 @@ impl Machinery {
         }
     }
 
-    /// Position and velocity a time after the start of a piece.
-    pub fn state(&self, piece: Piece, numbers: &[f64], local: f64) -> (DVector<f64>, DVector<f64>) {
+    /// Position and velocity a time after the start of a piece of a segment.
+    pub fn state(
+        &self,
+        segment: Option<&KeptSegment>,
+        piece: Piece,
+        numbers: &[f64],
+        local: f64,
+    ) -> (DVector<f64>, DVector<f64>) {
         match self {
-            Self::Exact { modal, flow, phase } => {
-                let mut state = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
+            Self::Exact {
+                modal,
+                flow,
+                phase,
+                held,
+            } => {
+                let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
                 let angle = modal.frequency * piece.clock.local + phase;
+                let stops = segment.map_or(&[][..], |segment| &segment.stops);
+                if let Some(stuck) = held.iter().find(|s| !stops.is_empty() && s.stops == stops) {
+                    let (q, v) = modal.form.to_physical(&state);
+                    return stuck.carry(angle, local, &q, &v);
+                }
                 with_flow!(&**flow, f => carry(f, angle, local, &mut state));
                 modal.form.to_physical(&state)
             }

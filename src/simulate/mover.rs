@@ -36,6 +36,8 @@ pub(crate) enum Arrival {
     End,
     /// At a stop.
     Contact { stop: usize },
+    /// Where the contact force of a stop that is held falls through zero.
+    Release { stop: usize },
     /// Where no step was short enough to tell contact from none.
     Stalled { stop: usize },
     /// Where the steps of an integrator became too short for the time.
@@ -62,15 +64,15 @@ pub(crate) trait Mover {
     fn look(&mut self) -> Result<()>;
     /// The gap of a stop at the last look.
     fn gap(&self, stop: usize) -> GapState;
-    /// Distance from zero within which a gap counts as closed at the start of a run.
-    fn margin(&self, stop: usize) -> f64;
+    /// Distance from zero within which a gap whose terms have the given size counts as closed (theory 8).
+    fn margin(&self, stop: usize, size: f64) -> f64;
     /// Distance from zero, relative to the size of its terms, within which a gap is closed when another stop is struck.
     fn contact_slack(&self) -> f64;
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
     /// Whether an impact on one of two stops changes the normal velocity at the other.
     fn is_coupled(&self, one: usize, other: usize) -> bool;
-    /// Flies to the next contact or over the whole span, `last` the time at which the run ends there. The gaps must have
+    /// Flies to the next contact or release or over the whole span, `last` the time at which the run ends there. The gaps must have
     /// been looked at; `starts[i]` is the order of the root of gap i at the start, zero for an open gap. On a contact the
     /// gaps have been looked at there.
     fn fly(
@@ -85,6 +87,15 @@ pub(crate) trait Mover {
     fn stay(&mut self, record: &mut Record) -> Result<()>;
     /// The impact of one stop.
     fn strike(&mut self, stop: usize) -> Result<Blow>;
+    /// The restitution coefficient of a stop.
+    fn restitution(&self, stop: usize) -> f64;
+    /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes to the end of the
+    /// infinite sequence, where the gap and its speed are zero. The gaps must have been looked at.
+    fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()>;
+    /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
+    fn hold(&mut self, stops: &[usize]) -> Result<()>;
+    /// The contact force of each stop held, in their order.
+    fn forces(&mut self) -> Result<Vec<f64>>;
     /// The forcing phase now.
     fn phase(&self) -> f64;
     /// Position and velocity now.

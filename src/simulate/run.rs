@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
-use crate::flow::{LinearFlow, ModalScene, with_flow};
+use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::{Dynamics, Scene, SceneMotion, with_motion};
 use crate::quantity::finite_vector;
@@ -80,7 +80,13 @@ pub fn simulate_checked(
             let done = with_flow!(&*flow, f => {
                 Run::new(f, &modal, phase, options).run(&modal.form.to_modal(q0, v0), t_span, observer)
             })?;
-            (Machinery::Exact { modal, flow, phase }, done)
+            let exact = Machinery::Exact {
+                modal,
+                flow,
+                phase,
+                held: done.held.clone(),
+            };
+            (exact, done)
         }
         Method::Rk45 => {
             let done = with_motion!(&SceneMotion::new(scene), motion => {
@@ -173,6 +179,7 @@ fn stepped_in<S: State, D: Dynamics>(
         stats,
         record,
         kept: mover.take_kept(),
+        held: Vec::new(),
     })
 }
 
@@ -183,6 +190,8 @@ pub(crate) struct Done {
     pub stats: Stats,
     record: Record,
     kept: Option<Kept>,
+    /// The motions while stops were held.
+    held: Vec<Arc<StuckMotion>>,
 }
 
 /// One run after another of the same linear scene, with their buffers.
@@ -228,6 +237,7 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             stats,
             record,
             kept: self.mover.take_kept(),
+            held: self.mover.held(),
         })
     }
 }

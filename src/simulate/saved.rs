@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::LinearFlow;
-use crate::flow::{ModalScene, with_flow};
+use crate::flow::{ModalScene, StuckMotion, with_flow};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
@@ -36,11 +36,11 @@ pub struct SavedTrajectory {
 }
 
 /// A motion as plain numbers: clock reading and span of each piece; the numbers of the pieces, one after the other; name,
-/// stop and first piece of each segment; whether the pieces are steps of an integrator.
+/// stops and first piece of each segment; whether the pieces are steps of an integrator.
 pub type SavedMotion = (
     Vec<[f64; 3]>,
     Vec<f64>,
-    Vec<(String, Option<usize>, usize)>,
+    Vec<(String, Vec<usize>, usize)>,
     bool,
 );
 
@@ -78,7 +78,7 @@ impl Trajectory {
                 self.last.1.as_slice().to_vec(),
             ),
             motion: self.kept.as_ref().map(|kept| {
-                let named = |s: &KeptSegment| (s.kind.name().to_owned(), s.stop, s.first);
+                let named = |s: &KeptSegment| (s.kind.name().to_owned(), s.stops.clone(), s.first);
                 (
                     kept.pieces.iter().map(reading).collect(),
                     kept.numbers.clone(),
@@ -98,17 +98,32 @@ impl Trajectory {
         let n = scene.n_dof();
         let is_stepped = saved.motion.as_ref().is_some_and(|motion| motion.3);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
-        let (machinery, beat) = if is_stepped {
+        let (mut machinery, beat) = if is_stepped {
             (Machinery::Steps, STEPPED_BEAT)
         } else {
             let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
             let flow = Arc::new(modal.flow());
             let beat = with_flow!(&*flow, f => 8.0 * f.longest_step());
             let phase = scene.forcing().phase();
-            (Machinery::Exact { modal, flow, phase }, beat)
+            let held = Vec::new();
+            let exact = Machinery::Exact {
+                modal,
+                flow,
+                phase,
+                held,
+            };
+            (exact, beat)
         };
         let clock = Clock::new(0.0, frequency, beat);
         let kept = saved.motion.map(|motion| kept(clock, motion)).transpose()?;
+        if let (Machinery::Exact { modal, held, .. }, Some(kept)) = (&mut machinery, &kept) {
+            for segment in &kept.segments {
+                let stops = &segment.stops;
+                if !stops.is_empty() && held.iter().all(|h: &Arc<StuckMotion>| h.stops != *stops) {
+                    held.push(Arc::new(StuckMotion::new(modal, stops)?));
+                }
+            }
+        }
         let fits = kept
             .as_ref()
             .is_none_or(|k| k.numbers.len() == machinery.width(n) * k.pieces.len());
@@ -162,10 +177,10 @@ impl Trajectory {
 
 /// The motion that was saved, on a clock of its scene.
 fn kept(clock: Clock, (pieces, numbers, segments, _): SavedMotion) -> Result<Kept> {
-    let segment = |(name, stop, first): &(String, Option<usize>, usize)| {
+    let segment = |(name, stops, first): &(String, Vec<usize>, usize)| {
         Ok(KeptSegment {
             kind: SegmentKind::from_name(name)?,
-            stop: *stop,
+            stops: stops.clone(),
             first: *first,
         })
     };

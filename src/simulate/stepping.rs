@@ -1,20 +1,22 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
-use crate::contact::polynomial::{Along, Judgement, Quintic};
+use crate::contact::polynomial::{Along, Judgement, Quintic, first_fall};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
-use crate::flow::runge_kutta::{State, Stepper, Tolerance};
+use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
 use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
-use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::linalg::rank;
+use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, System, contacts};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// Beat of the clock of a motion without forcing.
 pub(crate) const STEPPED_BEAT: f64 = 1.0;
@@ -24,6 +26,8 @@ const MOST_POLISHES: usize = 12;
 const TAYLOR_PART: f64 = 1e-8;
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
+/// Singular values below this, relative to the largest, are zero: the normals are dependent.
+const DEPENDENT_TOL: f64 = 1e-12;
 /// Steps between two calls of the caller's check.
 const STEPS_PER_CHECK: usize = 256;
 
@@ -44,7 +48,9 @@ enum Found {
 pub(crate) struct StepMover<'a, S, D> {
     dynamics: &'a D,
     scene: &'a Scene,
-    contacts: Vec<Contact>,
+    contacts: Arc<Vec<Contact>>,
+    /// The stops held, none in free motion.
+    holding: Vec<usize>,
     frequency: f64,
     phase: f64,
     tolerance: Tolerance,
@@ -69,7 +75,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
     /// A mover of a scene along its equations of motion.
     pub fn new(dynamics: &'a D, scene: &'a Scene, options: &SimulateOptions) -> Self {
         let n = dynamics.n_dof();
-        let contacts = contacts(scene);
+        let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Self {
@@ -78,6 +84,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             gaps: none.clone(),
             ahead: none,
             contacts,
+            holding: Vec::new(),
             frequency,
             phase: scene.forcing().phase(),
             tolerance: Tolerance {
@@ -107,6 +114,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         self.clock = self.clock.at(t);
         self.controller = Controller::default();
         (self.h, self.is_begun) = (None, false);
+        self.holding.clear();
         (self.n_steps, self.n_gap_evaluations, self.stepper.n_rhs) = (0, 0, 0);
         if let Some(kept) = &mut self.kept {
             *kept = Kept::default();
@@ -139,18 +147,26 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         self.dynamics.n_dof()
     }
 
-    /// Takes the rate of the present state.
-    fn begin(&mut self) -> Result<()> {
-        if !self.is_begun {
-            let at = self.moment();
-            self.stepper.begin(self.dynamics, at, &self.x)?;
-            self.is_begun = true;
+    /// Takes the rate of the present state, and with it the gaps.
+    fn begin<E: Dynamics>(&mut self, dynamics: &E) -> Result<()> {
+        if self.is_begun {
+            return Ok(());
         }
+        let at = self.moment();
+        self.stepper.begin(dynamics, at, &self.x)?;
+        self.is_begun = true;
+        let n = self.n();
+        let (q, v) = self.x.slice().split_at(n);
+        let a = &self.stepper.start_rate().slice()[n..];
+        for (value, contact) in self.gaps.iter_mut().zip(self.contacts.iter()) {
+            *value = contact.surface.along(q, v, a);
+        }
+        self.n_gap_evaluations += self.contacts.len();
         Ok(())
     }
 
     /// A first step, from the sizes of the state, its rate and a second derivative, in units of the tolerance.
-    fn first_step(&mut self, span: f64) -> Result<f64> {
+    fn first_step<E: Dynamics>(&mut self, dynamics: &E, span: f64) -> Result<f64> {
         let size = |state: &Self, y: &[f64]| {
             let scaled = y.iter().zip(state.x.slice()).map(|(y, x)| {
                 (y / (state.tolerance.absolute + state.tolerance.relative * x.abs())).powi(2)
@@ -162,7 +178,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let trial = trial_step(d0, d1).min(span);
         let at = self.moment();
         self.stepper
-            .step(self.dynamics, at, self.frequency, &self.x, trial)?;
+            .step(dynamics, at, self.frequency, &self.x, trial)?;
         let change: Vec<f64> = self
             .stepper
             .end_rate()
@@ -185,7 +201,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let n = self.n();
         let (q, v) = self.stepper.end.slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
-        for (value, contact) in self.ahead.iter_mut().zip(&self.contacts) {
+        for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
             *value = contact.surface.along(q, v, a);
         }
         self.n_gap_evaluations += self.contacts.len();
@@ -196,6 +212,9 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let mut earliest: Option<(usize, f64)> = None;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
+            if self.holding.contains(&stop) {
+                continue;
+            }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
             let ends = |g: GapValue| [g.gap, g.speed, g.acceleration];
             let quintic = Quintic::hermite(ends(start), ends(end), h);
@@ -254,13 +273,13 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
 
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes. Returns the length;
     /// the stepper's end is the state there.
-    fn land(&mut self, stop: usize, guess: f64, h: f64) -> Result<f64> {
+    fn land<E: Dynamics>(&mut self, dynamics: &E, stop: usize, guess: f64, h: f64) -> Result<f64> {
         let at = self.moment();
         let n = self.n();
         let mut s = guess;
         for _ in 0..MOST_POLISHES {
             self.stepper
-                .step(self.dynamics, at, self.frequency, &self.x, s)?;
+                .step(dynamics, at, self.frequency, &self.x, s)?;
             self.look_ahead();
             let GapValue {
                 gap,
@@ -299,13 +318,17 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             return;
         }
         let dense = self.stepper.dense(&self.x, s);
+        self.keep_dense(&dense, s, last, record);
+    }
+
+    fn keep_dense(&mut self, dense: &Dense<S>, span: f64, last: Option<f64>, record: &mut Record) {
+        let (clock, n) = (self.clock, self.n());
         if let Some(kept) = &mut self.kept {
-            kept.pieces.push(Piece { clock, span: s });
+            kept.pieces.push(Piece { clock, span });
             dense.write(&mut kept.numbers);
         }
-        let n = self.n();
         let mut x = S::zeros(2 * n);
-        record.sample(clock, s, last, |local| {
+        record.sample(clock, span, last, |local| {
             dense.state(local, x.slice_mut());
             let (q, v) = x.slice().split_at(n);
             (DVector::from_column_slice(q), DVector::from_column_slice(v))
@@ -329,15 +352,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     }
 
     fn look(&mut self) -> Result<()> {
-        self.begin()?;
-        let n = self.n();
-        let (q, v) = self.x.slice().split_at(n);
-        let a = &self.stepper.start_rate().slice()[n..];
-        for (value, contact) in self.gaps.iter_mut().zip(&self.contacts) {
-            *value = contact.surface.along(q, v, a);
-        }
-        self.n_gap_evaluations += self.contacts.len();
-        Ok(())
+        self.is_begun = false;
+        self.begin(self.dynamics)
     }
 
     fn gap(&self, stop: usize) -> GapState {
@@ -351,8 +367,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         }
     }
 
-    fn margin(&self, stop: usize) -> f64 {
-        self.margin_of(stop, self.gaps[stop].size)
+    fn margin(&self, stop: usize, size: f64) -> f64 {
+        self.margin_of(stop, size)
     }
 
     fn contact_slack(&self) -> f64 {
@@ -385,15 +401,129 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         record: &mut Record,
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival> {
+        if self.holding.is_empty() {
+            return self.fly_along(self.dynamics, starts, (span, last), record, check);
+        }
+        self.is_begun = false;
+        let held = self.held_motion();
+        self.fly_along(&held, starts, (span, last), record, check)
+    }
+
+    fn stay(&mut self, record: &mut Record) -> Result<()> {
+        self.begin(self.dynamics)?;
+        if let Some(kept) = &mut self.kept {
+            kept.begin(SegmentKind::Flight, &[]);
+        }
+        self.keep_nothing(0.0, f64::NEG_INFINITY, record);
+        Ok(())
+    }
+
+    fn strike(&mut self, stop: usize) -> Result<Blow> {
+        let n = self.n();
+        let (normal, reaction) = self.directions(stop)?;
+        let (_, v) = self.x.slice_mut().split_at_mut(n);
+        let along = |v: &[f64]| normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>();
+        let approach = along(v);
+        let factor = 1.0 + self.contacts[stop].restitution;
+        let impulse = factor * approach / normal.dot(&reaction);
+        for (v, b) in v.iter_mut().zip(reaction.iter()) {
+            *v -= b * impulse;
+        }
+        let departure = -along(v);
+        self.is_begun = false;
+        Ok(Blow {
+            approach,
+            departure,
+            impulse,
+        })
+    }
+
+    fn restitution(&self, stop: usize) -> f64 {
+        self.contacts[stop].restitution
+    }
+
+    fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()> {
+        self.look()?;
+        let GapValue {
+            speed,
+            acceleration,
+            ..
+        } = self.gaps[stop];
+        let e = self.restitution(stop);
+        let part = speed / (1.0 - e);
+        let span = 2.0 * e * part / acceleration;
+        let n = self.n();
+        // Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)
+        let (normal, reaction) = self.directions(stop)?;
+        let drift = 2.0 * e / acceleration * part;
+        let kick = (1.0 + e) * part / normal.dot(&reaction);
+        let start = self.x.clone();
+        let rate = self.stepper.start_rate().clone();
+        for (x, rate) in self.x.slice_mut().iter_mut().zip(rate.slice()) {
+            *x += drift * rate;
+        }
+        let (_, v) = self.x.slice_mut().split_at_mut(n);
+        for (v, b) in v.iter_mut().zip(reaction.iter()) {
+            *v += b * kick;
+        }
+        self.settle(stop)?;
+        if let Some(kept) = &mut self.kept {
+            kept.begin(SegmentKind::Chatter, &[stop]);
+        }
+        let line = Dense::line(&start, &self.x, span);
+        self.keep_dense(&line, span, None, record);
+        self.clock = self.clock.after(span);
+        self.look()
+    }
+
+    fn hold(&mut self, stops: &[usize]) -> Result<()> {
+        self.holding.clear();
+        self.holding.extend_from_slice(stops);
+        for &stop in stops {
+            self.settle(stop)?;
+        }
+        self.look()
+    }
+
+    fn forces(&mut self) -> Result<Vec<f64>> {
+        let held = self.held_motion();
+        self.forces_at(&held, 0.0, self.x.slice())
+    }
+
+    fn phase(&self) -> f64 {
+        wrapped(self.frequency * self.clock.local + self.phase)
+    }
+
+    fn physical(&self) -> (DVector<f64>, DVector<f64>) {
+        let (q, v) = self.x.slice().split_at(self.n());
+        (DVector::from_column_slice(q), DVector::from_column_slice(v))
+    }
+}
+
+impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
+    /// A segment along some equations of motion: free, or with stops held.
+    fn fly_along<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        starts: &[usize],
+        (span, last): (f64, f64),
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival> {
         self.grazes.clear();
         if let Some(kept) = &mut self.kept {
-            kept.begin(SegmentKind::Flight, None);
+            let kind = if self.holding.is_empty() {
+                SegmentKind::Flight
+            } else {
+                SegmentKind::Stick
+            };
+            kept.begin(kind, &self.holding);
         }
         let end = self.clock.after(span);
         let mut starts = Some(starts);
         let (mut halvings, mut tries) = (0, 0usize);
         let arrival = loop {
-            self.begin()?;
+            self.begin(dynamics)?;
             let left = self.clock.until(end);
             if left <= 0.0 {
                 self.keep_nothing(span, last, record);
@@ -405,7 +535,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
             }
             let wanted = match self.h {
                 Some(h) => h,
-                None => self.first_step(left)?,
+                None => self.first_step(dynamics, left)?,
             };
             // A step that would leave a crumb takes it along.
             let is_last = wanted >= 0.999 * left;
@@ -415,7 +545,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
             }
             let at = self.moment();
             self.stepper
-                .step(self.dynamics, at, self.frequency, &self.x, h)?;
+                .step(dynamics, at, self.frequency, &self.x, h)?;
             let error = self.stepper.error(&self.x, h, self.tolerance);
             let verdict = self.controller.judge(h, error);
             if !verdict.is_accepted {
@@ -442,11 +572,18 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
             });
             self.controller.note_stiffness(self.stepper.stiffness(h));
             self.n_steps += 1;
+            let released = self.release_along(h)?;
+            if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
+                let s = self.let_go(dynamics, stop, x * h, h)?;
+                self.keep(s, None, record);
+                self.arrive(s);
+                self.look()?;
+                break Arrival::Release { stop };
+            }
             if let Some((stop, x)) = found {
-                let s = self.land(stop, x * h, h)?;
+                let s = self.land(dynamics, stop, x * h, h)?;
                 self.keep(s.max(0.0), None, record);
                 self.arrive(s);
-                self.is_begun = false;
                 self.look()?;
                 break Arrival::Contact { stop };
             }
@@ -465,59 +602,173 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         Ok(arrival)
     }
 
-    fn stay(&mut self, record: &mut Record) -> Result<()> {
-        self.begin()?;
-        if let Some(kept) = &mut self.kept {
-            kept.begin(SegmentKind::Flight, None);
+    /// The motion while the stops of `holding` are held.
+    fn held_motion(&self) -> HeldMotion<'a, D> {
+        HeldMotion {
+            dynamics: self.dynamics,
+            system: self.scene.system(),
+            contacts: Arc::clone(&self.contacts),
+            stops: self.holding.clone(),
         }
-        self.keep_nothing(0.0, f64::NEG_INFINITY, record);
+    }
+
+    /// The contact forces at a state of the step last taken.
+    fn forces_at(&self, held: &HeldMotion<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
+        let (q, v) = x.split_at(self.n());
+        let mut a = vec![0.0; q.len()];
+        held.forces(later(self.moment(), s, self.frequency), q, v, &mut a)
+    }
+
+    /// The first stop held whose contact force falls through zero along the step last taken, and the part of the step at
+    /// which it does: on the quartic through the force at five times.
+    fn release_along(&self, h: f64) -> Result<Option<(usize, f64)>> {
+        if self.holding.is_empty() {
+            return Ok(None);
+        }
+        let held = self.held_motion();
+        let dense = self.stepper.dense(&self.x, h);
+        let mut x = S::zeros(2 * self.n());
+        let mut samples = Vec::with_capacity(5);
+        for k in 0..5 {
+            let s = 0.25 * f64::from(k) * h;
+            dense.state(s, x.slice_mut());
+            samples.push(self.forces_at(&held, s, x.slice())?);
+        }
+        let first = |(k, &stop): (usize, &usize)| {
+            let values = std::array::from_fn(|i| samples[i][k]);
+            Some((stop, first_fall(values)?))
+        };
+        let falls = self.holding.iter().enumerate().filter_map(first);
+        Ok(falls.min_by(|a, b| a.1.total_cmp(&b.1)))
+    }
+
+    /// Steps to the release itself, by the secant method on the length of the step.
+    fn let_go<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        stop: usize,
+        guess: f64,
+        h: f64,
+    ) -> Result<f64> {
+        let held = self.held_motion();
+        let k = self.holding.iter().position(|&s| s == stop).unwrap_or(0);
+        let at = self.moment();
+        let force = |mover: &mut Self, s: f64| -> Result<f64> {
+            mover
+                .stepper
+                .step(dynamics, at, mover.frequency, &mover.x, s)?;
+            let end = mover.stepper.end.clone();
+            Ok(mover.forces_at(&held, s, end.slice())?[k])
+        };
+        let (mut s0, mut s) = (0.0, guess);
+        let mut f0 = force(self, s0)?;
+        let mut f = force(self, s)?;
+        for _ in 0..MOST_POLISHES {
+            let next = s - f * (s - s0) / (f - f0);
+            if !next.is_finite() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
+                break;
+            }
+            (s0, f0) = (s, f);
+            s = next.clamp(0.0, h);
+            f = force(self, s)?;
+        }
+        Ok(s)
+    }
+
+    /// Moves the present state onto a stop, along its reaction, and takes its normal speed away.
+    fn settle(&mut self, stop: usize) -> Result<()> {
+        let n = self.n();
+        for _ in 0..MOST_POLISHES {
+            let (normal, reaction) = self.directions(stop)?;
+            let (q, v) = self.x.slice_mut().split_at_mut(n);
+            let value = self.contacts[stop].surface.along(q, v, v);
+            let (push, product) = (value.gap, normal.dot(&reaction));
+            for (q, b) in q.iter_mut().zip(reaction.iter()) {
+                *q += b * push / product;
+            }
+            if push.abs() <= f64::EPSILON * value.size {
+                break;
+            }
+        }
+        let (normal, reaction) = self.directions(stop)?;
+        let (_, v) = self.x.slice_mut().split_at_mut(n);
+        let approach: f64 = normal.iter().zip(v.iter()).map(|(n, v)| n * v).sum();
+        for (v, b) in v.iter_mut().zip(reaction.iter()) {
+            *v -= b * approach / normal.dot(&reaction);
+        }
+        self.is_begun = false;
         Ok(())
     }
 
-    fn strike(&mut self, stop: usize) -> Result<Blow> {
-        let n = self.n();
+    /// The normal of a stop and its reaction direction.
+    fn directions(&self, stop: usize) -> Result<(DVector<f64>, DVector<f64>)> {
+        let (q, _) = self.x.slice().split_at(self.n());
         let contact = &self.contacts[stop];
-        let (q, v) = self.x.slice_mut().split_at_mut(n);
         let normal = contact.surface.normal(q);
         let reaction = contact.reaction(self.scene.system(), q);
-        let reaction = reaction.filter(|b| normal.dot(b) > 0.0);
-        let Some(reaction) = reaction else {
-            return Err(Error::bad_value(
+        match reaction.filter(|b| normal.dot(b) > 0.0) {
+            Some(reaction) => Ok((normal, reaction)),
+            None => Err(Error::bad_value(
                 format!("stops[{stop}]"),
                 "a stop without a normal",
                 "at an impact its gap must change with the coordinates and its reaction must push",
-            ));
-        };
-        let along = |v: &[f64]| normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>();
-        let approach = along(v);
-        let impulse = (1.0 + contact.restitution) * approach / normal.dot(&reaction);
-        for (v, b) in v.iter_mut().zip(reaction.iter()) {
-            *v -= b * impulse;
+            )),
         }
-        let departure = -along(v);
-        self.is_begun = false;
-        Ok(Blow {
-            approach,
-            departure,
-            impulse,
-        })
     }
 
-    fn phase(&self) -> f64 {
-        wrapped(self.frequency * self.clock.local + self.phase)
-    }
-
-    fn physical(&self) -> (DVector<f64>, DVector<f64>) {
-        let (q, v) = self.x.slice().split_at(self.n());
-        (DVector::from_column_slice(q), DVector::from_column_slice(v))
-    }
-}
-
-impl<S: State, D: Dynamics> StepMover<'_, S, D> {
     /// Keeps a piece of no length at the present state.
     fn keep_nothing(&mut self, span: f64, last: f64, record: &mut Record) {
         self.stepper.end.clone_from(&self.x);
         let last = (span == 0.0 && last.is_finite()).then_some(last);
         self.keep(0.0, last, record);
+    }
+}
+
+/// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
+struct HeldMotion<'a, D> {
+    dynamics: &'a D,
+    system: &'a System,
+    contacts: Arc<Vec<Contact>>,
+    stops: Vec<usize>,
+}
+
+impl<D: Dynamics> HeldMotion<'_, D> {
+    /// The contact forces; `a` becomes the acceleration under them.
+    fn forces(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<Vec<f64>> {
+        self.dynamics.acceleration(at, q, v, a)?;
+        let k = self.stops.len();
+        let mut delassus = DMatrix::zeros(k, k);
+        let mut opening = DVector::zeros(k);
+        let mut reactions = Vec::with_capacity(k);
+        for (i, &stop) in self.stops.iter().enumerate() {
+            let contact = &self.contacts[stop];
+            opening[i] = contact.surface.along(q, v, a).acceleration;
+            let reaction = contact.reaction(self.system, q);
+            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
+        }
+        for (i, &stop) in self.stops.iter().enumerate() {
+            let normal = self.contacts[stop].surface.normal(q);
+            for (j, reaction) in reactions.iter().enumerate() {
+                delassus[(i, j)] = normal.dot(reaction);
+            }
+        }
+        let tolerance = DEPENDENT_TOL * delassus.amax();
+        let forces = rank::solve(&delassus, &-opening, tolerance)?.particular;
+        for (reaction, force) in reactions.iter().zip(forces.iter()) {
+            for (a, b) in a.iter_mut().zip(reaction.iter()) {
+                *a -= b * force;
+            }
+        }
+        Ok(forces.iter().copied().collect())
+    }
+}
+
+impl<D: Dynamics> Dynamics for HeldMotion<'_, D> {
+    fn n_dof(&self) -> usize {
+        self.dynamics.n_dof()
+    }
+
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        self.forces(at, q, v, a).map(|_| ())
     }
 }

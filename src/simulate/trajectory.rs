@@ -5,7 +5,7 @@ use crate::impact::{Impact, wrapped};
 use crate::modal::Form;
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
-use crate::simulate::kept::{Kept, KeptSegment, Machinery, SegmentKind};
+use crate::simulate::kept::{Kept, Machinery, SegmentKind};
 use crate::simulate::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 
@@ -42,7 +42,7 @@ pub struct Graze {
 pub struct Segment {
     /// What it is.
     pub kind: SegmentKind,
-    /// The stop it stays on, `None` for a flight.
+    /// The stop it stays on or chatters against, `None` for a flight.
     pub stop: Option<usize>,
     /// Start \[s\].
     pub start: f64,
@@ -117,23 +117,33 @@ impl Trajectory {
         self.stats
     }
 
-    /// The parts of the trajectory.
+    /// The parts of the trajectory; several stops in lasting contact have a row each.
     ///
     /// # Errors
     /// A trajectory that does not keep its motion.
     pub fn segments(&self) -> Result<Vec<Segment>> {
         let kept = self.motion()?;
-        let whole = |(k, segment): (usize, &KeptSegment)| {
+        let mut all = Vec::with_capacity(kept.segments.len());
+        for (k, segment) in kept.segments.iter().enumerate() {
             let pieces = &kept.pieces[kept.pieces_of(k)];
-            let (first, last) = (pieces.first()?, pieces.last()?);
-            Some(Segment {
+            let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else {
+                continue;
+            };
+            let whole = Segment {
                 kind: segment.kind,
-                stop: segment.stop,
+                stop: None,
                 start: first.clock.time(),
                 end: last.clock.after(last.span).time(),
-            })
-        };
-        Ok(kept.segments.iter().enumerate().filter_map(whole).collect())
+            };
+            if segment.stops.is_empty() {
+                all.push(whole);
+            }
+            all.extend(segment.stops.iter().map(|&stop| Segment {
+                stop: Some(stop),
+                ..whole
+            }));
+        }
+        Ok(all)
     }
 
     fn motion(&self) -> Result<&Kept> {
@@ -185,7 +195,9 @@ impl Trajectory {
             .expect("asked for by callers that have it");
         let width = self.machinery.width(self.scene.n_dof());
         let numbers = &kept.numbers[index * width..(index + 1) * width];
-        self.machinery.state(kept.pieces[index], numbers, local)
+        let segment = kept.segment_of(index);
+        self.machinery
+            .state(segment, kept.pieces[index], numbers, local)
     }
 
     /// The motion at `t_eval`, or, without it, at points for drawing: both sides of each impact, at most 200 a flight.

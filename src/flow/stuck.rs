@@ -1,0 +1,235 @@
+//! Lasting contact of a linear scene (theory 9): while stops are held, the motion is that of a smaller linear system,
+//! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
+
+use crate::error::Result;
+use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
+use crate::linalg::rank;
+use crate::modal::{ModalForm, Pair};
+use crate::model::LinearSystem;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// Singular values of the normals below this, relative to the largest, are zero: the normals are dependent.
+const DEPENDENT_TOL: f64 = 1e-12;
+/// A product of a reaction direction and a free direction below this, relative to both, is zero.
+const ORTHOGONAL_TOL: f64 = 1e-12;
+
+/// The motion of a linear scene while some stops are held.
+#[derive(Debug, Clone)]
+pub(crate) struct StuckMotion {
+    /// The stops held.
+    pub stops: Vec<usize>,
+    /// `q_c`, at which every held gap is zero.
+    anchor: DVector<f64>,
+    /// Z, shape `(n, n - k)`, orthonormal columns.
+    free: DMatrix<f64>,
+    form: ModalForm,
+    pub flow: SceneFlow,
+    /// The contact force of each stop held, in their order.
+    pub forces: Vec<Quantity>,
+    /// The gap of each stop of the scene; `None` for those held, and for those whose gap cannot change meanwhile.
+    pub gaps: Vec<Option<Quantity>>,
+}
+
+impl StuckMotion {
+    /// The motion while the given stops are held.
+    pub fn new(scene: &ModalScene, stops: &[usize]) -> Result<Self> {
+        let (system, g) = (&scene.system, &scene.geometry);
+        let normals = g.normals.select_columns(stops);
+        let reactions = g.reactions.select_columns(stops);
+        let clearances = g.clearances.select_rows(stops);
+        let held = |matrix: &DMatrix<f64>, right: &DVector<f64>| {
+            rank::solve(&matrix.transpose(), right, DEPENDENT_TOL * matrix.amax())
+        };
+        let constraint = held(&normals, &clearances)?;
+        let (anchor, free) = (constraint.particular, constraint.null_space);
+
+        let over_mass = |m: DMatrix<f64>| solve_columns(system, &m);
+        let (stiffness, damping) = (
+            over_mass(system.stiffness().to_dense()),
+            over_mass(system.damping().to_dense()),
+        );
+        let (load, force) = (
+            system.solve_mass(system.load()) - &stiffness * &anchor,
+            system.solve_mass_complex(&scene.amplitude),
+        );
+        let reduced = Reduced::new(system, &free, &reactions)?;
+        let form = reduced.form(&stiffness, &damping, &free)?;
+        let flow = modal_flow(
+            &form,
+            form_load(&form, &reduced.apply(&load)),
+            form_force(&form, &reduced.apply_complex(&force)),
+            scene.frequency,
+        );
+
+        // (N^T B)^+ N^T, which takes the free acceleration to the contact forces.
+        let delassus = normals.tr_mul(&reactions);
+        let inverse = delassus
+            .pseudo_inverse(DEPENDENT_TOL * reactions.amax() * normals.amax())
+            .unwrap_or_else(|_| DMatrix::zeros(stops.len(), stops.len()));
+        let takes = inverse * normals.transpose();
+        let row = |q: DVector<f64>, v: DVector<f64>| -> Vec<Pair> {
+            form.position_row(&q)
+                .iter()
+                .zip(form.velocity_row(&v))
+                .map(|(a, b)| [a[0] + b[0], a[1] + b[1]])
+                .collect()
+        };
+        let forces = (0..stops.len())
+            .map(|i| {
+                let g = takes.row(i).transpose();
+                let pulled: Complex<f64> = force.iter().zip(g.iter()).map(|(f, g)| f * *g).sum();
+                Quantity {
+                    constant: g.dot(&load),
+                    row: row(
+                        free.tr_mul(&stiffness.tr_mul(&g)),
+                        free.tr_mul(&damping.tr_mul(&g)),
+                    ),
+                    forcing: -pulled,
+                }
+            })
+            .collect();
+        let gap = |i: usize| {
+            let normal = g.normals.column(i).into_owned();
+            let seen = free.tr_mul(&normal);
+            let can_change = seen.norm() > DEPENDENT_TOL * normal.norm();
+            (can_change && !stops.contains(&i)).then(|| {
+                let clearance = g.clearances[i] - normal.dot(&anchor);
+                Quantity::gap(clearance, &form.position_row(&seen))
+            })
+        };
+        Ok(Self {
+            stops: stops.to_vec(),
+            gaps: (0..g.len()).map(gap).collect(),
+            anchor,
+            free,
+            form,
+            flow,
+            forces,
+        })
+    }
+
+    /// Position and velocity a time after others, from a forcing angle.
+    pub fn carry(
+        &self,
+        angle: f64,
+        span: f64,
+        q: &DVector<f64>,
+        v: &DVector<f64>,
+    ) -> (DVector<f64>, DVector<f64>) {
+        let mut state = self.reduce(q, v);
+        with_flow!(&self.flow, f => carry(f, angle, span, &mut state));
+        self.lift(&state)
+    }
+
+    /// The state of the smaller system that is nearest a position and velocity.
+    pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
+        let y = self.free.tr_mul(&(q - &self.anchor));
+        self.form.to_modal(&y, &self.free.tr_mul(v))
+    }
+
+    /// Position and velocity of a state of the smaller system.
+    pub fn lift(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
+        let (y, dy) = self.form.to_physical(state);
+        (&self.anchor + &self.free * y, &self.free * dy)
+    }
+}
+
+fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<_> = m
+        .column_iter()
+        .map(|c| system.solve_mass(&c.into_owned()))
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+fn form_load(form: &ModalForm, acceleration: &DVector<f64>) -> Vec<Pair> {
+    form.velocity_jump(acceleration)
+}
+
+fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<[Complex<f64>; 2]> {
+    let (re, im) = (
+        form.velocity_jump(&acceleration.map(|z| z.re)),
+        form.velocity_jump(&acceleration.map(|z| z.im)),
+    );
+    re.iter()
+        .zip(&im)
+        .map(|(a, b)| [0, 1].map(|c| Complex::new(a[c], b[c])))
+        .collect()
+}
+
+/// What takes an acceleration of the whole system to one of the smaller: `(Y^T Z)^-1 Y^T`, `B^T Y = 0`.
+struct Reduced {
+    takes: DMatrix<f64>,
+    /// `Z^T M Z` where the reactions are those of inertia: the smaller system is symmetric then.
+    mass: Option<DMatrix<f64>>,
+}
+
+impl Reduced {
+    fn new(system: &LinearSystem, free: &DMatrix<f64>, reactions: &DMatrix<f64>) -> Result<Self> {
+        let m = free.ncols();
+        if m == 0 {
+            return Ok(Self {
+                takes: DMatrix::zeros(0, free.nrows()),
+                mass: None,
+            });
+        }
+        let inertia: Vec<_> = free
+            .column_iter()
+            .map(|z| system.mass().times(&z.into_owned()))
+            .collect();
+        let inertia = DMatrix::from_columns(&inertia);
+        let work = reactions.tr_mul(&inertia).amax();
+        let is_inertial = work <= ORTHOGONAL_TOL * reactions.amax() * inertia.amax();
+        let across = if is_inertial {
+            inertia
+        } else {
+            let k = reactions.ncols();
+            let tolerance = DEPENDENT_TOL * reactions.amax();
+            rank::solve(&reactions.transpose(), &DVector::zeros(k), tolerance)?.null_space
+        };
+        let product = across.tr_mul(free);
+        let takes = product
+            .clone()
+            .lu()
+            .solve(&across.transpose())
+            .unwrap_or_else(|| DMatrix::zeros(m, free.nrows()));
+        Ok(Self {
+            takes,
+            mass: is_inertial.then_some(product),
+        })
+    }
+
+    fn apply(&self, acceleration: &DVector<f64>) -> DVector<f64> {
+        &self.takes * acceleration
+    }
+
+    fn apply_complex(&self, acceleration: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
+        let (re, im) = (
+            self.apply(&acceleration.map(|z| z.re)),
+            self.apply(&acceleration.map(|z| z.im)),
+        );
+        re.zip_map(&im, Complex::new)
+    }
+
+    /// The modal form of the smaller system; `stiffness` and `damping` are over the mass.
+    fn form(
+        &self,
+        stiffness: &DMatrix<f64>,
+        damping: &DMatrix<f64>,
+        free: &DMatrix<f64>,
+    ) -> Result<ModalForm> {
+        if free.ncols() == 0 {
+            return Ok(ModalForm::empty());
+        }
+        let (k, c) = (&self.takes * stiffness * free, &self.takes * damping * free);
+        let symmetric = |m: DMatrix<f64>| (&m + m.transpose()) * 0.5;
+        let system = match &self.mass {
+            Some(mass) => {
+                let mass = symmetric(mass.clone());
+                LinearSystem::new(mass.clone(), &mass * c, &mass * k)?
+            }
+            None => LinearSystem::new(DMatrix::identity(k.nrows(), k.nrows()), c, k)?,
+        };
+        ModalForm::new(&system)
+    }
+}
