@@ -122,26 +122,46 @@ fn exceeds(c: &[f64], floor: f64) -> bool {
     })
 }
 
-/// Where a quantity known at the times 0, 1/4, 1/2, 3/4 and 1 first falls from above zero to below it, on the quartic
-/// through its values; a touch of zero from above is no fall.
-pub(crate) fn first_fall(values: [f64; 5]) -> Option<f64> {
-    // Newton's divided differences at the nodes k/4, gathered into powers of x.
-    let mut differences = values;
-    for order in 1..5 {
-        for k in (order..5).rev() {
-            differences[k] = (differences[k] - differences[k - 1]) * 4.0 / order as f64;
+/// A quantity along a step, known at the parts 0, 1/4, 1/2, 3/4 and 1 of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Quartic {
+    c: [f64; 5],
+}
+
+impl Quartic {
+    /// The quartic through five values: Newton's divided differences, gathered into powers of x.
+    pub fn through(values: [f64; 5]) -> Self {
+        let mut differences = values;
+        for order in 1..5 {
+            for k in (order..5).rev() {
+                differences[k] = (differences[k] - differences[k - 1]) * 4.0 / order as f64;
+            }
         }
-    }
-    let mut c = [0.0; 5];
-    for k in (0..5).rev() {
-        for j in (1..5).rev() {
-            c[j] = c[j - 1] - 0.25 * k as f64 * c[j];
+        let mut c = [0.0; 5];
+        for k in (0..5).rev() {
+            for j in (1..5).rev() {
+                c[j] = c[j - 1] - 0.25 * k as f64 * c[j];
+            }
+            c[0] = differences[k] - 0.25 * k as f64 * c[0];
         }
-        c[0] = differences[k] - 0.25 * k as f64 * c[0];
+        Self { c }
     }
-    let (d, _) = derivative(&c);
-    let slope = |x: f64| value(&d[..4], x);
-    roots(&c).slice().iter().copied().find(|&x| slope(x) < 0.0)
+
+    /// The quantity at x.
+    pub fn value(&self, x: f64) -> f64 {
+        value(&self.c, x)
+    }
+
+    /// Where it first falls from above zero to below it; a touch of zero from above is no fall.
+    pub fn first_fall(&self) -> Option<f64> {
+        let (d, size) = derivative(&self.c);
+        let slope = |x: f64| value(&d[..size], x);
+        roots(&self.c)
+            .slice()
+            .iter()
+            .copied()
+            .find(|&x| slope(x) < 0.0)
+    }
 }
 
 impl Quintic {
@@ -275,7 +295,7 @@ mod tests {
                 let rises = |x: f64| value(&c, x + 1e-6) > value(&c, x - 1e-6);
                 let inside = at.iter().copied().filter(|x| (0.0..1.0).contains(x));
                 let wanted = inside.filter(|&x| !rises(x)).fold(f64::INFINITY, f64::min);
-                match first_fall(values) {
+                match Quartic::through(values).first_fall() {
                     Some(x) => assert!((x - wanted).abs() < 1e-12, "{at:?} {sign} {x}"),
                     None => assert!(wanted.is_infinite(), "{at:?} {sign}"),
                 }

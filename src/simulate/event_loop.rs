@@ -284,7 +284,7 @@ impl EventLoop {
                 continue;
             }
             let state = mover.gap(stop);
-            let low = 10.0 * ROUNDING * self.sizes[stop];
+            let low = ROUNDING * self.sizes[stop];
             // An inelastic impact leaves a normal velocity of rounding size, which is none; so does a flight that
             // would rise by no more than rounding.
             let is_still = state.speed.abs() <= ROUNDING * mover.speed_size(stop)

@@ -1,7 +1,7 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
-use crate::contact::polynomial::{Along, Judgement, Quintic, first_fall};
+use crate::contact::polynomial::{Along, Judgement, Quartic, Quintic};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
@@ -28,6 +28,8 @@ const TAYLOR_PART: f64 = 1e-8;
 const MOST_HALVINGS: usize = 12;
 /// Singular values below this, relative to the largest, are zero: the normals are dependent.
 const DEPENDENT_TOL: f64 = 1e-12;
+/// The quartic through a contact force is off by no more than this, relative to the force.
+const FORCE_TOL: f64 = 1e-4;
 /// Steps between two calls of the caller's check.
 const STEPS_PER_CHECK: usize = 256;
 
@@ -563,6 +565,15 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 Found::Undecided | Found::Nothing => None,
                 Found::Contact { stop, x } => Some((stop, x)),
             };
+            let released = match self.release_along(h)? {
+                Release::Undecided if undecided => {
+                    halvings += 1;
+                    self.h = Some(0.5 * h);
+                    continue;
+                }
+                Release::Undecided | Release::None => None,
+                Release::At { stop, x } => Some((stop, x)),
+            };
             halvings = 0;
             // A step cut short by the end says nothing about the next one.
             self.h = Some(if is_last {
@@ -572,7 +583,6 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             });
             self.controller.note_stiffness(self.stepper.stiffness(h));
             self.n_steps += 1;
-            let released = self.release_along(h)?;
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
                 let s = self.let_go(dynamics, stop, x * h, h)?;
                 self.keep(s, None, record);
@@ -619,27 +629,37 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         held.forces(later(self.moment(), s, self.frequency), q, v, &mut a)
     }
 
-    /// The first stop held whose contact force falls through zero along the step last taken, and the part of the step at
-    /// which it does: on the quartic through the force at five times.
-    fn release_along(&self, h: f64) -> Result<Option<(usize, f64)>> {
+    /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
+    /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down.
+    fn release_along(&self, h: f64) -> Result<Release> {
         if self.holding.is_empty() {
-            return Ok(None);
+            return Ok(Release::None);
         }
         let held = self.held_motion();
         let dense = self.stepper.dense(&self.x, h);
         let mut x = S::zeros(2 * self.n());
-        let mut samples = Vec::with_capacity(5);
-        for k in 0..5 {
-            let s = 0.25 * f64::from(k) * h;
-            dense.state(s, x.slice_mut());
-            samples.push(self.forces_at(&held, s, x.slice())?);
-        }
-        let first = |(k, &stop): (usize, &usize)| {
-            let values = std::array::from_fn(|i| samples[i][k]);
-            Some((stop, first_fall(values)?))
+        let mut forces = |part: f64| {
+            dense.state(part * h, x.slice_mut());
+            self.forces_at(&held, part * h, x.slice())
         };
-        let falls = self.holding.iter().enumerate().filter_map(first);
-        Ok(falls.min_by(|a, b| a.1.total_cmp(&b.1)))
+        let nodes: Vec<_> = (0..5)
+            .map(|k| forces(0.25 * f64::from(k)))
+            .collect::<Result<_>>()?;
+        let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
+        let mut first = Release::None;
+        for (k, &stop) in self.holding.iter().enumerate() {
+            let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
+            let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
+            let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
+            if checks.iter().map(miss).fold(0.0, f64::max) > FORCE_TOL * spread {
+                return Ok(Release::Undecided);
+            }
+            let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
+            if let Some(x) = force.first_fall().filter(|&x| !is_later(x)) {
+                first = Release::At { stop, x };
+            }
+        }
+        Ok(first)
     }
 
     /// Steps to the release itself, by the secant method on the length of the step.
@@ -722,6 +742,19 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let last = (span == 0.0 && last.is_finite()).then_some(last);
         self.keep(0.0, last, record);
     }
+}
+
+/// What the contact forces do along a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Release {
+    None,
+    /// One falls through zero, at a part x of the step.
+    At {
+        stop: usize,
+        x: f64,
+    },
+    /// The step is too long for the quartic.
+    Undecided,
 }
 
 /// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.

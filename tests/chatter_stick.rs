@@ -1,0 +1,310 @@
+//! Impacts that accumulate and lasting contact, against closed forms, for exact and stepped flights (theory 9).
+
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use vibroimpact::{
+    DoublePendulum, Forcing, Harmonic, LinearSystem, Method, Reaction, Scene, Segment, SegmentKind,
+    Side, SimulateOptions, Status, Stop, Trajectory, Wall, WallSide, nalgebra, simulate,
+};
+
+const BOTH: [Method; 2] = [Method::Exact, Method::Rk45];
+
+fn with(method: Method, rtol: f64) -> SimulateOptions {
+    SimulateOptions {
+        method,
+        rtol,
+        ..Default::default()
+    }
+}
+
+/// A ball of unit mass under unit gravity above a floor, on a table that shakes with the given acceleration at unit
+/// frequency: `q'' = -1 + a cos(t + phase)`.
+fn ball(restitution: f64, shake: f64, phase: f64) -> Scene {
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
+        .expect("valid")
+        .with_load(dvector![-1.0])
+        .expect("valid");
+    let floor = Stop::new(0, 0.0, restitution)
+        .expect("valid")
+        .on_side(Side::Lower);
+    let forcing = if shake > 0.0 {
+        Harmonic::new(dvector![shake.into()], 1.0, phase)
+            .expect("valid")
+            .into()
+    } else {
+        Forcing::Unforced
+    };
+    Scene::new(system, forcing, [floor]).expect("valid")
+}
+
+fn of_kind(run: &Trajectory, kind: SegmentKind) -> Vec<Segment> {
+    let segments = run.segments().expect("kept");
+    segments.into_iter().filter(|s| s.kind == kind).collect()
+}
+
+#[test]
+fn a_bouncing_ball_comes_to_rest_at_its_closed_form_time() {
+    for method in BOTH {
+        for e in [0.5, 0.9, 0.99] {
+            let fall = 2f64.sqrt();
+            let end = fall * (1.0 + 2.0 * e / (1.0 - e));
+            let run = simulate(
+                &ball(e, 0.0, 0.0),
+                &dvector![1.0],
+                &dvector![0.0],
+                (0.0, 1.5 * end),
+                &with(method, 1e-9),
+            )
+            .expect("runs");
+            assert_eq!(run.status(), Status::Finished, "{}", run.message());
+            let chatter = of_kind(&run, SegmentKind::Chatter);
+            let stick = of_kind(&run, SegmentKind::Stick);
+            assert_eq!((chatter.len(), stick.len()), (1, 1));
+            assert!((chatter[0].end / end - 1.0).abs() < 1e-12, "{method:?} {e}");
+            assert!((stick[0].start / end - 1.0).abs() < 1e-12);
+            assert_eq!((run.last().0[0], run.last().1[0]), (0.0, 0.0));
+            if e == 0.5 {
+                assert!(
+                    (12..=24).contains(&run.impacts().len()),
+                    "{}",
+                    run.impacts().len()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_impacts_recorded_before_rest_grow_as_the_logarithm_of_the_tolerance() {
+    let count = |rtol: f64| {
+        let options = SimulateOptions {
+            atol: 1e-3 * rtol,
+            ..with(Method::Exact, rtol)
+        };
+        let run = simulate(
+            &ball(0.7, 0.0, 0.0),
+            &dvector![1.0],
+            &dvector![0.0],
+            (0.0, 20.0),
+            &options,
+        )
+        .expect("runs");
+        run.impacts().len() as f64
+    };
+    // The speed at entry goes as the root of the tolerance: (1/2) ln(100)/ln(1/e) impacts more for two digits.
+    let more = 0.5 * 100f64.ln() / -(0.7f64.ln());
+    for rtol in [1e-4, 1e-6, 1e-8, 1e-10] {
+        assert!((count(0.01 * rtol) - count(rtol) - more).abs() < 1.5);
+    }
+}
+
+#[test]
+fn a_plastic_ball_leaves_a_shaken_table_when_the_table_falls_away() {
+    // Held while a cos(t) <= 1; let go when it exceeds 1, at t = 2 pi - arccos(1/a).
+    for method in BOTH {
+        let shake = 1.2f64;
+        let run = simulate(
+            &ball(0.0, shake, std::f64::consts::PI),
+            &dvector![0.0],
+            &dvector![0.0],
+            (0.0, 12.0),
+            &with(method, 1e-10),
+        )
+        .expect("runs");
+        let stick = of_kind(&run, SegmentKind::Stick);
+        let release = std::f64::consts::PI - (1.0 / shake).acos();
+        assert_eq!(stick[0].start, 0.0);
+        assert!(
+            (stick[0].end - release).abs() < 1e-9,
+            "{method:?} {} {release}",
+            stick[0].end
+        );
+        // Then it flies: q = -s^2/2 + a (cos-free motion), integrated in closed form from the release.
+        let t = release + 0.5;
+        let a = |t: f64| -shake * t.cos();
+        let (q, v) = run.state(t, vibroimpact::ImpactSide::After).expect("kept");
+        let s = t - release;
+        let speed = -s - shake * (t.sin() - release.sin());
+        let height = -0.5 * s * s + shake * (t.cos() - release.cos()) + shake * release.sin() * s;
+        assert!((a(release) - 1.0).abs() < 1e-12);
+        assert!((v[0] - speed).abs() < 1e-8 && (q[0] - height).abs() < 1e-8);
+        assert!(
+            run.impacts()
+                .iter()
+                .all(|i| i.departure == 0.0 || i.departure.abs() < 1e-12)
+        );
+    }
+}
+
+/// Two masses coupled by inertia and springs, soft forcing: chatter and lasting contact of one stop.
+fn pair(reaction: &Reaction) -> Scene {
+    let system = LinearSystem::new(
+        dmatrix![2.0, 0.5; 0.5, 1.0],
+        dmatrix![0.1, 0.0; 0.0, 0.2],
+        dmatrix![3.0, -1.0; -1.0, 2.0],
+    )
+    .expect("valid");
+    let stop = Stop::new(0, 0.1, 0.5)
+        .expect("valid")
+        .with_reaction(reaction.clone())
+        .expect("valid");
+    let force = Harmonic::new(dvector![1.0.into(), 0.5.into()], 0.3, 0.0).expect("valid");
+    Scene::new(system, force, [stop]).expect("valid")
+}
+
+#[test]
+fn exact_and_stepped_flights_agree_through_chatter_and_contact() {
+    for reaction in [Reaction::Inertia, Reaction::Coordinate] {
+        let scene = pair(&reaction);
+        let run = |method| {
+            simulate(
+                &scene,
+                &dvector![0.0, 0.0],
+                &dvector![0.0, 0.0],
+                (0.0, 60.0),
+                &with(method, 1e-10),
+            )
+            .expect("runs")
+        };
+        let (exact, stepped) = (run(Method::Exact), run(Method::Rk45));
+        assert_eq!(exact.status(), Status::Finished, "{}", exact.message());
+        let (a, b) = (
+            of_kind(&exact, SegmentKind::Stick),
+            of_kind(&stepped, SegmentKind::Stick),
+        );
+        assert!(a.len() >= 2 && a.len() == b.len());
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a.start - b.start).abs() < 1e-6 && (a.end - b.end).abs() < 1e-6);
+        }
+        assert!((exact.last().0 - stepped.last().0).amax() < 1e-7);
+        assert!((exact.last().1 - stepped.last().1).amax() < 1e-7);
+    }
+}
+
+#[test]
+fn while_held_the_gap_is_zero_and_the_force_follows_the_law() {
+    let scene = pair(&Reaction::Inertia);
+    for method in BOTH {
+        let run = simulate(
+            &scene,
+            &dvector![0.0, 0.0],
+            &dvector![0.0, 0.0],
+            (0.0, 30.0),
+            &with(method, 1e-10),
+        )
+        .expect("runs");
+        for held in of_kind(&run, SegmentKind::Stick) {
+            for k in 0..=20 {
+                let t = held.start + (held.end - held.start) * f64::from(k) / 20.0;
+                let (q, v) = run.state(t, vibroimpact::ImpactSide::Before).expect("kept");
+                if k > 0 {
+                    assert!(
+                        (q[0] - 0.1).abs() < 1e-12 && v[0].abs() < 1e-11,
+                        "{method:?} {t}"
+                    );
+                }
+                // The force that would hold it: L = n.a_free/(n.b), by hand, is compressive.
+                let f = dvector![(0.3 * t).cos(), 0.5 * (0.3 * t).cos()];
+                let mass = dmatrix![2.0, 0.5; 0.5, 1.0];
+                let rest =
+                    f - dmatrix![0.1, 0.0; 0.0, 0.2] * &v - dmatrix![3.0, -1.0; -1.0, 2.0] * &q;
+                let inverse: DMatrix<f64> = mass.try_inverse().expect("regular");
+                let free: DVector<f64> = &inverse * rest;
+                assert!(free[0] / inverse[(0, 0)] > -1e-6, "{method:?} {t}");
+            }
+        }
+    }
+}
+
+#[test]
+fn halving_the_tolerance_of_entry_changes_nothing_beyond_it() {
+    let scene = pair(&Reaction::Coordinate);
+    let end = |rtol| {
+        let run = simulate(
+            &scene,
+            &dvector![0.0, 0.0],
+            &dvector![0.0, 0.0],
+            (0.0, 60.0),
+            &with(Method::Exact, rtol),
+        )
+        .expect("runs");
+        run.last().0.clone()
+    };
+    let best = end(1e-13);
+    for rtol in [1e-5, 1e-7, 1e-9] {
+        assert!((end(rtol) - &best).amax() < 30.0 * rtol, "{rtol}");
+    }
+}
+
+#[test]
+fn a_run_cut_inside_a_contact_goes_on_as_one() {
+    let scene = ball(0.4, 1.2, 0.0);
+    for method in BOTH {
+        let options = with(method, 1e-10);
+        let whole = simulate(
+            &scene,
+            &dvector![0.3],
+            &dvector![0.0],
+            (0.0, 20.0),
+            &options,
+        )
+        .expect("runs");
+        let held = of_kind(&whole, SegmentKind::Stick)[0];
+        let cut = 0.5 * (held.start + held.end);
+        let first =
+            simulate(&scene, &dvector![0.3], &dvector![0.0], (0.0, cut), &options).expect("runs");
+        let (q, v) = first.last();
+        let rest = simulate(&scene, q, v, (cut, 20.0), &options).expect("runs");
+        assert_eq!(of_kind(&rest, SegmentKind::Stick)[0].start, cut);
+        assert!((rest.last().0 - whole.last().0).amax() < 1e-8);
+    }
+}
+
+#[test]
+fn nothing_holds_what_has_no_force_and_nothing_lets_go_at_rest() {
+    // An equilibrium exactly on the stop: no force, no acceleration; it stays for ever.
+    let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
+    let scene = Scene::new(
+        system,
+        Forcing::Unforced,
+        [Stop::new(0, 0.0, 0.5).expect("valid")],
+    )
+    .expect("valid");
+    for method in BOTH {
+        let run = simulate(
+            &scene,
+            &dvector![0.0],
+            &dvector![0.0],
+            (0.0, 10.0),
+            &with(method, 1e-9),
+        )
+        .expect("runs");
+        assert_eq!(run.status(), Status::Finished, "{}", run.message());
+        assert_eq!((run.last().0[0], run.last().1[0]), (0.0, 0.0));
+        assert!(run.impacts().is_empty());
+    }
+}
+
+#[test]
+fn a_pendulum_comes_to_rest_against_a_wall_that_it_leans_on() {
+    // The wall stands left of the hanging position's bob: the second bob leans on it with its weight.
+    let pendulum = DoublePendulum::new(1.0, 1.0, (0.4, 0.4)).expect("valid");
+    let wall = Wall::new(1, -0.3, 0.5, WallSide::Right).expect("valid");
+    let scene = Scene::new(pendulum, Forcing::Unforced, [wall]).expect("valid");
+    let run = simulate(
+        &scene,
+        &dvector![-0.5, -0.5],
+        &dvector![0.0, 0.0],
+        (0.0, 200.0),
+        &SimulateOptions::default(),
+    )
+    .expect("runs");
+    assert_eq!(run.status(), Status::Finished, "{}", run.message());
+    let (q, v) = run.last();
+    assert!((q[0].sin() + q[1].sin() + 0.3).abs() < 1e-10 && v.amax() < 1e-8);
+    // Equilibrium with a horizontal force L on the second bob: tan q1 = -L/2, tan q2 = -L (unit weights).
+    assert!((q[1].tan() - 2.0 * q[0].tan()).abs() < 1e-7);
+    assert_eq!(
+        of_kind(&run, SegmentKind::Stick).last().expect("held").end,
+        200.0
+    );
+}
