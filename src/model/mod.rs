@@ -3,6 +3,7 @@
 mod contact;
 mod contact_geometry;
 mod dynamics;
+mod energy;
 mod forcing;
 mod linear;
 mod linearise;
@@ -15,6 +16,7 @@ mod system;
 pub(crate) use contact::{Contact, GapValue, contacts};
 pub(crate) use contact_geometry::ContactGeometry;
 pub(crate) use dynamics::{Dynamics, Moment, SceneMotion, with_motion};
+pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;

@@ -64,6 +64,11 @@ impl DoublePendulum {
         pendulum_mass(self.mass_ratio, self.length_ratio)
     }
 
+    /// The stiffness matrix of small angles, shape `(2, 2)`: the weights of the bobs.
+    pub(crate) fn stiffness(&self) -> DMatrix<f64> {
+        pendulum_stiffness(self.mass_ratio, self.length_ratio)
+    }
+
     /// The lengths `(1, 1/mu)`.
     pub(crate) fn link_lengths(&self) -> DVector<f64> {
         dvector![1.0, 1.0 / self.length_ratio]

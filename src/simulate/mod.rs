@@ -1,6 +1,7 @@
 //! From a scene to a trajectory: flights, contacts, impacts (theory 8, 9).
 
 mod clock;
+mod energy;
 mod event_loop;
 mod exact;
 mod kept;
@@ -13,6 +14,7 @@ mod saved;
 mod stepping;
 mod trajectory;
 
+pub use energy::Energy;
 pub use kept::SegmentKind;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;

@@ -472,7 +472,13 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Chatter, &[stop]);
         }
-        let line = Dense::line(&start, &self.x, span);
+        // The impacts are over in no time: the line begins without normal speed.
+        let mut rest = start.clone();
+        let (_, v) = rest.slice_mut().split_at_mut(n);
+        for (v, b) in v.iter_mut().zip(reaction.iter()) {
+            *v += b * speed / normal.dot(&reaction);
+        }
+        let line = Dense::line(&rest, &self.x, span);
         self.keep_dense(&line, span, None, record);
         self.clock = self.clock.after(span);
         self.look()
@@ -758,11 +764,11 @@ enum Release {
 }
 
 /// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
-struct HeldMotion<'a, D> {
-    dynamics: &'a D,
-    system: &'a System,
-    contacts: Arc<Vec<Contact>>,
-    stops: Vec<usize>,
+pub(crate) struct HeldMotion<'a, D> {
+    pub dynamics: &'a D,
+    pub system: &'a System,
+    pub contacts: Arc<Vec<Contact>>,
+    pub stops: Vec<usize>,
 }
 
 impl<D: Dynamics> HeldMotion<'_, D> {

@@ -1,11 +1,12 @@
 //! Trajectories: impacts, grazes, flights, the motion at any time, both sides of an impact.
 
 use crate::error::{Error, Result};
+use crate::flow::{LinearFlow, with_flow};
 use crate::impact::{Impact, wrapped};
 use crate::modal::Form;
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
-use crate::simulate::kept::{Kept, Machinery, SegmentKind};
+use crate::simulate::kept::{Kept, Machinery, Piece, SegmentKind};
 use crate::simulate::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 
@@ -64,6 +65,14 @@ pub struct Trajectory {
     pub(crate) status: Status,
     pub(crate) message: String,
     pub(crate) stats: Stats,
+}
+
+/// A point of the motion that was kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub time: f64,
+    pub piece: usize,
+    pub local: f64,
 }
 
 /// Times, positions and velocities, shapes `(m,)`, `(m, n)`, `(m, n)`.
@@ -188,7 +197,7 @@ impl Trajectory {
         Ok(self.state_in(index, local))
     }
 
-    fn state_in(&self, index: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
+    pub(crate) fn state_in(&self, index: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
         let kept = self
             .kept
             .as_ref()
@@ -208,10 +217,36 @@ impl Trajectory {
         if let Some(samples) = &self.samples {
             return Ok(samples.clone());
         }
+        let points = self.points()?;
+        let states: Vec<_> = points
+            .iter()
+            .map(|p| self.state_in(p.piece, p.local))
+            .collect();
+        let times = points.iter().map(|p| p.time).collect();
+        let n = self.scene.n_dof();
+        let q = DMatrix::from_fn(states.len(), n, |i, j| states[i].0[j]);
+        let v = DMatrix::from_fn(states.len(), n, |i, j| states[i].1[j]);
+        Ok((times, q, v))
+    }
+
+    /// Where the samples are in the motion that was kept.
+    pub(crate) fn points(&self) -> Result<Vec<Point>> {
         let kept = self.motion()?;
+        if let Some((times, ..)) = &self.samples {
+            let at = |&time: &f64| {
+                let piece = kept
+                    .pieces
+                    .partition_point(|p| p.clock.time() <= time)
+                    .max(1)
+                    - 1;
+                let Piece { clock, span } = kept.pieces[piece];
+                let local = clock.until(clock.at(time)).clamp(0.0, span);
+                Point { time, piece, local }
+            };
+            return Ok(times.iter().map(at).collect());
+        }
         let rate = self.fastest_rate();
-        let mut times = Vec::new();
-        let mut states = Vec::new();
+        let mut points: Vec<Point> = Vec::new();
         for segment in 0..kept.segments.len() {
             let pieces = kept.pieces_of(segment);
             let Some(&first) = kept.pieces[pieces.clone()].first() else {
@@ -222,26 +257,57 @@ impl Trajectory {
             let by_steps = (POINTS_PER_STEP * pieces.len()) as f64 + 1.0;
             let wanted = if self.is_stepped() { by_steps } else { wanted };
             let count = wanted.clamp(2.0, MOST_POINTS as f64) as usize;
-            let (mut index, mut before) = (pieces.start, 0.0);
+            let (mut piece, mut before) = (pieces.start, 0.0);
             for k in 0..count {
                 let s = span * k as f64 / (count - 1) as f64;
-                while index + 1 < pieces.end && s > before + kept.pieces[index].span {
-                    before += kept.pieces[index].span;
-                    index += 1;
+                while piece + 1 < pieces.end && s > before + kept.pieces[piece].span {
+                    before += kept.pieces[piece].span;
+                    piece += 1;
                 }
-                times.push(first.clock.after(s).time());
-                let local = (s - before).clamp(0.0, kept.pieces[index].span);
-                states.push(self.state_in(index, local));
+                points.push(Point {
+                    time: first.clock.after(s).time(),
+                    piece,
+                    local: (s - before).clamp(0.0, kept.pieces[piece].span),
+                });
             }
         }
         // The ends are those asked for, whatever rounding makes of a time counted in periods.
-        if let [first, .., last] = times.as_mut_slice() {
-            (*first, *last) = self.span;
+        if let [first, .., last] = points.as_mut_slice() {
+            (first.time, last.time) = self.span;
         }
-        let n = self.scene.n_dof();
-        let q = DMatrix::from_fn(states.len(), n, |i, j| states[i].0[j]);
-        let v = DMatrix::from_fn(states.len(), n, |i, j| states[i].1[j]);
-        Ok((times, q, v))
+        Ok(points)
+    }
+
+    /// The clock at the start of a piece of the motion that was kept.
+    pub(crate) fn piece_clock(&self, piece: usize) -> Clock {
+        self.piece(piece).clock
+    }
+
+    /// The span of a piece of the motion that was kept.
+    pub(crate) fn piece_span(&self, piece: usize) -> f64 {
+        self.piece(piece).span
+    }
+
+    fn piece(&self, piece: usize) -> Piece {
+        let kept = self.kept.as_ref();
+        kept.expect("asked for by callers that have it").pieces[piece]
+    }
+
+    /// The kind of the segment of a piece, and the stops in contact.
+    pub(crate) fn kind_of(&self, piece: usize) -> (SegmentKind, &[usize]) {
+        let segment = self.kept.as_ref().and_then(|kept| kept.segment_of(piece));
+        segment.map_or((SegmentKind::Flight, &[]), |s| (s.kind, &s.stops))
+    }
+
+    /// The time in which the fastest motion turns by an angle; a step of an integrator is never longer.
+    pub(crate) fn longest_stretch(&self, angle: f64) -> f64 {
+        match &self.machinery {
+            Machinery::Exact { modal, flow, .. } => {
+                let rate = with_flow!(&**flow, f => f.fastest_rate());
+                angle / rate.max(modal.frequency).max(f64::MIN_POSITIVE)
+            }
+            Machinery::Steps => f64::INFINITY,
+        }
     }
 
     fn is_stepped(&self) -> bool {

@@ -1,0 +1,178 @@
+//! The energy ledger of a trajectory (theory 9): what is stored, what the forcing brought, what dampers and impacts took.
+//! The powers are integrated along the motion that was kept, by Gauss's rule on each piece.
+
+use crate::error::Result;
+use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts, with_motion};
+use crate::simulate::Trajectory;
+use crate::simulate::kept::SegmentKind;
+use crate::simulate::stepping::HeldMotion;
+use crate::simulate::trajectory::Point;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// Nodes and weights of Gauss's rule of six points on [0, 1].
+const GAUSS: [(f64, f64); 6] = [
+    (0.033_765_242_898_423_975, 0.085_662_246_189_585_18),
+    (0.169_395_306_766_867_76, 0.180_380_786_524_069_3),
+    (0.380_690_406_958_401_5, 0.233_956_967_286_345_5),
+    (0.619_309_593_041_598_5, 0.233_956_967_286_345_5),
+    (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
+    (0.966_234_757_101_576, 0.085_662_246_189_585_18),
+];
+/// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion.
+const STRETCH: f64 = 0.5;
+
+/// Energies along a trajectory, one entry for each of its times.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy.
+    pub kinetic: Vec<f64>,
+    /// Potential energy, zero at q = 0.
+    pub potential: Vec<f64>,
+    /// Work of the forcing since the start.
+    pub forcing_work: Vec<f64>,
+    /// Loss in dampers since the start.
+    pub damping_loss: Vec<f64>,
+    /// Loss at impacts since the start, chatter included; for a reaction that is not that of inertia also what lasting
+    /// contact takes.
+    pub impact_loss: Vec<f64>,
+    /// What does not add up: `kinetic + potential - forcing_work + damping_loss + impact_loss` less its value at the start.
+    pub balance: Vec<f64>,
+}
+
+/// Works up to some point of the motion.
+#[derive(Debug, Clone, Copy, Default)]
+struct Works {
+    forcing: f64,
+    damping: f64,
+    contact: f64,
+}
+
+/// The state of motion at one time.
+type State = (DVector<f64>, DVector<f64>);
+
+impl Trajectory {
+    /// The energy ledger at the times of [`Trajectory::samples`].
+    ///
+    /// # Errors
+    /// A trajectory that does not keep its motion.
+    pub fn energy(&self) -> Result<Energy> {
+        let points = self.points()?;
+        with_motion!(&SceneMotion::new(self.scene()), motion => {
+            Ledger::new(self, motion).fill(&points)
+        })
+    }
+}
+
+struct Ledger<'a, D> {
+    trajectory: &'a Trajectory,
+    dynamics: &'a D,
+    energetics: Energetics,
+    contacts: Arc<Vec<Contact>>,
+    frequency: f64,
+    phase: f64,
+    longest: f64,
+}
+
+impl<'a, D: Dynamics> Ledger<'a, D> {
+    fn new(trajectory: &'a Trajectory, dynamics: &'a D) -> Self {
+        let scene = trajectory.scene();
+        Self {
+            trajectory,
+            dynamics,
+            energetics: Energetics::new(scene),
+            contacts: Arc::new(contacts(scene)),
+            frequency: scene.forcing().frequency().unwrap_or(0.0),
+            phase: scene.forcing().phase(),
+            longest: trajectory.longest_stretch(STRETCH),
+        }
+    }
+
+    fn fill(&self, points: &[Point]) -> Result<Energy> {
+        let mut energy = Energy::default();
+        let (mut works, mut piece, mut local) = (Works::default(), 0, 0.0);
+        let mut start = None;
+        for point in points {
+            while piece < point.piece {
+                let span = self.trajectory.piece_span(piece);
+                self.integrate(piece, (local, span), &mut works)?;
+                let before = self.trajectory.state_in(piece, span);
+                let after = self.trajectory.state_in(piece + 1, 0.0);
+                works.contact += self.jump_loss(&before, &after);
+                (piece, local) = (piece + 1, 0.0);
+            }
+            self.integrate(piece, (local, point.local), &mut works)?;
+            local = point.local;
+            let (q, v) = self.trajectory.state_in(piece, local);
+            let (kinetic, potential) = (
+                self.energetics.kinetic(&q, &v),
+                self.energetics.potential(&q),
+            );
+            let sum = kinetic + potential - works.forcing + works.damping + works.contact;
+            energy.kinetic.push(kinetic);
+            energy.potential.push(potential);
+            energy.forcing_work.push(works.forcing);
+            energy.damping_loss.push(works.damping);
+            energy.impact_loss.push(works.contact);
+            energy.balance.push(sum - *start.get_or_insert(sum));
+        }
+        Ok(energy)
+    }
+
+    /// Kinetic energy lost between the end of a piece and the start of the next.
+    fn jump_loss(&self, before: &State, after: &State) -> f64 {
+        let jump = &before.1 - &after.1;
+        let mean = (&before.1 + &after.1) * 0.5;
+        self.energetics.inertial_work(&after.0, &mean, &jump)
+    }
+
+    /// Adds the works along a part of a piece.
+    fn integrate(&self, piece: usize, (from, to): (f64, f64), works: &mut Works) -> Result<()> {
+        let (kind, stops) = self.trajectory.kind_of(piece);
+        let count = ((to - from) / self.longest).ceil().max(1.0);
+        if to <= from {
+            return Ok(());
+        }
+        let clock = self.trajectory.piece_clock(piece);
+        let stretch = (to - from) / count;
+        for k in 0..count as usize {
+            for (node, weight) in GAUSS {
+                let s = from + stretch * (k as f64 + node);
+                let (q, v) = self.trajectory.state_in(piece, s);
+                let now = clock.after(s);
+                let at = Moment {
+                    time: now.time(),
+                    angle: self.frequency * now.local + self.phase,
+                };
+                let w = weight * stretch;
+                works.forcing += w * self.energetics.forcing_power(at, &q, &v);
+                works.damping += w * self.energetics.damping_power(&q, &v);
+                if kind != SegmentKind::Flight {
+                    works.contact += w * self.contact_power(at, &q, &v, stops)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What the contact forces take: nothing, where reactions are those of inertia.
+    fn contact_power(
+        &self,
+        at: Moment,
+        q: &DVector<f64>,
+        v: &DVector<f64>,
+        stops: &[usize],
+    ) -> Result<f64> {
+        let held = HeldMotion {
+            dynamics: self.dynamics,
+            system: self.trajectory.scene().system(),
+            contacts: Arc::clone(&self.contacts),
+            stops: stops.to_vec(),
+        };
+        let (mut free, mut actual) = (DVector::zeros(q.len()), DVector::zeros(q.len()));
+        let (x, y) = (q.as_slice(), v.as_slice());
+        self.dynamics.acceleration(at, x, y, free.as_mut_slice())?;
+        held.acceleration(at, x, y, actual.as_mut_slice())?;
+        Ok(self.energetics.inertial_work(q, v, &(free - actual)))
+    }
+}
