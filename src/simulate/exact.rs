@@ -79,13 +79,14 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         }
     }
 
-    /// Puts the mover at a state in modal pairs and a time, as new.
-    pub fn start(&mut self, whole: &[Pair], t: f64) {
+    /// Puts the mover at a state and a time, as new.
+    pub fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
         self.search.restart();
         self.holding = None;
         self.clock = self.clock.at(t);
         let angle = self.angle(self.clock);
-        self.flow.enter(whole, angle, &mut self.state);
+        let whole = self.scene.form.to_modal(q, v);
+        self.flow.enter(&whole, angle, &mut self.state);
         if let Some(kept) = &mut self.kept {
             *kept = Kept::default();
         }

@@ -18,7 +18,7 @@ pub use energy::Energy;
 pub use kept::SegmentKind;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
-pub(crate) use run::Run;
+pub(crate) use run::{Run, Runner, SteppedRun, choose, with_steps};
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
 pub use trajectory::{Graze, Samples, Segment, Side as ImpactSide, Trajectory};

@@ -3,8 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
-use crate::modal::Pair;
-use crate::model::{Dynamics, Scene, SceneMotion, with_motion};
+use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
@@ -78,7 +77,7 @@ pub fn simulate_checked(
             let flow = Arc::new(modal.flow());
             let phase = scene.forcing().phase();
             let done = with_flow!(&*flow, f => {
-                Run::new(f, &modal, phase, options).run(&modal.form.to_modal(q0, v0), t_span, observer)
+                Run::new(f, &modal, phase, options).run(q0, v0, t_span, observer)
             })?;
             let exact = Machinery::Exact {
                 modal,
@@ -89,8 +88,9 @@ pub fn simulate_checked(
             (exact, done)
         }
         Method::Rk45 => {
-            let done = with_motion!(&SceneMotion::new(scene), motion => {
-                stepped(motion, scene, (q0, v0), t_span, options, observer)
+            let motion = SceneMotion::new(scene);
+            let done = with_steps!(&motion, scene, options, make => {
+                make().run(q0, v0, t_span, observer)
             })?;
             (Machinery::Steps, done)
         }
@@ -135,52 +135,40 @@ pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
     }
 }
 
-/// A run in steps, its state in an array of fixed length where there are few coordinates.
-fn stepped<D: Dynamics>(
-    dynamics: &D,
-    scene: &Scene,
-    start: (&DVector<f64>, &DVector<f64>),
-    t_span: (f64, f64),
-    options: &SimulateOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Done> {
-    match dynamics.n_dof() {
-        1 => stepped_in::<[f64; 2], D>(dynamics, scene, start, t_span, options, observer),
-        2 => stepped_in::<[f64; 4], D>(dynamics, scene, start, t_span, options, observer),
-        _ => stepped_in::<Vec<f64>, D>(dynamics, scene, start, t_span, options, observer),
-    }
-}
-
-fn stepped_in<S: State, D: Dynamics>(
-    dynamics: &D,
-    scene: &Scene,
-    (q0, v0): (&DVector<f64>, &DVector<f64>),
-    t_span: (f64, f64),
-    options: &SimulateOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Done> {
-    let mut record = Record::new(options, scene.n_dof());
-    let mut mover = StepMover::<S, D>::new(dynamics, scene, options);
-    mover.start(q0, v0, t_span.0);
-    let mut events = EventLoop::default();
-    let mut ending = events.run(&mut mover, t_span, options, &mut record, observer)?;
-    if mover.is_stiff() {
-        ending.message.push_str(STIFF);
-    }
-    let stats = Stats {
-        n_rhs: mover.n_rhs(),
-        n_steps: mover.n_steps,
-        n_gap_evaluations: mover.n_gap_evaluations,
-        ..events.stats
+/// Runs a block of code with the runner in steps of a scene: its state in an array of fixed length where there are few
+/// coordinates.
+macro_rules! with_steps {
+    ($motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
+        $crate::model::with_motion!($motion, motion => {
+            match $crate::model::Dynamics::n_dof(motion) {
+                1 => {
+                    let $make = || $crate::simulate::SteppedRun::<[f64; 2], _>::new(motion, $scene, $options);
+                    $body
+                }
+                2 => {
+                    let $make = || $crate::simulate::SteppedRun::<[f64; 4], _>::new(motion, $scene, $options);
+                    $body
+                }
+                _ => {
+                    let $make = || $crate::simulate::SteppedRun::<Vec<f64>, _>::new(motion, $scene, $options);
+                    $body
+                }
+            }
+        })
     };
-    Ok(Done {
-        ending,
-        last: mover.physical(),
-        stats,
-        record,
-        kept: mover.take_kept(),
-        held: Vec::new(),
-    })
+}
+pub(crate) use with_steps;
+
+/// Runs a scene from one state after another.
+pub(crate) trait Runner {
+    /// A run over a span.
+    fn run(
+        &mut self,
+        q0: &DVector<f64>,
+        v0: &DVector<f64>,
+        t_span: (f64, f64),
+        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Done>;
 }
 
 /// What a run leaves behind.
@@ -216,16 +204,18 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             n_dof: scene.form.n_dof(),
         }
     }
+}
 
-    /// A run from a state in modal pairs.
-    pub fn run(
+impl<F: LinearFlow> Runner for Run<'_, F> {
+    fn run(
         &mut self,
-        state: &[Pair],
+        q0: &DVector<f64>,
+        v0: &DVector<f64>,
         t_span: (f64, f64),
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
         let mut record = Record::new(self.options, self.n_dof);
-        self.mover.start(state, t_span.0);
+        self.mover.start(q0, v0, t_span.0);
         let ending =
             self.events
                 .run(&mut self.mover, t_span, self.options, &mut record, observer)?;
@@ -238,6 +228,58 @@ impl<'a, F: LinearFlow> Run<'a, F> {
             record,
             kept: self.mover.take_kept(),
             held: self.mover.held(),
+        })
+    }
+}
+
+/// One run in steps after another of the same scene, with their buffers.
+pub(crate) struct SteppedRun<'a, S, D> {
+    mover: StepMover<'a, S, D>,
+    events: EventLoop,
+    options: &'a SimulateOptions,
+    n_dof: usize,
+}
+
+impl<'a, S: State, D: Dynamics> SteppedRun<'a, S, D> {
+    pub fn new(dynamics: &'a D, scene: &'a Scene, options: &'a SimulateOptions) -> Self {
+        Self {
+            mover: StepMover::new(dynamics, scene, options),
+            events: EventLoop::default(),
+            options,
+            n_dof: scene.n_dof(),
+        }
+    }
+}
+
+impl<S: State, D: Dynamics> Runner for SteppedRun<'_, S, D> {
+    fn run(
+        &mut self,
+        q0: &DVector<f64>,
+        v0: &DVector<f64>,
+        t_span: (f64, f64),
+        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Done> {
+        let mut record = Record::new(self.options, self.n_dof);
+        self.mover.start(q0, v0, t_span.0);
+        let mut ending =
+            self.events
+                .run(&mut self.mover, t_span, self.options, &mut record, observer)?;
+        if self.mover.is_stiff() {
+            ending.message.push_str(STIFF);
+        }
+        let stats = Stats {
+            n_rhs: self.mover.n_rhs(),
+            n_steps: self.mover.n_steps,
+            n_gap_evaluations: self.mover.n_gap_evaluations,
+            ..self.events.stats
+        };
+        Ok(Done {
+            ending,
+            last: self.mover.physical(),
+            stats,
+            record,
+            kept: self.mover.take_kept(),
+            held: Vec::new(),
         })
     }
 }

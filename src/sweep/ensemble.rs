@@ -1,10 +1,9 @@
 //! Many trajectories of one scene: the final states, in constant memory for each, on any number of threads.
 
 use crate::error::{Error, Result};
-use crate::flow::LinearFlow;
 use crate::flow::{ModalScene, with_flow};
-use crate::model::Scene;
-use crate::simulate::{Keep, Run, SimulateOptions, Status};
+use crate::model::{Scene, SceneMotion};
+use crate::simulate::{Keep, Method, Run, Runner, SimulateOptions, Status, choose, with_steps};
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use crate::watch::GoOn;
 use nalgebra::{DMatrix, DVector};
@@ -64,7 +63,6 @@ pub fn simulate_many(
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Ensemble> {
-    let modal = ModalScene::new(scene, "simulate_many")?;
     let (k, n) = (q0.nrows(), scene.n_dof());
     for (name, rows) in [("q0", q0), ("v0", v0)] {
         if rows.shape() != (k, n) {
@@ -87,7 +85,6 @@ pub fn simulate_many(
             "an ensemble keeps final states alone",
         ));
     }
-    let phase = scene.forcing().phase();
     let mut ends = vec![
         End {
             q: DVector::zeros(n),
@@ -97,10 +94,22 @@ pub fn simulate_many(
         };
         k
     ];
-    with_flow!(&modal.flow(), f => {
-        let work = |run: &mut Run<'_, _>, i: usize, go_on: GoOn<'_>| end_of(run, &modal, (q0, v0), i, t_span, go_on);
-        fill(&mut ends, TILE, sweep, || Ok(Run::new(f, &modal, phase, options)), work, observer)
-    })?;
+    match choose(scene, options.method) {
+        Method::Auto | Method::Exact => {
+            let modal = ModalScene::new(scene, "simulate_many with method=\"exact\"")?;
+            let phase = scene.forcing().phase();
+            with_flow!(&modal.flow(), f => {
+                let make = || Run::new(f, &modal, phase, options);
+                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
+            })?;
+        }
+        Method::Rk45 => {
+            let motion = SceneMotion::new(scene);
+            with_steps!(&motion, scene, options, make => {
+                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
+            })?;
+        }
+    }
     Ok(Ensemble {
         q: DMatrix::from_fn(k, n, |i, j| ends[i].q[j]),
         v: DMatrix::from_fn(k, n, |i, j| ends[i].v[j]),
@@ -109,19 +118,31 @@ pub fn simulate_many(
     })
 }
 
-fn end_of<F: LinearFlow>(
-    run: &mut Run<'_, F>,
-    modal: &ModalScene,
+/// Fills the ends, each thread with a runner of its own.
+fn fill_ends<R: Runner>(
+    ends: &mut [End],
+    make: impl Fn() -> R + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
+    t_span: (f64, f64),
+    sweep: SweepOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<()> {
+    let work = |run: &mut R, i: usize, go_on: GoOn<'_>| {
+        let row = |m: &DMatrix<f64>| m.row(i).transpose();
+        end_of(run, (&row(q0), &row(v0)), i, t_span, go_on)
+    };
+    fill(ends, TILE, sweep, || Ok(make()), work, observer)
+}
+
+fn end_of<R: Runner>(
+    run: &mut R,
+    (q0, v0): (&DVector<f64>, &DVector<f64>),
     i: usize,
     t_span: (f64, f64),
     go_on: GoOn<'_>,
 ) -> Result<End> {
-    let state = modal
-        .form
-        .to_modal(&q0.row(i).transpose(), &v0.row(i).transpose());
     let done = run
-        .run(&state, t_span, &mut |_| go_on())
+        .run(q0, v0, t_span, &mut |_| go_on())
         .map_err(|error| match error {
             Error::BadValue {
                 argument,
