@@ -39,6 +39,8 @@ fn opening(orbit: &PeriodicOrbit) -> f64 {
     let (q0, v0) = orbit.state(start, false);
     let keep = SimulateOptions {
         keep: Keep::Final,
+        rtol: 1e-12,
+        atol: 1e-15,
         ..Default::default()
     };
     let span = (start, start + orbit.period());
@@ -317,5 +319,103 @@ fn what_cannot_be_a_guess_is_refused() {
             .expect_err("refused")
             .to_string();
         assert!(text.contains(word), "{text}");
+    }
+}
+
+/// The paper's third case at a part of its amplitude, linear or of large angles.
+fn third(part: f64, linear: bool) -> Scene {
+    let options = PaperOptions {
+        linear,
+        ..Default::default()
+    };
+    let scene = paper_scene(Kind::Three, &options).expect("valid");
+    let clearances = scene.gaps(&DVector::zeros(2)) * part;
+    let clearances = clearances.iter().copied().collect();
+    scene
+        .replace(Change::ForcingScale(part))
+        .and_then(|scene| scene.replace(Change::Clearance(clearances)))
+        .expect("valid")
+}
+
+#[test]
+fn large_angles_have_an_orbit_near_the_linear_one_that_nears_it_with_the_square_of_the_amplitude() {
+    let apart = |part: f64| {
+        let linear =
+            periodic_orbits(&third(part, true), &Pattern::single(1), &options(2)).expect("found");
+        let orbit = find_orbit(&third(part, false), &linear[0], None).expect("converges");
+        assert!(orbit.is_admissible() && opening(&orbit) < 1e-9, "{part}");
+        (orbit.phase() - linear[0].phase()).abs()
+    };
+    let (small, smaller) = (apart(0.1), apart(0.05));
+    assert!((small / smaller - 4.0).abs() < 0.05, "{small} {smaller}");
+    assert!(apart(1.0) > 0.01);
+}
+
+#[test]
+fn multipliers_of_large_angles_are_those_of_the_simulated_return_map() {
+    let linear =
+        periodic_orbits(&third(1.0, true), &Pattern::single(1), &options(2)).expect("found");
+    let orbit = find_orbit(&third(1.0, false), &linear[0], None).expect("converges");
+    let start = 0.4 * orbit.period();
+    let keep = SimulateOptions {
+        keep: Keep::Final,
+        rtol: 1e-13,
+        atol: 1e-15,
+        ..Default::default()
+    };
+    let returned = |x: &DVector<f64>| {
+        let (q, v) = (x.rows(0, 2).into_owned(), x.rows(2, 2).into_owned());
+        let run = simulate(
+            orbit.scene(),
+            &q,
+            &v,
+            (start, start + orbit.period()),
+            &keep,
+        )
+        .expect("runs");
+        let (q, v) = run.last();
+        DVector::from_iterator(4, q.iter().chain(v.iter()).copied())
+    };
+    let (q, v) = orbit.state(start, false);
+    let x = DVector::from_iterator(4, q.iter().chain(v.iter()).copied());
+    let columns: Vec<_> = (0..4)
+        .map(|i| {
+            let step = DVector::from_fn(4, |j, _| if i == j { 1e-6 } else { 0.0 });
+            (returned(&(&x + &step)) - returned(&(&x - &step))) / 2e-6
+        })
+        .collect();
+    let differences = nalgebra::DMatrix::from_columns(&columns).complex_eigenvalues();
+    let multipliers = &orbit.stability().expect("computed").orders[0].multipliers;
+    for multiplier in multipliers.iter() {
+        let nearest = differences
+            .iter()
+            .map(|d| (d - multiplier).norm())
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-6, "{multiplier}: {nearest:e}");
+    }
+}
+
+#[test]
+fn a_pendulum_against_a_wall_is_followed_from_its_trajectory() {
+    let pendulum = vibroimpact::DoublePendulum::new(1.0, 2.0, (0.1, 0.05)).expect("valid");
+    let base = vibroimpact::BaseMotion::new(0.25, 1.0, 0.0).expect("valid");
+    let wall = vibroimpact::Wall::new(1, 0.3, 0.7, vibroimpact::WallSide::Right).expect("valid");
+    let scene = Scene::new(pendulum, base, [wall]).expect("valid");
+    let still = DVector::zeros(2);
+    let span = (0.0, 300.0 * TAU);
+    let run = simulate(&scene, &still, &still, span, &SimulateOptions::default()).expect("runs");
+    assert_eq!(
+        run.status(),
+        vibroimpact::Status::Finished,
+        "{}",
+        run.message()
+    );
+    let orbit = find_orbit(&scene, &run, None).expect("it has settled");
+    assert!(orbit.is_admissible() && opening(&orbit) < 1e-8);
+    assert_eq!(orbit.stability().expect("computed").is_stable, Some(true));
+    for impact in orbit.impacts() {
+        let (q, _) = orbit.state(impact.time, false);
+        assert!((q[0].sin() + 0.5 * q[1].sin() - 0.3).abs() < 1e-12);
+        assert!((impact.departure - 0.7 * impact.approach).abs() < 1e-11);
     }
 }

@@ -187,6 +187,18 @@ impl Quintic {
         value(&self.c, x)
     }
 
+    /// Where the gap is lowest, and how far below zero it is there.
+    pub fn lowest(&self) -> (f64, f64) {
+        let (d, size) = derivative(&self.c);
+        let turning = roots(&d[..size]);
+        let places = turning.slice().iter().copied().chain([0.0, 1.0]);
+        let deepest = places.map(|x| (x, -self.value(x)));
+        deepest.fold(
+            (0.0, f64::NEG_INFINITY),
+            |a, b| if b.1 > a.1 { b } else { a },
+        )
+    }
+
     /// Whether the gap provably stays above a floor; `order` is the multiplicity of a root at the start, which is then
     /// divided out and the floor zero.
     pub fn is_clear(&self, order: usize, floor: f64) -> bool {

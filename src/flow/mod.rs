@@ -4,6 +4,7 @@ mod block;
 mod dense;
 mod drive;
 mod gap_row;
+pub(crate) mod integrate;
 pub(crate) mod jet;
 mod linear;
 pub(crate) mod runge_kutta;

@@ -100,7 +100,7 @@ pub(crate) struct Admissibility {
 }
 
 impl Admissibility {
-    fn keep_worst(&mut self, breach: Breach) {
+    pub(super) fn keep_worst(&mut self, breach: Breach) {
         if self.breach.is_none_or(|worst| breach.depth > worst.depth) {
             self.breach = Some(breach);
         }
@@ -166,7 +166,11 @@ impl<'a> Judge<'a> {
 }
 
 /// Impacts are approached and push; `slow` is the speed below which one grazes.
-fn judge_impacts(impacts: &[Impact], slow: impl Fn(usize) -> f64, found: &mut Admissibility) {
+pub(super) fn judge_impacts(
+    impacts: &[Impact],
+    slow: impl Fn(usize) -> f64,
+    found: &mut Admissibility,
+) {
     for &Impact {
         stop,
         time,

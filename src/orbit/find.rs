@@ -6,9 +6,11 @@ use crate::impact::{impulse_matrix, wrapped};
 use crate::model::{Change, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::orbit::guess::{Guess, Start};
+use crate::orbit::motion::{OrbitMotion, paired};
 use crate::orbit::periodic_orbit::{Flight, Parts};
-use crate::orbit::shooting::{Clocked, Loop, Motion, Shooting};
+use crate::orbit::shooting::{Clocked, Landing, Loop, Motion, Shooting};
 use crate::orbit::stability::propagate;
+use crate::orbit::stepped::SteppedMotion;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -16,7 +18,7 @@ use std::sync::Arc;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
 ///
-/// Any number of instants; exact flights; Newton's method on the flight times and the states after the impacts, regular
+/// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times and the states after the impacts, regular
 /// also where an impact has no speed. The pattern is the guess's. `n_periods` is the number of forcing periods; without it,
 /// that of the orbit, or the least one after which the trajectory comes back. Without forcing the period is found too.
 /// Where the orbits form a family, the member nearest the guess is returned. The result may be inadmissible, and says so.
@@ -24,7 +26,7 @@ use std::sync::Arc;
 /// # Errors
 /// `Error::NoConvergence`, with the mismatch reached, when no motion of the pattern closes near the guess to 1e-11 of its
 /// size; a guess of another number of degrees of freedom, or with stops that the scene does not have; a trajectory that
-/// did not keep its motion or does not return; a nonlinear scene.
+/// did not keep its motion or does not return.
 ///
 /// # References
 /// Theory section 5, "several instants", as multiple shooting.
@@ -58,7 +60,6 @@ pub fn find_orbit_checked<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    let modal = Arc::new(ModalScene::new(scene, "find_orbit")?);
     let frequency = scene.forcing().frequency();
     let start = guess.into().read(frequency, n_periods)?;
     check(scene, &start)?;
@@ -66,40 +67,80 @@ pub fn find_orbit_checked<'a>(
         Some(_) => scene.replace(Change::Phase(start.phase))?,
         None => scene.clone(),
     };
+    if scene.linear_system("find_orbit").is_err() {
+        return stepped(&scene, &start, observer);
+    }
+    let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
     let motion = LinearMotion::new(&modal, scene.forcing().phase());
-    let clocked = match frequency {
+    let (found, landings) = shoot(&motion, &scene, &start, observer)?;
+    let parts = parts(&scene, &start, &found, &landings, |state| {
+        motion.modal(state)
+    });
+    PeriodicOrbit::new(&scene, Arc::clone(&modal), parts)
+}
+
+/// The orbit of a scene that is integrated in steps.
+fn stepped(
+    scene: &Scene,
+    start: &Start,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<PeriodicOrbit> {
+    let motion = SteppedMotion::new(scene, scene.forcing().phase());
+    let (found, landings) = shoot(&motion, scene, start, observer)?;
+    let parts = parts(scene, start, &found, &landings, paired);
+    let from_first = Arc::new(SteppedMotion::new(scene, parts.phase));
+    let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
+    PeriodicOrbit::moved_by(moved, scene, parts)
+}
+
+/// Closes the guess.
+fn shoot<M: Motion>(
+    motion: &M,
+    scene: &Scene,
+    start: &Start,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<(Loop, Vec<Landing>)> {
+    let clocked = match scene.forcing().frequency() {
         Some(w) => Clocked::Forced {
             period: TAU / w * start.n_periods as f64,
         },
         None => Clocked::Free,
     };
     let shooting = Shooting {
-        motion: &motion,
+        motion,
         pattern: &start.pattern,
         clocked,
     };
-    let (found, landings) = shooting.solve(first_loop(&start, clocked), observer)?;
-    let impulses = landings
-        .iter()
-        .cycle()
-        .skip(landings.len() - 1)
-        .take(landings.len())
-        .flat_map(|landing| landing.impulses.iter().copied())
-        .collect();
+    shooting.solve(first_loop(start, clocked), observer)
+}
+
+/// The parts of the orbit, counted from its first impact.
+fn parts(
+    scene: &Scene,
+    start: &Start,
+    found: &Loop,
+    landings: &[Landing],
+    pairs: impl Fn(&DVector<f64>) -> Vec<[f64; 2]>,
+) -> Parts {
+    let last_first = landings.iter().cycle().skip(landings.len() - 1);
+    let impulses = last_first.take(landings.len());
     let flights = landings.iter().enumerate().map(|(k, landing)| Flight {
         start: found.times[k] - found.times[0],
         span: found.times[k + 1] - found.times[k],
-        after: motion.modal(&found.states[k]),
-        before_next: motion.modal(&landing.before),
+        after: pairs(&found.states[k]),
+        before_next: pairs(&landing.before),
     });
-    let parts = Parts {
+    let forcing = scene.forcing();
+    let frequency = forcing.frequency().unwrap_or(0.0);
+    Parts {
         pattern: start.pattern.clone(),
         n_periods: start.n_periods,
-        phase: wrapped(modal.frequency * found.times[0] + motion.phase),
+        phase: wrapped(frequency * found.times[0] + forcing.phase()),
         flights: flights.collect(),
-        impulses,
-    };
-    PeriodicOrbit::new(&scene, Arc::clone(&modal), parts)
+        impulses: impulses
+            .flat_map(|landing| landing.impulses.iter().copied())
+            .collect(),
+    }
 }
 
 fn check(scene: &Scene, start: &Start) -> Result<()> {

@@ -12,6 +12,8 @@ mod guess;
 mod impulses;
 mod isolate;
 mod minors;
+mod monodromy;
+mod motion;
 mod one_instant;
 mod one_stop;
 mod orbits;
@@ -24,6 +26,7 @@ mod search;
 mod series;
 mod shooting;
 mod stability;
+mod stepped;
 mod two_instants;
 mod units;
 

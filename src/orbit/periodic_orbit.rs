@@ -1,15 +1,16 @@
 //! A periodic orbit as a result: the motion at any time, its impacts, whether it is admissible and stable.
 
 use crate::error::{Error, Result};
-use crate::flow::carry;
-use crate::flow::{ModalScene, SceneFlow, along, with_flow};
+use crate::flow::{ModalScene, along};
 use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
 use crate::model::{Change, Scene};
 use crate::orbit::Pattern;
-use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
+use crate::orbit::admissible::{Admissibility, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
-use crate::orbit::stability::{Stability, stability};
+use crate::orbit::motion::OrbitMotion;
+use crate::orbit::stability::Stability;
+use crate::orbit::stepped::SteppedMotion;
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -31,8 +32,7 @@ pub(crate) struct Flight {
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
     scene: Scene,
-    modal: Arc<ModalScene>,
-    flow: OnceLock<SceneFlow>,
+    motion: OrbitMotion,
     pattern: Pattern,
     n_periods: usize,
     period: f64,
@@ -57,6 +57,11 @@ pub(crate) struct Parts {
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
     pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: Parts) -> Result<Self> {
+        Self::moved_by(OrbitMotion::modal(modal), scene, parts)
+    }
+
+    /// An orbit from what moves it and its parts.
+    pub(crate) fn moved_by(motion: OrbitMotion, scene: &Scene, parts: Parts) -> Result<Self> {
         let Parts {
             pattern,
             n_periods,
@@ -71,15 +76,14 @@ impl PeriodicOrbit {
             let rule = "its motion grows beyond the largest number within a period";
             return Err(Error::bad_value("scene", "unstable", rule));
         }
-        let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
+        let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
         Ok(Self {
             scene: match scene.forcing().frequency() {
                 Some(_) => scene.replace(Change::Phase(phase))?,
                 None => scene.clone(),
             },
             period: flights.iter().map(|f| f.span).sum(),
-            modal,
-            flow: OnceLock::new(),
+            motion,
             pattern,
             n_periods,
             phase,
@@ -128,12 +132,12 @@ impl PeriodicOrbit {
 
     /// Position right after the first impact, shape `(n,)`.
     pub fn q0(&self) -> DVector<f64> {
-        self.modal.form.to_physical(&self.flights[0].after).0
+        self.motion.physical(&self.flights[0].after).0
     }
 
     /// Velocity right after the first impact, shape `(n,)`.
     pub fn v0(&self) -> DVector<f64> {
-        self.modal.form.to_physical(&self.flights[0].after).1
+        self.motion.physical(&self.flights[0].after).1
     }
 
     /// Position and velocity at any time; at an impact the velocity is the one after it, or before it.
@@ -155,24 +159,27 @@ impl PeriodicOrbit {
                     } else {
                         &self.flights[next].after
                     };
-                    return self.modal.form.to_physical(state);
+                    return self.motion.physical(state);
                 }
             }
         }
-        let flight = self
+        let k = self
             .flights
             .iter()
-            .rfind(|f| f.start <= local)
-            .unwrap_or(&self.flights[0]);
-        let mut state = flight.after.clone();
-        let flow = self.flow.get_or_init(|| self.modal.flow());
-        with_flow!(flow, f => carry(f, self.modal.frequency * flight.start + self.phase, local - flight.start, &mut state));
-        self.modal.form.to_physical(&state)
+            .rposition(|f| f.start <= local)
+            .unwrap_or(0);
+        let flight = &self.flights[k];
+        self.motion
+            .along(self.phase, k, flight, local - flight.start)
     }
 
     /// The coefficients of eq. (14); `None` where the modes are complex or there is no steady response.
     pub fn coefficients(&self) -> Option<Coefficients> {
-        coefficients(&self.modal, self.phase, &self.flights[0].after)
+        coefficients(
+            self.motion.modal_scene()?,
+            self.phase,
+            &self.flights[0].after,
+        )
     }
 
     /// What the rules of contact say, searched when first asked for.
@@ -185,7 +192,8 @@ impl PeriodicOrbit {
         if let Some(known) = self.admissibility.get() {
             return Ok(known);
         }
-        let found = Judge::new(&self.modal).admissibility(
+        let found = self.motion.admissibility(
+            &self.pattern,
             self.phase,
             &self.flights,
             &self.impacts,
@@ -246,9 +254,8 @@ impl PeriodicOrbit {
             return Ok(known);
         }
         let admissibility = self.judged(watch)?;
-        let found = stability(
-            &self.modal,
-            self.pattern.instants(),
+        let found = self.motion.stability(
+            &self.pattern,
             self.phase,
             &self.flights,
             admissibility,
@@ -296,8 +303,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// Numbers that do not fit the scene.
     pub fn restore(scene: &Scene, pattern: Pattern, saved: Saved) -> Result<Self> {
-        let modal = Arc::new(ModalScene::new(scene, "an orbit")?);
-        let n = modal.form.n_dof();
+        let n = scene.n_dof();
         if saved.states.len() != 4 * n * saved.spans.len() || saved.spans.is_empty() {
             let expected = format!("({},)", 4 * n * saved.spans.len());
             return Err(Error::bad_shape(
@@ -325,17 +331,19 @@ impl PeriodicOrbit {
             impulses,
             ..
         } = saved;
-        Self::new(
-            scene,
-            modal,
-            Parts {
-                pattern,
-                n_periods,
-                phase,
-                flights,
-                impulses,
-            },
-        )
+        let motion = if scene.linear_system("an orbit").is_ok() {
+            OrbitMotion::modal(Arc::new(ModalScene::new(scene, "an orbit")?))
+        } else {
+            OrbitMotion::stepped(Arc::new(SteppedMotion::new(scene, phase)), &flights)?
+        };
+        let parts = Parts {
+            pattern,
+            n_periods,
+            phase,
+            flights,
+            impulses,
+        };
+        Self::moved_by(motion, scene, parts)
     }
 }
 

@@ -163,7 +163,11 @@ impl Refusal {
 }
 
 /// Why there are no multipliers, if there are none.
-fn refusal(scene: &ModalScene, pattern: &[Vec<usize>], found: &Admissibility) -> Option<Refusal> {
+fn refusal(
+    pattern: &[Vec<usize>],
+    found: &Admissibility,
+    is_coupled: impl Fn(usize, usize) -> bool,
+) -> Option<Refusal> {
     if found.has_grazing_impact {
         return Some(Refusal::GrazingImpact);
     }
@@ -173,7 +177,7 @@ fn refusal(scene: &ModalScene, pattern: &[Vec<usize>], found: &Admissibility) ->
     for instant in pattern {
         for (i, &a) in instant.iter().enumerate() {
             for &b in &instant[i + 1..] {
-                if scene.geometry.is_coupled(a, b) {
+                if is_coupled(a, b) {
                     return Some(Refusal::Coupled(a, b));
                 }
             }
@@ -194,24 +198,44 @@ pub(crate) fn stability(
     found: &Admissibility,
     watch: &mut Watch<'_>,
 ) -> Result<Stability> {
-    if let Some(refusal) = refusal(scene, pattern, found) {
-        return Ok(Stability {
-            is_stable: None,
-            reason: refusal.describe(),
-            orders: Vec::new(),
-        });
+    let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
+    if let Some(refused) = refused(pattern, found, is_coupled) {
+        return Ok(refused);
     }
     let (forward, backward) = scene.form.transformation();
+    over_orders(pattern, |order| {
+        watch.work((2 * scene.form.n_dof()).pow(3))?;
+        Ok(&forward * monodromy(scene, order, phase, flights) * &backward)
+    })
+}
+
+/// The stability of an orbit that has no multipliers, with the reason.
+pub(crate) fn refused(
+    pattern: &[Vec<usize>],
+    found: &Admissibility,
+    is_coupled: impl Fn(usize, usize) -> bool,
+) -> Option<Stability> {
+    refusal(pattern, found, is_coupled).map(|refusal| Stability {
+        is_stable: None,
+        reason: refusal.describe(),
+        orders: Vec::new(),
+    })
+}
+
+/// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide.
+pub(crate) fn over_orders(
+    pattern: &[Vec<usize>],
+    mut monodromy: impl FnMut(&[Vec<usize>]) -> Result<DMatrix<f64>>,
+) -> Result<Stability> {
     let mut results = Vec::new();
     for order in orders(pattern) {
-        let modal = monodromy(scene, &order, phase, flights);
-        let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&modal)?;
+        let monodromy = monodromy(&order)?;
+        let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&monodromy)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
-        watch.work(multipliers.len().pow(3))?;
         results.push(OrderMultipliers {
             order: order.concat(),
             multipliers: DVector::from_vec(multipliers),
-            monodromy: &forward * modal * &backward,
+            monodromy,
         });
     }
     results.sort_by(|a, b| b.spectral_radius().total_cmp(&a.spectral_radius()));
@@ -238,7 +262,8 @@ pub(crate) fn largest_multiplier(
     found: &Admissibility,
     watch: &mut Watch<'_>,
 ) -> Result<Option<f64>> {
-    if refusal(scene, pattern, found).is_some() {
+    let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
+    if refusal(pattern, found, is_coupled).is_some() {
         return Ok(None);
     }
     let mut largest = 0.0f64;
