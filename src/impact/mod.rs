@@ -1,11 +1,15 @@
-//! What happens at one instant: recovery matrices, their audit, saltation matrices (theory 1, 7, 9).
+//! What happens at one instant: recovery matrices and their audit, several stops at once, contact forces (theory 1, 9).
 
 mod audit;
+mod contact_force;
 mod event;
+mod multiple;
 mod recovery;
 
 pub use audit::{RecoveryAudit, audit_recovery};
+pub use contact_force::{ContactForce, Release, contact_forces};
 pub use event::Impact;
 pub(crate) use event::wrapped;
+pub use multiple::{ResolvedImpacts, resolve_impacts};
 pub use recovery::recovery_matrix;
 pub(crate) use recovery::{check_stops, impulse_matrix};

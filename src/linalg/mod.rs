@@ -1,8 +1,10 @@
-//! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve, the plane.
+//! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve, complementarity, the plane.
 
+pub(crate) mod complementarity;
 pub(crate) mod eigen;
 pub(crate) mod exponential;
 pub(crate) mod francis;
+mod lemke;
 pub(crate) mod matrix_exponential;
 pub(crate) mod plane;
 pub(crate) mod rank;
