@@ -1,7 +1,7 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
-use crate::contact::polynomial::{Along, Judgement, Quintic};
+use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::{State, Stepper, Tolerance};
@@ -20,8 +20,9 @@ use nalgebra::DVector;
 pub(crate) const STEPPED_BEAT: f64 = 1.0;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
-/// A correction this small, in parts of the step, moves the state by its Taylor series of second order.
-const TAYLOR_PART: f64 = 1e-8;
+/// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
+/// of second order: the velocity is then wrong by 5e-5 of the tolerance.
+const TAYLOR_PART: f64 = 1e-2;
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
 /// Steps between two calls of the caller's check.
@@ -197,14 +198,15 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
-            let ends = |g: GapValue| [g.gap, g.speed, g.acceleration];
-            let quintic = Quintic::hermite(ends(start), ends(end), h);
+            let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
             let margin = self.margin_of(stop, start.size.max(end.size));
             let order = starts.map_or(0, |orders| orders[stop]);
+            let ends = Ends::new(known(start), known(end), h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
-            if quintic.is_clear(order, 2.0 * margin) {
+            if ends.are_clear(order, 2.0 * margin) {
                 continue;
             }
+            let quintic = Quintic::new(&ends);
             let along = if order > 0 {
                 quintic.after_contact(order)
             } else {
@@ -233,10 +235,11 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         }
         if let Some((_, x)) = earliest {
             let time = self.clock.after(x * h).time();
-            let kept = self.grazes.iter().skip(noted).filter(|g| g.time < time);
-            let before: Vec<Graze> = kept.copied().collect();
-            self.grazes.truncate(noted);
-            self.grazes.extend(before);
+            let mut at = 0;
+            self.grazes.retain(|graze| {
+                at += 1;
+                at <= noted || graze.time < time
+            });
         }
         earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x })
     }
@@ -258,6 +261,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let at = self.moment();
         let n = self.n();
         let mut s = guess;
+        let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
             self.stepper
                 .step(self.dynamics, at, self.frequency, &self.x, s)?;
@@ -277,7 +281,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 return Ok(s);
             }
             s += correction;
-            if correction.abs() <= TAYLOR_PART * h {
+            if correction.abs() <= small {
                 let rate = self.stepper.end_rate().clone();
                 let (q, v) = self.stepper.end.slice_mut().split_at_mut(n);
                 for i in 0..n {
@@ -446,8 +450,10 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
                 let s = self.land(stop, x * h, h)?;
                 self.keep(s.max(0.0), None, record);
                 self.arrive(s);
-                self.is_begun = false;
+                // To look at the gaps the rate of the step will do; a flight begins with the one here.
+                self.stepper.go_on();
                 self.look()?;
+                self.is_begun = false;
                 break Arrival::Contact { stop };
             }
             self.keep(h, is_last.then_some(last), record);
