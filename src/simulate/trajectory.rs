@@ -211,7 +211,7 @@ impl Trajectory {
             let wanted = if self.is_stepped() { by_steps } else { wanted };
             let count = wanted.clamp(2.0, MOST_POINTS as f64) as usize;
             let (mut index, mut before) = (pieces.start, 0.0);
-            for k in 0..count {
+            for k in 0..count - 1 {
                 let s = span * k as f64 / (count - 1) as f64;
                 while index + 1 < pieces.end && s > before + kept.pieces[index].span {
                     before += kept.pieces[index].span;
@@ -221,6 +221,10 @@ impl Trajectory {
                 let local = (s - before).clamp(0.0, kept.pieces[index].span);
                 states.push(self.state_in(index, local));
             }
+            // The end is the start of the next segment to the bit, which a sum of steps is not.
+            let (last, piece) = (pieces.end - 1, kept.pieces[pieces.end - 1]);
+            times.push(piece.clock.after(piece.span).time());
+            states.push(self.state_in(last, piece.span));
         }
         // The ends are those asked for, whatever rounding makes of a time counted in periods.
         if let [first, .., last] = times.as_mut_slice() {
