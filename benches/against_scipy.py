@@ -9,6 +9,7 @@ the ratio is the median of the ratios.
 
 import sys
 import time
+from math import cos, sin
 from statistics import median
 
 import numpy as np
@@ -23,8 +24,8 @@ START = (0.02, -0.1), (0.0, 0.3)
 PATTERN, N_PERIODS = [1], 2
 
 
-def scipy_flights(scene, q0, v0, span):
-    """Return the number of impacts up to the end of the span, by events and restarts."""
+def linear_rate(scene):
+    """Return the right-hand side of the small motions."""
     system, base = scene.system, scene.forcing
     inverse = np.linalg.inv(system.mass)
     stiffness, damping = inverse @ system.stiffness, inverse @ system.damping
@@ -34,6 +35,33 @@ def scipy_flights(scene, q0, v0, span):
     def rate(t, x):
         q, v = x[:2], x[2:]
         return np.concatenate((v, amplitude * np.cos(frequency * t + phase) - damping @ v - stiffness @ q))
+
+    return rate
+
+
+def pendulum_rate(scene):
+    """Return the right-hand side of eq. (3), its two equations solved by hand."""
+    system, base = scene.system, scene.forcing
+    gravity = 1 / (1 + system.mass_ratio)
+    alpha = system.mass_ratio * gravity / system.length_ratio
+    second = alpha / system.length_ratio
+    (c00, c01), (c10, c11) = system.damping.tolist()
+    amplitude, frequency, phase = base.amplitude * base.frequency**2, base.frequency, base.phase
+
+    def rate(t, x):
+        p, q, u, v = x.tolist()
+        push, sine, cosine = amplitude * cos(frequency * t + phase), sin(p - q), alpha * cos(p - q)
+        f = push * cos(p) - gravity * sin(p) - alpha * sine * v * v - c00 * u - c01 * v
+        g = alpha * (push * cos(q) - gravity * sin(q) + sine * u * u) - c10 * u - c11 * v
+        det = second - cosine * cosine
+        return np.array([u, v, (second * f - cosine * g) / det, (g - cosine * f) / det])
+
+    return rate
+
+
+def scipy_flights(scene, q0, v0, span):
+    """Return the number of impacts up to the end of the span, by events and restarts."""
+    rate = linear_rate(scene) if isinstance(scene.system, vi.LinearSystem) else pendulum_rate(scene)
 
     def event(stop):
         def gap(t, x):
@@ -62,6 +90,20 @@ def microseconds(action, repeats=1):
     return (time.perf_counter() - start) / repeats * 1e6
 
 
+def stepped(scene, rtol):
+    """Return a run in Runge-Kutta steps, as long as SciPy's."""
+    return vi.simulate(scene, *START, (0.0, SPAN_SCIPY), method="rk45", rtol=rtol, atol=0.1 * rtol, keep="final")
+
+
+def loosest(scene, error):
+    """Return the loosest tolerance, in quarter decades, at and below which the state at the end is right to an error."""
+    truth = np.concatenate(stepped(scene, 3e-14).final)
+    rtol = 1e-13
+    while np.abs(np.concatenate(stepped(scene, rtol * 10**0.25).final) - truth).max() <= error:
+        rtol *= 10**0.25
+    return rtol
+
+
 def many_modes(n=10_000):
     """Return a string of n modes with three stops along it."""
     w = np.arange(1.0, n + 1)
@@ -74,8 +116,8 @@ def many_modes(n=10_000):
 
 
 def contestants():
-    """Each a name and a function that measures the time of one unit of work [us]."""
-    scene = vi.paper_scene(kind=3)
+    """Each a name, the scene of SciPy's run, and a function that measures the time of one unit of work [us]."""
+    scene, pendulums = vi.paper_scene(kind=3), vi.paper_scene(kind=3, linear=False)
     far = scene.replace(clearance=100.0)
     string = many_modes()
     n_orbits = len(vi.periodic_orbits(scene, PATTERN, N_PERIODS))
@@ -98,7 +140,12 @@ def contestants():
     def call(system, pattern, repeats, **options):
         return lambda: microseconds(lambda: vi.periodic_orbits(system, pattern, **options), repeats)
 
-    return [
+    def steps(moved, error):
+        rtol = loosest(moved, error)
+        n_impacts = stepped(moved, rtol).stats.n_impacts
+        return lambda: microseconds(lambda: stepped(moved, rtol), 20) / n_impacts
+
+    on_linear = [
         ("one orbit with admissibility and multipliers", lambda: microseconds(decided, 1000) / n_orbits),
         ("one call of periodic_orbits that finds none", call(far, PATTERN, 1000, n_periods=N_PERIODS)),
         ("one call with the phase given", call(scene, PATTERN, 1000, n_periods=N_PERIODS, phase=2.0)),
@@ -106,27 +153,31 @@ def contestants():
         ("one cell of an existence map, orbits in most", lambda: cells((0.2, 2.2))),
         ("exact flights, one impact", flights),
         ("10 000 modes, three stops at one instant", call(string, [(0, 1, 2)], 1, phase=0.7)),
+        ("steps to 1e-5, one impact", steps(scene, 1e-5)),
+        ("steps to 1e-9, one impact", steps(scene, 1e-9)),
     ]
+    on_pendulums = [
+        ("large motions, steps to 1e-5, one impact", steps(pendulums, 1e-5)),
+        ("large motions, steps to 1e-9, one impact", steps(pendulums, 1e-9)),
+    ]
+    return [(name, rival, measure) for rival, many in ((scene, on_linear), (pendulums, on_pendulums)) for name, measure in many]
 
 
 def main():
     """Measure everything and print it."""
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else ROUNDS
-    scene = vi.paper_scene(kind=3)
     rivals = contestants()
-    times, reference = {name: [] for name, _ in rivals}, []
-    for _, measure in rivals:
+    times = {name: [] for name, _, _ in rivals}
+    for _, _, measure in rivals:
         measure()  # warm
     for _ in range(rounds):
-        for name, measure in rivals:
+        for name, scene, measure in rivals:
             n = []
-            span = microseconds(lambda n=n: n.append(scipy_flights(scene, *START, SPAN_SCIPY)))
-            reference.append(span / n[0])
-            times[name].append((measure(), reference[-1]))
-    print(f"SciPy RK45, rtol 1e-6: {median(reference):.0f} us per impact")
+            span = microseconds(lambda n=n, scene=scene: n.append(scipy_flights(scene, *START, SPAN_SCIPY)))
+            times[name].append((measure(), span / n[0]))
     for name, pairs in times.items():
-        own, ratio = median(p[0] for p in pairs), median(p[1] / p[0] for p in pairs)
-        print(f"{name:46} {own:10.2f} us   SciPy's impact is {ratio:8.2f} times as long")
+        own, rival, ratio = (median(of) for of in (*zip(*pairs, strict=True), [p[1] / p[0] for p in pairs]))
+        print(f"{name:46} {own:10.2f} us   SciPy RK45's impact {rival:6.0f} us, {ratio:8.2f} times as long")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,44 @@ pub(crate) struct Quintic {
     c: [f64; SIZE],
 }
 
+/// Value, slope and second derivative of the gap at both ends of a step, by parts of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ends {
+    start: [f64; 3],
+    end: [f64; 3],
+}
+
+impl Ends {
+    /// The ends of a step of length h; a root of the given order at the start is made exact.
+    #[inline]
+    pub fn new(mut start: [f64; 3], end: [f64; 3], h: f64, order: usize) -> Self {
+        start[..order.min(3)].fill(0.0);
+        let scaled = |[p, d, s]: [f64; 3]| [p, h * d, h * h * s];
+        Self {
+            start: scaled(start),
+            end: scaled(end),
+        }
+    }
+
+    /// Whether the quintic stays above a floor, because its Bernstein coefficients do. A root at the start, its floor zero,
+    /// is divided out: `x B_j^4(x) = (j + 1)/5 B_{j+1}^5(x)`, so that its coefficients are skipped and the others keep their
+    /// signs.
+    #[inline]
+    pub fn are_clear(&self, order: usize, floor: f64) -> bool {
+        let ([p, d, s], [p1, d1, s1]) = (self.start, self.end);
+        let bernstein = [
+            p,
+            p + 0.2 * d,
+            p + 0.4 * d + 0.05 * s,
+            p1 - 0.4 * d1 + 0.05 * s1,
+            p1 - 0.2 * d1,
+            p1,
+        ];
+        let floor = if order == 0 { floor } else { 0.0 };
+        bernstein[order.min(SIZE - 1)..].iter().all(|b| *b > floor)
+    }
+}
+
 /// What the gap does along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Along {
@@ -107,21 +145,6 @@ fn roots(c: &[f64]) -> Few {
     found
 }
 
-/// Whether all Bernstein coefficients on [0, 1] exceed a floor, and with them the polynomial.
-fn exceeds(c: &[f64], floor: f64) -> bool {
-    let degree = c.len() - 1;
-    // b_j = sum_{k <= j} binomial(j, k)/binomial(degree, k) c_k
-    (0..=degree).all(|j| {
-        let mut ratio = 1.0;
-        let mut sum = 0.0;
-        for (k, c) in c.iter().enumerate().take(j + 1) {
-            sum += ratio * c;
-            ratio *= (j - k) as f64 / (degree - k).max(1) as f64;
-        }
-        sum > floor
-    })
-}
-
 /// A quantity along a step, known at the parts 0, 1/4, 1/2, 3/4 and 1 of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quartic {
@@ -165,10 +188,9 @@ impl Quartic {
 }
 
 impl Quintic {
-    /// The quintic with value, slope and second derivative at both ends of a step of length h.
-    pub fn hermite(start: [f64; 3], end: [f64; 3], h: f64) -> Self {
-        let ([p, d, s], [p1, d1, s1]) = (start, end);
-        let (d, s, d1, s1) = (h * d, h * h * s, h * d1, h * h * s1);
+    /// The quintic between both ends of a step.
+    pub fn new(ends: &Ends) -> Self {
+        let ([p, d, s], [p1, d1, s1]) = (ends.start, ends.end);
         let rise = p1 - p;
         Self {
             c: [
@@ -197,13 +219,6 @@ impl Quintic {
             (0.0, f64::NEG_INFINITY),
             |a, b| if b.1 > a.1 { b } else { a },
         )
-    }
-
-    /// Whether the gap provably stays above a floor; `order` is the multiplicity of a root at the start, which is then
-    /// divided out and the floor zero.
-    pub fn is_clear(&self, order: usize, floor: f64) -> bool {
-        let floor = if order == 0 { floor } else { 0.0 };
-        exceeds(&self.c[order.min(SIZE - 1)..], floor)
     }
 
     /// The first contact on a step that starts in contact, with a root of the given order.
@@ -325,7 +340,7 @@ mod tests {
             ]
         };
         let (t, h) = (0.3, 0.2);
-        let p = Quintic::hermite(f(t), f(t + h), h);
+        let p = Quintic::new(&Ends::new(f(t), f(t + h), h, 0));
         let mut worst = 0.0f64;
         for k in 0..=20 {
             let x = f64::from(k) / 20.0;
@@ -344,7 +359,8 @@ mod tests {
         for depth in [1e-3, 1e-5, 1e-7, -1e-7, -1e-5] {
             // (x - 0.4)^2 - depth, as a quintic by its ends.
             let f = |x: f64| [(x - 0.4) * (x - 0.4) - depth, 2.0 * (x - 0.4), 2.0];
-            let p = Quintic::hermite(f(0.0), f(1.0), 1.0);
+            let ends = Ends::new(f(0.0), f(1.0), 1.0, 0);
+            let p = Quintic::new(&ends);
             let mut touches = Vec::new();
             let along = p.when_open(judged, &mut touches);
             if depth > 1e-6 {
@@ -356,25 +372,47 @@ mod tests {
                 assert_eq!(along, Along::Clear);
                 assert_eq!(touches.len(), usize::from(depth.abs() < 1e-6));
             }
-            assert!(!p.is_clear(0, 1e-6), "{depth}");
+            assert!(!ends.are_clear(0, 1e-6), "{depth}");
         }
-        let high = Quintic::hermite([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5);
-        assert!(high.is_clear(0, 0.5));
+        let high = Ends::new([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5, 0);
+        assert!(high.are_clear(0, 0.5));
     }
 
     #[test]
     fn a_low_flight_behind_an_impact_is_found() {
         for v in [0.3, 1e-3, 1e-8] {
             let f = |t: f64| [v * t - 0.5 * t * t, v - t, -1.0];
-            let mut p = Quintic::hermite(f(0.0), f(1.0), 1.0);
-            p.c[0] = 1e-17;
-            assert!(!p.is_clear(1, 0.0));
-            let Along::Contact { x } = p.after_contact(1) else {
+            let start = [1e-17, v, -1.0];
+            let ends = Ends::new(start, f(1.0), 1.0, 1);
+            assert!(!ends.are_clear(1, 0.0));
+            let Along::Contact { x } = Quintic::new(&ends).after_contact(1) else {
                 panic!("{v}")
             };
             assert!((x / (2.0 * v) - 1.0).abs() < 1e-7 + 1e-15 / v, "{x} {v}");
         }
-        let rising = Quintic::hermite([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0);
-        assert!(rising.is_clear(1, 0.0) && rising.after_contact(1) == Along::Clear);
+        let rising = Ends::new([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0, 1);
+        assert!(rising.are_clear(1, 0.0));
+        assert_eq!(Quintic::new(&rising).after_contact(1), Along::Clear);
+    }
+
+    #[test]
+    fn a_polynomial_lies_above_its_least_coefficient() {
+        for order in 0..4 {
+            let m = f64::from(u32::try_from(order).expect("small"));
+            // x^m (1 - x/2)^2: clear behind its root.
+            let f = |x: f64| {
+                let (g, g1, g2) = ((1.0 - 0.5 * x).powi(2), -(1.0 - 0.5 * x), 0.5);
+                let power = |k: f64| if k < 0.0 { 0.0 } else { x.powf(k) };
+                let (w, w1, w2) = (power(m), m * power(m - 1.0), m * (m - 1.0) * power(m - 2.0));
+                [w * g, w1 * g + w * g1, w2 * g + 2.0 * w1 * g1 + w * g2]
+            };
+            let ends = Ends::new(f(0.0), f(1.0), 1.0, order);
+            assert!(ends.are_clear(order, 0.2), "{order}");
+            assert_eq!(ends.are_clear(0, 0.0), order == 0, "{order}");
+            for step in 1..=10 {
+                let x = f64::from(step) / 10.0;
+                assert!((Quintic::new(&ends).value(x) - f(x)[0]).abs() < 1e-14);
+            }
+        }
     }
 }

@@ -52,6 +52,7 @@ pub(crate) struct Stepper<S> {
     /// Rates at the stages; the first at the start, the last at the end.
     stages: [S; STAGES],
     trial: S,
+    error: S,
     /// The state at the end of the step last taken.
     pub end: S,
     /// Evaluations of the right-hand side so far.
@@ -67,13 +68,28 @@ pub(crate) fn later(at: Moment, s: f64, frequency: f64) -> Moment {
     }
 }
 
-#[inline]
+/// The rate at a state: one copy for all stages, into which the acceleration is inlined.
+#[inline(never)]
 fn rate<S: State, D: Dynamics>(dynamics: &D, at: Moment, x: &S, out: &mut S) -> Result<()> {
-    let n = dynamics.n_dof();
+    // Half a length that arrays have at compile time.
+    let n = x.slice().len() / 2;
     let (q, v) = x.slice().split_at(n);
     let (dq, dv) = out.slice_mut().split_at_mut(n);
     dq.copy_from_slice(v);
     dynamics.acceleration(at, q, v, dv)
+}
+
+/// `sum_k c_k y_k` over the first K rates.
+#[inline]
+fn weighted_sum<S: State, const K: usize>(rates: &[S], weights: &[f64], sum: &mut S) {
+    sum.slice_mut().fill(0.0);
+    for k in 0..K {
+        if weights[k] != 0.0 {
+            for (sum, rate) in sum.slice_mut().iter_mut().zip(rates[k].slice()) {
+                *sum += weights[k] * rate;
+            }
+        }
+    }
 }
 
 impl<S: State> Stepper<S> {
@@ -83,6 +99,7 @@ impl<S: State> Stepper<S> {
         Self {
             stages: std::array::from_fn(|_| zeros.clone()),
             trial: zeros.clone(),
+            error: zeros.clone(),
             end: zeros,
             n_rhs: 0,
         }
@@ -119,42 +136,53 @@ impl<S: State> Stepper<S> {
         x: &S,
         h: f64,
     ) -> Result<()> {
-        for stage in 1..STAGES {
-            let row = &ROWS[stage - 1];
-            let (known, next) = self.stages.split_at_mut(stage);
-            let target = if stage == STAGES - 1 {
-                &mut self.end
-            } else {
-                &mut self.trial
-            };
-            for (i, y) in target.slice_mut().iter_mut().enumerate() {
-                let mut sum = 0.0;
-                for (k, a) in known.iter().zip(row) {
-                    sum += a * k.slice()[i];
-                }
-                *y = x.slice()[i] + h * sum;
-            }
-            let then = later(at, NODES[stage - 1] * h, frequency);
-            rate(dynamics, then, target, &mut next[0])?;
-        }
+        self.stage::<D, 1>(dynamics, at, frequency, x, h)?;
+        self.stage::<D, 2>(dynamics, at, frequency, x, h)?;
+        self.stage::<D, 3>(dynamics, at, frequency, x, h)?;
+        self.stage::<D, 4>(dynamics, at, frequency, x, h)?;
+        self.stage::<D, 5>(dynamics, at, frequency, x, h)?;
+        self.stage::<D, 6>(dynamics, at, frequency, x, h)?;
         self.n_rhs += STAGES - 1;
         Ok(())
     }
 
+    /// The rate at stage K from those before it; the number is known at compile time, so that the sum is written out and
+    /// its zeros are left out.
+    #[inline]
+    fn stage<D: Dynamics, const K: usize>(
+        &mut self,
+        dynamics: &D,
+        at: Moment,
+        frequency: f64,
+        x: &S,
+        h: f64,
+    ) -> Result<()> {
+        let row = &ROWS[K - 1];
+        let (known, next) = self.stages.split_at_mut(K);
+        let target = if K == STAGES - 1 {
+            &mut self.end
+        } else {
+            &mut self.trial
+        };
+        weighted_sum::<S, K>(known, row, target);
+        for (y, x) in target.slice_mut().iter_mut().zip(x.slice()) {
+            *y = x + h * *y;
+        }
+        let then = later(at, NODES[K - 1] * h, frequency);
+        rate(dynamics, then, target, &mut next[0])
+    }
+
     /// The error of the step last taken, in units of the tolerance (root mean square).
     #[inline]
-    pub fn error(&self, x: &S, h: f64, tolerance: Tolerance) -> f64 {
-        let (x, end) = (x.slice(), self.end.slice());
+    pub fn error(&mut self, x: &S, h: f64, tolerance: Tolerance) -> f64 {
+        weighted_sum::<S, STAGES>(&self.stages, &ERROR, &mut self.error);
         let mut sum = 0.0;
-        for i in 0..x.len() {
-            let mut e = 0.0;
-            for (k, c) in self.stages.iter().zip(&ERROR) {
-                e += c * k.slice()[i];
-            }
-            let scale = tolerance.absolute + tolerance.relative * x[i].abs().max(end[i].abs());
-            sum += (h * e / scale).powi(2);
+        let ends = x.slice().iter().zip(self.end.slice());
+        for (e, (x, end)) in self.error.slice().iter().zip(ends) {
+            let scale = tolerance.absolute + tolerance.relative * x.abs().max(end.abs());
+            sum += (e / scale).powi(2);
         }
-        (sum / x.len() as f64).sqrt()
+        h.abs() * (sum / x.slice().len() as f64).sqrt()
     }
 
     /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`: above about 3.25 stability holds the step down, not accuracy.

@@ -10,6 +10,8 @@ const BETA: f64 = 0.04;
 /// A step changes at most by these factors.
 const LEAST_FACTOR: f64 = 0.2;
 const MOST_FACTOR: f64 = 10.0;
+/// Error, in units of the tolerance, below which a step says no more of the one before.
+const LEAST_ERROR: f64 = 1e-4;
 /// Quotient above which a step is limited by stability (theory of the pair's stability region on the real axis).
 const STABILITY_LIMIT: f64 = 3.25;
 /// So many steps limited by stability, without so many in between that are not, are called stiff.
@@ -27,6 +29,7 @@ pub(crate) struct Verdict {
 /// A PI controller and a test for stiffness.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
+    /// Logarithm of the error of the step before.
     last_error: f64,
     was_rejected: bool,
     stiff: u32,
@@ -38,7 +41,7 @@ pub(crate) struct Controller {
 impl Default for Controller {
     fn default() -> Self {
         Self {
-            last_error: 1e-4,
+            last_error: LEAST_ERROR.ln(),
             was_rejected: false,
             stiff: 0,
             sound: 0,
@@ -52,13 +55,11 @@ impl Controller {
     pub fn judge(&mut self, h: f64, error: f64) -> Verdict {
         let exponent = 1.0 / f64::from(ORDER) - 0.75 * BETA;
         if error <= 1.0 {
-            let bounded = error.max(1e-10);
-            let mut factor = SAFETY * self.last_error.powf(BETA) / bounded.powf(exponent);
-            factor = factor.clamp(
-                LEAST_FACTOR,
-                if self.was_rejected { 1.0 } else { MOST_FACTOR },
-            );
-            self.last_error = error.max(1e-4);
+            let size = error.max(1e-10).ln();
+            let most = if self.was_rejected { 1.0 } else { MOST_FACTOR };
+            let factor = SAFETY * (BETA * self.last_error - exponent * size).exp();
+            let factor = factor.clamp(LEAST_FACTOR, most);
+            self.last_error = size.max(LEAST_ERROR.ln());
             self.was_rejected = false;
             return Verdict {
                 is_accepted: true,

@@ -41,7 +41,7 @@ impl Surface {
                     size: clearance.abs(),
                     ..GapValue::default()
                 };
-                for (((n, q), v), a) in normal.iter().zip(q).zip(v).zip(a) {
+                for (((n, q), v), a) in normal.as_slice().iter().zip(q).zip(v).zip(a) {
                     value.gap -= n * q;
                     value.speed -= n * v;
                     value.acceleration -= n * a;

@@ -64,7 +64,7 @@ impl Force {
     fn add(&self, moment: Moment, f: &mut [f64]) {
         let Some(amplitude) = &self.0 else { return };
         let (sin, cos) = moment.angle.sin_cos();
-        for (f, a) in f.iter_mut().zip(amplitude.iter()) {
+        for (f, a) in f.iter_mut().zip(amplitude.as_slice()) {
             *f += a.re * cos - a.im * sin;
         }
     }
@@ -234,18 +234,20 @@ impl Dynamics for LinearMotion {
         self.load.len()
     }
 
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "the loops are written out where the caller's state is an array"
+    )]
+    #[inline(always)]
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         a.copy_from_slice(self.load.as_slice());
         let n = a.len();
-        let columns = self
-            .stiffness
-            .as_slice()
-            .chunks_exact(n)
-            .zip(self.damping.as_slice().chunks_exact(n));
-        for ((k, c), (&q, &v)) in columns.zip(q.iter().zip(v)) {
-            for ((a, k), c) in a.iter_mut().zip(k).zip(c) {
-                *a -= k * q + c * v;
+        let (stiffness, damping) = (self.stiffness.as_slice(), self.damping.as_slice());
+        for j in 0..n {
+            let column = j * n..(j + 1) * n;
+            let (k, c) = (&stiffness[column.clone()], &damping[column]);
+            for i in 0..n {
+                a[i] -= k[i] * q[j] + c[i] * v[j];
             }
         }
         self.force.add(at, a);

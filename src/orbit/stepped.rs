@@ -1,7 +1,7 @@
 //! Orbits of scenes that are integrated in steps: the flights as the shooting needs them, the motion at any time, what the
 //! rules of contact say along it (theory 5, 6).
 
-use crate::contact::polynomial::{Along, Judgement, Quintic};
+use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
 use crate::error::{Error, Result};
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
 use crate::flow::runge_kutta::Tolerance;
@@ -172,15 +172,17 @@ impl SteppedMotion {
         let judged = Judgement { margin, error: 0.0 };
         for (i, step) in steps.iter().enumerate() {
             let t = start + step.start;
-            let quintic = Quintic::hermite(
+            let order = usize::from(is_hit && i == 0);
+            let known = Ends::new(
                 ends(t, &step.dense.at(0.0))?,
                 ends(t + step.h, &step.dense.at(step.h))?,
                 step.h,
+                order,
             );
-            let order = usize::from(is_hit && i == 0);
-            if quintic.is_clear(order, margin) {
+            if known.are_clear(order, margin) {
                 continue;
             }
+            let quintic = Quintic::new(&known);
             let mut touches = Vec::new();
             let along = match order {
                 0 => quintic.when_open(judged, &mut touches),

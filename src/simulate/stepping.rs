@@ -1,7 +1,7 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
-use crate::contact::polynomial::{Along, Judgement, Quartic, Quintic};
+use crate::contact::polynomial::{Along, Ends, Judgement, Quartic, Quintic};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
@@ -22,8 +22,9 @@ use std::sync::Arc;
 pub(crate) const STEPPED_BEAT: f64 = 1.0;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
-/// A correction this small, in parts of the step, moves the state by its Taylor series of second order.
-const TAYLOR_PART: f64 = 1e-8;
+/// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
+/// of second order: the velocity is then wrong by 5e-5 of the tolerance.
+const TAYLOR_PART: f64 = 1e-2;
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
 /// Singular values below this, relative to the largest, are zero: the normals are dependent.
@@ -157,6 +158,24 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let at = self.moment();
         self.stepper.begin(dynamics, at, &self.x)?;
         self.is_begun = true;
+        self.take_gaps();
+        Ok(())
+    }
+
+    /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
+    /// begins with a rate of its own.
+    fn look_on_arrival(&mut self) -> Result<()> {
+        if !self.holding.is_empty() {
+            return self.look();
+        }
+        self.stepper.go_on();
+        self.take_gaps();
+        self.is_begun = false;
+        Ok(())
+    }
+
+    /// The gaps at the present state, whose rate is known.
+    fn take_gaps(&mut self) {
         let n = self.n();
         let (q, v) = self.x.slice().split_at(n);
         let a = &self.stepper.start_rate().slice()[n..];
@@ -164,7 +183,6 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             *value = contact.surface.along(q, v, a);
         }
         self.n_gap_evaluations += self.contacts.len();
-        Ok(())
     }
 
     /// A first step, from the sizes of the state, its rate and a second derivative, in units of the tolerance.
@@ -218,14 +236,15 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 continue;
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
-            let ends = |g: GapValue| [g.gap, g.speed, g.acceleration];
-            let quintic = Quintic::hermite(ends(start), ends(end), h);
+            let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
             let margin = self.margin_of(stop, start.size.max(end.size));
             let order = starts.map_or(0, |orders| orders[stop]);
+            let ends = Ends::new(known(start), known(end), h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
-            if quintic.is_clear(order, 2.0 * margin) {
+            if ends.are_clear(order, 2.0 * margin) {
                 continue;
             }
+            let quintic = Quintic::new(&ends);
             let along = if order > 0 {
                 quintic.after_contact(order)
             } else {
@@ -254,10 +273,11 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         }
         if let Some((_, x)) = earliest {
             let time = self.clock.after(x * h).time();
-            let kept = self.grazes.iter().skip(noted).filter(|g| g.time < time);
-            let before: Vec<Graze> = kept.copied().collect();
-            self.grazes.truncate(noted);
-            self.grazes.extend(before);
+            let mut at = 0;
+            self.grazes.retain(|graze| {
+                at += 1;
+                at <= noted || graze.time < time
+            });
         }
         earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x })
     }
@@ -279,6 +299,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let at = self.moment();
         let n = self.n();
         let mut s = guess;
+        let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
             self.stepper
                 .step(dynamics, at, self.frequency, &self.x, s)?;
@@ -298,7 +319,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 return Ok(s);
             }
             s += correction;
-            if correction.abs() <= TAYLOR_PART * h {
+            if correction.abs() <= small {
                 let rate = self.stepper.end_rate().clone();
                 let (q, v) = self.stepper.end.slice_mut().split_at_mut(n);
                 for i in 0..n {
@@ -600,7 +621,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 let s = self.land(dynamics, stop, x * h, h)?;
                 self.keep(s.max(0.0), None, record);
                 self.arrive(s);
-                self.look()?;
+                self.look_on_arrival()?;
                 break Arrival::Contact { stop };
             }
             self.keep(h, is_last.then_some(last), record);

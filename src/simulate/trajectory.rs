@@ -258,7 +258,7 @@ impl Trajectory {
             let wanted = if self.is_stepped() { by_steps } else { wanted };
             let count = wanted.clamp(2.0, MOST_POINTS as f64) as usize;
             let (mut piece, mut before) = (pieces.start, 0.0);
-            for k in 0..count {
+            for k in 0..count - 1 {
                 let s = span * k as f64 / (count - 1) as f64;
                 while piece + 1 < pieces.end && s > before + kept.pieces[piece].span {
                     before += kept.pieces[piece].span;
@@ -270,6 +270,13 @@ impl Trajectory {
                     local: (s - before).clamp(0.0, kept.pieces[piece].span),
                 });
             }
+            // The end is the start of the next segment to the bit, which a sum of steps is not.
+            let (last, Piece { clock, span }) = (pieces.end - 1, kept.pieces[pieces.end - 1]);
+            points.push(Point {
+                time: clock.after(span).time(),
+                piece: last,
+                local: span,
+            });
         }
         // The ends are those asked for, whatever rounding makes of a time counted in periods.
         if let [first, .., last] = points.as_mut_slice() {
