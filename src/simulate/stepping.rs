@@ -8,6 +8,7 @@ use crate::flow::runge_kutta::{State, Stepper, Tolerance};
 use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
 use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
@@ -489,16 +490,15 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
             ));
         };
         let along = |v: &[f64]| normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>();
-        let approach = along(v);
+        let approach = positive_part(along(v));
         let impulse = (1.0 + contact.restitution) * approach / normal.dot(&reaction);
         for (v, b) in v.iter_mut().zip(reaction.iter()) {
             *v -= b * impulse;
         }
-        let departure = -along(v);
         self.is_begun = false;
         Ok(Blow {
             approach,
-            departure,
+            departure: contact.restitution * approach,
             impulse,
         })
     }
