@@ -85,6 +85,18 @@ impl ModalForm {
         }
     }
 
+    /// The fastest rate at which the free motion grows \[1/s\], zero for one that does not; taken for zero where the motion
+    /// does not uncouple.
+    pub fn fastest_growth(&self) -> f64 {
+        match &self.form {
+            Form::Blocks(blocks) => {
+                let growths = blocks.iter().flat_map(|b| b.roots().map(|root| root.re));
+                growths.fold(0.0, f64::max)
+            }
+            Form::Dense(_) => 0.0,
+        }
+    }
+
     /// Number of degrees of freedom, and of pairs in a state.
     pub fn n_dof(&self) -> usize {
         self.n

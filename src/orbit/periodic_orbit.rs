@@ -9,6 +9,7 @@ use crate::model::{Change, Scene};
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
+use crate::orbit::search::outgrown;
 use crate::orbit::stability::{Stability, stability};
 use crate::watch::Watch;
 use nalgebra::DVector;
@@ -73,8 +74,7 @@ impl PeriodicOrbit {
             impulses,
         } = parts;
         if !flights.iter().all(Flight::is_finite) {
-            let rule = "its motion grows beyond the largest number within a period";
-            return Err(Error::bad_value("scene", "unstable", rule));
+            return Err(outgrown());
         }
         let impacts = list_impacts(&modal, &pattern, phase, &flights, &impulses);
         Ok(Self {

@@ -151,22 +151,33 @@ fn shown(range: Option<(f64, f64)>) -> String {
 /// of a radian, and a flight that long is not searched in a day.
 const MOST_TURNS: f64 = 1e12;
 
+/// The refusal of a motion that doubles do not hold.
+pub(crate) fn outgrown() -> Error {
+    let rule = "its motion grows beyond the largest number within a period";
+    Error::bad_value("scene", "unstable", rule)
+}
+
 /// The period of an orbit of so many forcing periods.
 ///
 /// # Errors
-/// `Error::BadValue` where it holds more than `MOST_TURNS` turns of the forcing or of the fastest mode.
+/// `Error::BadValue` where it holds more than `MOST_TURNS` turns of the forcing or of the fastest mode, or the free motion
+/// outgrows the doubles in it.
 pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> Result<f64> {
     let period = TAU * n_periods as f64 / modal.frequency;
     let fastest = modal.form.fastest_rate().max(modal.frequency);
-    if fastest * period <= TAU * MOST_TURNS {
-        return Ok(period);
+    let is_known = fastest * period <= TAU * MOST_TURNS;
+    if !is_known {
+        let rule = format!(
+            "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision \
+             has no digits left for its phase",
+            digits(fastest)
+        );
+        return Err(Error::bad_value("the period", digits(period), rule));
     }
-    let rule = format!(
-        "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision has \
-         no digits left for its phase",
-        digits(fastest)
-    );
-    Err(Error::bad_value("the period", digits(period), rule))
+    if modal.form.fastest_growth() * period >= f64::MAX.ln() {
+        return Err(outgrown());
+    }
+    Ok(period)
 }
 
 fn without_impacts(
