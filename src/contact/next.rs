@@ -5,8 +5,7 @@ use crate::contact::walk::{DEEPEST, Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::{Jet, Shape};
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
-use crate::watch::Watch;
-use std::ops::ControlFlow;
+use crate::watch::{Watch, answer};
 
 /// Distance from zero within which a gap's minimum is a graze: `absolute + relative * size of the gap's terms`.
 #[derive(Debug, Clone, Copy)]
@@ -193,13 +192,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.leave_out(Some(starts));
         let mut time = 0.0;
         let mut steps = 0usize;
-        let mut go_on = || {
-            if check() {
-                ControlFlow::Continue(())
-            } else {
-                ControlFlow::Break(())
-            }
-        };
+        let mut go_on = answer(check);
         let mut watch = Watch::new(&mut go_on);
         while !self.active.is_empty() {
             let first_level = self.level;

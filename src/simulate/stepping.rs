@@ -15,6 +15,7 @@ use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
+use crate::watch::{Watch, answer};
 use nalgebra::DVector;
 
 /// Beat of the clock of a motion without forcing.
@@ -25,8 +26,6 @@ const MOST_POLISHES: usize = 12;
 const TAYLOR_PART: f64 = 1e-8;
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
-/// Steps between two calls of the caller's check.
-const STEPS_PER_CHECK: usize = 256;
 
 /// What the gaps do along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -392,7 +391,9 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         }
         let end = self.clock.after(span);
         let mut starts = Some(starts);
-        let (mut halvings, mut tries) = (0, 0usize);
+        let mut halvings = 0;
+        let mut go_on = answer(check);
+        let mut watch = Watch::new(&mut go_on);
         let arrival = loop {
             self.begin()?;
             let left = self.clock.until(end);
@@ -400,10 +401,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
                 self.keep_nothing(span, last, record);
                 break Arrival::End;
             }
-            tries += 1;
-            if tries.is_multiple_of(STEPS_PER_CHECK) && !check() {
-                return Err(Error::Interrupted);
-            }
+            // The right-hand side of a step may be full matrices.
+            watch.work(self.n().pow(2))?;
             let wanted = match self.h {
                 Some(h) => h,
                 None => self.first_step(left)?,

@@ -225,12 +225,8 @@ pub fn existence_at_checked(
         let modal = ModalScene::new(scene, "existence_map")?;
         return one_instant(&modal, pattern, n_periods, &mut Watch::new(observer));
     }
-    let orbits = match periodic_orbits_checked(scene, pattern, &options, observer) {
-        // What fitted together and is still refused has no motion in doubles.
-        Err(Error::BadValue { .. }) => return Ok(EMPTY),
-        other => other?,
-    };
-    let Some(first) = orbits.first() else {
+    let found = in_doubles(periodic_orbits_checked(scene, pattern, &options, observer))?;
+    let Some((orbits, first)) = found.as_ref().and_then(|o| Some((o, o.first()?))) else {
         return Ok(EMPTY);
     };
     let stability = first.stability_checked(observer)?;
@@ -243,6 +239,17 @@ pub fn existence_at_checked(
             .first()
             .map_or(f64::NAN, crate::OrderMultipliers::spectral_radius),
     })
+}
+
+/// What was found; `None` where the motion is not one of doubles: refused although everything fits together, or with
+/// equations that overflow.
+fn in_doubles<T>(found: Result<T>) -> Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(Error::BadValue { .. }) => Ok(None),
+        Err(Error::NoConvergence { residual, .. }) if residual.is_infinite() => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 fn count(orbits: usize) -> u32 {
@@ -448,11 +455,13 @@ fn one_instant(
     n_periods: usize,
     watch: &mut Watch<'_>,
 ) -> Result<ExistenceCell> {
-    let Ok(span) = period(scene, n_periods) else {
+    let Some(span) = in_doubles(period(scene, n_periods))? else {
         return Ok(EMPTY);
     };
     let instant = Instant::new(scene, &pattern.instants()[0], span);
-    let crossing = clearance_given(&instant)?;
+    let Some(crossing) = in_doubles(clearance_given(&instant))? else {
+        return Ok(EMPTY);
+    };
     if crossing.points.is_empty() {
         return Ok(EMPTY);
     }

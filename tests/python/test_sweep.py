@@ -24,6 +24,10 @@ def make_scene(mass_ratio, length_ratio):
     return vi.Scene(vi.paper_system(mass_ratio, length_ratio, 0.05), vi.BaseMotion(0.1 / 2.25, 1.5), stops)
 
 
+def stop_at(clearance):
+    return vi.Stop(1, clearance, 0.9, reaction="coordinate")
+
+
 class TestExistenceMap:
     def test_ten_cells_are_those_of_periodic_orbits(self):
         found = paper_map()
@@ -77,6 +81,35 @@ class TestExistenceMap:
         assert found.n_orbits[1, 0] == len(vi.periodic_orbits(make_scene(1.0, 3.2), [1], 2))
         with ProcessPoolExecutor(2) as pool:
             assert same(found, vi.existence_map(make_scene, [1], [1.0, 2.0], [3.0, 3.2, 3.4], 2, workers=pool))
+
+    def test_the_amplitude_of_a_base_motion_is_a_number_to_vary(self):
+        scene = vi.paper_scene(3)
+        x, y = ("amplitude", [0.02, 0.05, -0.05]), ("clearance[1]", [0.1, 0.2])
+        found = vi.existence_map(scene, [1], x, y, 2)
+        assert found.x_name == "amplitude"
+        assert found.x.tolist() == [0.02, 0.05, -0.05]
+        scenes = lambda a, d: scene.replace(amplitude=a).replace(stops=[scene.stops[0], stop_at(d)])  # noqa: E731
+        called = vi.existence_map(scenes, [1], x[1], y[1], 2)
+        assert np.array_equal(found.n_orbits, called.n_orbits)
+        assert np.array_equal(found.is_stable, called.is_stable)
+        assert np.allclose(found.multiplier, called.multiplier, rtol=1e-9, equal_nan=True)
+
+    @pytest.mark.parametrize("pattern", [[0], [0, 0]])
+    @pytest.mark.parametrize(
+        ("name", "values"),
+        [
+            ("frequency", [2.8, 1e-297, 1e-3]),  # a phase that is lost; growth by exp(1570)
+            ("forcing_scale", [1.0, 1e308, 1e307]),  # equations that overflow
+        ],
+    )
+    def test_a_motion_that_doubles_do_not_hold_is_no_orbit(self, pattern, name, values):
+        scene = vi.Scene(vi.LinearSystem(1.0, -0.5, 1.0), vi.Harmonic(1e3, 2.8), vi.Stop(0, 0.5, 0.8))
+        found = vi.existence_map(scene, pattern, (name, values), ("clearance", [0.5]))
+        alone = vi.existence_map(scene, pattern, (name, values[:1]), ("clearance", [0.5]))
+        assert found.n_orbits.tolist() == [[alone.n_orbits[0, 0], 0, 0]]
+        assert not found.is_admissible[0, 1:].any()
+        assert not found.is_stable[0, 1:].any()
+        assert np.all(np.isnan(found.multiplier[0, 1:]))
 
     @pytest.mark.parametrize(
         ("x", "message"),
