@@ -755,7 +755,7 @@ LONG = {
     "one_instant": "vi.periodic_orbits(slow, [0])",
     "longest_period": "vi.periodic_orbits(slow.replace(frequency=1.0001e-12), [0])",
     "longest_map": "vi.existence_map(slow, [0], ('frequency', [1.0001e-12]), ('clearance', [0.5]), workers=1)",
-    "longest_map_on_threads": "vi.existence_map(slow, [0], ('frequency', 1e-12 + 1e-16 * np.arange(1, 600)), ('clearance', [0.5]))",
+    "longest_map_on_threads": "vi.existence_map(slow, [0], ('frequency', np.linspace(1.1e-12, 2e-12, 600)), ('phase', [0]))",
     "is_admissible": "vi.periodic_orbits(slow, [0], phase=0.3)[0].is_admissible",
     "violation": "vi.periodic_orbits(slow, [0], phase=0.3)[0].violation",
     "multipliers": "vi.periodic_orbits(slow, [0], phase=0.3)[0].floquet_multipliers",

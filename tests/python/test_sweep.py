@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -44,6 +45,26 @@ class TestExistenceMap:
                 assert found.multiplier[j, i] == pytest.approx(largest, rel=1e-9)
             else:
                 assert np.isnan(found.multiplier[j, i])
+
+    @pytest.mark.parametrize(("pattern", "n_periods"), [([0], 2), ([0, 0], 2), ([0, 1], 1)])
+    def test_every_cell_is_that_of_periodic_orbits(self, pattern, n_periods):
+        stops = [vi.Stop(0, 0.5, 0.8)] + [vi.Stop(0, 0.5, 0.8, side="lower")] * (1 in pattern)
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.04, 1.0), vi.Harmonic(1.0, 2.8), stops)
+        x, y = np.linspace(0.9, 3.1, 7), np.linspace(0.3, 2.0, 5)
+        found = vi.existence_map(scene, pattern, ("frequency", x), ("forcing_scale", y), n_periods)
+        for (j, scale), (i, frequency) in itertools.product(enumerate(y), enumerate(x)):
+            orbits = vi.periodic_orbits(scene.replace(frequency=frequency, forcing_scale=scale), pattern, n_periods)
+            admissible = [o for o in orbits if o.is_admissible]
+            assert found.n_orbits[j, i] == len(orbits)
+            assert found.is_admissible[j, i] == bool(admissible)
+            assert found.is_stable[j, i] == any(o.is_stable for o in admissible)
+            largest = abs(orbits[0].floquet_multipliers).max() if len(orbits) else np.nan
+            assert found.multiplier[j, i] == pytest.approx(largest, rel=1e-9, nan_ok=True)
+        # the map has cells of every kind: one that tells nothing apart would prove nothing
+        assert len(np.unique(found.n_orbits)) > 1
+        assert np.any(found.is_admissible & ~found.is_stable)
+        assert np.any(found.is_stable)
+        assert len(np.unique(found.multiplier[np.isfinite(found.multiplier)].round(6))) > 3
 
     def test_the_fold_line_is_the_closed_form(self):
         # One mode, e = 0: v+ = 0 at the contact, so q(0) = alpha . u with alpha from s alone: after the impact the free
