@@ -169,7 +169,7 @@ class TestSimulateMany:
     def test_the_ends_have_the_bits_of_single_runs(self):
         scene = vi.paper_scene(3)
         rng = np.random.default_rng(2)
-        q0, v0 = rng.uniform(-0.1, 0.1, (2, 40, 2))
+        q0, v0 = rng.uniform(-0.1, 0.1, (2, 100, 2))  # more than the pieces that an executor gets
         single = [vi.simulate(scene, q, v, (0, 200), keep="final") for q, v in zip(q0, v0, strict=True)]
         for workers in (None, 1, 2, map):
             ends = vi.simulate_many(scene, q0, v0, (0, 200), workers=workers)
