@@ -28,7 +28,7 @@ pub enum Error {
         expected: String,
     },
     /// An iteration that ended without a result.
-    #[error("{stage} did not converge: residual {residual:e} after {iterations} iterations")]
+    #[error("{stage} did not converge: residual {} after {iterations} iterations", digits(*residual))]
     NoConvergence {
         /// The computation that failed.
         stage: &'static str,
@@ -40,6 +40,16 @@ pub enum Error {
     /// A long computation that its observer stopped.
     #[error("the computation was interrupted")]
     Interrupted,
+}
+
+/// A number as messages show it, to six digits; with an exponent where it is very small or large.
+pub(crate) fn digits(x: f64) -> String {
+    let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
+    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) || !x.is_finite() {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
 }
 
 /// The crate's result.
@@ -70,5 +80,36 @@ impl Error {
             found: found.to_string(),
             expected: expected.into(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_show_six_digits_and_exponents_only_where_they_help() {
+        let shown = [
+            (0.0, "0"),
+            (-8.5, "-8.5"),
+            (2.823_937_4, "2.82394"),
+            (9_999_999.0, "1e7"),
+            (123_456.0, "123456"),
+            (0.000_123, "0.000123"),
+            (2.8e-10, "2.8e-10"),
+            (-1.0e300, "-1e300"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ];
+        for (x, text) in shown {
+            assert_eq!(digits(x), text);
+        }
+        let error = Error::NoConvergence {
+            stage: "this",
+            iterations: 3,
+            residual: 2.823_937,
+        };
+        let text = "this did not converge: residual 2.82394 after 3 iterations";
+        assert_eq!(error.to_string(), text);
     }
 }

@@ -30,6 +30,11 @@ impl Restitution {
     }
 }
 
+/// A number above zero, or zero without a sign: for speeds that rounding may have turned round.
+pub(crate) fn positive_part(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
 /// A finite number, or an error that names the argument.
 pub(crate) fn finite(argument: &str, value: f64) -> Result<f64> {
     if value.is_finite() {

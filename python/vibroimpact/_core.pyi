@@ -48,7 +48,7 @@ _Forcing: TypeAlias = Harmonic | BaseMotion
 _Stop: TypeAlias = Stop | Wall
 _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
-_Method: TypeAlias = Literal["auto", "exact"]
+_Method: TypeAlias = Literal["auto", "exact", "rk45"]
 _Keep: TypeAlias = Literal["motion", "impacts", "final"]
 _Cells: TypeAlias = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_], _FloatArray]
 
@@ -446,7 +446,8 @@ def _simulate_rows(
     q0: ArrayLike,
     v0: ArrayLike,
     t_span: tuple[float, float],
-    tolerances: tuple[float, float],
+    rtol: float,
+    atol: float,
     max_impacts: int | None,
     threads: int | None,
     progress: bool,

@@ -150,7 +150,7 @@ def existence_map(
         Indices of stops in order of impact; a tuple is hit at one instant.
     x, y : (str, array_like) or array_like, shape (nx,) and (ny,)
         A name of ``Scene.replace`` ("frequency", "forcing_scale", "damping_scale", "restitution", "clearance",
-        "clearance[1]" for one stop) and its values; for a callable the values alone.
+        "clearance[1]" for one stop; "amplitude" of a base motion) and its values; for a callable the values alone.
     n_periods : int, default 1
         Forcing periods in one period of the orbit.
     workers : int, Executor or callable, optional
@@ -162,7 +162,9 @@ def existence_map(
     Returns
     -------
     ExistenceMap
-        Arrays ``n_orbits``, ``is_admissible``, ``is_stable``, ``multiplier`` of shape ``(len(y), len(x))``.
+        Arrays ``n_orbits``, ``is_admissible``, ``is_stable``, ``multiplier`` of shape ``(len(y), len(x))``. Where doubles do
+        not hold the motion, as ``periodic_orbits`` says by an error (it outgrows them within a period, or the period has more
+        than 1e12 turns of the fastest mode), there is no orbit.
 
     Raises
     ------
@@ -264,10 +266,10 @@ def simulate_many(
     if keep != "final":
         message = f'keep is {keep!r}, but an ensemble keeps final states alone: it must be "final"'
         raise ValueError(message)
-    if method.lower() not in ("auto", "exact"):
+    if str(method).lower() not in ("auto", "exact"):
         message = f'method is {method!r}, but it must be "auto" or "exact"'
         raise ValueError(message)
-    rest = (t_span, (rtol, atol), max_impacts)
+    rest = (t_span, rtol, atol, max_impacts)
     if not _workers.is_elsewhere(workers):
         parts = [_rows((scene, q0, v0, *rest, _workers.threads(workers), progress))]
     else:

@@ -5,6 +5,7 @@ use crate::contact::walk::{DEEPEST, Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::{Jet, Shape};
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
+use crate::watch::{Watch, answer};
 
 /// Distance from zero within which a gap's minimum is a graze: `absolute + relative * size of the gap's terms`.
 #[derive(Debug, Clone, Copy)]
@@ -104,8 +105,6 @@ fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
     }
 }
 
-/// Steps between two calls of the caller's check.
-const STEPS_PER_CHECK: usize = 4096;
 /// Evaluations of the motion spent on one impact time.
 const MOST_POLISHES: usize = 12;
 /// A time step this small, in units of the fastest rate, moves the state by its Taylor series of third order: what that
@@ -127,7 +126,6 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     active: Vec<usize>,
     norms: Vec<f64>,
     state: Vec<Pair>,
-    steps_to_check: usize,
     /// Evaluations of a gap so far.
     pub n_gap_evaluations: usize,
 }
@@ -147,7 +145,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             derivatives: Vec::new(),
             norms: Vec::new(),
             state: Vec::new(),
-            steps_to_check: STEPS_PER_CHECK,
             n_gap_evaluations: 0,
         }
     }
@@ -156,7 +153,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     pub fn restart(&mut self) {
         self.level = 0;
         self.n_gap_evaluations = 0;
-        self.steps_to_check = STEPS_PER_CHECK;
     }
 
     /// Takes the jets of every gap at a state.
@@ -196,14 +192,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.leave_out(Some(starts));
         let mut time = 0.0;
         let mut steps = 0usize;
+        let mut go_on = answer(check);
+        let mut watch = Watch::new(&mut go_on);
         while !self.active.is_empty() {
-            self.steps_to_check -= 1;
-            if self.steps_to_check == 0 {
-                self.steps_to_check = STEPS_PER_CHECK;
-                if !check() {
-                    return Next::Interrupted;
-                }
-            }
             let first_level = self.level;
             let reached = loop {
                 let step = self.ladder.step(self.level);
@@ -228,7 +219,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 };
             }
             time += self.ladder.step(self.level);
-            self.ladder.advance(self.flow, self.level, &mut self.state);
+            let work = self.ladder.advance(self.flow, self.level, &mut self.state);
+            if watch.work(work).is_err() {
+                return Next::Interrupted;
+            }
             if self.level == first_level {
                 self.level = self.level.saturating_sub(1);
             }

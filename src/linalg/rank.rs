@@ -4,6 +4,15 @@
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SVD};
 
+/// The failure of equations that doubles do not hold; its residual is infinite.
+pub(crate) const fn overflow() -> Error {
+    Error::NoConvergence {
+        stage: "a linear system whose entries overflow",
+        iterations: 0,
+        residual: f64::INFINITY,
+    }
+}
+
 /// All solutions of `A x = b`: `particular + null_space c`.
 #[derive(Debug, Clone)]
 pub(crate) struct SolutionSet {
@@ -35,11 +44,7 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Resul
     };
     let cap = 100 * columns.max(rows).max(1);
     if !(a.iter().all(|x| x.is_finite()) && b.iter().all(|x| x.is_finite())) {
-        return Err(Error::NoConvergence {
-            stage: "a linear system whose entries overflow",
-            iterations: 0,
-            residual: f64::INFINITY,
-        });
+        return Err(overflow());
     }
     let svd = SVD::try_new(square, true, true, f64::EPSILON, cap).ok_or(Error::NoConvergence {
         stage: "the singular value decomposition",

@@ -82,6 +82,30 @@ impl ModalForm {
         }
     }
 
+    /// The fastest rate at which the free motion turns or decays \[rad/s\]: the largest modulus of an eigenvalue, or where
+    /// the motion does not uncouple the root of the largest entry of the state matrix.
+    pub fn fastest_rate(&self) -> f64 {
+        match &self.form {
+            Form::Blocks(blocks) => {
+                let rates = blocks.iter().flat_map(|b| b.roots().map(Complex::norm));
+                rates.fold(0.0, f64::max)
+            }
+            Form::Dense(matrix) => matrix.amax().sqrt(),
+        }
+    }
+
+    /// The fastest rate at which the free motion grows \[1/s\], zero for one that does not; taken for zero where the motion
+    /// does not uncouple.
+    pub fn fastest_growth(&self) -> f64 {
+        match &self.form {
+            Form::Blocks(blocks) => {
+                let growths = blocks.iter().flat_map(|b| b.roots().map(|root| root.re));
+                growths.fold(0.0, f64::max)
+            }
+            Form::Dense(_) => 0.0,
+        }
+    }
+
     /// Number of degrees of freedom, and of pairs in a state.
     pub fn n_dof(&self) -> usize {
         self.n

@@ -2,7 +2,7 @@
 //! time, by a search that proves what it passes over.
 
 use crate::contact::walk::{Effort, Ladder, check_flight};
-use crate::error::Result;
+use crate::error::{Result, digits};
 use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
@@ -70,15 +70,20 @@ impl Breach {
         let reason = match rule {
             Rule::Pulls { impulse } => {
                 format!(
-                    "stop {stop} needs a pulling impulse at its impact at t = {time:.6} ({impulse:.3e})"
+                    "stop {stop} needs a pulling impulse at its impact at t = {time:.6} ({})",
+                    digits(impulse)
                 )
             }
             Rule::Leaves { approach } => {
                 format!(
-                    "stop {stop} is left, not approached at its impact at t = {time:.6} ({approach:.3e})"
+                    "stop {stop} is left, not approached at its impact at t = {time:.6} ({})",
+                    digits(approach)
                 )
             }
-            Rule::Passed => format!("stop {stop} is passed by {depth:.6e} at t = {time:.6}"),
+            Rule::Passed => format!(
+                "stop {stop} is passed by {} at t = {time:.6}",
+                digits(depth)
+            ),
         };
         Violation {
             stop,

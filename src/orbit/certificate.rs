@@ -1,5 +1,6 @@
 //! What the search of flight times has proved (theory 5), in words.
 
+use crate::error::digits;
 use crate::orbit::isolate::Bracket;
 
 /// Part of the range that may stay undecided before the outcome says so first.
@@ -51,7 +52,8 @@ impl Certificate {
                 .map(|b| format!("{:.9}", b.guess))
                 .collect();
             parts.push(format!(
-                "but for a width of {width:.1e} about dt = {}, a double zero, decided by Newton's method",
+                "but for a width of {} about dt = {}, a double zero, decided by Newton's method",
+                digits(width),
                 places.join(", ")
             ));
         }

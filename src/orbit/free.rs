@@ -114,7 +114,7 @@ pub(super) fn free_forcing(
 /// How far the contact equations of stops hit together are from being met by one phase.
 fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Option<f64>> {
     let modal = ModalScene::new(scene, "periodic_orbits")?;
-    let instant = Instant::new(&modal, stops, period(&modal, options.n_periods));
+    let instant = Instant::new(&modal, stops, period(&modal, options.n_periods)?);
     Ok(clearance_given(&instant)?.margin.filter(|m| m.is_finite()))
 }
 
@@ -195,7 +195,7 @@ fn at_root(
     let instant = Instant::new(
         &modal,
         &pattern.instants()[0],
-        period(&modal, options.n_periods),
+        period(&modal, options.n_periods)?,
     );
     let set = instant.at_clearance(None)?;
     let u = instant.phase_part(&set.particular);

@@ -9,6 +9,7 @@ use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::motion::OrbitMotion;
+use crate::orbit::search::outgrown;
 use crate::orbit::stability::Stability;
 use crate::orbit::stepped::SteppedMotion;
 use crate::watch::Watch;
@@ -26,6 +27,14 @@ pub(crate) struct Flight {
     pub after: Vec<Pair>,
     /// The state at its end, before the impacts there.
     pub before_next: Vec<Pair>,
+}
+
+impl Flight {
+    /// Whether the doubles hold its ends.
+    pub fn is_finite(&self) -> bool {
+        let states = self.after.iter().chain(&self.before_next);
+        states.flatten().all(|x| x.is_finite())
+    }
 }
 
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.
@@ -69,12 +78,8 @@ impl PeriodicOrbit {
             flights,
             impulses,
         } = parts;
-        let states = flights
-            .iter()
-            .flat_map(|f| f.after.iter().chain(&f.before_next));
-        if !states.flatten().all(|x| x.is_finite()) {
-            let rule = "its motion grows beyond the largest number within a period";
-            return Err(Error::bad_value("scene", "unstable", rule));
+        if !flights.iter().all(Flight::is_finite) {
+            return Err(outgrown());
         }
         let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
         Ok(Self {
@@ -360,11 +365,13 @@ pub(crate) fn list_impacts(
     for (k, instant) in pattern.instants().iter().enumerate() {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
         for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
+            let approach = along(&scene.velocity_rows[stop], previous);
             impacts.push(Impact {
                 time: flights[k].start,
                 stop,
-                approach: along(&scene.velocity_rows[stop], previous),
-                departure: -along(&scene.velocity_rows[stop], &flights[k].after),
+                approach,
+                // The law of every stop struck, coupled or not, which the state after has to rounding; + 0.0: no minus zero.
+                departure: scene.geometry.restitutions[stop] * approach + 0.0,
                 impulse,
                 phase: wrapped(scene.frequency * flights[k].start + phase),
             });

@@ -3,6 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::rank;
+use crate::linalg::rank::overflow;
 use nalgebra::{DMatrix, DVector, SVD};
 
 /// Newton steps.
@@ -44,6 +45,9 @@ impl Equations {
 /// unknowns times `unit`: at most two. Where the equations are regular, only the better one.
 pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVector<f64>>> {
     let n = equations.n();
+    if !equations.matrix.iter().all(|x| x.is_finite()) {
+        return Err(overflow());
+    }
     let square = equations.matrix.columns(0, n).into_owned();
     let rhs = equations.matrix.column(n);
     let svd =

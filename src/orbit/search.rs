@@ -1,6 +1,6 @@
 //! `periodic_orbits`: from a scene and a pattern to every orbit, its verdict and its order.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::flow::ModalScene;
 use crate::model::{Change, Parameter, Scene};
 use crate::orbit::free::{Free, free_clearance, free_forcing, free_parameter};
@@ -34,7 +34,8 @@ const SORT_BY_STABILITY_UP_TO: usize = 60;
 ///
 /// # Errors
 /// A nonlinear or unforced scene, a pattern that does not fit it or has more than two instants, options that contradict
-/// each other, a phase given for two instants without a common stop.
+/// each other, a phase given for two instants without a common stop; a motion that grows beyond the doubles within a period,
+/// a period of more than 1e12 turns of the fastest mode, whose phase is lost.
 ///
 /// # References
 /// The source paper, eqs. (29) and (38), with the corrections of theory section 3.
@@ -64,30 +65,42 @@ pub fn periodic_orbits_checked(
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Orbits> {
     let watch = &mut Watch::new(observer);
-    check(scene, pattern, options)?;
+    check(scene, pattern, options, "periodic_orbits")?;
     let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
     match pattern.instants() {
         [] => without_impacts(scene, &modal, options, watch),
         [stops] => one_instant(scene, &modal, stops, options, watch),
-        [_, _] => two_instants(scene, &modal, pattern, options, watch),
-        more => Err(Error::bad_value(
-            "pattern",
-            format!("of {} instants", more.len()),
-            "periodic_orbits solves patterns of one or two instants; use find_orbit with a guess for more",
-        )),
+        _ => two_instants(scene, &modal, pattern, options, watch),
     }
 }
 
-pub(crate) fn check(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<()> {
-    scene.linear_system("periodic_orbits")?;
+/// Whether a search for orbits can be begun; `purpose` is the name under which it was asked for.
+pub(crate) fn check(
+    scene: &Scene,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    purpose: &str,
+) -> Result<()> {
+    scene.linear_system(purpose)?;
     if scene.forcing().frequency().is_none() {
         return Err(Error::bad_value(
             "scene",
             "unforced",
-            "periodic_orbits looks for motions in step with the forcing; give the scene a forcing",
+            format!(
+                "{purpose} looks for motions in step with the forcing; give the scene a forcing"
+            ),
         ));
     }
     pattern.check(scene.stops().len())?;
+    if pattern.instants().len() > 2 {
+        return Err(Error::bad_value(
+            "pattern",
+            format!("of {} instants", pattern.instants().len()),
+            format!(
+                "{purpose} solves patterns of one or two instants; use find_orbit with a guess for more"
+            ),
+        ));
+    }
     if options.n_periods == 0 {
         return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
     }
@@ -134,9 +147,37 @@ fn shown(range: Option<(f64, f64)>) -> String {
     )
 }
 
+/// Turns of the fastest mode in a period beyond which its phase is lost: a phase of so many turns is known to three digits
+/// of a radian, and a flight that long is not searched in a day.
+const MOST_TURNS: f64 = 1e12;
+
+/// The refusal of a motion that doubles do not hold.
+pub(crate) fn outgrown() -> Error {
+    let rule = "its motion grows beyond the largest number within a period";
+    Error::bad_value("scene", "unstable", rule)
+}
+
 /// The period of an orbit of so many forcing periods.
-pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> f64 {
-    TAU * n_periods as f64 / modal.frequency
+///
+/// # Errors
+/// `Error::BadValue` where it holds more than `MOST_TURNS` turns of the forcing or of the fastest mode, or the free motion
+/// outgrows the doubles in it.
+pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> Result<f64> {
+    let period = TAU * n_periods as f64 / modal.frequency;
+    let fastest = modal.form.fastest_rate().max(modal.frequency);
+    let is_known = fastest * period <= TAU * MOST_TURNS;
+    if !is_known {
+        let rule = format!(
+            "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision \
+             has no digits left for its phase",
+            digits(fastest)
+        );
+        return Err(Error::bad_value("the period", digits(period), rule));
+    }
+    if modal.form.fastest_growth() * period >= f64::MAX.ln() {
+        return Err(outgrown());
+    }
+    Ok(period)
 }
 
 fn without_impacts(
@@ -146,7 +187,7 @@ fn without_impacts(
     watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
     let phase = options.phase.unwrap_or_else(|| scene.forcing().phase());
-    let instant = Instant::new(modal, &[], period(modal, options.n_periods));
+    let instant = Instant::new(modal, &[], period(modal, options.n_periods)?);
     let crossing = phase_given(&instant, phase)?;
     let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
         (true, _) => {
@@ -174,7 +215,7 @@ pub(super) fn one_instant(
     options: &OrbitOptions,
     watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
-    let instant = Instant::new(modal, stops, period(modal, options.n_periods));
+    let instant = Instant::new(modal, stops, period(modal, options.n_periods)?);
     let pattern = Pattern::together(stops)?;
     match (options.phase, options.free) {
         (Some(phase), _) => {
@@ -294,7 +335,7 @@ fn build(
         phase,
         flight,
         impulses,
-    } = Solution::new(instant, x, period(modal, options.n_periods));
+    } = Solution::new(instant, x, period(modal, options.n_periods)?);
     let contacts = instant.contacts(&flight.after);
     let parts = Parts {
         pattern: pattern.clone(),

@@ -53,7 +53,7 @@ pub(crate) fn two_instants(
             return Err(Error::bad_value("pattern", format!("{set:?}"), rule));
         }
     }
-    let period = period(modal, options.n_periods);
+    let period = period(modal, options.n_periods)?;
     let instant = Instant::new(modal, &stops, period);
     if instant.n_inner() + 2 > MOST_UNKNOWNS {
         let rule = "the search in the flight time keeps at most four undamped modes in step with the period; damp them";

@@ -1,6 +1,7 @@
 //! Arrays between `NumPy` and nalgebra: anything array-like comes in (lists, integers, float32, plain numbers), owned
 //! float64 arrays go out; rows first.
 
+use crate::python::text::shown;
 use nalgebra::{Complex, DMatrix, DVector};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
@@ -23,11 +24,9 @@ fn as_array<'py, T: numpy::Element>(
         .getattr("asarray")?
         .call((value,), Some(&options))
         .map_err(|_| {
-            let shown = value
-                .repr()
-                .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
             PyValueError::new_err(format!(
-                "{argument} is {shown}, but an array of numbers is needed"
+                "{argument} is {}, but an array of numbers is needed",
+                shown(value)
             ))
         })?;
     Ok(array.cast_into::<PyArrayDyn<T>>()?.readonly())

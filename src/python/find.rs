@@ -1,6 +1,7 @@
 //! `find_orbit`.
 
 use crate::orbit::{self, Guess};
+use crate::python::argument;
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
@@ -20,7 +21,7 @@ use pyo3::prelude::*;
 /// guess : Orbit or Trajectory
 ///     An orbit of this pattern, of another scene with the same degrees of freedom; or a trajectory, with
 ///     ``keep="motion"``, whose end comes near the orbit. The pattern is the guess's.
-/// `n_periods` : int, optional
+/// n_periods : int, optional
 ///     Forcing periods in one period, 1 or more; default: those of the orbit, or the least number after which the
 ///     trajectory comes back. For an orbit a multiple of its own. Not for scenes without forcing, whose period is found.
 ///
@@ -31,11 +32,11 @@ use pyo3::prelude::*;
 ///
 /// Raises
 /// ------
-/// `ConvergenceError`
+/// ConvergenceError
 ///     If no motion of the pattern closes near the guess; it says how far the iteration got.
-/// `ValueError`
+/// ValueError
 ///     A nonlinear scene; a guess that does not fit it; a trajectory that did not keep its motion or does not come back.
-/// `TypeError`
+/// TypeError
 ///     A guess that is neither an orbit nor a trajectory.
 ///
 /// Notes
@@ -54,9 +55,9 @@ use pyo3::prelude::*;
 #[pyo3(signature = (scene, guess, n_periods=None))]
 pub(crate) fn find_orbit(
     py: Python<'_>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     guess: &Bound<'_, PyAny>,
-    n_periods: Option<i64>,
+    #[pyo3(from_py_with = argument::n_periods)] n_periods: Option<i64>,
 ) -> PyResult<PyOrbit> {
     let n_periods = count("n_periods", n_periods)?;
     let orbit = guess.extract::<PyRef<'_, PyOrbit>>().ok();

@@ -1,6 +1,10 @@
 //! The Python module `vibroimpact._core`: frozen newtypes round the core's values. Every function extracts, calls the
 //! core with the interpreter released, and converts.
 
+// What `help()` shows is numpydoc: its sections have names, types and exceptions bare, where Rust wants backticks.
+#![allow(clippy::doc_markdown)]
+
+mod argument;
 mod array;
 mod error;
 mod find;
@@ -13,6 +17,7 @@ mod orbits;
 mod pattern;
 mod simulate;
 mod sweep;
+mod text;
 
 use pyo3::prelude::*;
 

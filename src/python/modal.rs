@@ -2,9 +2,11 @@
 
 use crate::impact::{self, RecoveryAudit};
 use crate::modal::{self, Modes};
+use crate::python::argument;
 use crate::python::array::{matrix, out_complex, out_matrix, out_vector};
 use crate::python::model::{PyLinearSystem, PyScene, normals};
 use crate::python::pattern::stop_set;
+use crate::python::text::list;
 use nalgebra::Complex;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyTypeError;
@@ -62,14 +64,6 @@ impl PyModes {
     }
 
     fn __repr__(&self) -> String {
-        let list = |v: &nalgebra::DVector<f64>| {
-            let shown: Vec<String> = v.iter().take(6).map(|x| format!("{x:.6}")).collect();
-            format!(
-                "[{}{}]",
-                shown.join(", "),
-                if v.len() > 6 { ", ..." } else { "" }
-            )
-        };
         format!(
             "Modes(natural_frequencies={}, damping_ratios={}, is_proportional={})",
             list(&self.modes.natural_frequencies),
@@ -91,7 +85,7 @@ impl PyModes {
 ///
 /// Parameters
 /// ----------
-/// system : `LinearSystem`
+/// system : LinearSystem
 ///     The system.
 ///
 /// Returns
@@ -101,8 +95,10 @@ impl PyModes {
 ///
 /// Raises
 /// ------
-/// `ConvergenceError`
+/// ConvergenceError
 ///     If an eigenvalue iteration fails.
+/// TypeError
+///     Anything but a linear system; a nonlinear one has its ``linearise()``.
 ///
 /// Notes
 /// -----
@@ -116,9 +112,14 @@ impl PyModes {
 #[pyfunction]
 pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
     let linear = system.extract().map_err(|_| {
+        let remedy = match system.cast::<PyScene>() {
+            Ok(_) => "; take scene.linearise().system",
+            Err(_) if system.hasattr("linearise").unwrap_or(false) => "; take system.linearise()",
+            Err(_) => "",
+        };
         let given = system.get_type();
         PyTypeError::new_err(format!(
-            "system is {given}, but a LinearSystem is needed; take linearise() of a pendulum"
+            "system is {given}, but a LinearSystem is needed{remedy}"
         ))
     })?;
     PyModes::new(linear)
@@ -139,7 +140,7 @@ pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A nonlinear scene, a stop that does not exist or stands twice, stops with dependent normals and unequal restitution.
 ///
 /// References
@@ -154,7 +155,7 @@ pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
 #[pyfunction]
 pub(crate) fn recovery_matrix<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     stops: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     out_matrix(
@@ -243,21 +244,21 @@ impl PyRecoveryAudit {
 ///
 /// Parameters
 /// ----------
-/// matrix : `array_like`, shape (2n, 2n)
+/// matrix : array_like, shape (2n, 2n)
 ///     The matrix R of ``x+ = R x-``, ``x = (q, v)``.
-/// mass : `array_like`, shape (n, n) or (n,)
+/// mass : array_like, shape (n, n) or (n,)
 ///     Mass matrix, symmetric positive definite.
-/// normals : sequence of int or `array_like`, shape (k, n)
+/// normals : sequence of int or array_like, shape (k, n)
 ///     The normals of the stops hit: indices of coordinates, or vectors.
 ///
 /// Returns
 /// -------
-/// `RecoveryAudit`
+/// RecoveryAudit
 ///     ``is_realisable``, ``restitution`` (k,), ``energy_gain``, ``reasons``.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite.
 ///
 /// Examples

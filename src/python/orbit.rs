@@ -2,11 +2,13 @@
 
 use crate::impact::Impact;
 use crate::orbit::{PeriodicOrbit, Saved, Stability};
+use crate::python::argument;
 use crate::python::array::{out_complex, out_matrix, out_rows, out_vector, structured, times};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::pattern::{out_pattern, pattern, shown};
+use crate::python::text::{fixed_complex, list};
 use nalgebra::{Complex, DVector};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -173,7 +175,7 @@ impl PyOrbit {
     ///
     /// Parameters
     /// ----------
-    /// t : float or `array_like`, shape (m,)
+    /// t : float or array_like, shape (m,)
     ///     Times [s], any real numbers.
     ///
     /// Returns
@@ -189,7 +191,7 @@ impl PyOrbit {
     ///
     /// Parameters
     /// ----------
-    /// t : float or `array_like`, shape (m,)
+    /// t : float or array_like, shape (m,)
     ///     Times [s], any real numbers.
     /// side : {"after", "before"}, default "after"
     ///     Which velocity is meant at an impact.
@@ -202,14 +204,14 @@ impl PyOrbit {
         &self,
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
-        side: &str,
+        #[pyo3(from_py_with = argument::side)] side: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (states, is_single) = self.states(t, is_before(side)?)?;
         let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.1).collect();
         out_states(py, &rows, self.0.scene().n_dof(), is_single)
     }
 
-    /// Impacts of one period: structured array of time, stop, `speed_before`, `speed_after`, impulse, phase.
+    /// Impacts of one period: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.0.impacts())
@@ -253,7 +255,7 @@ impl PyOrbit {
             .map(|o| out_complex(py, &o.multipliers)))
     }
 
-    /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of `floquet_multipliers`; None where undefined.
+    /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of ``floquet_multipliers``; None where undefined.
     #[getter]
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         self.decided(py)?
@@ -300,14 +302,6 @@ impl PyOrbit {
 
     pub fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let o = self.judged(py)?;
-        let list = |v: &DVector<f64>| {
-            let shown: Vec<String> = v.iter().take(6).map(|x| format!("{x:.6}")).collect();
-            format!(
-                "[{}{}]",
-                shown.join(", "),
-                if v.len() > 6 { ", ..." } else { "" }
-            )
-        };
         let admissible = match o.violation() {
             None if o.touches().is_empty() => "admissible".to_owned(),
             None => "admissible, touching a stop without impact".to_owned(),
@@ -335,7 +329,7 @@ impl PyOrbit {
                     .multipliers
                     .iter()
                     .take(4)
-                    .map(|z| format!("{z:.6}"))
+                    .map(|&z| fixed_complex(z))
                     .collect();
                 let more = if order.multipliers.len() > 4 {
                     ", ..."

@@ -2,6 +2,7 @@
 
 use crate::model::Parameter;
 use crate::orbit::{self, Family, Free, OrbitOptions, Orbits, Verdict};
+use crate::python::argument;
 use crate::python::array::out_matrix;
 use crate::python::interrupt;
 use crate::python::model::PyScene;
@@ -185,7 +186,7 @@ pub(crate) fn _restore_orbits(
 ///     A linear scene with a forcing.
 /// pattern : list
 ///     Indices of stops in order of impact; a tuple is hit at one instant; ``[]``: none is hit.
-/// `n_periods` : int, default 1
+/// n_periods : int, default 1
 ///     Forcing periods in one period of the orbit.
 /// phase : float, optional
 ///     Forcing phase at the first impact [rad]: the clearances of the stops in the pattern come out, as in the paper. Without
@@ -194,7 +195,7 @@ pub(crate) fn _restore_orbits(
 ///     One more unknown, as stops hit at one instant need: "clearance" (all times one factor), or a name of
 ///     ``Scene.replace``.
 /// between : pair of float, optional
-///     Range in which a free parameter is searched; "clearance" and "`forcing_scale`" need none.
+///     Range in which a free parameter is searched; "clearance" and "forcing_scale" need none.
 ///
 /// Returns
 /// -------
@@ -205,9 +206,10 @@ pub(crate) fn _restore_orbits(
 ///
 /// Raises
 /// ------
-/// `ValueError`
-///     A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other.
-/// `ConvergenceError`
+/// ValueError
+///     A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other; a motion that
+///     outgrows the doubles within a period, a period of more than 1e12 turns of the fastest mode, whose phase is lost.
+/// ConvergenceError
 ///     If an eigenvalue iteration fails.
 ///
 /// Notes
@@ -230,12 +232,12 @@ pub(crate) fn _restore_orbits(
 #[pyo3(signature = (scene, pattern, n_periods=1, *, phase=None, free=None, between=None))]
 pub(crate) fn periodic_orbits(
     py: Python<'_>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     pattern: &Bound<'_, PyAny>,
-    n_periods: i64,
-    phase: Option<f64>,
-    free: Option<&str>,
-    between: Option<(f64, f64)>,
+    #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
+    #[pyo3(from_py_with = argument::phase)] phase: Option<f64>,
+    #[pyo3(from_py_with = argument::free)] free: Option<&str>,
+    #[pyo3(from_py_with = argument::between)] between: Option<(f64, f64)>,
 ) -> PyResult<PyOrbits> {
     let pattern = self::pattern(pattern)?;
     let n_periods = usize::try_from(n_periods).map_err(|_| {

@@ -1,28 +1,27 @@
 //! Patterns as Python lists: an index is an instant with one stop, a tuple one with several.
 
 use crate::orbit::Pattern;
+use crate::python::text::shown as as_python;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
 /// A stop's index; negative ones are refused, they are not "the other side".
 pub(crate) fn stop_index(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
-    let shown = || {
-        value
-            .repr()
-            .map_or_else(|_| "this value".to_owned(), |r| r.to_string())
-    };
     if value.is_instance_of::<pyo3::types::PyBool>() {
         return Err(PyValueError::new_err(format!(
             "{argument} is {}, but an index is needed",
-            shown()
+            as_python(value)
         )));
     }
     let index: i64 = value
         .call_method0("__index__")
         .and_then(|i| i.extract())
         .map_err(|_| {
-            PyValueError::new_err(format!("{argument} is {}, but an index is needed", shown()))
+            PyValueError::new_err(format!(
+                "{argument} is {}, but an index is needed",
+                as_python(value)
+            ))
         })?;
     usize::try_from(index).map_err(|_| {
         PyValueError::new_err(format!(

@@ -1,5 +1,6 @@
 //! Simulation and trajectories in Python.
 
+use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, out_vector, structured, times, vector};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
@@ -122,7 +123,7 @@ impl PyTrajectory {
     ///
     /// Parameters
     /// ----------
-    /// t : float or `array_like`, shape (m,)
+    /// t : float or array_like, shape (m,)
     ///     Times [s].
     ///
     /// Returns
@@ -131,7 +132,7 @@ impl PyTrajectory {
     ///
     /// Raises
     /// ------
-    /// `ValueError`
+    /// ValueError
     ///     A time outside the span, or a motion that was not kept.
     fn position<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (states, is_single) = self.states(t, "after")?;
@@ -143,7 +144,7 @@ impl PyTrajectory {
     ///
     /// Parameters
     /// ----------
-    /// t : float or `array_like`, shape (m,)
+    /// t : float or array_like, shape (m,)
     ///     Times [s].
     /// side : {"after", "before"}, default "after"
     ///     Which velocity is meant at an impact.
@@ -154,21 +155,21 @@ impl PyTrajectory {
     ///
     /// Raises
     /// ------
-    /// `ValueError`
+    /// ValueError
     ///     A time outside the span, or a motion that was not kept.
     #[pyo3(signature = (t, side="after"))]
     fn velocity<'py>(
         &self,
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
-        side: &str,
+        #[pyo3(from_py_with = argument::side)] side: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (states, is_single) = self.states(t, side)?;
         let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.1).collect();
         out_states(py, &rows, self.core.scene().n_dof(), is_single)
     }
 
-    /// Impacts: structured array of time, stop, `speed_before`, `speed_after`, impulse, phase.
+    /// Impacts: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.core.impacts())
@@ -216,7 +217,7 @@ impl PyTrajectory {
         (out_vector(py, q), out_vector(py, v))
     }
 
-    /// "finished", "`max_impacts`" or "`unresolved_contact`".
+    /// "finished", "max_impacts", "step_underflow" or "unresolved_contact".
     #[getter]
     fn status(&self) -> &'static str {
         self.core.status().name()
@@ -381,23 +382,27 @@ fn method(value: &str) -> PyResult<Method> {
 
 /// Simulates a scene from (q0, v0) over a span of time.
 ///
+/// A linear scene flies in closed form from impact to impact; others are integrated, every contact located.
+///
 /// Parameters
 /// ----------
 /// scene : Scene
-///     A linear scene.
-/// q0, v0 : `array_like`, shape (n,)
+///     What moves: linear or not.
+/// q0, v0 : array_like, shape (n,)
 ///     Position and velocity at the start.
-/// `t_span` : pair of float
+/// t_span : pair of float
 ///     Start and end [s].
-/// method : {"auto", "exact"}, default "auto"
-///     "exact": closed-form flights from impact to impact; any letter case.
+/// method : {"auto", "exact", "rk45"}, default "auto"
+///     "exact": closed-form flights, linear scenes only; "rk45": the Runge-Kutta pair of orders 5 and 4 of Dormand and
+///     Prince, any scene; "auto": exact for a linear scene, rk45 for others. Any letter case.
 /// rtol, atol : float, default 1e-9, 1e-12
-///     Margins of contact: a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop is a graze, not an impact.
-/// `t_eval` : `array_like`, shape (m,), optional
+///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With either method
+///     they set the margin of contact: a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop is a graze, no impact.
+/// t_eval : array_like, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
-///     What is kept: the whole motion; the impacts (and `t_eval`); the final state (and `t_eval`) in constant memory.
-/// `max_impacts` : int, optional
+///     What is kept: the whole motion; the impacts (and ``t_eval``); the final state (and ``t_eval``) in constant memory.
+/// max_impacts : int, optional
 ///     The run ends after this many impacts.
 /// progress : bool, default False
 ///     Show a progress bar (needs tqdm).
@@ -405,16 +410,27 @@ fn method(value: &str) -> PyResult<Method> {
 /// Returns
 /// -------
 /// Trajectory
+///     The motion as far as it was kept (``t``, ``q``, ``v``, ``position``, ``velocity``), its ``impacts``, ``grazes`` and
+///     ``segments``, the ``final`` state, and how the run ended: ``status``, ``message``, ``stats``.
 ///
 /// Raises
 /// ------
-/// `ValueError`
-///     Arrays of the wrong shape or not finite, a span that runs backwards, a start inside a stop, a nonlinear scene.
+/// ValueError
+///     Arrays of the wrong shape or not finite, a span that runs backwards, a start inside a stop, ``method="exact"`` for a
+///     nonlinear scene, a motion that grows beyond the doubles.
+/// TypeError
+///     An argument of a wrong type.
 ///
 /// Notes
 /// -----
-/// Each next impact is provably the first one: the gap is followed by cubics with a bound on what they leave out. Chatter,
-/// sticking and coupled simultaneous impacts end the run with status "`unresolved_contact`" and the reason in ``message``.
+/// In exact flights each next impact is provably the first one: the gap is followed by cubics with a bound on what they
+/// leave out. Steps of the pair [1]_ carry each gap along as the quintic that has its value, speed and acceleration at both
+/// ends: every contact of the quintic is found, and reached by a step of its own. Chatter, sticking and coupled simultaneous
+/// impacts end the run with status "unresolved_contact" and the reason in ``message``.
+///
+/// References
+/// ----------
+/// .. [1] J. R. Dormand and P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comp. Appl. Math. 6 (1980) 19.
 ///
 /// Examples
 /// --------
@@ -428,17 +444,17 @@ fn method(value: &str) -> PyResult<Method> {
 #[allow(clippy::too_many_arguments)] // the public signature
 pub(crate) fn simulate(
     py: Python<'_>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     q0: &Bound<'_, PyAny>,
     v0: &Bound<'_, PyAny>,
     t_span: &Bound<'_, PyAny>,
-    method: &str,
-    rtol: f64,
-    atol: f64,
+    #[pyo3(from_py_with = argument::method)] method: &str,
+    #[pyo3(from_py_with = argument::rtol)] rtol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: f64,
     t_eval: Option<&Bound<'_, PyAny>>,
-    keep: &str,
-    max_impacts: Option<i64>,
-    progress: bool,
+    #[pyo3(from_py_with = argument::keep)] keep: &str,
+    #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
+    #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<PyTrajectory> {
     let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
     let (q0, v0) = (vector("q0", q0)?, vector("v0", v0)?);

@@ -1,7 +1,8 @@
 //! Existence maps and ensembles in Python: whole on threads, or in tiles that any executor can take.
 
-use crate::model::Parameter;
+use crate::model::{Forcing, Parameter, Scene};
 use crate::orbit::Pattern;
+use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, times};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
@@ -46,11 +47,38 @@ fn out_cells<'py>(py: Python<'py>, cells: &[ExistenceCell]) -> Cells<'py> {
     )
 }
 
-fn axis(argument: &str, name: &str, values: &Bound<'_, PyAny>) -> PyResult<Axis> {
+/// An axis of a map. The amplitude of a base motion, one number, is varied as the factor on it.
+fn axis(
+    argument: &str,
+    scene: &Scene,
+    (name, values): (&str, &Bound<'_, PyAny>),
+) -> PyResult<Axis> {
+    let values = times(argument, values)?.0;
+    if name == "amplitude" {
+        let given = match scene.forcing() {
+            Forcing::BaseMotion(base) if base.amplitude() != 0.0 => base.amplitude(),
+            forcing => {
+                let reason = match forcing {
+                    Forcing::BaseMotion(_) => {
+                        "the scene's is zero, of which others are no multiple"
+                    }
+                    Forcing::Harmonic(_) => {
+                        "that of a Harmonic is an array, and only numbers are varied"
+                    }
+                    Forcing::Unforced => "the scene has no forcing",
+                };
+                return Err(PyValueError::new_err(format!(
+                    "{argument} is \"amplitude\", but {reason}; \"forcing_scale\" is a factor on the amplitude"
+                )));
+            }
+        };
+        let factors = values.iter().map(|amplitude| amplitude / given);
+        return Ok(Axis::new(Parameter::ForcingScale, factors));
+    }
     let parameter: Parameter = name
         .parse()
         .map_err(|e: crate::Error| PyValueError::new_err(format!("{argument}: {e}")))?;
-    Ok(Axis::new(parameter, times(argument, values)?.0))
+    Ok(Axis::new(parameter, values))
 }
 
 fn periods(n_periods: i64) -> PyResult<usize> {
@@ -69,15 +97,16 @@ struct Question {
 }
 
 fn question(
+    scene: &Scene,
     pattern: &Bound<'_, PyAny>,
-    (x_name, x): (&str, &Bound<'_, PyAny>),
-    (y_name, y): (&str, &Bound<'_, PyAny>),
+    x: &(String, Bound<'_, PyAny>),
+    y: &(String, Bound<'_, PyAny>),
     n_periods: i64,
 ) -> PyResult<Question> {
     Ok(Question {
         pattern: self::pattern(pattern)?,
-        x: axis("x", x_name, x)?,
-        y: axis("y", y_name, y)?,
+        x: axis("x", scene, (&x.0, &x.1))?,
+        y: axis("y", scene, (&y.0, &y.1))?,
         n_periods: periods(n_periods)?,
     })
 }
@@ -94,15 +123,15 @@ fn fraction(p: Progress) -> f64 {
 #[pyfunction]
 pub(crate) fn _existence_cells<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     pattern: &Bound<'py, PyAny>,
     x: (String, Bound<'py, PyAny>),
     y: (String, Bound<'py, PyAny>),
-    n_periods: i64,
+    #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
     threads: Option<usize>,
-    progress: bool,
+    #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<Cells<'py>> {
-    let q = question(pattern, (&x.0, &x.1), (&y.0, &y.1), n_periods)?;
+    let q = question(&scene.0, pattern, &x, &y, n_periods)?;
     let model = &scene.0;
     let map = interrupt::run(py, progress, |observe| {
         let options = SweepOptions { threads };
@@ -123,19 +152,19 @@ pub(crate) fn _existence_cells<'py>(
     Ok(out_cells(py, &cells))
 }
 
-/// The cells `start..stop` of a map, row by row, on the calling thread.
+/// The cells ``start`` to ``stop`` of a map, row by row, on the calling thread.
 #[pyfunction]
 pub(crate) fn _existence_tile<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     pattern: &Bound<'py, PyAny>,
     x: (String, Bound<'py, PyAny>),
     y: (String, Bound<'py, PyAny>),
-    n_periods: i64,
+    #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
     start: usize,
     stop: usize,
 ) -> PyResult<Cells<'py>> {
-    let q = question(pattern, (&x.0, &x.1), (&y.0, &y.1), n_periods)?;
+    let q = question(&scene.0, pattern, &x, &y, n_periods)?;
     let model = &scene.0;
     let cells = py.detach(|| {
         sweep::existence_tile(model, &q.pattern, &q.x, &q.y, q.n_periods, start..stop)
@@ -147,9 +176,9 @@ pub(crate) fn _existence_tile<'py>(
 #[pyfunction]
 pub(crate) fn _existence_at(
     py: Python<'_>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     pattern: &Bound<'_, PyAny>,
-    n_periods: i64,
+    #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
 ) -> PyResult<(u32, bool, bool, f64)> {
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
@@ -190,14 +219,15 @@ fn rows(argument: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<
 #[allow(clippy::too_many_arguments)] // the public signature, and the threads
 pub(crate) fn _simulate_rows<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, PyScene>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
     t_span: &Bound<'py, PyAny>,
-    tolerances: (f64, f64),
-    max_impacts: Option<i64>,
+    #[pyo3(from_py_with = argument::rtol)] rtol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
     threads: Option<usize>,
-    progress: bool,
+    #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<Ends<'py>> {
     let model = &scene.0;
     let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
@@ -205,7 +235,6 @@ pub(crate) fn _simulate_rows<'py>(
         rows("q0", q0, model.n_dof())?,
         rows("v0", v0, model.n_dof())?,
     );
-    let (rtol, atol) = tolerances;
     let options = SimulateOptions {
         keep: Keep::Final,
         rtol,

@@ -2,7 +2,7 @@
 //! contact, let go what is pulled (theory 8, 9).
 
 use crate::contact::walk::ROUNDING;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::impact::Impact;
 use crate::simulate::mover::{Arrival, GapState, Mover};
 use crate::simulate::record::Record;
@@ -138,10 +138,12 @@ impl EventLoop {
             let GapState { gap, size, .. } = mover.gap(stop);
             let margin = mover.margin(stop, size);
             if gap < -margin {
-                let rule =
-                    format!("it starts inside stop {stop}, by more than the margin {margin:.3e}");
-                let argument = format!("q0 with a gap of {gap:.6e}");
-                return Err(Error::bad_value(argument, "penetration", rule));
+                let value = format!("inside stop {stop}, its gap {}", digits(gap));
+                let rule = format!(
+                    "at the start no gap may lie below minus the margin, {}",
+                    digits(-margin)
+                );
+                return Err(Error::bad_value("q0", value, rule));
             }
             // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
             if gap <= mover.contact_slack() * mover.gap(stop).size {

@@ -7,6 +7,7 @@ use crate::flow::jet::Jet;
 use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, StuckMotion, along, with_flow};
 use crate::impact::wrapped;
 use crate::modal::Pair;
+use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
@@ -379,14 +380,14 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
 
     fn strike(&mut self, stop: usize) -> Result<Blow> {
         let row = &self.velocity_rows[stop];
-        let approach = along(row, &self.state);
+        let approach = positive_part(along(row, &self.state));
         let impulse = self.rebounds[stop] * approach;
         for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
             *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
         }
         Ok(Blow {
             approach,
-            departure: -along(row, &self.state),
+            departure: self.scene.geometry.restitutions[stop] * approach,
             impulse,
         })
     }

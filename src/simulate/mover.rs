@@ -47,9 +47,10 @@ pub(crate) enum Arrival {
 /// The impact of one stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Blow {
-    /// Normal speed towards the stop before.
+    /// Normal speed towards the stop before, not negative.
     pub approach: f64,
-    /// Normal speed away from it after.
+    /// Normal speed away from it after: restitution times approach, the law itself, which a sum over the struck state has
+    /// only to rounding.
     pub departure: f64,
     pub impulse: f64,
 }

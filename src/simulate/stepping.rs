@@ -9,12 +9,14 @@ use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
 use crate::linalg::rank;
 use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, System, contacts};
+use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
+use crate::watch::{Watch, answer};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -31,8 +33,6 @@ const MOST_HALVINGS: usize = 12;
 const DEPENDENT_TOL: f64 = 1e-12;
 /// The quartic through a contact force is off by no more than this, relative to the force.
 const FORCE_TOL: f64 = 1e-4;
-/// Steps between two calls of the caller's check.
-const STEPS_PER_CHECK: usize = 256;
 
 /// What the gaps do along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -446,17 +446,16 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         let (normal, reaction) = self.directions(stop)?;
         let (_, v) = self.x.slice_mut().split_at_mut(n);
         let along = |v: &[f64]| normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>();
-        let approach = along(v);
-        let factor = 1.0 + self.contacts[stop].restitution;
-        let impulse = factor * approach / normal.dot(&reaction);
+        let approach = positive_part(along(v));
+        let restitution = self.contacts[stop].restitution;
+        let impulse = (1.0 + restitution) * approach / normal.dot(&reaction);
         for (v, b) in v.iter_mut().zip(reaction.iter()) {
             *v -= b * impulse;
         }
-        let departure = -along(v);
         self.is_begun = false;
         Ok(Blow {
             approach,
-            departure,
+            departure: restitution * approach,
             impulse,
         })
     }
@@ -550,7 +549,9 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         }
         let end = self.clock.after(span);
         let mut starts = Some(starts);
-        let (mut halvings, mut tries) = (0, 0usize);
+        let mut halvings = 0;
+        let mut go_on = answer(check);
+        let mut watch = Watch::new(&mut go_on);
         let arrival = loop {
             self.begin(dynamics)?;
             let left = self.clock.until(end);
@@ -558,10 +559,8 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 self.keep_nothing(span, last, record);
                 break Arrival::End;
             }
-            tries += 1;
-            if tries.is_multiple_of(STEPS_PER_CHECK) && !check() {
-                return Err(Error::Interrupted);
-            }
+            // The right-hand side of a step may be full matrices.
+            watch.work(self.n().pow(2))?;
             let wanted = match self.h {
                 Some(h) => h,
                 None => self.first_step(dynamics, left)?,

@@ -52,7 +52,7 @@ pub struct ExistenceCell {
     pub multiplier: f64,
 }
 
-/// A pair of values without an orbit.
+/// A pair of values without an orbit; also one whose motion the doubles do not hold.
 const EMPTY: ExistenceCell = ExistenceCell {
     n_orbits: 0,
     is_admissible: false,
@@ -129,7 +129,9 @@ impl ExistenceMap {
 
 /// Where in a plane of two parameters a pattern of impacts has a periodic orbit, an admissible one, a stable one.
 ///
-/// Each pair of values is answered as by [`periodic_orbits`](crate::periodic_orbits) with the clearances given. `observer` is called on the calling
+/// Each pair of values is answered as by [`periodic_orbits`](crate::periodic_orbits) with the clearances given; where that
+/// refuses because doubles do not hold the motion (it outgrows them within a period, or the period has more than 1e12 turns
+/// of the fastest mode), the cell has no orbit. `observer` is called on the calling
 /// thread about every 50 ms and at the end; breaking off stops every thread. The result has the same bits on any number of
 /// threads.
 ///
@@ -199,7 +201,7 @@ pub fn existence_tile(
 /// The cell of an existence map that one scene stands for: for maps over anything that makes a scene.
 ///
 /// # Errors
-/// As [`periodic_orbits`](crate::periodic_orbits).
+/// As [`periodic_orbits`](crate::periodic_orbits), but for motions that doubles do not hold: they count as no orbit.
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
     existence_at_checked(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
 }
@@ -218,13 +220,13 @@ pub fn existence_at_checked(
         n_periods,
         ..Default::default()
     };
+    check(scene, pattern, &options, "existence_map")?;
     if let [_] = pattern.instants() {
-        check(scene, pattern, &options)?;
         let modal = ModalScene::new(scene, "existence_map")?;
         return one_instant(&modal, pattern, n_periods, &mut Watch::new(observer));
     }
-    let orbits = periodic_orbits_checked(scene, pattern, &options, observer)?;
-    let Some(first) = orbits.first() else {
+    let found = in_doubles(periodic_orbits_checked(scene, pattern, &options, observer))?;
+    let Some((orbits, first)) = found.as_ref().and_then(|o| Some((o, o.first()?))) else {
         return Ok(EMPTY);
     };
     let stability = first.stability_checked(observer)?;
@@ -237,6 +239,17 @@ pub fn existence_at_checked(
             .first()
             .map_or(f64::NAN, crate::OrderMultipliers::spectral_radius),
     })
+}
+
+/// What was found; `None` where the motion is not one of doubles: refused although everything fits together, or with
+/// equations that overflow.
+fn in_doubles<T>(found: Result<T>) -> Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(Error::BadValue { .. }) => Ok(None),
+        Err(Error::NoConvergence { residual, .. }) if residual.is_infinite() => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 fn count(orbits: usize) -> u32 {
@@ -267,6 +280,7 @@ impl<'a> Sweep<'a> {
                 n_periods,
                 ..Default::default()
             },
+            "existence_map",
         )?;
         check_distinct(x.parameter, y.parameter)?;
         for (name, axis) in [("x", x), ("y", y)] {
@@ -441,9 +455,13 @@ fn one_instant(
     n_periods: usize,
     watch: &mut Watch<'_>,
 ) -> Result<ExistenceCell> {
-    let span = period(scene, n_periods);
+    let Some(span) = in_doubles(period(scene, n_periods))? else {
+        return Ok(EMPTY);
+    };
     let instant = Instant::new(scene, &pattern.instants()[0], span);
-    let crossing = clearance_given(&instant)?;
+    let Some(crossing) = in_doubles(clearance_given(&instant))? else {
+        return Ok(EMPTY);
+    };
     if crossing.points.is_empty() {
         return Ok(EMPTY);
     }
@@ -452,6 +470,9 @@ fn one_instant(
         .iter()
         .map(|x| Candidate::new(scene, pattern, Solution::new(&instant, x, span)))
         .collect();
+    if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
+        return Ok(EMPTY);
+    }
     judge_all(scene, &mut candidates, watch)?;
     let depths: Vec<Option<f64>> = candidates.iter().map(Candidate::depth).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);

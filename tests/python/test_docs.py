@@ -2,6 +2,7 @@
 
 import doctest
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -68,6 +69,13 @@ def test_examples_of_docstrings(name):
     plt.close("all")
     assert runner.tries > 0
     assert runner.failures == 0, "".join(report)
+
+
+@pytest.mark.parametrize("name", [name for name in OBJECTS if not name.startswith("vi.plot.")])
+def test_sections_are_those_of_numpydoc(name):
+    """Names, types and exceptions stand bare; code in the text has two backticks."""
+    text = OBJECTS[name].__doc__
+    assert "`" not in re.sub(r"``[^`]+``|\[\d+\]_", "", text)
 
 
 def test_the_important_functions_have_examples():

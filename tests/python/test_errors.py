@@ -23,6 +23,15 @@ FORCED = vi.Scene(ONE, vi.Harmonic(1, 2.8), vi.Stop(0, 0.5, 0.8))
 PAIR = vi.paper_scene(kind=3)
 NONLINEAR = vi.paper_scene(kind=3, linear=False)
 
+GROWING = vi.Scene(vi.LinearSystem(1, -5, 1), vi.Harmonic(1, 0.02), vi.Stop(0, 0.5, 0.8))  # by exp(1500) in a period
+STILL = PAIR.replace(amplitude=0)
+X, Y = ("frequency", [1.5]), ("clearance", [0.15])
+
+
+def sweep(scene, pattern):
+    return vi.existence_map(scene, pattern, X, Y)
+
+
 KEPT = vi.simulate(FORCED, 0, 0, (0, 1))
 LOST = vi.simulate(FORCED, 0, 0, (0, 1), keep="final")
 ORBIT = vi.periodic_orbits(PAIR, [1], 2)[0]
@@ -133,6 +142,24 @@ BAD = [
     ("pattern", "'a'", "index", lambda: vi.periodic_orbits(PAIR, "a")),
     ("n_periods", "0", "at least 1", lambda: vi.periodic_orbits(PAIR, [1], 0)),
     ("n_periods", "-2", "at least 1", lambda: vi.periodic_orbits(PAIR, [1], -2)),
+    ("n_periods", "1000", "whole number", lambda: vi.periodic_orbits(PAIR, [1], 10**30)),
+    ("pattern", "3 instants", "find_orbit", lambda: vi.periodic_orbits(PAIR, [1, 0, 1])),
+    ("pattern", "3 instants", "existence_map solves", lambda: sweep(PAIR, [1, 0, 1])),
+    # periods whose phase is lost, motions that doubles do not hold
+    ("period", "6.28319e297", r"1e12 turns.*rate 1\.94327", lambda: vi.periodic_orbits(PAIR.replace(frequency=1e-297), [1])),
+    ("period", "e297", "1e12 turns", lambda: vi.periodic_orbits(PAIR.replace(frequency=1e-297), [1, 0])),
+    ("period", "e297", "1e12 turns", lambda: vi.periodic_orbits(PAIR.replace(frequency=1e-297), [])),
+    ("period", "inf", "1e12 turns", lambda: vi.periodic_orbits(PAIR.replace(frequency=5e-324), [1])),
+    ("period", r"4\.18879e15", "1e12 turns", lambda: vi.periodic_orbits(PAIR, [1], 10**15)),
+    ("scene", "unstable", "within a period", lambda: vi.periodic_orbits(GROWING, [0])),
+    ("scene", "unstable", "within a period", lambda: vi.periodic_orbits(GROWING, [0, 0])),
+    # axes of maps
+    ("x", "amplitude", "forcing_scale", lambda: vi.existence_map(FORCED, [0], ("amplitude", [1]), Y)),
+    ("y", "amplitude", "forcing_scale", lambda: vi.existence_map(STILL, [0], X, ("amplitude", [1]))),
+    ("y", "forcing_scale", "different", lambda: vi.existence_map(PAIR, [1], ("amplitude", [1]), ("forcing_scale", [1]))),
+    ("scene", "nonlinear", "existence_map needs", lambda: sweep(NONLINEAR, [0])),
+    ("scene", "nonlinear", "existence_map needs", lambda: vi.existence_map(lambda x, y: NONLINEAR, [0], [1], [1])),
+    ("scene", "unforced", "existence_map looks", lambda: sweep(vi.Scene(ONE, None, vi.Stop(0, 1, 0.5)), [0])),
     # free parameters
     ("free", "clearance", "two stops", lambda: vi.periodic_orbits(PAIR, [1], free="clearance")),
     ("free", "frequency", "two stops", lambda: vi.periodic_orbits(PAIR, [1], free="frequency", between=(1, 2))),
@@ -150,8 +177,8 @@ BAD = [
     ("phase", "2", "forcing", lambda: vi.Scene(ONE).replace(phase=2)),
     ("forcing_scale", "2", "forcing", lambda: vi.Scene(ONE).replace(forcing_scale=2)),
     # starts and spans
-    ("q0", "gap", "inside stop 0", lambda: vi.simulate(FORCED, 0.6, 0, (0, 1))),
-    ("q0", "gap", "inside stop 1", lambda: vi.simulate(PAIR, [0, 0.2], [0, 0], (0, 1))),
+    ("q0", r"inside stop 0, its gap -0\.1,", r"margin, -\d[.\d]*e-\d+$", lambda: vi.simulate(FORCED, 0.6, 0, (0, 1))),
+    ("q0", r"inside stop 1, its gap -0\.05", "margin", lambda: vi.simulate(PAIR, [0, 0.2], [0, 0], (0, 1))),
     ("t_span", "1", "start <= end", lambda: vi.simulate(FORCED, 0, 0, (1, 0))),
     ("rtol", "-1", "negative", lambda: vi.simulate(FORCED, 0, 0, (0, 1), rtol=-1)),
     ("atol", "-1", "negative", lambda: vi.simulate(FORCED, 0, 0, (0, 1), atol=-1)),
@@ -211,6 +238,55 @@ def test_the_message_names_argument_value_and_rule(argument, value, rule, call):
 def test_a_wrong_type_is_refused(call):
     with pytest.raises((TypeError, ValueError)):
         call()
+
+
+WRONG_TYPES = [
+    ("n_periods", "1.5", "whole number", lambda: vi.periodic_orbits(PAIR, [1], n_periods=1.5)),
+    ("n_periods", "'two'", "whole number", lambda: vi.find_orbit(PAIR, ORBIT, n_periods="two")),
+    ("n_periods", "1.5", "whole number", lambda: vi.existence_map(PAIR, [1], X, Y, 1.5)),
+    ("n_periods", "1.5", "whole number", lambda: vi.existence_map(lambda x, y: PAIR, [1], [1], [1], 1.5)),
+    ("phase", "'x'", "number", lambda: vi.periodic_orbits(PAIR, [1], phase="x")),
+    ("free", "3", "str", lambda: vi.periodic_orbits(PAIR, [(0, 1)], free=3)),
+    ("between", "5", "pair of numbers", lambda: vi.periodic_orbits(PAIR, [(0, 1)], free="frequency", between=5)),
+    ("clearance", "'a'", "number", lambda: vi.Stop(0, "a", 1)),
+    ("restitution", "None", "number", lambda: vi.Stop(0, 1, None)),
+    ("side", "3", "str", lambda: vi.Stop(0, 1, 1, side=3)),
+    ("position", "'far'", "number", lambda: vi.Wall(0, "far", 1)),
+    ("frequency", "'fast'", "number", lambda: vi.BaseMotion(1, "fast")),
+    ("frequency", r"\[1, 2\]", "number", lambda: vi.Harmonic(1, [1, 2])),
+    ("mass_ratio", "1j", "number", lambda: vi.DoublePendulum(1j, 1)),
+    ("gravity", "'g'", "number", lambda: vi.PendulumChain([1], [1], gravity="g")),
+    ("kind", "1.5", "whole number", lambda: vi.paper_scene(1.5)),
+    ("linear", "'no'", "True or False", lambda: vi.paper_scene(3, linear="no")),
+    ("scene", "1", "Scene", lambda: vi.simulate(1, 0, 0, (0, 1))),
+    ("scene", "'s'", "Scene", lambda: vi.recovery_matrix("s", 0)),
+    ("scene", "3", "Scene", lambda: vi.existence_map(3, [1], X, Y)),
+    ("scene", "3", "Scene", lambda: vi.simulate_many(3, 0, 0, (0, 1), workers=1)),
+    ("rtol", "'a'", "number", lambda: vi.simulate(FORCED, 0, 0, (0, 1), rtol="a")),
+    ("atol", "'a'", "number", lambda: vi.simulate_many(FORCED, [0], [0], (0, 1), atol="a")),
+    ("method", "3", "str", lambda: vi.simulate(FORCED, 0, 0, (0, 1), method=3)),
+    ("keep", "3", "str", lambda: vi.simulate(FORCED, 0, 0, (0, 1), keep=3)),
+    ("max_impacts", "2.5", "whole number", lambda: vi.simulate(FORCED, 0, 0, (0, 1), max_impacts=2.5)),
+    ("progress", "'yes'", "True or False", lambda: vi.simulate(FORCED, 0, 0, (0, 1), progress="yes")),
+]
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "kind", "call"), WRONG_TYPES, ids=[f"{i}-{w[0]}" for i, w in enumerate(WRONG_TYPES)]
+)
+def test_a_wrong_type_is_a_type_error_whose_message_names_the_argument(argument, value, kind, call):
+    with pytest.raises(TypeError, match=rf"^{argument} is {value}, but an? .*{kind}|^{argument} is {value}, but {kind}"):
+        call()
+
+
+@pytest.mark.parametrize("system", [vi.PendulumChain([1], [1]), vi.DoublePendulum(1, 1)])
+def test_modes_name_the_remedy(system):
+    with pytest.raises(TypeError, match=r"^system is .*LinearSystem is needed; take system\.linearise\(\)$"):
+        vi.modes(system)
+    with pytest.raises(TypeError, match=r"take scene\.linearise\(\)\.system$"):
+        vi.modes(NONLINEAR)
+    with pytest.raises(TypeError, match=r"LinearSystem is needed$"):
+        vi.modes(3)
 
 
 def test_modes_of_a_pendulum_are_those_of_its_linear_system():

@@ -704,8 +704,58 @@ class TestObjects:
         assert len(set(phases)) == 1
 
 
+class TestSpeeds:
+    """What impacts list is the law of restitution itself: no rounding, no minus zero."""
+
+    @pytest.mark.parametrize("restitution", [0.0, 0.3, 1.0])
+    def test_an_orbit_leaves_at_restitution_times_the_approach(self, restitution):
+        scene = vi.paper_scene(kind=3).replace(restitution=restitution, clearance=0.05)
+        orbits = vi.periodic_orbits(scene, [1], 2)
+        assert len(orbits) == 2
+        for orbit in orbits:
+            before, after = orbit.impacts["speed_before"], orbit.impacts["speed_after"]
+            assert np.array_equal(after, restitution * before)
+            assert not np.any(np.signbit(after) & (after == 0))
+            # and the motion keeps it to rounding
+            assert -orbit.v0[1] == pytest.approx(after[0], abs=1e-12)
+
+    def test_stops_hit_together_each_keep_their_own(self):
+        # coupled by inertia: reaction M^-1 n, both normals turned at once
+        scene = vi.paper_scene(kind=1)
+        stops = [vi.Stop(i, 0.15, e) for i, e in ((0, 0.0), (1, 0.7))]
+        for orbit in vi.periodic_orbits(scene.replace(stops=stops), [(0, 1)], 3, free="clearance"):
+            before, after = orbit.impacts["speed_before"], orbit.impacts["speed_after"]
+            assert np.array_equal(after, [0.0, 0.7] * before)
+            assert not np.signbit(after[0])
+            assert np.allclose(-orbit.v0, after, rtol=0, atol=1e-12)
+
+    @pytest.mark.parametrize("method", ["exact", "rk45"])
+    @pytest.mark.parametrize("restitution", [0.0, 0.6])
+    def test_a_trajectory_too(self, method, restitution):
+        system = vi.LinearSystem(1.0, 0.1, 1.0)
+        scene = vi.Scene(system, vi.Harmonic(1.0, 2.8), vi.Stop([0.7], -0.02, restitution))
+        run = vi.simulate(scene, -1.0, 0.3, (0, 40), method=method)
+        before, after = run.impacts["speed_before"], run.impacts["speed_after"]
+        assert len(before) >= 2
+        assert np.all(before >= 0)
+        assert np.array_equal(after, restitution * before)
+        assert not np.any(np.signbit(after))
+        # and the motion keeps it to rounding; the last impact may end the run
+        flown = run.impacts["time"] < run.segments["end"][-1]
+        assert flown.sum() >= 1
+        assert np.allclose(-0.7 * run.velocity(run.impacts["time"][flown])[:, 0], after[flown], rtol=0, atol=1e-12)
+
+    def test_a_repr_shows_no_minus_zero(self):
+        orbits = vi.periodic_orbits(vi.paper_scene(kind=3).replace(restitution=0.0, clearance=0.05), [1], 2)
+        assert len(orbits) == 2
+        assert "-0.000000" not in repr(orbits)
+
+
 LONG = {
     "one_instant": "vi.periodic_orbits(slow, [0])",
+    "longest_period": "vi.periodic_orbits(slow.replace(frequency=1.0001e-12), [0])",
+    "longest_map": "vi.existence_map(slow, [0], ('frequency', [1.0001e-12]), ('clearance', [0.5]), workers=1)",
+    "longest_map_on_threads": "vi.existence_map(slow, [0], ('frequency', np.linspace(1.1e-12, 2e-12, 600)), ('phase', [0]))",
     "is_admissible": "vi.periodic_orbits(slow, [0], phase=0.3)[0].is_admissible",
     "violation": "vi.periodic_orbits(slow, [0], phase=0.3)[0].violation",
     "multipliers": "vi.periodic_orbits(slow, [0], phase=0.3)[0].floquet_multipliers",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -24,6 +25,10 @@ def make_scene(mass_ratio, length_ratio):
     return vi.Scene(vi.paper_system(mass_ratio, length_ratio, 0.05), vi.BaseMotion(0.1 / 2.25, 1.5), stops)
 
 
+def stop_at(clearance):
+    return vi.Stop(1, clearance, 0.9, reaction="coordinate")
+
+
 class TestExistenceMap:
     def test_ten_cells_are_those_of_periodic_orbits(self):
         found = paper_map()
@@ -40,6 +45,26 @@ class TestExistenceMap:
                 assert found.multiplier[j, i] == pytest.approx(largest, rel=1e-9)
             else:
                 assert np.isnan(found.multiplier[j, i])
+
+    @pytest.mark.parametrize(("pattern", "n_periods"), [([0], 2), ([0, 0], 2), ([0, 1], 1)])
+    def test_every_cell_is_that_of_periodic_orbits(self, pattern, n_periods):
+        stops = [vi.Stop(0, 0.5, 0.8)] + [vi.Stop(0, 0.5, 0.8, side="lower")] * (1 in pattern)
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.04, 1.0), vi.Harmonic(1.0, 2.8), stops)
+        x, y = np.linspace(0.9, 3.1, 7), np.linspace(0.3, 2.0, 5)
+        found = vi.existence_map(scene, pattern, ("frequency", x), ("forcing_scale", y), n_periods)
+        for (j, scale), (i, frequency) in itertools.product(enumerate(y), enumerate(x)):
+            orbits = vi.periodic_orbits(scene.replace(frequency=frequency, forcing_scale=scale), pattern, n_periods)
+            admissible = [o for o in orbits if o.is_admissible]
+            assert found.n_orbits[j, i] == len(orbits)
+            assert found.is_admissible[j, i] == bool(admissible)
+            assert found.is_stable[j, i] == any(o.is_stable for o in admissible)
+            largest = abs(orbits[0].floquet_multipliers).max() if len(orbits) else np.nan
+            assert found.multiplier[j, i] == pytest.approx(largest, rel=1e-9, nan_ok=True)
+        # the map has cells of every kind: one that tells nothing apart would prove nothing
+        assert len(np.unique(found.n_orbits)) > 1
+        assert np.any(found.is_admissible & ~found.is_stable)
+        assert np.any(found.is_stable)
+        assert len(np.unique(found.multiplier[np.isfinite(found.multiplier)].round(6))) > 3
 
     def test_the_fold_line_is_the_closed_form(self):
         # One mode, e = 0: v+ = 0 at the contact, so q(0) = alpha . u with alpha from s alone: after the impact the free
@@ -78,6 +103,35 @@ class TestExistenceMap:
         with ProcessPoolExecutor(2) as pool:
             assert same(found, vi.existence_map(make_scene, [1], [1.0, 2.0], [3.0, 3.2, 3.4], 2, workers=pool))
 
+    def test_the_amplitude_of_a_base_motion_is_a_number_to_vary(self):
+        scene = vi.paper_scene(3)
+        x, y = ("amplitude", [0.02, 0.05, -0.05]), ("clearance[1]", [0.1, 0.2])
+        found = vi.existence_map(scene, [1], x, y, 2)
+        assert found.x_name == "amplitude"
+        assert found.x.tolist() == [0.02, 0.05, -0.05]
+        scenes = lambda a, d: scene.replace(amplitude=a).replace(stops=[scene.stops[0], stop_at(d)])  # noqa: E731
+        called = vi.existence_map(scenes, [1], x[1], y[1], 2)
+        assert np.array_equal(found.n_orbits, called.n_orbits)
+        assert np.array_equal(found.is_stable, called.is_stable)
+        assert np.allclose(found.multiplier, called.multiplier, rtol=1e-9, equal_nan=True)
+
+    @pytest.mark.parametrize("pattern", [[0], [0, 0]])
+    @pytest.mark.parametrize(
+        ("name", "values"),
+        [
+            ("frequency", [2.8, 1e-297, 1e-3]),  # a phase that is lost; growth by exp(1570)
+            ("forcing_scale", [1.0, 1e308, 1e307]),  # equations that overflow
+        ],
+    )
+    def test_a_motion_that_doubles_do_not_hold_is_no_orbit(self, pattern, name, values):
+        scene = vi.Scene(vi.LinearSystem(1.0, -0.5, 1.0), vi.Harmonic(1e3, 2.8), vi.Stop(0, 0.5, 0.8))
+        found = vi.existence_map(scene, pattern, (name, values), ("clearance", [0.5]))
+        alone = vi.existence_map(scene, pattern, (name, values[:1]), ("clearance", [0.5]))
+        assert found.n_orbits.tolist() == [[alone.n_orbits[0, 0], 0, 0]]
+        assert not found.is_admissible[0, 1:].any()
+        assert not found.is_stable[0, 1:].any()
+        assert np.all(np.isnan(found.multiplier[0, 1:]))
+
     @pytest.mark.parametrize(
         ("x", "message"),
         [
@@ -115,7 +169,7 @@ class TestSimulateMany:
     def test_the_ends_have_the_bits_of_single_runs(self):
         scene = vi.paper_scene(3)
         rng = np.random.default_rng(2)
-        q0, v0 = rng.uniform(-0.1, 0.1, (2, 40, 2))
+        q0, v0 = rng.uniform(-0.1, 0.1, (2, 100, 2))  # more than the pieces that an executor gets
         single = [vi.simulate(scene, q, v, (0, 200), keep="final") for q, v in zip(q0, v0, strict=True)]
         for workers in (None, 1, 2, map):
             ends = vi.simulate_many(scene, q0, v0, (0, 200), workers=workers)

@@ -1,6 +1,7 @@
 //! Forcing in Python.
 
 use crate::model::{BaseMotion, Forcing, Harmonic};
+use crate::python::argument;
 use crate::python::array::{complex_vector, out_complex, out_vector};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,7 +10,7 @@ use pyo3::prelude::*;
 ///
 /// Parameters
 /// ----------
-/// amplitude : `array_like`, shape (n,), real or complex
+/// amplitude : array_like, shape (n,), real or complex
 ///     Force amplitude; a real one is a cosine.
 /// frequency : float
 ///     Circular frequency [rad/s], > 0.
@@ -18,7 +19,7 @@ use pyo3::prelude::*;
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     Numbers that are not finite, a frequency that is not positive.
 #[pyclass(name = "Harmonic", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -28,7 +29,11 @@ pub(crate) struct PyHarmonic(pub Harmonic);
 impl PyHarmonic {
     #[new]
     #[pyo3(signature = (amplitude, frequency, phase=0.0))]
-    fn new(amplitude: &Bound<'_, PyAny>, frequency: f64, phase: f64) -> PyResult<Self> {
+    fn new(
+        amplitude: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = argument::frequency)] frequency: f64,
+        #[pyo3(from_py_with = argument::phase)] phase: f64,
+    ) -> PyResult<Self> {
         Ok(Self(Harmonic::new(
             complex_vector("amplitude", amplitude)?,
             frequency,
@@ -92,7 +97,7 @@ impl PyHarmonic {
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     Numbers that are not finite, a frequency that is not positive.
 #[pyclass(name = "BaseMotion", module = "vibroimpact", frozen)]
 #[derive(Clone, Copy)]
@@ -102,7 +107,11 @@ pub(crate) struct PyBaseMotion(pub BaseMotion);
 impl PyBaseMotion {
     #[new]
     #[pyo3(signature = (amplitude, frequency, phase=0.0))]
-    fn new(amplitude: f64, frequency: f64, phase: f64) -> PyResult<Self> {
+    fn new(
+        #[pyo3(from_py_with = argument::amplitude)] amplitude: f64,
+        #[pyo3(from_py_with = argument::frequency)] frequency: f64,
+        #[pyo3(from_py_with = argument::phase)] phase: f64,
+    ) -> PyResult<Self> {
         Ok(Self(BaseMotion::new(amplitude, frequency, phase)?))
     }
 

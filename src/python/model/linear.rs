@@ -24,20 +24,20 @@ fn out_coefficient<'py>(py: Python<'py>, c: &model::Coefficient) -> PyResult<Bou
 ///
 /// Parameters
 /// ----------
-/// mass : `array_like`, shape (n, n) or (n,)
+/// mass : array_like, shape (n, n) or (n,)
 ///     Mass matrix M, symmetric positive definite; ``(n,)`` is a diagonal. For n = 1 plain numbers will do.
-/// damping : `array_like`, shape (n, n) or (n,)
+/// damping : array_like, shape (n, n) or (n,)
 ///     Damping matrix C, any real matrix.
-/// stiffness : `array_like`, shape (n, n) or (n,)
+/// stiffness : array_like, shape (n, n) or (n,)
 ///     Stiffness matrix K, any real matrix, singular or zero too.
-/// load : `array_like`, shape (n,), optional
+/// load : array_like, shape (n,), optional
 ///     Constant force f0.
-/// influence : `array_like`, shape (n,), optional
+/// influence : array_like, shape (n,), optional
 ///     Influence vector r: a base displacement u adds the force ``-M r u''``.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     Shapes that do not fit together, numbers that are not finite, a mass that is not symmetric positive definite.
 ///
 /// Examples

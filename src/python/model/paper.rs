@@ -1,6 +1,7 @@
 //! The source paper's system and scenes in Python.
 
 use crate::model::{self, Kind, PaperOptions};
+use crate::python::argument;
 use crate::python::model::{PyLinearSystem, PyScene};
 use pyo3::prelude::*;
 
@@ -8,26 +9,26 @@ use pyo3::prelude::*;
 ///
 /// Parameters
 /// ----------
-/// `mass_ratio` : float
+/// mass_ratio : float
 ///     ``m2/m1`` > 0.
-/// `length_ratio` : float
+/// length_ratio : float
 ///     ``l1/l2`` > 0.
 /// damping : float
 ///     zeta; the modal damping ratios are ``damping * w_j``.
 ///
 /// Returns
 /// -------
-/// `LinearSystem`
+/// LinearSystem
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A ratio that is not positive, a damping that is not finite.
 #[pyfunction]
 pub(crate) fn paper_system(
-    mass_ratio: f64,
-    length_ratio: f64,
-    damping: f64,
+    #[pyo3(from_py_with = argument::mass_ratio)] mass_ratio: f64,
+    #[pyo3(from_py_with = argument::length_ratio)] length_ratio: f64,
+    #[pyo3(from_py_with = argument::damping)] damping: f64,
 ) -> PyResult<PyLinearSystem> {
     Ok(PyLinearSystem(model::paper_system(
         mass_ratio,
@@ -55,15 +56,15 @@ pub(crate) fn paper_system(
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     An unknown kind, a number that is not finite.
 #[pyfunction]
 #[pyo3(signature = (kind, damping=None, clearance=None, linear=true))]
 pub(crate) fn paper_scene(
-    kind: i64,
-    damping: Option<f64>,
-    clearance: Option<f64>,
-    linear: bool,
+    #[pyo3(from_py_with = argument::kind)] kind: i64,
+    #[pyo3(from_py_with = argument::damping)] damping: Option<f64>,
+    #[pyo3(from_py_with = argument::clearance)] clearance: Option<f64>,
+    #[pyo3(from_py_with = argument::linear)] linear: bool,
 ) -> PyResult<PyScene> {
     let options = PaperOptions {
         damping,

@@ -1,6 +1,7 @@
 //! Pendulums in Python.
 
 use crate::model::{self, DoublePendulum, PendulumChain, System};
+use crate::python::argument;
 use crate::python::array::{coefficient, out_matrix, out_vector, vector};
 use crate::python::model::{PyLinearSystem, bad};
 use nalgebra::DVector;
@@ -15,16 +16,16 @@ use pyo3::types::PyTuple;
 ///
 /// Parameters
 /// ----------
-/// `mass_ratio` : float
+/// mass_ratio : float
 ///     ``m2/m1`` > 0.
-/// `length_ratio` : float
+/// length_ratio : float
 ///     ``l1/l2`` > 0.
-/// damping : pair of float or `array_like`, shape (2, 2), default (0, 0)
+/// damping : pair of float or array_like, shape (2, 2), default (0, 0)
 ///     Joint dampers ``(p1, p2)``, or any damping matrix of the symmetric form.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A ratio that is not positive, a damper that is not finite.
 #[pyclass(name = "DoublePendulum", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -35,8 +36,8 @@ impl PyDoublePendulum {
     #[new]
     #[pyo3(signature = (mass_ratio, length_ratio, damping=None))]
     fn new(
-        mass_ratio: f64,
-        length_ratio: f64,
+        #[pyo3(from_py_with = argument::mass_ratio)] mass_ratio: f64,
+        #[pyo3(from_py_with = argument::length_ratio)] length_ratio: f64,
         damping: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let Some(damping) = damping else {
@@ -121,18 +122,18 @@ impl PyDoublePendulum {
 ///
 /// Parameters
 /// ----------
-/// masses : `array_like`, shape (N,)
+/// masses : array_like, shape (N,)
 ///     Point masses, > 0.
-/// lengths : `array_like`, shape (N,)
+/// lengths : array_like, shape (N,)
 ///     Link lengths, > 0.
-/// damping : float or `array_like`, shape (N,) or (N, N), default 0.0
+/// damping : float or array_like, shape (N,) or (N, N), default 0.0
 ///     Joint dampers, one for all or one each, or any damping matrix.
 /// gravity : float, default 9.81
 ///     Gravity.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     Arrays of different lengths, masses or lengths that are not positive, numbers that are not finite.
 #[pyclass(name = "PendulumChain", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -146,7 +147,7 @@ impl PyPendulumChain {
         masses: &Bound<'_, PyAny>,
         lengths: &Bound<'_, PyAny>,
         damping: Option<&Bound<'_, PyAny>>,
-        gravity: f64,
+        #[pyo3(from_py_with = argument::gravity)] gravity: f64,
     ) -> PyResult<Self> {
         let (masses, lengths) = (vector("masses", masses)?, vector("lengths", lengths)?);
         let n = masses.len();

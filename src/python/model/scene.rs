@@ -10,6 +10,7 @@ use crate::python::model::{
     PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyStop, PyWall,
     bad,
 };
+use crate::python::text::shown;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyTypeError;
@@ -36,16 +37,16 @@ fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
 ///
 /// Parameters
 /// ----------
-/// system : `LinearSystem`, `DoublePendulum` or `PendulumChain`
+/// system : LinearSystem, DoublePendulum or PendulumChain
 ///     The system.
-/// forcing : Harmonic, `BaseMotion` or None, optional
+/// forcing : Harmonic, BaseMotion or None, optional
 ///     What drives it.
 /// stops : Stop, Wall or a sequence of them, default ()
 ///     One stop or several.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A forcing or stop that does not fit the system.
 ///
 /// Examples
@@ -171,12 +172,12 @@ impl PyScene {
     ///
     /// Parameters
     /// ----------
-    /// q : `array_like`, shape (..., n)
+    /// q : array_like, shape (..., n)
     ///     Positions.
     ///
     /// Returns
     /// -------
-    /// ndarray, shape (..., `n_stops`)
+    /// ndarray, shape (..., n_stops)
     ///     Gaps; negative inside a stop.
     fn gaps<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = py.import("numpy")?;
@@ -184,10 +185,10 @@ impl PyScene {
             .getattr("asarray")?
             .call1((q, "float64"))
             .map_err(|_| {
-                let shown = q
-                    .repr()
-                    .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
-                bad(format!("q is {shown}, but an array of numbers is needed"))
+                bad(format!(
+                    "q is {}, but an array of numbers is needed",
+                    shown(q)
+                ))
             })?;
         let mut shape: Vec<usize> = array.getattr("shape")?.extract()?;
         let n = self.0.n_dof();
@@ -195,10 +196,10 @@ impl PyScene {
             shape.push(1);
         }
         if shape.last() != Some(&n) {
-            let shown: Vec<String> = shape.iter().map(ToString::to_string).collect();
+            let found: Vec<String> = shape.iter().map(ToString::to_string).collect();
             return Err(bad(format!(
                 "q has shape ({}), but (..., {n}) is needed",
-                shown.join(", ")
+                found.join(", ")
             )));
         }
         let flat = vector("q", &array.call_method1("reshape", (-1,))?)?;
@@ -234,7 +235,7 @@ impl PyScene {
     ///
     /// Raises
     /// ------
-    /// `ValueError`
+    /// ValueError
     ///     A name that does not exist, a value that breaks its rule.
     ///
     /// Examples

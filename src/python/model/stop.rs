@@ -1,6 +1,7 @@
 //! Stops and walls in Python.
 
 use crate::model::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
+use crate::python::argument;
 use crate::python::array::{matrix, out_vector, vector};
 use crate::python::model::bad;
 use crate::python::pattern::stop_index;
@@ -52,7 +53,7 @@ fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
 ///
 /// Parameters
 /// ----------
-/// normal : int or `array_like`, shape (n,)
+/// normal : int or array_like, shape (n,)
 ///     Index of a coordinate, counted from 0, or the normal n itself, of any length but zero.
 /// clearance : float
 ///     Gap at q = 0; negative: preloaded.
@@ -60,13 +61,13 @@ fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
 ///     Minus the ratio of the normal velocity after an impact to the one before [-], in [0, 1].
 /// side : {"upper", "lower"}, default "upper"
 ///     On which side of the motion the stop stands.
-/// reaction : {"inertia", "coordinate"} or `array_like`, shape (n,), default "inertia"
+/// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
 ///     Direction in which an impact changes the velocity: ``M^-1 n`` (Newton's law), ``n`` (each coordinate reset alone, the
 ///     source paper's law, which can gain energy: see ``audit_recovery``), or b itself with ``n.b > 0``.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A zero normal, a negative index, a restitution outside [0, 1], an unknown side or reaction.
 ///
 /// Examples
@@ -84,9 +85,9 @@ impl PyStop {
     #[pyo3(signature = (normal, clearance, restitution, *, side="upper", reaction=None))]
     fn new(
         normal: &Bound<'_, PyAny>,
-        clearance: f64,
-        restitution: f64,
-        side: &str,
+        #[pyo3(from_py_with = argument::clearance)] clearance: f64,
+        #[pyo3(from_py_with = argument::restitution)] restitution: f64,
+        #[pyo3(from_py_with = argument::side)] side: &str,
         reaction: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let stop = Stop::new(self::normal(normal)?, clearance, restitution)?;
@@ -180,7 +181,7 @@ impl PyStop {
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A negative bob, a restitution outside [0, 1], an unknown side.
 #[pyclass(name = "Wall", module = "vibroimpact", frozen)]
 #[derive(Clone)]
@@ -190,7 +191,12 @@ pub(crate) struct PyWall(pub Wall);
 impl PyWall {
     #[new]
     #[pyo3(signature = (bob, position, restitution, *, side="right"))]
-    fn new(bob: &Bound<'_, PyAny>, position: f64, restitution: f64, side: &str) -> PyResult<Self> {
+    fn new(
+        bob: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = argument::position)] position: f64,
+        #[pyo3(from_py_with = argument::restitution)] restitution: f64,
+        #[pyo3(from_py_with = argument::side)] side: &str,
+    ) -> PyResult<Self> {
         let side = match side {
             "right" => WallSide::Right,
             "left" => WallSide::Left,

@@ -1,0 +1,78 @@
+//! Arguments of a fixed type. `PyO3` names one of a wrong type in a note beside the message; here the message names it.
+
+use crate::python::model::{PyLinearSystem, PyScene};
+use crate::python::text::shown;
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+/// A type of arguments, as a message calls it.
+pub(crate) trait Kind {
+    const KIND: &'static str;
+}
+
+impl Kind for f64 {
+    const KIND: &'static str = "a number";
+}
+
+impl Kind for i64 {
+    const KIND: &'static str = "a whole number";
+}
+
+impl Kind for bool {
+    const KIND: &'static str = "True or False";
+}
+
+impl Kind for &str {
+    const KIND: &'static str = "a str";
+}
+
+impl Kind for (f64, f64) {
+    const KIND: &'static str = "a pair of numbers";
+}
+
+impl Kind for PyRef<'_, PyScene> {
+    const KIND: &'static str = "a Scene";
+}
+
+impl Kind for PyRef<'_, PyLinearSystem> {
+    const KIND: &'static str = "a LinearSystem";
+}
+
+impl<T: Kind> Kind for Option<T> {
+    const KIND: &'static str = T::KIND;
+}
+
+/// The value of an argument: `TypeError` where its type is wrong, `ValueError` where it is a number that has no double.
+fn given<'a, 'py, T>(argument: &str, value: &'a Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: FromPyObject<'a, 'py> + Kind,
+{
+    value.extract().map_err(|error: T::Error| {
+        let (py, error): (_, PyErr) = (value.py(), error.into());
+        let message = || format!("{argument} is {}, but {} is needed", shown(value), T::KIND);
+        if error.is_instance_of::<PyTypeError>(py) {
+            PyTypeError::new_err(message())
+        } else if error.is_instance_of::<PyOverflowError>(py) {
+            PyValueError::new_err(format!("{} of a size that a machine holds", message()))
+        } else {
+            error
+        }
+    })
+}
+
+/// For each name the function that takes the argument of this name, as `from_py_with` asks for it.
+macro_rules! arguments {
+    ($($name:ident)*) => {$(
+        pub(crate) fn $name<'a, 'py, T>(value: &'a Bound<'py, PyAny>) -> PyResult<T>
+        where
+            T: FromPyObject<'a, 'py> + Kind,
+        {
+            given(stringify!($name), value)
+        }
+    )*};
+}
+
+arguments! {
+    amplitude atol between clearance damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
+    method n_periods phase position progress restitution rtol scene side
+}

@@ -1,0 +1,72 @@
+//! Values and numbers as messages and `repr` show them.
+
+use nalgebra::{Complex, DVector};
+use pyo3::prelude::*;
+
+/// Entries of a vector that a line has room for.
+const ENTRIES: usize = 6;
+
+/// A value as Python writes it.
+pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
+    value
+        .repr()
+        .map_or_else(|_| "this value".to_owned(), |r| r.to_string())
+}
+
+/// A number to six decimals; what rounds to zero has no sign.
+pub(crate) fn fixed(x: f64) -> String {
+    let text = format!("{x:.6}");
+    match text.strip_prefix('-') {
+        Some(zero) if !zero.contains(|c: char| ('1'..='9').contains(&c) || c.is_alphabetic()) => {
+            zero.to_owned()
+        }
+        _ => text,
+    }
+}
+
+/// The first entries of a vector.
+pub(crate) fn list(v: &DVector<f64>) -> String {
+    let shown: Vec<String> = v.iter().take(ENTRIES).map(|&x| fixed(x)).collect();
+    let more = if v.len() > ENTRIES { ", ..." } else { "" };
+    format!("[{}{more}]", shown.join(", "))
+}
+
+/// A complex number to six decimals.
+pub(crate) fn fixed_complex(z: Complex<f64>) -> String {
+    let im = fixed(z.im);
+    let sign = if im.starts_with('-') { "" } else { "+" };
+    format!("{}{sign}{im}i", fixed(z.re))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_have_no_sign() {
+        let shown = [
+            (-7e-18, "0.000000"),
+            (-0.0, "0.000000"),
+            (-6e-7, "-0.000001"),
+            (-1.5, "-1.500000"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (x, text) in shown {
+            assert_eq!(fixed(x), text);
+        }
+        assert_eq!(
+            fixed_complex(Complex::new(-1e-9, -0.5)),
+            "0.000000-0.500000i"
+        );
+        assert_eq!(
+            fixed_complex(Complex::new(1.0, -1e-9)),
+            "1.000000+0.000000i"
+        );
+        assert_eq!(
+            list(&DVector::from_element(7, -1e-9))
+                .matches("0.000000")
+                .count(),
+            6
+        );
+    }
+}
