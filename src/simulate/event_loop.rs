@@ -3,10 +3,12 @@
 
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result, digits};
-use crate::impact::Impact;
-use crate::simulate::mover::{Arrival, GapState, Mover};
+use crate::impact::{Impact, Release, contact_forces, resolve_impacts};
+use crate::quantity::positive_part;
+use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats, Status};
+use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 /// Events at one instant after which there will be no end of them.
@@ -41,6 +43,10 @@ pub(crate) struct EventLoop {
     touching: Vec<usize>,
     /// The stops held.
     held: Vec<usize>,
+    /// The stops in contact that the law of several stops left without normal speed.
+    still: Vec<usize>,
+    /// Instants at which only impacts without restitution came to an end.
+    n_inelastic: usize,
     /// The stop struck last, and how fast.
     last_blow: Option<(usize, f64)>,
     /// Events since the time last advanced, and that time.
@@ -64,6 +70,8 @@ impl EventLoop {
         self.sizes.clear();
         self.sizes.resize(mover.n_stops(), 0.0);
         self.held.clear();
+        self.still.clear();
+        self.n_inelastic = 0;
         self.last_blow = None;
         self.events_at = (t0, 0);
         let end = mover.clock().at(t_end);
@@ -118,11 +126,17 @@ impl EventLoop {
 
     fn ended(&self, time: f64, status: Status) -> Ending {
         let count = self.stats.n_impacts;
-        let message = if status == Status::MaxImpacts {
+        let mut message = if status == Status::MaxImpacts {
             format!("stopped after {count} impacts at t = {time}")
         } else {
             format!("reached t = {time} with {count} impacts")
         };
+        if self.n_inelastic > 0 {
+            message.push_str(&format!(
+                "; at {} instants the stops hit together came to no end, and were taken without restitution",
+                self.n_inelastic
+            ));
+        }
         Ending {
             time,
             status,
@@ -192,6 +206,7 @@ impl EventLoop {
         if self.accumulates(mover, reached) {
             mover.accumulate(reached, record)?;
             self.last_blow = None;
+            self.still.clear();
             return self.settle(mover);
         }
         self.strike_all(mover, record)
@@ -236,41 +251,92 @@ impl EventLoop {
         Ok(Ok(()))
     }
 
-    /// The impacts of those stops in contact that are approached.
+    /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
+    /// of several stops at one instant.
     fn strike_all<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
-        for (k, &stop) in self.touching.iter().enumerate() {
-            if !self.closes(mover, stop) {
-                continue;
+        self.still.clear();
+        if self.is_coupled(mover) {
+            if let Err(unresolved) = self.strike_together(mover, record)? {
+                return Ok(Err(unresolved));
             }
-            let mut others = self.touching.iter().enumerate();
-            if let Some((_, other)) = others.find(|&(j, &o)| j != k && mover.is_coupled(stop, o)) {
-                let reason = format!(
-                    "stops {stop} and {other} are in contact at one instant and coupled by inertia"
-                );
-                return Ok(Err(Unresolved { reason }));
-            }
-        }
-        for k in 0..self.touching.len() {
-            let stop = self.touching[k];
-            if !self.closes(mover, stop) {
-                continue;
-            }
-            let blow = mover.strike(stop)?;
-            self.last_blow = Some((stop, blow.approach));
-            self.stats.n_impacts += 1;
-            if record.keep != Keep::Final {
-                record.impacts.push(Impact {
-                    time: mover.clock().time(),
-                    stop,
-                    approach: blow.approach,
-                    departure: blow.departure,
-                    impulse: blow.impulse,
-                    phase: mover.phase(),
-                });
+        } else {
+            for k in 0..self.touching.len() {
+                let stop = self.touching[k];
+                if self.closes(mover, stop) {
+                    let blow = mover.strike(stop)?;
+                    self.note(mover, stop, blow, record);
+                }
             }
         }
         mover.look()?;
         self.settle(mover)
+    }
+
+    /// Whether a stop that is approached is coupled to another in contact.
+    fn is_coupled<M: Mover>(&self, mover: &M) -> bool {
+        let pairs = |&stop: &usize| self.touching.iter().map(move |&other| (stop, other));
+        self.touching
+            .iter()
+            .filter(|&&stop| self.closes(mover, stop))
+            .flat_map(pairs)
+            .any(|(stop, other)| stop != other && mover.is_coupled(stop, other))
+    }
+
+    /// The impacts of all stops in contact at one instant (Newton and Moreau).
+    fn strike_together<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
+        let stops = self.touching.clone();
+        let each = |of: &dyn Fn(usize) -> f64| {
+            DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
+        };
+        let restitutions = each(&|stop| mover.restitution(stop));
+        let held = &self.held;
+        let speeds = each(&|stop| {
+            if held.contains(&stop) {
+                0.0
+            } else {
+                mover.gap(stop).speed
+            }
+        });
+        let slack = each(&|stop| ROUNDING * mover.speed_size(stop));
+        let delassus = mover.delassus(&stops)?;
+        let Ok(resolved) = resolve_impacts(&delassus, &restitutions, &speeds, &slack) else {
+            let reason = format!("no impulses that push resolve the contacts {stops:?}: a jam");
+            return Ok(Err(Unresolved { reason }));
+        };
+        self.n_inelastic += usize::from(resolved.is_inelastic);
+        for (k, &stop) in stops.iter().enumerate() {
+            let impulse = resolved.impulses[k];
+            let departure = resolved.opening_speeds[k];
+            if impulse > 0.0 {
+                mover.push(stop, impulse)?;
+                let blow = Blow {
+                    approach: positive_part(-speeds[k]),
+                    departure,
+                    impulse,
+                };
+                self.note(mover, stop, blow, record);
+            }
+            if departure == 0.0 {
+                self.still.push(stop);
+            }
+        }
+        Ok(Ok(()))
+    }
+
+    /// Takes note of an impact.
+    fn note<M: Mover>(&mut self, mover: &M, stop: usize, blow: Blow, record: &mut Record) {
+        self.last_blow = Some((stop, blow.approach));
+        self.stats.n_impacts += 1;
+        if record.keep != Keep::Final {
+            record.impacts.push(Impact {
+                time: mover.clock().time(),
+                stop,
+                approach: blow.approach,
+                departure: blow.departure,
+                impulse: blow.impulse,
+                phase: mover.phase(),
+            });
+        }
     }
 
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
@@ -281,40 +347,57 @@ impl EventLoop {
             *size = size.max(state.size).max(0.5 * state.apex());
         }
         let before = std::mem::take(&mut self.held);
+        let mut resting = Vec::new();
         for &stop in self.touching.iter().chain(&before) {
-            if self.held.contains(&stop) {
-                continue;
-            }
-            let state = mover.gap(stop);
-            let low = ROUNDING * self.sizes[stop];
-            // An inelastic impact leaves a normal velocity of rounding size, which is none; so does a flight that
-            // would rise by no more than rounding.
-            let is_still = state.speed.abs() <= ROUNDING * mover.speed_size(stop)
-                || (state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low);
-            match (is_still, state.acceleration, state.jerk) {
-                (false, ..) => self.starts[stop] = 1,
-                (true, pull, _) if pull > 0.0 => self.starts[stop] = 2,
-                (true, 0.0, jerk) if jerk > 0.0 => self.starts[stop] = 3,
-                _ => self.held.push(stop),
+            if self.is_still(mover, stop) {
+                resting.push(stop);
+            } else {
+                self.starts[stop] = 1;
             }
         }
-        self.held.sort_unstable();
-        self.held.dedup();
-        if self.held.is_empty() && before.is_empty() {
+        resting.sort_unstable();
+        resting.dedup();
+        if resting.is_empty() && before.is_empty() {
             return Ok(Ok(()));
         }
-        // Which of several lets go: the one pulled most, until all push.
-        loop {
-            let held = self.held.clone();
-            mover.hold(&held)?;
-            let forces = mover.forces()?;
-            let pulled = held.iter().zip(&forces).filter(|(_, force)| **force < 0.0);
-            let Some((&stop, _)) = pulled.min_by(|a, b| a.1.total_cmp(b.1)) else {
-                return Ok(Ok(()));
-            };
-            self.held.retain(|&h| h != stop);
-            self.starts[stop] = 2;
+        if let Err(unresolved) = self.hold_or_open(mover, &resting)? {
+            return Ok(Err(unresolved));
         }
+        let held = self.held.clone();
+        mover.hold(&held)?;
+        Ok(Ok(()))
+    }
+
+    /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so
+    /// does a flight that would rise by no more than rounding.
+    fn is_still<M: Mover>(&self, mover: &M, stop: usize) -> bool {
+        let state = mover.gap(stop);
+        let low = ROUNDING * self.sizes[stop];
+        self.still.contains(&stop)
+            || state.speed.abs() <= ROUNDING * mover.speed_size(stop)
+            || (state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low)
+    }
+
+    /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
+    fn hold_or_open<M: Mover>(&mut self, mover: &M, resting: &[usize]) -> Resolved {
+        if resting.is_empty() {
+            return Ok(Ok(()));
+        }
+        let states = resting.iter().map(|&stop| mover.gap(stop));
+        let pulls = DVector::from_iterator(resting.len(), states.map(|s| s.acceleration));
+        let slack = DVector::from_element(resting.len(), ROUNDING * pulls.amax());
+        let Ok(forces) = contact_forces(&mover.delassus(resting)?, &pulls, &slack) else {
+            let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
+            return Ok(Err(Unresolved { reason }));
+        };
+        for (&stop, force) in resting.iter().zip(&forces) {
+            match force.release {
+                Release::Leaves => self.starts[stop] = 2,
+                Release::Undecided if mover.gap(stop).jerk > 0.0 => self.starts[stop] = 3,
+                Release::Stays | Release::Undecided => self.held.push(stop),
+            }
+        }
+        Ok(Ok(()))
     }
 }
 

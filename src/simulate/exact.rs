@@ -14,7 +14,7 @@ use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// A linear scene in motion; one run after another, with its buffers.
@@ -392,6 +392,19 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         })
     }
 
+    fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        let g = &self.scene.geometry;
+        let normals = g.normals.select_columns(stops);
+        Ok(normals.tr_mul(&g.reactions.select_columns(stops)))
+    }
+
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
+            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
+        }
+        Ok(())
+    }
+
     fn restitution(&self, stop: usize) -> f64 {
         self.scene.geometry.restitutions[stop]
     }
@@ -447,21 +460,6 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.put((&q, &v), 0.0);
         self.holding = Some(motion);
         self.look()
-    }
-
-    fn forces(&mut self) -> Result<Vec<f64>> {
-        let Some(motion) = self.holding.clone() else {
-            return Ok(Vec::new());
-        };
-        let (q, v) = self.physical();
-        let angle = self.angle(self.clock);
-        Ok(with_flow!(&motion.flow, f => {
-            let (mut state, mut derivatives) = (Vec::new(), Vec::new());
-            f.enter(&motion.reduce(&q, &v), angle, &mut state);
-            f.derivatives(&state, &mut derivatives);
-            let force = |quantity| f.gap_row(quantity).jet(&derivatives).c[0];
-            motion.forces.iter().map(force).collect()
-        }))
     }
 
     fn phase(&self) -> f64 {

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::simulate::clock::Clock;
 use crate::simulate::record::Record;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// A gap and its time derivatives under free motion, at one instant.
 #[derive(Debug, Clone, Copy, Default)]
@@ -88,6 +88,10 @@ pub(crate) trait Mover {
     fn stay(&mut self, record: &mut Record) -> Result<()>;
     /// The impact of one stop.
     fn strike(&mut self, stop: usize) -> Result<Blow>;
+    /// `N^T B` of some stops where the motion is now.
+    fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
+    /// Pushes the motion away from a stop: the velocity changes by `-b` times the impulse.
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()>;
     /// The restitution coefficient of a stop.
     fn restitution(&self, stop: usize) -> f64;
     /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes to the end of the
@@ -95,8 +99,6 @@ pub(crate) trait Mover {
     fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()>;
     /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
     fn hold(&mut self, stops: &[usize]) -> Result<()>;
-    /// The contact force of each stop held, in their order.
-    fn forces(&mut self) -> Result<Vec<f64>>;
     /// The forcing phase now.
     fn phase(&self) -> f64;
     /// Position and velocity now.

@@ -460,6 +460,24 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         })
     }
 
+    fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        let all = stops.iter().map(|&stop| self.directions(stop));
+        let all: Vec<_> = all.collect::<Result<_>>()?;
+        let product = |i: usize, j: usize| all[i].0.dot(&all[j].1);
+        Ok(DMatrix::from_fn(stops.len(), stops.len(), product))
+    }
+
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+        let n = self.n();
+        let (_, reaction) = self.directions(stop)?;
+        let (_, v) = self.x.slice_mut().split_at_mut(n);
+        for (v, b) in v.iter_mut().zip(reaction.iter()) {
+            *v -= b * impulse;
+        }
+        self.is_begun = false;
+        Ok(())
+    }
+
     fn restitution(&self, stop: usize) -> f64 {
         self.contacts[stop].restitution
     }
@@ -511,11 +529,6 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
             self.settle(stop)?;
         }
         self.look()
-    }
-
-    fn forces(&mut self) -> Result<Vec<f64>> {
-        let held = self.held_motion();
-        self.forces_at(&held, 0.0, self.x.slice())
     }
 
     fn phase(&self) -> f64 {
