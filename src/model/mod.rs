@@ -2,10 +2,13 @@
 
 mod contact;
 mod contact_geometry;
+mod difference;
 mod dynamics;
 mod forcing;
 mod linear;
 mod linearise;
+mod nonlinear;
+mod nonlinear_stop;
 mod paper;
 mod pendulum;
 mod scene;
@@ -18,6 +21,9 @@ pub(crate) use dynamics::{Dynamics, Moment, SceneMotion, with_motion};
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;
+pub(crate) use nonlinear::no_mass;
+pub use nonlinear::{EquationsOfMotion, NonlinearSystem};
+pub use nonlinear_stop::{GapFunction, NonlinearStop};
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub use pendulum::{DoublePendulum, PendulumChain};
 pub use scene::{Change, Parameter, Scene};

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
-use crate::model::{Dynamics, Scene, SceneMotion, with_motion};
+use crate::model::{Constraint, Dynamics, Scene, SceneMotion, with_motion};
 use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
@@ -161,6 +161,7 @@ fn stepped_in<S: State, D: Dynamics>(
     if mover.is_stiff() {
         ending.message.push_str(STIFF);
     }
+    ending.message.push_str(&uncertain(scene));
     let stats = Stats {
         n_rhs: mover.n_rhs(),
         n_steps: mover.n_steps,
@@ -174,6 +175,23 @@ fn stepped_in<S: State, D: Dynamics>(
         record,
         kept: mover.take_kept(),
     })
+}
+
+/// What is said of nonlinear stops: their gaps are searched on an interpolant.
+fn uncertain(scene: &Scene) -> String {
+    let is_nonlinear = |s: &Constraint| matches!(s, Constraint::Nonlinear(_));
+    let stops = scene.stops().iter().enumerate();
+    let names: Vec<String> = stops
+        .filter(|(_, stop)| is_nonlinear(stop))
+        .map(|(i, _)| format!("stop {i}"))
+        .collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; the search for contacts with {} is not certain: it is made on an interpolant",
+        names.join(" and ")
+    )
 }
 
 /// What a run leaves behind.

@@ -174,32 +174,44 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         Ok(first_step(trial, d1, size(self, &change)))
     }
 
-    /// The margin of a gap whose terms have the given size.
-    fn margin_of(&self, stop: usize, size: f64) -> f64 {
-        let absolute = self.tolerance.absolute * self.contacts[stop].surface.steepness();
-        10.0 * (absolute + self.tolerance.relative.max(ROUNDING) * size)
+    /// The margin of a gap.
+    fn margin_of(&self, gap: GapValue) -> f64 {
+        let absolute = self.tolerance.absolute * gap.steepness;
+        10.0 * (absolute + self.tolerance.relative.max(ROUNDING) * gap.size)
     }
 
-    /// The gaps at the end of the step last taken.
-    fn look_ahead(&mut self) {
+    /// A time over which the motion changes little: the step, or what it takes to move by the present state.
+    fn slow_time(&self) -> f64 {
+        let n = self.n();
+        let size = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+        let (q, v) = self.x.slice().split_at(n);
+        let (speed, acceleration) = (size(v), size(&self.stepper.start_rate().slice()[n..]));
+        let times = [size(q) / speed, speed / acceleration];
+        let finite = times.into_iter().filter(|t| t.is_finite());
+        self.h.or(finite.reduce(f64::max)).unwrap_or(1.0)
+    }
+
+    /// The gaps at the end of the step last taken, of length h.
+    fn look_ahead(&mut self, h: f64) -> Result<()> {
         let n = self.n();
         let (q, v) = self.stepper.end.slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
         for (value, contact) in self.ahead.iter_mut().zip(&self.contacts) {
-            *value = contact.surface.along(q, v, a);
+            *value = contact.surface.along(q, v, a, h)?;
         }
         self.n_gap_evaluations += self.contacts.len();
+        Ok(())
     }
 
     /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
-    fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Found {
+    fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
         let mut earliest: Option<(usize, f64)> = None;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
             let ends = |g: GapValue| [g.gap, g.speed, g.acceleration];
             let quintic = Quintic::hermite(ends(start), ends(end), h);
-            let margin = self.margin_of(stop, start.size.max(end.size));
+            let margin = self.margin_of(start).max(self.margin_of(end));
             let order = starts.map_or(0, |orders| orders[stop]);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
             if quintic.is_clear(order, 2.0 * margin) {
@@ -208,7 +220,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             let along = if order > 0 {
                 quintic.after_contact(order)
             } else {
-                let error = self.interpolation_error(stop, &quintic, h);
+                let error = self.interpolation_error(stop, &quintic, h)?;
                 self.touches.clear();
                 let along = quintic.when_open(Judgement { margin, error }, &mut self.touches);
                 for &(x, gap) in &self.touches {
@@ -223,7 +235,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             match along {
                 Along::Unsure => {
                     self.grazes.truncate(noted);
-                    return Found::Undecided;
+                    return Ok(Found::Undecided);
                 }
                 Along::Contact { x } if earliest.is_none_or(|(_, first)| x < first) => {
                     earliest = Some((stop, x));
@@ -238,18 +250,17 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             self.grazes.truncate(noted);
             self.grazes.extend(before);
         }
-        earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x })
+        Ok(earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x }))
     }
 
     /// The difference of the quintic to the dense output half-way.
-    fn interpolation_error(&mut self, stop: usize, quintic: &Quintic, h: f64) -> f64 {
+    fn interpolation_error(&mut self, stop: usize, quintic: &Quintic, h: f64) -> Result<f64> {
         let n = self.n();
         let mut x = S::zeros(2 * n);
         self.stepper.dense(&self.x, h).state(0.5 * h, x.slice_mut());
-        let (q, v) = x.slice().split_at(n);
         self.n_gap_evaluations += 1;
-        let there = self.contacts[stop].surface.along(q, v, v).gap;
-        (there - quintic.value(0.5)).abs()
+        let there = self.contacts[stop].surface.gap(&x.slice()[..n])?;
+        Ok((there - quintic.value(0.5)).abs())
     }
 
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes. Returns the length;
@@ -261,7 +272,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         for _ in 0..MOST_POLISHES {
             self.stepper
                 .step(self.dynamics, at, self.frequency, &self.x, s)?;
-            self.look_ahead();
+            self.look_ahead(h)?;
             let GapValue {
                 gap,
                 speed,
@@ -333,8 +344,9 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         let n = self.n();
         let (q, v) = self.x.slice().split_at(n);
         let a = &self.stepper.start_rate().slice()[n..];
+        let step = self.slow_time();
         for (value, contact) in self.gaps.iter_mut().zip(&self.contacts) {
-            *value = contact.surface.along(q, v, a);
+            *value = contact.surface.along(q, v, a, step)?;
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
@@ -352,7 +364,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     }
 
     fn margin(&self, stop: usize) -> f64 {
-        self.margin_of(stop, self.gaps[stop].size)
+        self.margin_of(self.gaps[stop])
     }
 
     fn contact_slack(&self) -> f64 {
@@ -361,17 +373,18 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
 
     fn speed_size(&self, stop: usize) -> f64 {
         let (q, v) = self.x.slice().split_at(self.n());
+        // The look before has had this normal: an error would have ended the run there.
         let normal = self.contacts[stop].surface.normal(q);
-        normal.iter().zip(v).map(|(n, v)| (n * v).abs()).sum()
+        normal.map_or(0.0, |n| n.iter().zip(v).map(|(n, v)| (n * v).abs()).sum())
     }
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {
         let (q, _) = self.x.slice().split_at(self.n());
         let system = self.scene.system();
-        let sees = |a: &Contact, b: &Contact| {
-            let normal = a.surface.normal(q);
-            b.reaction(system, q)
-                .is_none_or(|b| normal.dot(&b).abs() > 1e-12 * normal.norm() * b.norm())
+        // Where a function fails the stops count as coupled, which ends the run there.
+        let sees = |a: &Contact, b: &Contact| match (a.surface.normal(q), b.reaction(system, q)) {
+            (Ok(normal), Ok(Some(b))) => normal.dot(&b).abs() > 1e-12 * normal.norm() * b.norm(),
+            _ => true,
         };
         let (a, b) = (&self.contacts[one], &self.contacts[other]);
         sees(a, b) || sees(b, a)
@@ -422,9 +435,9 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
                 self.h = Some(verdict.next);
                 continue;
             }
-            self.look_ahead();
+            self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along(starts, h) {
+            let found = match self.contact_along(starts, h)? {
                 Found::Undecided if undecided => {
                     halvings += 1;
                     self.h = Some(0.5 * h);
@@ -478,8 +491,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         let n = self.n();
         let contact = &self.contacts[stop];
         let (q, v) = self.x.slice_mut().split_at_mut(n);
-        let normal = contact.surface.normal(q);
-        let reaction = contact.reaction(self.scene.system(), q);
+        let normal = contact.surface.normal(q)?;
+        let reaction = contact.reaction(self.scene.system(), q)?;
         let reaction = reaction.filter(|b| normal.dot(b) > 0.0);
         let Some(reaction) = reaction else {
             return Err(Error::bad_value(
