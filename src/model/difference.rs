@@ -13,7 +13,7 @@ const STEPS: usize = 20;
 /// Relative error beyond which the differences have not settled.
 const WORST_ERROR: f64 = 1e-4;
 
-/// An error this small, in parts of the usual size of a difference quotient, is that of a derivative of zero.
+/// An error this small, in parts of the usual size of a difference quotient or of the function, is that of a derivative of zero.
 const NO_DERIVATIVE: f64 = 1e-9;
 
 /// The derivative of f at 0, entry by entry: of all extrapolations the one that agrees best with its neighbours.
@@ -23,8 +23,10 @@ const NO_DERIVATIVE: f64 = 1e-9;
 pub(crate) fn derivative(f: impl Fn(f64) -> Result<DVector<f64>>) -> Result<DVector<f64>> {
     let mut rows = Vec::with_capacity(STEPS);
     let mut h = FIRST_STEP;
+    let mut height = 0.0;
     for _ in 0..STEPS {
         let (above, below) = (f(h)?, f(-h)?);
+        height = above.amax().max(below.amax());
         let rounding = above.abs().sup(&below.abs()) * (f64::EPSILON / h);
         rows.push(((above - below) / (2.0 * h), rounding));
         h *= SHRINK;
@@ -37,7 +39,7 @@ pub(crate) fn derivative(f: impl Fn(f64) -> Result<DVector<f64>>) -> Result<DVec
         .map(|i| {
             let along: Vec<[f64; 2]> = rows.iter().map(|(q, r)| [q[i], r[i]]).collect();
             let (value, error) = extrapolated(&along);
-            if error <= WORST_ERROR * value.abs() || error <= NO_DERIVATIVE * usual {
+            if error <= WORST_ERROR * value.abs() || error <= NO_DERIVATIVE * usual.max(height) {
                 Ok(value)
             } else {
                 Err(Error::NoConvergence {

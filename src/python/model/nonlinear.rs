@@ -493,7 +493,8 @@ impl GapFunction for PyGap {
 /// The functions are called as those of `NonlinearSystem`. Contacts are searched on an interpolant of the gap: the quintic of
 /// its value and first two time derivatives at both ends of a step; the second has ``v.(hess h)v`` by differences of the
 /// gradient along the motion, exact to rounding for a gap of second degree. ``message`` of a trajectory says that this search is
-/// not certain.
+/// not certain. A touch within ``10 (atol |grad h|_1 + rtol size)`` is a graze, size being ``|h| + sum |q_i dh/dq_i|``, and all of
+/// it the larger of both ends of the step.
 ///
 /// Examples
 /// --------
