@@ -89,6 +89,14 @@ impl Surface {
         })
     }
 
+    /// The nonlinear stop whose gap has a bound on its curvature, and that bound.
+    pub fn bounded(&self) -> Option<(&NonlinearStop, f64)> {
+        match self {
+            Self::Nonlinear(stop) => stop.curvature().map(|bound| (stop, bound)),
+            Self::Plane { .. } | Self::Wall { .. } => None,
+        }
+    }
+
     /// The gap at a position.
     ///
     /// # Errors

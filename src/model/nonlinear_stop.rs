@@ -96,7 +96,8 @@ impl NonlinearStop {
         })
     }
 
-    /// The same stop with a bound on the spectral norm of the gap's second derivative, over all positions met.
+    /// The same stop with a bound on the spectral norm of the gap's second derivative, over all positions met. With it the
+    /// search for contacts on a step of an integrator is certain.
     ///
     /// # Errors
     /// A bound that is negative or not finite.

@@ -177,19 +177,20 @@ fn stepped_in<S: State, D: Dynamics>(
     })
 }
 
-/// What is said of nonlinear stops: their gaps are searched on an interpolant.
+/// What is said of nonlinear stops without a curvature: their gaps are searched on an interpolant.
 fn uncertain(scene: &Scene) -> String {
-    let is_nonlinear = |s: &Constraint| matches!(s, Constraint::Nonlinear(_));
+    let is_unbounded =
+        |s: &Constraint| matches!(s, Constraint::Nonlinear(s) if s.curvature().is_none());
     let stops = scene.stops().iter().enumerate();
     let names: Vec<String> = stops
-        .filter(|(_, stop)| is_nonlinear(stop))
+        .filter(|(_, stop)| is_unbounded(stop))
         .map(|(i, _)| format!("stop {i}"))
         .collect();
     if names.is_empty() {
         return String::new();
     }
     format!(
-        "; the search for contacts with {} is not certain: it is made on an interpolant",
+        "; the search for contacts with {} is not certain: give a bound `curvature`",
         names.join(" and ")
     )
 }

@@ -1,6 +1,7 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
+use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Judgement, Quintic};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
@@ -214,10 +215,9 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             let margin = self.margin_of(start).max(self.margin_of(end));
             let order = starts.map_or(0, |orders| orders[stop]);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
-            if quintic.is_clear(order, 2.0 * margin) {
-                continue;
-            }
-            let along = if order > 0 {
+            let along = if quintic.is_clear(order, 2.0 * margin) {
+                Along::Clear
+            } else if order > 0 {
                 quintic.after_contact(order)
             } else {
                 let error = self.interpolation_error(stop, &quintic, h)?;
@@ -232,7 +232,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 }
                 along
             };
-            match along {
+            match self.proved(stop, along, margin, h)? {
                 Along::Unsure => {
                     self.grazes.truncate(noted);
                     return Ok(Found::Undecided);
@@ -251,6 +251,26 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             self.grazes.extend(before);
         }
         Ok(earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x }))
+    }
+
+    /// What the quintic of a gap says of the step last taken, put right where the gap has a bound that proves it.
+    fn proved(&self, stop: usize, along: Along, margin: f64, h: f64) -> Result<Along> {
+        let Some((nonlinear, curvature)) = self.contacts[stop].surface.bounded() else {
+            return Ok(along);
+        };
+        let until = match along {
+            Along::Contact { x } => x,
+            Along::Clear | Along::Unsure => 1.0,
+        };
+        let dense = self.stepper.dense(&self.x, h);
+        let path: Vec<[f64; 5]> = (0..self.n()).map(|i| dense.powers(i)).collect();
+        Ok(
+            match first_crossing(nonlinear, curvature, &path, margin, until)? {
+                Some(x) => Along::Contact { x },
+                None if along == Along::Unsure => Along::Clear,
+                None => along,
+            },
+        )
     }
 
     /// The difference of the quintic to the dense output half-way.

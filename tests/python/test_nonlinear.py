@@ -232,7 +232,11 @@ def test_an_exception_of_a_function_comes_out_as_itself(where):
         "gradient": lambda a: circle_gradient(a[0]),
     }
     functions[where] = failing(functions[where])
-    plain = {name: (lambda f: lambda *a: f(a))(f) if name != where else f for name, f in functions.items()}
+
+    def spread(function):
+        return lambda *arguments: function(arguments)
+
+    plain = {name: f if name == where else spread(f) for name, f in functions.items()}
     system = vi.NonlinearSystem(2, plain["acceleration"], mass=plain["mass"])
     stop = vi.NonlinearStop(plain["gap"], plain["gradient"], 1.0)
     with pytest.raises(Own) as caught:
@@ -262,10 +266,10 @@ def test_wrong_results_of_the_other_functions():
     point = vi.NonlinearSystem(2, still, mass=lambda q: np.eye(3))
     with pytest.raises(ValueError, match=r"result of mass at q = .*\(2, 2\) is needed"):
         vi.simulate(vi.Scene(point, vi.Harmonic([1, 0], 1.0)), [0, 0], [0, 0], (0, 1))
-    with pytest.raises(ValueError, match="gap at q = .* is NaN, but it must be finite"):
+    with pytest.raises(ValueError, match=r"gap at q = .* is NaN, but it must be finite"):
         vi.Scene(free(2), stops=vi.NonlinearStop(lambda q: np.nan, circle_gradient, 1.0)).gaps([0, 0])
-    with pytest.raises(ValueError, match="result of gradient at q = .*shape"):
-        scene = vi.Scene(free(2), stops=vi.NonlinearStop(circle, lambda q: q[:1], 1.0))
+    scene = vi.Scene(free(2), stops=vi.NonlinearStop(circle, lambda q: q[:1], 1.0))
+    with pytest.raises(ValueError, match=r"result of gradient at q = .*shape"):
         vi.simulate(scene, [0, 0], [1, 0], (0, 1))
     with pytest.raises(ValueError, match="mass is not symmetric"):
         vi.NonlinearSystem(2, still, mass=[[1, 0.1], [0, 1]])
@@ -280,7 +284,7 @@ def test_wrong_results_of_the_other_functions():
             vi.NonlinearSystem(*arguments)
     with pytest.raises(TypeError, match="jacobian is 3, but a function is needed"):
         vi.NonlinearSystem(2, still, jacobian=3)
-    with pytest.raises(TypeError, match="gap is 1.0, but a function is needed"):
+    with pytest.raises(TypeError, match=r"gap is 1\.0, but a function is needed"):
         vi.NonlinearStop(1.0, circle_gradient, 1.0)
     with pytest.raises(ValueError, match=r"curvature is -1, but"):
         vi.NonlinearStop(circle, circle_gradient, 1.0, curvature=-1)
@@ -340,8 +344,11 @@ def test_a_point_in_a_circle_bounces_along_chords_of_one_length():
     # The normal speed is that of the gap, 2 |q| v_n.
     np.testing.assert_allclose(run.impacts["speed_before"], chord * speed, rtol=1e-9)
     assert scene.gaps(run.q).min() > -1e-9
-    assert "not certain" in run.message
-    assert "stop 0" in run.message
+    assert "stop 0 is not certain" in run.message
+    bounded = vi.NonlinearStop(circle, circle_gradient, 1.0, curvature=2.0)
+    sure = vi.simulate(vi.Scene(free(2), stops=bounded), q0, v0, (0, 60), rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(sure.impacts["time"], run.impacts["time"], atol=1e-9)
+    assert "certain" not in sure.message
 
 
 def test_a_plane_given_as_a_nonlinear_stop_is_a_plane_stop():
@@ -371,6 +378,23 @@ def test_a_shallow_contact_between_two_steps_is_found(depth):
     assert len(run.impacts) == 1
     assert run.impacts["time"][0] == pytest.approx(100 - np.sqrt(1 - (1 - depth) ** 2), abs=1e-6)
     over = vi.simulate(vi.Scene(free(2), stops=stop), [-100.0, 1 + depth], [1.0, 0.0], (0, 200))
+    assert len(over.impacts) == 0
+
+
+@pytest.mark.parametrize("width", [2.0, 0.1])
+def test_a_curvature_finds_a_spike_far_narrower_than_a_step(width):
+    def gap(q):
+        return q[1] - np.exp(-((q[0] / width) ** 2))
+
+    def gradient(q):
+        x = q[0] / width
+        return np.array([2 * x / width * np.exp(-(x**2)), 1.0])
+
+    stop = vi.NonlinearStop(gap, gradient, 0.5, curvature=2 / width**2)
+    run = vi.simulate(vi.Scene(free(2), stops=stop), [-50.0, 0.5], [1.0, 0.0], (0, 100))
+    assert run.impacts["time"][0] == pytest.approx(50 - width * np.sqrt(np.log(2)), abs=1e-6)
+    assert "certain" not in run.message
+    over = vi.simulate(vi.Scene(free(2), stops=stop), [-50.0, 1 + 1e-3], [1.0, 0.0], (0, 100))
     assert len(over.impacts) == 0
 
 

@@ -477,7 +477,7 @@ impl GapFunction for PyGap {
 /// restitution : float
 ///     Restitution coefficient [-], in [0, 1].
 /// curvature : float, optional
-///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met.
+///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met: makes the search certain.
 /// reaction : {"inertia", "coordinate"} or `array_like`, shape (n,), default "inertia"
 ///     Direction b in which an impact changes the velocity, ``n.b > 0`` at every impact; as for `Stop`.
 ///
@@ -492,8 +492,9 @@ impl GapFunction for PyGap {
 /// -----
 /// The functions are called as those of `NonlinearSystem`. Contacts are searched on an interpolant of the gap: the quintic of
 /// its value and first two time derivatives at both ends of a step; the second has ``v.(hess h)v`` by differences of the
-/// gradient along the motion, exact to rounding for a gap of second degree. ``message`` of a trajectory says that this search is
-/// not certain. A touch within ``10 (atol |grad h|_1 + rtol size)`` is a graze, size being ``|h| + sum |q_i dh/dq_i|``, and all of
+/// gradient along the motion, exact to rounding for a gap of second degree. Without ``curvature`` this search is
+/// not certain, as the ``message`` of a trajectory says; with it every step is walked along in steps that provably hold no
+/// contact deeper than the margin, whatever the interpolant says. A touch within ``10 (atol |grad h|_1 + rtol size)`` is a graze, size being ``|h| + sum |q_i dh/dq_i|``, and all of
 /// it the larger of both ends of the step.
 ///
 /// Examples
