@@ -1,6 +1,8 @@
 //! Every failure of the crate. Bad input names the argument, its value and the rule; a computation that failed says
 //! where and how far it got. Facts of mechanics (no orbit, a family, grazing) are values of the results, not errors.
 
+use std::fmt;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// What can go wrong: bad input, found in a constructor, or a computation that did not reach its end.
@@ -37,6 +39,9 @@ pub enum Error {
         /// The residual reached.
         residual: f64,
     },
+    /// A function given by the caller failed: its own error.
+    #[error(transparent)]
+    Function(#[from] FunctionError),
     /// A long computation that its observer stopped.
     #[error("the computation was interrupted")]
     Interrupted,
@@ -49,6 +54,41 @@ pub(crate) fn digits(x: f64) -> String {
         format!("{rounded}")
     } else {
         format!("{rounded:e}")
+    }
+}
+
+/// The error of a function given by the caller, as it was given; equal to itself alone.
+#[derive(Clone)]
+pub struct FunctionError(Arc<dyn std::error::Error + Send + Sync>);
+
+impl FunctionError {
+    /// The error itself, to be downcast by whoever made it.
+    pub fn inner(&self) -> &(dyn std::error::Error + Send + Sync + 'static) {
+        &*self.0
+    }
+}
+
+impl fmt::Debug for FunctionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.0, f)
+    }
+}
+
+impl fmt::Display for FunctionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, f)
+    }
+}
+
+impl std::error::Error for FunctionError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source()
+    }
+}
+
+impl PartialEq for FunctionError {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
@@ -67,6 +107,11 @@ impl Error {
             value: value.to_string(),
             rule: rule.into(),
         }
+    }
+
+    /// The error of a function given by the caller, such as the equations of motion of a nonlinear system.
+    pub fn function(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::Function(FunctionError(Arc::new(error)))
     }
 
     /// Bad input: `argument` has the shape `found`, `expected` is needed.

@@ -228,7 +228,7 @@ fn is_moderate(scene: &Scene) -> bool {
             numbers.push(stop.clearance());
             numbers
         }
-        vibroimpact::Constraint::Wall(_) => Vec::new(),
+        vibroimpact::Constraint::Wall(_) | vibroimpact::Constraint::Nonlinear(_) => Vec::new(),
     });
     let condition = {
         let values = matrices[0].clone().symmetric_eigenvalues();
@@ -291,7 +291,7 @@ fn check_trajectory(scene: &Scene, run: &Trajectory) {
         );
         for q in positions.row_iter() {
             let q = q.transpose();
-            for (i, &gap) in scene.gaps(&q).iter().enumerate() {
+            for (i, &gap) in scene.gaps(&q).expect("plane stops").iter().enumerate() {
                 let vibroimpact::Constraint::Stop(stop) = &scene.stops()[i] else {
                     continue;
                 };
@@ -386,8 +386,8 @@ proptest! {
         bob in 0..4usize,
     ) {
         if let Ok(scene) = &scene {
-            prop_assert_eq!(scene.gaps(&DVector::zeros(scene.n_dof())).len(), scene.stops().len());
-            prop_assert!(is_finite(&scene.gaps(&DVector::zeros(scene.n_dof()))));
+            prop_assert_eq!(scene.gaps(&DVector::zeros(scene.n_dof())).expect("no user function").len(), scene.stops().len());
+            prop_assert!(is_finite(&scene.gaps(&DVector::zeros(scene.n_dof())).expect("no user function")));
             let is_clearance = matches!(change, Change::Clearance(_));
             if let Ok(changed) = scene.replace(change) {
                 prop_assert_eq!(changed.n_dof(), scene.n_dof());

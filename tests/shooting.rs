@@ -329,7 +329,7 @@ fn third(part: f64, linear: bool) -> Scene {
         ..Default::default()
     };
     let scene = paper_scene(Kind::Three, &options).expect("valid");
-    let clearances = scene.gaps(&DVector::zeros(2)) * part;
+    let clearances = scene.gaps(&DVector::zeros(2)).expect("plane stops") * part;
     let clearances = clearances.iter().copied().collect();
     scene
         .replace(Change::ForcingScale(part))

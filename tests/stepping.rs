@@ -371,7 +371,8 @@ fn steps_agree_with_exact_flights_impact_by_impact() {
         let (times, q, _) = run.samples().expect("asked for");
         for (i, time) in times.iter().enumerate() {
             let q = q.row(i).transpose();
-            for (stop, gap) in case.scene.stops().iter().zip(&case.scene.gaps(&q)) {
+            let gaps = case.scene.gaps(&q).expect("planes");
+            for (stop, gap) in case.scene.stops().iter().zip(&gaps) {
                 let Constraint::Stop(plane) = stop else {
                     unreachable!("only planes were drawn")
                 };

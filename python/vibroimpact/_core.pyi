@@ -1,4 +1,4 @@
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, ClassVar, Literal, Self, SupportsIndex, TypeAlias, final, overload
 
 import numpy as np
@@ -12,6 +12,8 @@ __all__ = [
     "Harmonic",
     "LinearSystem",
     "Modes",
+    "NonlinearStop",
+    "NonlinearSystem",
     "Orbit",
     "Orbits",
     "PendulumChain",
@@ -43,9 +45,10 @@ __all__ = [
 
 _FloatArray: TypeAlias = NDArray[np.float64]
 _ComplexArray: TypeAlias = NDArray[np.complex128]
-_System: TypeAlias = LinearSystem | DoublePendulum | PendulumChain
+_System: TypeAlias = LinearSystem | DoublePendulum | PendulumChain | NonlinearSystem
+_OfPosition: TypeAlias = Callable[[_FloatArray], ArrayLike]
 _Forcing: TypeAlias = Harmonic | BaseMotion
-_Stop: TypeAlias = Stop | Wall
+_Stop: TypeAlias = Stop | Wall | NonlinearStop
 _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
 _Method: TypeAlias = Literal["auto", "exact", "rk45"]
@@ -116,6 +119,35 @@ class PendulumChain:
     def __getnewargs__(self) -> tuple[_FloatArray, _FloatArray, _FloatArray, float]: ...
 
 @final
+class NonlinearSystem:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(
+        cls,
+        n_dof: int,
+        acceleration: Any,
+        *,
+        mass: ArrayLike | _OfPosition | None = None,
+        parameters: Any = None,
+        jacobian: Callable[..., ArrayLike] | None = None,
+        potential: _OfPosition | None = None,
+    ) -> Self: ...
+    @property
+    def n_dof(self) -> int: ...
+    @property
+    def acceleration(self) -> Any: ...
+    @property
+    def mass(self) -> _FloatArray | _OfPosition | None: ...
+    @property
+    def parameters(self) -> Any: ...
+    @property
+    def jacobian(self) -> Callable[..., ArrayLike] | None: ...
+    @property
+    def potential(self) -> _OfPosition | None: ...
+    def linearise(self) -> LinearSystem: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[int, Any], dict[str, Any]]: ...
+
+@final
 class Harmonic:
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def __new__(cls, amplitude: ArrayLike, frequency: float, phase: float = 0.0) -> Self: ...
@@ -182,6 +214,31 @@ class Wall:
     def side(self) -> Literal["right", "left"]: ...
     def __eq__(self, value: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[int, float, float], dict[str, Any]]: ...
+
+@final
+class NonlinearStop:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(
+        cls,
+        gap: _OfPosition,
+        gradient: _OfPosition,
+        restitution: float,
+        *,
+        curvature: float | None = None,
+        reaction: Literal["inertia", "coordinate"] | ArrayLike | None = None,
+    ) -> Self: ...
+    @property
+    def gap(self) -> _OfPosition: ...
+    @property
+    def gradient(self) -> _OfPosition: ...
+    @property
+    def restitution(self) -> float: ...
+    @property
+    def curvature(self) -> float | None: ...
+    @property
+    def reaction(self) -> Literal["inertia", "coordinate"] | _FloatArray: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[_OfPosition, _OfPosition, float], dict[str, Any]]: ...
 
 @final
 class Scene:

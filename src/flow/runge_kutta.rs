@@ -260,6 +260,18 @@ impl<S: State> Dense<S> {
         }
     }
 
+    /// Entry i in powers of `x = s/h`.
+    pub fn powers(&self, i: usize) -> [f64; 5] {
+        let c = |k: usize| self.c[k].slice()[i];
+        [
+            self.start.slice()[i],
+            c(0) + c(1),
+            -c(1) + c(2) + c(3),
+            -c(2) - 2.0 * c(3),
+            c(3),
+        ]
+    }
+
     /// The step as plain numbers, [`Dense::width`] of them.
     pub fn write(&self, numbers: &mut Vec<f64>) {
         numbers.push(self.h);

@@ -1,9 +1,16 @@
 //! The stops of a scene as contacts of a motion: gap, its time derivatives, normal, reaction, at any position (theory 1, 2).
 
+use crate::error::Result;
 use crate::model::dynamics::factored_mass;
 use crate::model::stop::WallSide;
-use crate::model::{Constraint, Reaction, Scene, Side, System};
+use crate::model::{Constraint, NonlinearStop, Reaction, Scene, Side, System};
 use nalgebra::DVector;
+
+/// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
+/// On a step it enters the gap with the weight `step^2/60`; rounding of the gradient then amounts to `1e5/60` units in the last
+/// place of the gap's change over the step, the truncation `s^2/6` to `1e-12` of the step's fourth order, both below
+/// any tolerance. For a gap of second degree there is no truncation.
+const DIFFERENCE: f64 = 1e-5;
 
 /// A surface that the motion may not cross.
 #[derive(Debug, Clone)]
@@ -19,6 +26,8 @@ pub(crate) enum Surface {
         position: f64,
         sign: f64,
     },
+    /// Any gap.
+    Nonlinear(NonlinearStop),
 }
 
 /// A gap with its first two time derivatives, and the size of the terms it was summed from.
@@ -28,17 +37,24 @@ pub(crate) struct GapValue {
     pub speed: f64,
     pub acceleration: f64,
     pub size: f64,
+    /// A bound on the sum of the normal's entries, here or over all positions: the gap moves by no more than this times the
+    /// largest change of a coordinate.
+    pub steepness: f64,
 }
 
 impl Surface {
-    /// The gap along a motion, `h'' = -n.a + kappa`.
+    /// The gap along a motion, `h'' = -n.a + kappa`; `step` is a time over which the motion changes little.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
     #[inline]
-    pub fn along(&self, q: &[f64], v: &[f64], a: &[f64]) -> GapValue {
-        match self {
+    pub fn along(&self, q: &[f64], v: &[f64], a: &[f64], step: f64) -> Result<GapValue> {
+        Ok(match self {
             Self::Plane { normal, clearance } => {
                 let mut value = GapValue {
                     gap: *clearance,
                     size: clearance.abs(),
+                    steepness: normal.lp_norm(1),
                     ..GapValue::default()
                 };
                 for (((n, q), v), a) in normal.as_slice().iter().zip(q).zip(v).zip(a) {
@@ -57,6 +73,7 @@ impl Surface {
                 let mut value = GapValue {
                     gap: sign * position,
                     size: position.abs(),
+                    steepness: lengths.iter().sum(),
                     ..GapValue::default()
                 };
                 for (((l, q), v), a) in lengths.iter().zip(q).zip(v).zip(a) {
@@ -68,27 +85,77 @@ impl Surface {
                 }
                 value
             }
+            Self::Nonlinear(stop) => nonlinear_along(stop, q, v, a, step)?,
+        })
+    }
+
+    /// The nonlinear stop whose gap has a bound on its curvature, and that bound.
+    pub fn bounded(&self) -> Option<(&NonlinearStop, f64)> {
+        match self {
+            Self::Nonlinear(stop) => stop.curvature().map(|bound| (stop, bound)),
+            Self::Plane { .. } | Self::Wall { .. } => None,
+        }
+    }
+
+    /// The gap at a position.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn gap(&self, q: &[f64]) -> Result<f64> {
+        match self {
+            Self::Nonlinear(stop) => stop.gap(q),
+            _ => Ok(self.along(q, q, q, 0.0)?.gap),
         }
     }
 
     /// The normal `n = -grad h` towards the stop.
-    pub fn normal(&self, q: &[f64]) -> DVector<f64> {
-        match self {
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn normal(&self, q: &[f64]) -> Result<DVector<f64>> {
+        Ok(match self {
             Self::Plane { normal, .. } => normal.clone(),
             Self::Wall { lengths, sign, .. } => DVector::from_fn(q.len(), |i, _| {
                 lengths.get(i).map_or(0.0, |l| sign * l * q[i].cos())
             }),
-        }
+            Self::Nonlinear(stop) => -stop.gradient(q)?,
+        })
     }
+}
 
-    /// A bound on the sum of the normal's entries over all positions: the gap moves by no more than this times the largest
-    /// change of a coordinate.
-    pub fn steepness(&self) -> f64 {
-        match self {
-            Self::Plane { normal, .. } => normal.lp_norm(1),
-            Self::Wall { lengths, .. } => lengths.iter().sum(),
-        }
-    }
+/// A nonlinear gap: `h'' = grad h.a + v.(grad h(q + s v) - grad h(q - s v))/2s`.
+fn nonlinear_along(
+    stop: &NonlinearStop,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+    step: f64,
+) -> Result<GapValue> {
+    let gradient = stop.gradient(q)?;
+    let dot = |g: &DVector<f64>, x: &[f64]| g.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
+    let gap = stop.gap(q)?;
+    let s = DIFFERENCE * step;
+    let slope_at = |s: f64| -> Result<f64> {
+        let moved: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
+        Ok(dot(&stop.gradient(&moved)?, v))
+    };
+    let bending = if s > 0.0 && v.iter().any(|v| *v != 0.0) {
+        (slope_at(s)? - slope_at(-s)?) / (2.0 * s)
+    } else {
+        0.0
+    };
+    Ok(GapValue {
+        gap,
+        speed: dot(&gradient, v),
+        acceleration: dot(&gradient, a) + bending,
+        size: gap.abs()
+            + gradient
+                .iter()
+                .zip(q)
+                .map(|(g, q)| (g * q).abs())
+                .sum::<f64>(),
+        steepness: gradient.lp_norm(1),
+    })
 }
 
 /// One stop as a contact.
@@ -101,16 +168,17 @@ pub(crate) struct Contact {
 
 impl Contact {
     /// The direction in which an impact at q changes the velocity; `None` where the mass matrix is singular.
-    pub fn reaction(&self, system: &System, q: &[f64]) -> Option<DVector<f64>> {
-        let normal = self.surface.normal(q);
-        match &self.reaction {
-            Reaction::Inertia => {
-                let mass = factored_mass(system, &DVector::from_column_slice(q))?;
-                Some(mass.solve(&normal))
-            }
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop or system report.
+    pub fn reaction(&self, system: &System, q: &[f64]) -> Result<Option<DVector<f64>>> {
+        let normal = self.surface.normal(q)?;
+        Ok(match &self.reaction {
+            Reaction::Inertia => factored_mass(system, &DVector::from_column_slice(q))?
+                .map(|mass| mass.solve(&normal)),
             Reaction::Coordinate => Some(normal),
             Reaction::Direction(b) => Some(b.clone()),
-        }
+        })
     }
 }
 
@@ -145,6 +213,11 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
             restitution: wall.restitution().value(),
             reaction: Reaction::Inertia,
         },
+        Constraint::Nonlinear(stop) => Contact {
+            surface: Surface::Nonlinear(stop.clone()),
+            restitution: stop.restitution().value(),
+            reaction: stop.reaction().clone(),
+        },
     };
     scene.stops().iter().map(contact).collect()
 }
@@ -167,14 +240,46 @@ mod tests {
                 0.9,
             ];
             let v = [0.5 + 0.4 * t, 1.1 - 0.6 * t, 0.0];
-            wall.along(&q, &v, &[0.4, -0.6, 0.0])
+            wall.along(&q, &v, &[0.4, -0.6, 0.0], 0.0).expect("a wall")
         };
         let (h, mid) = (1e-5, at(0.2));
         let (before, after) = (at(0.2 - h), at(0.2 + h));
         assert!(((after.gap - before.gap) / (2.0 * h) - mid.speed).abs() < 1e-9);
         assert!(((after.speed - before.speed) / (2.0 * h) - mid.acceleration).abs() < 1e-9);
-        let n = wall.normal(&[0.3, -0.4, 0.9]);
+        let n = wall.normal(&[0.3, -0.4, 0.9]).expect("a wall");
         assert_eq!(n[2], 0.0);
         assert!((n[0] + 0.3f64.cos()).abs() < 1e-15 && (n[1] + 0.4 * 0.4f64.cos()).abs() < 1e-15);
+    }
+
+    /// `1 - |q|` in the plane.
+    struct Circle;
+
+    impl crate::model::GapFunction for Circle {
+        fn gap(&self, q: &[f64]) -> Result<f64> {
+            Ok(1.0 - q[0].hypot(q[1]))
+        }
+        fn gradient(&self, q: &[f64], gradient: &mut [f64]) -> Result<()> {
+            let r = q[0].hypot(q[1]);
+            (gradient[0], gradient[1]) = (-q[0] / r, -q[1] / r);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn derivatives_of_a_nonlinear_gap_are_those_of_its_value() {
+        let circle = Surface::Nonlinear(NonlinearStop::new(Circle, 1.0).expect("valid"));
+        // On a circle about the centre the gap is constant, whatever the radius and the rate.
+        for (r, w) in [(0.5, 2.0), (1e-3, 1e3), (1e3, 1e-2)] {
+            let (q, v, a) = ([r, 0.0], [0.0, r * w], [-r * w * w, 0.0]);
+            let value = circle.along(&q, &v, &a, 0.1 / w).expect("off the centre");
+            assert_eq!((value.gap, value.speed), (1.0 - r, 0.0));
+            assert!(value.acceleration.abs() < 1e-9 * r * w * w, "{value:?}");
+        }
+        // Through the centre at a distance p: h'' = -v^2/r at the nearest point.
+        let value = circle
+            .along(&[0.3, 0.0], &[0.0, 2.0], &[0.0, 0.0], 0.1)
+            .expect("off the centre");
+        assert!((value.acceleration + 4.0 / 0.3).abs() < 1e-9);
+        assert!((circle.normal(&[0.3, 0.4]).expect("off the centre")[1] - 0.8).abs() < 1e-15);
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::small;
-use crate::model::{DoublePendulum, Forcing, LinearSystem, PendulumChain, Scene, System};
+use crate::model::{
+    DoublePendulum, Forcing, LinearSystem, NonlinearSystem, PendulumChain, Scene, System,
+};
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
@@ -189,12 +191,55 @@ impl Dynamics for ChainMotion {
         if small::solve_positive(&mut mass, a) {
             Ok(())
         } else {
-            Err(Error::NoConvergence {
-                stage: "the mass matrix of the pendulum, which is singular in double precision,",
-                iterations: 0,
-                residual: f64::NAN,
-            })
+            Err(singular_mass())
         }
+    }
+}
+
+fn singular_mass() -> Error {
+    Error::NoConvergence {
+        stage: "the solve with the mass matrix, which is not positive definite in double precision,",
+        iterations: 0,
+        residual: f64::NAN,
+    }
+}
+
+/// Any equations of motion, with `M^-1` times the force added.
+#[derive(Debug, Clone)]
+pub(crate) struct NonlinearMotion {
+    system: NonlinearSystem,
+    force: Force,
+}
+
+impl NonlinearMotion {
+    fn new(system: &NonlinearSystem, forcing: &Forcing) -> Self {
+        Self {
+            system: system.clone(),
+            force: Force::new(forcing),
+        }
+    }
+}
+
+impl Dynamics for NonlinearMotion {
+    fn n_dof(&self) -> usize {
+        self.system.n_dof()
+    }
+
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        self.system.acceleration(at.time, q, v, a)?;
+        if self.force.0.is_none() {
+            return Ok(());
+        }
+        let mut f = vec![0.0; a.len()];
+        self.force.add(at, &mut f);
+        // The matrix is symmetric: its rows are its columns.
+        if !small::solve_positive(self.system.mass(q)?.as_mut_slice(), &mut f) {
+            return Err(singular_mass());
+        }
+        for (a, f) in a.iter_mut().zip(f) {
+            *a += f;
+        }
+        Ok(())
     }
 }
 
@@ -261,6 +306,7 @@ pub(crate) enum SceneMotion {
     Linear(LinearMotion),
     DoublePendulum(DoublePendulumMotion),
     Chain(ChainMotion),
+    Nonlinear(NonlinearMotion),
 }
 
 impl SceneMotion {
@@ -273,6 +319,7 @@ impl SceneMotion {
                 Self::DoublePendulum(DoublePendulumMotion::new(system, forcing))
             }
             System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, forcing)),
+            System::Nonlinear(system) => Self::Nonlinear(NonlinearMotion::new(system, forcing)),
         }
     }
 }
@@ -284,17 +331,21 @@ macro_rules! with_motion {
             $crate::model::SceneMotion::Linear($motion) => $body,
             $crate::model::SceneMotion::DoublePendulum($motion) => $body,
             $crate::model::SceneMotion::Chain($motion) => $body,
+            $crate::model::SceneMotion::Nonlinear($motion) => $body,
         }
     };
 }
 pub(crate) use with_motion;
 
 /// The mass matrix of a system at a position.
-pub(crate) fn mass_at(system: &System, q: &DVector<f64>) -> DMatrix<f64> {
+///
+/// # Errors
+/// What a nonlinear system reports.
+pub(crate) fn mass_at(system: &System, q: &DVector<f64>) -> Result<DMatrix<f64>> {
     let turned = |inertia: &dyn Fn(usize, usize) -> f64| {
         DMatrix::from_fn(q.len(), q.len(), |i, j| inertia(i, j) * (q[i] - q[j]).cos())
     };
-    match system {
+    Ok(match system {
         System::Linear(system) => system.mass().to_dense(),
         System::DoublePendulum(pendulum) => {
             let m = pendulum.mass();
@@ -304,10 +355,17 @@ pub(crate) fn mass_at(system: &System, q: &DVector<f64>) -> DMatrix<f64> {
             let (l, s) = (chain.lengths(), chain.hanging_mass());
             turned(&|i, j| l[i] * l[j] * s[i.max(j)])
         }
-    }
+        System::Nonlinear(system) => system.mass(q.as_slice())?,
+    })
 }
 
 /// The factored mass matrix of a system at a position; `None` where it is singular in double precision.
-pub(crate) fn factored_mass(system: &System, q: &DVector<f64>) -> Option<Cholesky<f64, Dyn>> {
-    Cholesky::new(mass_at(system, q))
+///
+/// # Errors
+/// What a nonlinear system reports.
+pub(crate) fn factored_mass(
+    system: &System,
+    q: &DVector<f64>,
+) -> Result<Option<Cholesky<f64, Dyn>>> {
+    Ok(Cholesky::new(mass_at(system, q)?))
 }

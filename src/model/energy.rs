@@ -1,6 +1,7 @@
 //! Energies of a system and the powers of its forces (theory 2): kinetic and potential energy, the power of the forcing, what
 //! dampers take.
 
+use crate::error::{Error, Result};
 use crate::model::dynamics::{Moment, mass_at};
 use crate::model::{Forcing, Scene, System};
 use nalgebra::{DMatrix, DVector};
@@ -31,7 +32,10 @@ enum Potential {
 
 impl Energetics {
     /// The energetics of a scene.
-    pub fn new(scene: &Scene) -> Self {
+    ///
+    /// # Errors
+    /// A system given by functions, whose forces cannot be told apart.
+    pub fn new(scene: &Scene) -> Result<Self> {
         let (damping, potential, base) = match scene.system() {
             System::Linear(system) => {
                 let k = system.stiffness().to_dense();
@@ -55,24 +59,33 @@ impl Energetics {
                 let potential = Potential::Hanging { weights };
                 (chain.damping().clone(), potential, Some(base))
             }
+            System::Nonlinear(_) => {
+                let rule = "the energy ledger tells springs, dampers and forcing apart, which functions do not";
+                return Err(Error::bad_value("system", "a NonlinearSystem", rule));
+            }
         };
-        Self {
+        Ok(Self {
             system: scene.system().clone(),
             forcing: scene.forcing().clone(),
             damping,
             potential,
             base,
-        }
+        })
     }
 
     /// `v.M(q) v/2`
-    pub fn kinetic(&self, q: &DVector<f64>, v: &DVector<f64>) -> f64 {
-        0.5 * v.dot(&(mass_at(&self.system, q) * v))
+    pub fn kinetic(&self, q: &DVector<f64>, v: &DVector<f64>) -> Result<f64> {
+        Ok(0.5 * v.dot(&(mass_at(&self.system, q)? * v)))
     }
 
     /// Work of a velocity jump or an acceleration b along the motion: `v.M(q) b`.
-    pub fn inertial_work(&self, q: &DVector<f64>, v: &DVector<f64>, b: &DVector<f64>) -> f64 {
-        v.dot(&(mass_at(&self.system, q) * b))
+    pub fn inertial_work(
+        &self,
+        q: &DVector<f64>,
+        v: &DVector<f64>,
+        b: &DVector<f64>,
+    ) -> Result<f64> {
+        Ok(v.dot(&(mass_at(&self.system, q)? * b)))
     }
 
     /// The potential energy.

@@ -2,11 +2,14 @@
 
 mod contact;
 mod contact_geometry;
+mod difference;
 mod dynamics;
 mod energy;
 mod forcing;
 mod linear;
 mod linearise;
+mod nonlinear;
+mod nonlinear_stop;
 mod paper;
 mod pendulum;
 mod scene;
@@ -20,6 +23,9 @@ pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;
+pub(crate) use nonlinear::no_mass;
+pub use nonlinear::{EquationsOfMotion, NonlinearSystem};
+pub use nonlinear_stop::{GapFunction, NonlinearStop};
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub use pendulum::{DoublePendulum, PendulumChain};
 pub use scene::{Change, Parameter, Scene};

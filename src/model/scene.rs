@@ -1,7 +1,7 @@
 //! A scene: a system, its forcing and its stops, checked against each other once.
 
 use crate::error::{Error, Result};
-use crate::model::{Constraint, Forcing, LinearSystem, Reaction, Stop, System};
+use crate::model::{Constraint, Forcing, LinearSystem, Reaction, Stop, System, no_mass};
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -153,7 +153,8 @@ impl Scene {
     ///
     /// # Errors
     /// A forcing or stop that does not fit the system: wrong length, a coordinate it does not have, base motion without
-    /// an influence vector, a wall without a pendulum, a reaction with `n.b <= 0`.
+    /// an influence vector, a wall without a pendulum, a reaction with `n.b <= 0`; a nonlinear system with base motion, or
+    /// without the mass matrix that a harmonic force or an inertial reaction needs.
     pub fn new(
         system: impl Into<System>,
         forcing: impl Into<Forcing>,
@@ -186,6 +187,26 @@ impl Scene {
                     "the linear system has no influence vector; give it one with `influence`",
                 ))
             }
+            (Forcing::BaseMotion(_), System::Nonlinear(_)) => Err(Error::bad_value(
+                "forcing",
+                "a base motion",
+                "it moves a pendulum or a linear system; write it into the acceleration of a nonlinear system",
+            )),
+            (Forcing::Harmonic(_), System::Nonlinear(s)) if !s.has_mass() => {
+                Err(no_mass("a harmonic force"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// An inertial reaction needs the mass matrix.
+    fn check_reaction(&self, label: &str, reaction: &Reaction) -> Result<()> {
+        match (reaction, &self.system) {
+            (Reaction::Inertia, System::Nonlinear(s)) if !s.has_mass() => Err(Error::bad_value(
+                format!("{label}.reaction"),
+                "\"inertia\"",
+                "it needs the mass matrix of the nonlinear system: give it `mass`, or the stop another reaction",
+            )),
             _ => Ok(()),
         }
     }
@@ -194,6 +215,7 @@ impl Scene {
         let (n, label) = (self.n_dof(), format!("stops[{index}]"));
         match constraint {
             Constraint::Stop(stop) => {
+                self.check_reaction(&label, stop.reaction())?;
                 let normal = stop.normal_vector(n, &label)?;
                 if let Reaction::Direction(b) = stop.reaction() {
                     crate::quantity::finite_vector(&format!("{label}.reaction"), b, n)?;
@@ -208,11 +230,17 @@ impl Scene {
                 }
                 Ok(())
             }
+            Constraint::Nonlinear(stop) => {
+                if let Reaction::Direction(b) = stop.reaction() {
+                    crate::quantity::finite_vector(&format!("{label}.reaction"), b, n)?;
+                }
+                self.check_reaction(&label, stop.reaction())
+            }
             Constraint::Wall(wall) => match self.system.link_lengths() {
                 None => Err(Error::bad_value(
                     label,
                     "a wall",
-                    "walls stop the bobs of a pendulum; stop a linear system with `Stop`",
+                    "walls stop the bobs of a pendulum; stop another system with `Stop` or `NonlinearStop`",
                 )),
                 Some(lengths) if wall.bob() >= lengths.len() => Err(Error::bad_value(
                     format!("{label}.bob"),
@@ -251,33 +279,44 @@ impl Scene {
 
     /// The gap of every stop at the position q, shape `(n_stops,)`.
     ///
+    /// # Errors
+    /// What the gap function of a nonlinear stop reports.
+    ///
     /// # Panics
     /// If q has not n entries.
-    pub fn gaps(&self, q: &DVector<f64>) -> DVector<f64> {
+    pub fn gaps(&self, q: &DVector<f64>) -> Result<DVector<f64>> {
         let n = self.n_dof();
-        DVector::from_iterator(
-            self.stops.len(),
-            self.stops.iter().map(|constraint| match constraint {
-                Constraint::Stop(stop) => stop.clearance() - stop.outward(n).dot(q),
-                Constraint::Wall(wall) => wall.gap(
-                    &self
-                        .system
-                        .link_lengths()
-                        .expect("a scene with a wall has a pendulum"),
-                    q,
-                ),
-            }),
-        )
+        let gap = |constraint: &Constraint| match constraint {
+            Constraint::Stop(stop) => Ok(stop.clearance() - stop.outward(n).dot(q)),
+            Constraint::Nonlinear(stop) => stop.gap(q.as_slice()),
+            Constraint::Wall(wall) => Ok(wall.gap(
+                &self
+                    .system
+                    .link_lengths()
+                    .expect("a scene with a wall has a pendulum"),
+                q,
+            )),
+        };
+        let gaps: Vec<f64> = self.stops.iter().map(gap).collect::<Result<_>>()?;
+        Ok(DVector::from_vec(gaps))
     }
 
     /// The linear system, or the reason why the caller needs one.
     ///
     /// # Errors
-    /// `Error::BadValue` for a nonlinear system or a wall; `purpose` says what needs a linear scene.
+    /// `Error::BadValue` for a nonlinear system or stop or a wall; `purpose` says what needs a linear scene.
     pub fn linear_system(&self, purpose: &str) -> Result<&Arc<LinearSystem>> {
         let rule = || format!("{purpose} needs a linear scene; take scene.linearise()");
         if self.stops.iter().any(|s| matches!(s, Constraint::Wall(_))) {
             return Err(Error::bad_value("scene", "a scene with a wall", rule()));
+        }
+        let is_nonlinear = |s: &Constraint| matches!(s, Constraint::Nonlinear(_));
+        if self.stops.iter().any(is_nonlinear) {
+            return Err(Error::bad_value(
+                "scene",
+                "a scene with a nonlinear stop",
+                rule(),
+            ));
         }
         match &self.system {
             System::Linear(system) => Ok(system),
@@ -289,7 +328,7 @@ impl Scene {
     pub(crate) fn plane_stops(&self) -> impl Iterator<Item = &Stop> {
         self.stops.iter().filter_map(|constraint| match constraint {
             Constraint::Stop(stop) => Some(stop),
-            Constraint::Wall(_) => None,
+            Constraint::Wall(_) | Constraint::Nonlinear(_) => None,
         })
     }
 
@@ -368,6 +407,11 @@ fn set_clearance(constraint: &mut Constraint, value: f64) -> Result<()> {
             value,
             "a wall has a position instead; replace the stops",
         )),
+        Constraint::Nonlinear(_) => Err(Error::bad_value(
+            "clearance",
+            value,
+            "a nonlinear stop has a gap function instead; replace the stops",
+        )),
     }
 }
 
@@ -375,6 +419,7 @@ fn set_restitution(constraint: &mut Constraint, value: f64) -> Result<()> {
     match constraint {
         Constraint::Stop(stop) => stop.set_restitution(value),
         Constraint::Wall(wall) => wall.set_restitution(value),
+        Constraint::Nonlinear(stop) => stop.set_restitution(value),
     }
 }
 
@@ -383,5 +428,12 @@ fn scale_damping(system: &System, factor: f64) -> Result<System> {
         System::Linear(s) => LinearSystem::clone(s).with_damping_scaled(factor)?.into(),
         System::DoublePendulum(s) => s.with_damping_scaled(factor)?.into(),
         System::PendulumChain(s) => s.with_damping_scaled(factor)?.into(),
+        System::Nonlinear(_) => {
+            return Err(Error::bad_value(
+                "damping_scale",
+                factor,
+                "a nonlinear system has no damping matrix to scale; replace the system",
+            ));
+        }
     })
 }

@@ -1,7 +1,8 @@
 //! Stops: rigid one-sided constraints `gap(q) >= 0`. A plane stop has `gap = clearance - n.q` (`Side::Upper`) or
-//! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane.
+//! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane; a nonlinear stop has any gap.
 
 use crate::error::{Error, Result};
+use crate::model::NonlinearStop;
 use crate::quantity::{Restitution, finite, finite_vector};
 use nalgebra::DVector;
 
@@ -252,18 +253,26 @@ impl Wall {
     }
 }
 
-/// One stop of a scene, of either form.
+/// One stop of a scene, of any form.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Constraint {
     /// A plane stop.
     Stop(Stop),
     /// A wall for a pendulum's bob.
     Wall(Wall),
+    /// A stop with any gap.
+    Nonlinear(NonlinearStop),
 }
 
 impl From<Stop> for Constraint {
     fn from(stop: Stop) -> Self {
         Self::Stop(stop)
+    }
+}
+
+impl From<NonlinearStop> for Constraint {
+    fn from(stop: NonlinearStop) -> Self {
+        Self::Nonlinear(stop)
     }
 }
 

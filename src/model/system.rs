@@ -1,6 +1,6 @@
 //! The systems a scene may hold.
 
-use crate::model::{DoublePendulum, LinearSystem, PendulumChain};
+use crate::model::{DoublePendulum, LinearSystem, NonlinearSystem, PendulumChain};
 use std::sync::Arc;
 
 /// A mechanical system.
@@ -12,6 +12,8 @@ pub enum System {
     DoublePendulum(DoublePendulum),
     /// A chain of N links in physical units.
     PendulumChain(PendulumChain),
+    /// Any equations of motion.
+    Nonlinear(NonlinearSystem),
 }
 
 impl From<LinearSystem> for System {
@@ -32,6 +34,12 @@ impl From<PendulumChain> for System {
     }
 }
 
+impl From<NonlinearSystem> for System {
+    fn from(system: NonlinearSystem) -> Self {
+        Self::Nonlinear(system)
+    }
+}
+
 impl System {
     /// Number of degrees of freedom.
     pub fn n_dof(&self) -> usize {
@@ -39,13 +47,14 @@ impl System {
             Self::Linear(s) => s.n_dof(),
             Self::DoublePendulum(_) => 2,
             Self::PendulumChain(s) => s.n_dof(),
+            Self::Nonlinear(s) => s.n_dof(),
         }
     }
 
     /// Lengths of a pendulum's links in the units of its scene, `None` for a system that is no pendulum.
     pub(crate) fn link_lengths(&self) -> Option<nalgebra::DVector<f64>> {
         match self {
-            Self::Linear(_) => None,
+            Self::Linear(_) | Self::Nonlinear(_) => None,
             Self::DoublePendulum(s) => Some(s.link_lengths()),
             Self::PendulumChain(s) => Some(s.lengths().clone()),
         }

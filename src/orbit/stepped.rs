@@ -78,8 +78,8 @@ impl SteppedMotion {
         let mut reactions = Vec::with_capacity(stops.len());
         for &stop in stops {
             let contact = &self.contacts[stop];
-            normals.push(contact.surface.normal(q));
-            let reaction = contact.reaction(&self.system, q);
+            normals.push(contact.surface.normal(q)?);
+            let reaction = contact.reaction(&self.system, q)?;
             reactions.push(reaction.ok_or(Error::NoConvergence {
                 stage: "the mass matrix at an impact, which is singular,",
                 iterations: 0,
@@ -113,7 +113,7 @@ impl SteppedMotion {
         let mut found = Admissibility::default();
         let sizes: Vec<f64> = (0..self.contacts.len())
             .map(|stop| self.size(stop, flights))
-            .collect();
+            .collect::<Result<_>>()?;
         judge_impacts(impacts, |stop| MARGIN * sizes[stop] * rate, &mut found);
         for (k, (start, steps)) in flights.iter().enumerate() {
             let begins: &[usize] = pattern.get(k).map_or(&[], |instant| instant);
@@ -134,7 +134,10 @@ impl SteppedMotion {
         let sees = |q: &[f64], a: usize, b: usize| {
             let normal = self.contacts[a].surface.normal(q);
             let reaction = self.contacts[b].reaction(&self.system, q);
-            reaction.is_none_or(|b| normal.dot(&b).abs() > 1e-12 * normal.norm() * b.norm())
+            match (normal, reaction) {
+                (Ok(n), Ok(Some(b))) => n.dot(&b).abs() > 1e-12 * n.norm() * b.norm(),
+                _ => true,
+            }
         };
         flights.iter().enumerate().filter(hits).any(|(_, flight)| {
             let q: Vec<f64> = flight.after.iter().map(|z| z[0]).collect();
@@ -143,14 +146,15 @@ impl SteppedMotion {
     }
 
     /// The size of the motion along one gap.
-    fn size(&self, stop: usize, flights: &[(f64, Vec<KeptStep>)]) -> f64 {
-        let starts = flights.iter().flat_map(|(_, steps)| steps);
-        let size = |step: &KeptStep| {
+    fn size(&self, stop: usize, flights: &[(f64, Vec<KeptStep>)]) -> Result<f64> {
+        let mut size = 0.0f64;
+        for step in flights.iter().flat_map(|(_, steps)| steps) {
             let x = step.dense.at(0.0);
             let (q, v) = x.split_at(x.len() / 2);
-            self.contacts[stop].surface.along(q, v, v).size
-        };
-        starts.map(size).fold(0.0, f64::max)
+            let value = self.contacts[stop].surface.along(q, v, v, 0.0)?;
+            size = size.max(value.size);
+        }
+        Ok(size)
     }
 
     fn search(
@@ -163,10 +167,10 @@ impl SteppedMotion {
         found: &mut Admissibility,
     ) -> Result<()> {
         let surface = &self.contacts[stop].surface;
-        let ends = |t: f64, x: &[f64]| -> Result<[f64; 3]> {
+        let ends = |t: f64, x: &[f64], h: f64| -> Result<[f64; 3]> {
             let a = self.acceleration(self.moment(t), x)?;
             let (q, v) = x.split_at(x.len() / 2);
-            let value = surface.along(q, v, &a);
+            let value = surface.along(q, v, &a, h)?;
             Ok([value.gap, value.speed, value.acceleration])
         };
         let judged = Judgement { margin, error: 0.0 };
@@ -174,8 +178,8 @@ impl SteppedMotion {
             let t = start + step.start;
             let order = usize::from(is_hit && i == 0);
             let known = Ends::new(
-                ends(t, &step.dense.at(0.0))?,
-                ends(t + step.h, &step.dense.at(step.h))?,
+                ends(t, &step.dense.at(0.0), step.h)?,
+                ends(t + step.h, &step.dense.at(step.h), step.h)?,
                 step.h,
                 order,
             );
@@ -259,8 +263,8 @@ impl Motion for SteppedMotion {
     }
 
     fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
-        let (q, v) = state.as_slice().split_at(state.len() / 2);
+        let q = &state.as_slice()[..state.len() / 2];
         let surface = &self.contacts[stop].surface;
-        Ok((surface.along(q, v, v).gap, -surface.normal(q)))
+        Ok((surface.gap(q)?, -surface.normal(q)?))
     }
 }

@@ -1,14 +1,24 @@
 //! Errors of the core as Python exceptions: bad input is `ValueError`, a failed computation `ConvergenceError`.
 
-use crate::error::Error;
-use pyo3::PyErr;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use crate::error::{Error, FunctionError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
 
 pyo3::import_exception!(vibroimpact.errors, ConvergenceError);
+
+/// The exception that a user's function raised, itself.
+fn function_error(error: &FunctionError) -> PyErr {
+    let inner: &(dyn std::error::Error + 'static) = error.inner();
+    match inner.downcast_ref::<PyErr>() {
+        Some(raised) => Python::attach(|py| raised.clone_ref(py)),
+        None => PyRuntimeError::new_err(error.to_string()),
+    }
+}
 
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         match error {
+            Error::Function(error) => function_error(&error),
             Error::BadValue { .. } | Error::BadShape { .. } => {
                 PyValueError::new_err(error.to_string())
             }

@@ -6,6 +6,8 @@
 
 mod argument;
 mod array;
+mod c_function;
+mod callable;
 mod error;
 mod find;
 mod interrupt;
@@ -30,8 +32,8 @@ mod _core {
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]
     use super::model::{
-        PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyScene,
-        PyStop, PyWall, paper_scene, paper_system,
+        PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyNonlinearStop,
+        PyNonlinearSystem, PyPendulumChain, PyScene, PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
     use super::orbit::{_restore_orbit, PyOrbit};

@@ -55,11 +55,11 @@ impl Trajectory {
     /// The energy ledger at the times of [`Trajectory::samples`].
     ///
     /// # Errors
-    /// A trajectory that does not keep its motion.
+    /// A trajectory that does not keep its motion, a system given by functions.
     pub fn energy(&self) -> Result<Energy> {
         let points = self.points()?;
         with_motion!(&SceneMotion::new(self.scene()), motion => {
-            Ledger::new(self, motion).fill(&points)
+            Ledger::new(self, motion)?.fill(&points)
         })
     }
 }
@@ -75,17 +75,17 @@ struct Ledger<'a, D> {
 }
 
 impl<'a, D: Dynamics> Ledger<'a, D> {
-    fn new(trajectory: &'a Trajectory, dynamics: &'a D) -> Self {
+    fn new(trajectory: &'a Trajectory, dynamics: &'a D) -> Result<Self> {
         let scene = trajectory.scene();
-        Self {
+        Ok(Self {
             trajectory,
             dynamics,
-            energetics: Energetics::new(scene),
+            energetics: Energetics::new(scene)?,
             contacts: Arc::new(contacts(scene)),
             frequency: scene.forcing().frequency().unwrap_or(0.0),
             phase: scene.forcing().phase(),
             longest: trajectory.longest_stretch(STRETCH),
-        }
+        })
     }
 
     fn fill(&self, points: &[Point]) -> Result<Energy> {
@@ -98,14 +98,14 @@ impl<'a, D: Dynamics> Ledger<'a, D> {
                 self.integrate(piece, (local, span), &mut works)?;
                 let before = self.trajectory.state_in(piece, span);
                 let after = self.trajectory.state_in(piece + 1, 0.0);
-                works.contact += self.jump_loss(&before, &after);
+                works.contact += self.jump_loss(&before, &after)?;
                 (piece, local) = (piece + 1, 0.0);
             }
             self.integrate(piece, (local, point.local), &mut works)?;
             local = point.local;
             let (q, v) = self.trajectory.state_in(piece, local);
             let (kinetic, potential) = (
-                self.energetics.kinetic(&q, &v),
+                self.energetics.kinetic(&q, &v)?,
                 self.energetics.potential(&q),
             );
             let sum = kinetic + potential - works.forcing + works.damping + works.contact;
@@ -120,7 +120,7 @@ impl<'a, D: Dynamics> Ledger<'a, D> {
     }
 
     /// Kinetic energy lost between the end of a piece and the start of the next.
-    fn jump_loss(&self, before: &State, after: &State) -> f64 {
+    fn jump_loss(&self, before: &State, after: &State) -> Result<f64> {
         let jump = &before.1 - &after.1;
         let mean = (&before.1 + &after.1) * 0.5;
         self.energetics.inertial_work(&after.0, &mean, &jump)
@@ -173,6 +173,6 @@ impl<'a, D: Dynamics> Ledger<'a, D> {
         let (x, y) = (q.as_slice(), v.as_slice());
         self.dynamics.acceleration(at, x, y, free.as_mut_slice())?;
         held.acceleration(at, x, y, actual.as_mut_slice())?;
-        Ok(self.energetics.inertial_work(q, v, &(free - actual)))
+        self.energetics.inertial_work(q, v, &(free - actual))
     }
 }

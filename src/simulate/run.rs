@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
-use crate::model::{Dynamics, Scene, SceneMotion};
+use crate::model::{Constraint, Dynamics, Scene, SceneMotion};
 use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
@@ -171,6 +171,24 @@ pub(crate) trait Runner {
     ) -> Result<Done>;
 }
 
+/// What is said of nonlinear stops without a curvature: their gaps are searched on an interpolant.
+fn uncertain(scene: &Scene) -> String {
+    let is_unbounded =
+        |s: &Constraint| matches!(s, Constraint::Nonlinear(s) if s.curvature().is_none());
+    let stops = scene.stops().iter().enumerate();
+    let names: Vec<String> = stops
+        .filter(|(_, stop)| is_unbounded(stop))
+        .map(|(i, _)| format!("stop {i}"))
+        .collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; the search for contacts with {} is not certain: give a bound `curvature`",
+        names.join(" and ")
+    )
+}
+
 /// What a run leaves behind.
 pub(crate) struct Done {
     pub ending: Ending,
@@ -235,6 +253,7 @@ impl<F: LinearFlow> Runner for Run<'_, F> {
 /// One run in steps after another of the same scene, with their buffers.
 pub(crate) struct SteppedRun<'a, S, D> {
     mover: StepMover<'a, S, D>,
+    uncertain: String,
     events: EventLoop,
     options: &'a SimulateOptions,
     n_dof: usize,
@@ -244,6 +263,7 @@ impl<'a, S: State, D: Dynamics> SteppedRun<'a, S, D> {
     pub fn new(dynamics: &'a D, scene: &'a Scene, options: &'a SimulateOptions) -> Self {
         Self {
             mover: StepMover::new(dynamics, scene, options),
+            uncertain: uncertain(scene),
             events: EventLoop::default(),
             options,
             n_dof: scene.n_dof(),
@@ -267,6 +287,7 @@ impl<S: State, D: Dynamics> Runner for SteppedRun<'_, S, D> {
         if self.mover.is_stiff() {
             ending.message.push_str(STIFF);
         }
+        ending.message.push_str(&self.uncertain);
         let stats = Stats {
             n_rhs: self.mover.n_rhs(),
             n_steps: self.mover.n_steps,

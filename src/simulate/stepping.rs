@@ -1,6 +1,7 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
+use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Ends, Judgement, Quartic, Quintic};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
@@ -31,6 +32,8 @@ const TAYLOR_PART: f64 = 1e-2;
 const MOST_HALVINGS: usize = 12;
 /// Singular values below this, relative to the largest, are zero: the normals are dependent.
 const DEPENDENT_TOL: f64 = 1e-12;
+/// Time over which a held motion changes little, for the difference that bends a nonlinear gap.
+const HELD_TIME: f64 = 1.0;
 /// The quartic through a contact force is off by no more than this, relative to the force.
 const FORCE_TOL: f64 = 1e-4;
 
@@ -158,8 +161,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         let at = self.moment();
         self.stepper.begin(dynamics, at, &self.x)?;
         self.is_begun = true;
-        self.take_gaps();
-        Ok(())
+        self.take_gaps()
     }
 
     /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
@@ -169,20 +171,21 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             return self.look();
         }
         self.stepper.go_on();
-        self.take_gaps();
         self.is_begun = false;
-        Ok(())
+        self.take_gaps()
     }
 
     /// The gaps at the present state, whose rate is known.
-    fn take_gaps(&mut self) {
+    fn take_gaps(&mut self) -> Result<()> {
         let n = self.n();
         let (q, v) = self.x.slice().split_at(n);
         let a = &self.stepper.start_rate().slice()[n..];
+        let step = self.slow_time();
         for (value, contact) in self.gaps.iter_mut().zip(self.contacts.iter()) {
-            *value = contact.surface.along(q, v, a);
+            *value = contact.surface.along(q, v, a, step)?;
         }
         self.n_gap_evaluations += self.contacts.len();
+        Ok(())
     }
 
     /// A first step, from the sizes of the state, its rate and a second derivative, in units of the tolerance.
@@ -210,25 +213,37 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         Ok(first_step(trial, d1, size(self, &change)))
     }
 
-    /// The margin of a gap whose terms have the given size.
-    fn margin_of(&self, stop: usize, size: f64) -> f64 {
-        let absolute = self.tolerance.absolute * self.contacts[stop].surface.steepness();
-        10.0 * (absolute + self.tolerance.relative.max(ROUNDING) * size)
+    /// The margin of a gap.
+    fn margin_of(&self, gap: GapValue) -> f64 {
+        let absolute = self.tolerance.absolute * gap.steepness;
+        10.0 * (absolute + self.tolerance.relative.max(ROUNDING) * gap.size)
     }
 
-    /// The gaps at the end of the step last taken.
-    fn look_ahead(&mut self) {
+    /// A time over which the motion changes little: the step, or what it takes to move by the present state.
+    fn slow_time(&self) -> f64 {
+        let n = self.n();
+        let size = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+        let (q, v) = self.x.slice().split_at(n);
+        let (speed, acceleration) = (size(v), size(&self.stepper.start_rate().slice()[n..]));
+        let times = [size(q) / speed, speed / acceleration];
+        let finite = times.into_iter().filter(|t| t.is_finite());
+        self.h.or(finite.reduce(f64::max)).unwrap_or(1.0)
+    }
+
+    /// The gaps at the end of the step last taken, of length h.
+    fn look_ahead(&mut self, h: f64) -> Result<()> {
         let n = self.n();
         let (q, v) = self.stepper.end.slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
         for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
-            *value = contact.surface.along(q, v, a);
+            *value = contact.surface.along(q, v, a, h)?;
         }
         self.n_gap_evaluations += self.contacts.len();
+        Ok(())
     }
 
     /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
-    fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Found {
+    fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
         let mut earliest: Option<(usize, f64)> = None;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
@@ -237,18 +252,21 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
             let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
-            let margin = self.margin_of(stop, start.size.max(end.size));
+            let margin = self.margin_of(start).max(self.margin_of(end));
             let order = starts.map_or(0, |orders| orders[stop]);
             let ends = Ends::new(known(start), known(end), h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
-            if ends.are_clear(order, 2.0 * margin) {
+            let is_clear = ends.are_clear(order, 2.0 * margin);
+            if is_clear && self.contacts[stop].surface.bounded().is_none() {
                 continue;
             }
             let quintic = Quintic::new(&ends);
-            let along = if order > 0 {
+            let along = if is_clear {
+                Along::Clear
+            } else if order > 0 {
                 quintic.after_contact(order)
             } else {
-                let error = self.interpolation_error(stop, &quintic, h);
+                let error = self.interpolation_error(stop, &quintic, h)?;
                 self.touches.clear();
                 let along = quintic.when_open(Judgement { margin, error }, &mut self.touches);
                 for &(x, gap) in &self.touches {
@@ -260,10 +278,10 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 }
                 along
             };
-            match along {
+            match self.proved(stop, along, margin, h)? {
                 Along::Unsure => {
                     self.grazes.truncate(noted);
-                    return Found::Undecided;
+                    return Ok(Found::Undecided);
                 }
                 Along::Contact { x } if earliest.is_none_or(|(_, first)| x < first) => {
                     earliest = Some((stop, x));
@@ -279,18 +297,37 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 at <= noted || graze.time < time
             });
         }
-        earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x })
+        Ok(earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x }))
+    }
+
+    /// What the quintic of a gap says of the step last taken, put right where the gap has a bound that proves it.
+    fn proved(&self, stop: usize, along: Along, margin: f64, h: f64) -> Result<Along> {
+        let Some((nonlinear, curvature)) = self.contacts[stop].surface.bounded() else {
+            return Ok(along);
+        };
+        let until = match along {
+            Along::Contact { x } => x,
+            Along::Clear | Along::Unsure => 1.0,
+        };
+        let dense = self.stepper.dense(&self.x, h);
+        let path: Vec<[f64; 5]> = (0..self.n()).map(|i| dense.powers(i)).collect();
+        Ok(
+            match first_crossing(nonlinear, curvature, &path, margin, until)? {
+                Some(x) => Along::Contact { x },
+                None if along == Along::Unsure => Along::Clear,
+                None => along,
+            },
+        )
     }
 
     /// The difference of the quintic to the dense output half-way.
-    fn interpolation_error(&mut self, stop: usize, quintic: &Quintic, h: f64) -> f64 {
+    fn interpolation_error(&mut self, stop: usize, quintic: &Quintic, h: f64) -> Result<f64> {
         let n = self.n();
         let mut x = S::zeros(2 * n);
         self.stepper.dense(&self.x, h).state(0.5 * h, x.slice_mut());
-        let (q, v) = x.slice().split_at(n);
         self.n_gap_evaluations += 1;
-        let there = self.contacts[stop].surface.along(q, v, v).gap;
-        (there - quintic.value(0.5)).abs()
+        let there = self.contacts[stop].surface.gap(&x.slice()[..n])?;
+        Ok((there - quintic.value(0.5)).abs())
     }
 
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes. Returns the length;
@@ -303,7 +340,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         for _ in 0..MOST_POLISHES {
             self.stepper
                 .step(dynamics, at, self.frequency, &self.x, s)?;
-            self.look_ahead();
+            self.look_ahead(h)?;
             let GapValue {
                 gap,
                 speed,
@@ -391,7 +428,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     }
 
     fn margin(&self, stop: usize, size: f64) -> f64 {
-        self.margin_of(stop, size)
+        let gap = self.gaps[stop];
+        self.margin_of(GapValue { size, ..gap })
     }
 
     fn contact_slack(&self) -> f64 {
@@ -400,17 +438,18 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
 
     fn speed_size(&self, stop: usize) -> f64 {
         let (q, v) = self.x.slice().split_at(self.n());
+        // The look before has had this normal: an error would have ended the run there.
         let normal = self.contacts[stop].surface.normal(q);
-        normal.iter().zip(v).map(|(n, v)| (n * v).abs()).sum()
+        normal.map_or(0.0, |n| n.iter().zip(v).map(|(n, v)| (n * v).abs()).sum())
     }
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {
         let (q, _) = self.x.slice().split_at(self.n());
         let system = self.scene.system();
-        let sees = |a: &Contact, b: &Contact| {
-            let normal = a.surface.normal(q);
-            b.reaction(system, q)
-                .is_none_or(|b| normal.dot(&b).abs() > 1e-12 * normal.norm() * b.norm())
+        // Where a function fails the stops count as coupled, which ends the run there.
+        let sees = |a: &Contact, b: &Contact| match (a.surface.normal(q), b.reaction(system, q)) {
+            (Ok(normal), Ok(Some(b))) => normal.dot(&b).abs() > 1e-12 * normal.norm() * b.norm(),
+            _ => true,
         };
         let (a, b) = (&self.contacts[one], &self.contacts[other]);
         sees(a, b) || sees(b, a)
@@ -593,9 +632,9 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
                 self.h = Some(verdict.next);
                 continue;
             }
-            self.look_ahead();
+            self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along(starts, h) {
+            let found = match self.contact_along(starts, h)? {
                 Found::Undecided if undecided => {
                     halvings += 1;
                     self.h = Some(0.5 * h);
@@ -740,7 +779,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         for _ in 0..MOST_POLISHES {
             let (normal, reaction) = self.directions(stop)?;
             let (q, v) = self.x.slice_mut().split_at_mut(n);
-            let value = self.contacts[stop].surface.along(q, v, v);
+            let value = self.contacts[stop].surface.along(q, v, v, 0.0)?;
             let (push, product) = (value.gap, normal.dot(&reaction));
             for (q, b) in q.iter_mut().zip(reaction.iter()) {
                 *q += b * push / product;
@@ -763,8 +802,8 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
     fn directions(&self, stop: usize) -> Result<(DVector<f64>, DVector<f64>)> {
         let (q, _) = self.x.slice().split_at(self.n());
         let contact = &self.contacts[stop];
-        let normal = contact.surface.normal(q);
-        let reaction = contact.reaction(self.scene.system(), q);
+        let normal = contact.surface.normal(q)?;
+        let reaction = contact.reaction(self.scene.system(), q)?;
         match reaction.filter(|b| normal.dot(b) > 0.0) {
             Some(reaction) => Ok((normal, reaction)),
             None => Err(Error::bad_value(
@@ -814,12 +853,12 @@ impl<D: Dynamics> HeldMotion<'_, D> {
         let mut reactions = Vec::with_capacity(k);
         for (i, &stop) in self.stops.iter().enumerate() {
             let contact = &self.contacts[stop];
-            opening[i] = contact.surface.along(q, v, a).acceleration;
-            let reaction = contact.reaction(self.system, q);
+            opening[i] = contact.surface.along(q, v, a, HELD_TIME)?.acceleration;
+            let reaction = contact.reaction(self.system, q)?;
             reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
         }
         for (i, &stop) in self.stops.iter().enumerate() {
-            let normal = self.contacts[stop].surface.normal(q);
+            let normal = self.contacts[stop].surface.normal(q)?;
             for (j, reaction) in reactions.iter().enumerate() {
                 delassus[(i, j)] = normal.dot(reaction);
             }

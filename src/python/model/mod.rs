@@ -2,6 +2,7 @@
 
 mod forcing;
 mod linear;
+mod nonlinear;
 mod paper;
 mod pendulum;
 mod scene;
@@ -9,6 +10,7 @@ mod stop;
 
 pub(crate) use forcing::{PyBaseMotion, PyHarmonic};
 pub(crate) use linear::PyLinearSystem;
+pub(crate) use nonlinear::{PyNonlinearStop, PyNonlinearSystem};
 pub(crate) use paper::{paper_scene, paper_system};
 pub(crate) use pendulum::{PyDoublePendulum, PyPendulumChain};
 pub(crate) use scene::PyScene;

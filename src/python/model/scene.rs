@@ -7,8 +7,8 @@ use crate::python::array::{complex_vector, number, vector};
 use crate::python::model::forcing::forcing;
 use crate::python::model::stop::constraints;
 use crate::python::model::{
-    PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyPendulumChain, PyStop, PyWall,
-    bad,
+    PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyNonlinearStop, PyNonlinearSystem,
+    PyPendulumChain, PyStop, PyWall, bad,
 };
 use crate::python::text::shown;
 use nalgebra::DVector;
@@ -27,8 +27,11 @@ fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
     if let Ok(s) = value.cast::<PyPendulumChain>() {
         return Ok(s.get().0.clone().into());
     }
+    if let Ok(s) = value.cast::<PyNonlinearSystem>() {
+        return Ok(s.get().0.clone().into());
+    }
     Err(PyTypeError::new_err(format!(
-        "system is {}, but a LinearSystem, DoublePendulum or PendulumChain is needed",
+        "system is {}, but a LinearSystem, DoublePendulum, PendulumChain or NonlinearSystem is needed",
         value.get_type().name()?
     )))
 }
@@ -37,11 +40,11 @@ fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
 ///
 /// Parameters
 /// ----------
-/// system : LinearSystem, DoublePendulum or PendulumChain
+/// system : LinearSystem, DoublePendulum, PendulumChain or NonlinearSystem
 ///     The system.
 /// forcing : Harmonic, BaseMotion or None, optional
 ///     What drives it.
-/// stops : Stop, Wall or a sequence of them, default ()
+/// stops : Stop, Wall, NonlinearStop or a sequence of them, default ()
 ///     One stop or several.
 ///
 /// Raises
@@ -65,6 +68,7 @@ fn wrap_system(py: Python<'_>, system: &System) -> PyResult<Py<PyAny>> {
         System::Linear(s) => Py::new(py, PyLinearSystem((**s).clone()))?.into_any(),
         System::DoublePendulum(s) => Py::new(py, PyDoublePendulum(s.clone()))?.into_any(),
         System::PendulumChain(s) => Py::new(py, PyPendulumChain(s.clone()))?.into_any(),
+        System::Nonlinear(s) => Py::new(py, PyNonlinearSystem(s.clone()))?.into_any(),
     })
 }
 
@@ -151,6 +155,7 @@ impl PyScene {
             .map(|s| match s {
                 Constraint::Stop(s) => Ok(Py::new(py, PyStop(s.clone()))?.into_any()),
                 Constraint::Wall(s) => Ok(Py::new(py, PyWall(s.clone()))?.into_any()),
+                Constraint::Nonlinear(s) => Ok(Py::new(py, PyNonlinearStop(s.clone()))?.into_any()),
             })
             .collect::<PyResult<Vec<_>>>()?;
         PyTuple::new(py, stops)
@@ -203,17 +208,10 @@ impl PyScene {
             )));
         }
         let flat = vector("q", &array.call_method1("reshape", (-1,))?)?;
-        let gaps: Vec<f64> = flat
-            .as_slice()
-            .chunks(n)
-            .flat_map(|q| {
-                self.0
-                    .gaps(&DVector::from_row_slice(q))
-                    .iter()
-                    .copied()
-                    .collect::<Vec<_>>()
-            })
-            .collect();
+        let mut gaps: Vec<f64> = Vec::new();
+        for q in flat.as_slice().chunks(n) {
+            gaps.extend(self.0.gaps(&DVector::from_row_slice(q))?.iter());
+        }
         if let Some(last) = shape.last_mut() {
             *last = self.0.stops().len();
         }
@@ -278,7 +276,7 @@ impl PyScene {
         Ok(Self(scene))
     }
 
-    /// The linear scene of small angles: linear system, walls as plane stops, the same forcing.
+    /// The linear scene of small motions: linear system, walls and nonlinear stops as plane stops, the same forcing.
     fn linearise(&self) -> PyResult<Self> {
         Ok(Self(model::linearise(&self.0)?))
     }

@@ -3,7 +3,7 @@
 use crate::model::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 use crate::python::argument;
 use crate::python::array::{matrix, out_vector, vector};
-use crate::python::model::bad;
+use crate::python::model::{PyNonlinearStop, bad};
 use crate::python::pattern::stop_index;
 use nalgebra::{DMatrix, DVector};
 use pyo3::exceptions::PyTypeError;
@@ -35,7 +35,7 @@ fn normal(value: &Bound<'_, PyAny>) -> PyResult<Normal> {
     }
 }
 
-fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
+pub(super) fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
     let Some(value) = value else {
         return Ok(Reaction::Inertia);
     };
@@ -47,6 +47,18 @@ fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
         ))),
         Err(_) => Ok(Reaction::Direction(vector("reaction", value)?)),
     }
+}
+
+/// A reaction as it is given.
+pub(super) fn out_reaction<'py>(
+    py: Python<'py>,
+    reaction: &Reaction,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match reaction {
+        Reaction::Inertia => "inertia".into_pyobject(py)?.into_any(),
+        Reaction::Coordinate => "coordinate".into_pyobject(py)?.into_any(),
+        Reaction::Direction(b) => out_vector(py, b).into_any(),
+    })
 }
 
 /// Plane stop with gap ``clearance - n.q >= 0`` (upper side) or ``clearance + n.q >= 0`` (lower side).
@@ -130,11 +142,7 @@ impl PyStop {
     /// "inertia", "coordinate", or a direction of shape (n,).
     #[getter]
     fn reaction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(match self.0.reaction() {
-            Reaction::Inertia => "inertia".into_pyobject(py)?.into_any(),
-            Reaction::Coordinate => "coordinate".into_pyobject(py)?.into_any(),
-            Reaction::Direction(b) => out_vector(py, b).into_any(),
-        })
+        out_reaction(py, self.0.reaction())
     }
 
     fn __eq__(&self, other: &Self) -> bool {
@@ -272,8 +280,11 @@ fn constraint(value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
     if let Ok(s) = value.cast::<PyWall>() {
         return Ok(s.get().0.clone().into());
     }
+    if let Ok(s) = value.cast::<PyNonlinearStop>() {
+        return Ok(s.get().0.clone().into());
+    }
     Err(PyTypeError::new_err(format!(
-        "stops holds {}, but a Stop or Wall is needed",
+        "stops holds {}, but a Stop, Wall or NonlinearStop is needed",
         value.get_type().name()?
     )))
 }

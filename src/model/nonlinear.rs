@@ -1,0 +1,362 @@
+//! Nonlinear systems given by their equations of motion `q'' = a(t, q, v)`: any type that implements one trait.
+
+use crate::error::{Error, Result};
+use crate::model::difference::derivative;
+use crate::model::{Coefficient, LinearSystem};
+use crate::quantity::finite_square;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
+
+/// Times at which q = 0 must be at rest to be linearised about.
+const PROBES: [f64; 3] = [0.0, 1.0, std::f64::consts::SQRT_2];
+/// The distance in q, in units of the coordinates, within which an equilibrium counts as the one at q = 0.
+const EQUILIBRIUM_TOL: f64 = 1e-12;
+
+/// Equations of motion `q'' = a(t, q, v)`, and what may be known beside them. The functions must be pure: the same
+/// arguments give the same values.
+///
+/// An implementation reports a failure of its own by [`Error::function`]; values that are not finite are reported for it.
+pub trait EquationsOfMotion: Any + Send + Sync {
+    /// Number of degrees of freedom, at least 1.
+    fn n_dof(&self) -> usize;
+
+    /// Writes the acceleration at time t, position q and velocity v.
+    ///
+    /// # Errors
+    /// Whatever the implementation cannot evaluate.
+    fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
+
+    /// Whether [`mass`](Self::mass) is there.
+    fn has_mass(&self) -> bool {
+        false
+    }
+
+    /// The mass matrix at q, shape `(n, n)`, symmetric positive definite: needed for the inertial reaction of stops, for
+    /// harmonic forces and to linearise.
+    ///
+    /// # Errors
+    /// Whatever the implementation cannot evaluate.
+    fn mass(&self, q: &[f64]) -> Result<DMatrix<f64>> {
+        let _ = q;
+        Err(no_mass("this"))
+    }
+
+    /// The derivative of the acceleration by `(q, v)`, shape `(n, 2n)`; `None`: it is had by differences.
+    ///
+    /// # Errors
+    /// Whatever the implementation cannot evaluate.
+    fn jacobian(&self, t: f64, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
+        let _ = (t, q, v);
+        Ok(None)
+    }
+
+    /// The potential energy at q; `None`: it is not known.
+    ///
+    /// # Errors
+    /// Whatever the implementation cannot evaluate.
+    fn potential(&self, q: &[f64]) -> Result<Option<f64>> {
+        let _ = q;
+        Ok(None)
+    }
+
+    /// Whether another object is known to be the same equations; one object is always equal to itself.
+    fn equals(&self, other: &dyn EquationsOfMotion) -> bool {
+        let _ = other;
+        false
+    }
+}
+
+/// Nonlinear system given by its equations of motion `q'' = a(t, q, v)`.
+///
+/// # Examples
+/// A Duffing oscillator between two stops:
+/// ```
+/// use nalgebra::{DMatrix, dmatrix, dvector};
+/// use vibroimpact::{EquationsOfMotion, Forcing, NonlinearSystem, Result, Scene, Side, SimulateOptions, Stop, simulate};
+/// struct Duffing;
+/// impl EquationsOfMotion for Duffing {
+///     fn n_dof(&self) -> usize {
+///         1
+///     }
+///     fn acceleration(&self, _t: f64, q: &[f64], _v: &[f64], a: &mut [f64]) -> Result<()> {
+///         a[0] = -q[0] - q[0].powi(3);
+///         Ok(())
+///     }
+///     fn has_mass(&self) -> bool {
+///         true
+///     }
+///     fn mass(&self, _q: &[f64]) -> Result<DMatrix<f64>> {
+///         Ok(dmatrix![1.0])
+///     }
+/// }
+/// let stops = [Stop::new(0, 0.5, 1.0)?, Stop::new(0, 0.5, 1.0)?.on_side(Side::Lower)];
+/// let scene = Scene::new(NonlinearSystem::new(Duffing)?, Forcing::Unforced, stops)?;
+/// let run = simulate(&scene, &dvector![0.0], &dvector![1.0], (0.0, 20.0), &SimulateOptions::default())?;
+/// // v^2 = 1 - q^2 - q^4/2 at the stops
+/// assert!(run.impacts().iter().all(|i| (i.approach - (1.0 - 0.25 - 0.03125f64).sqrt()).abs() < 1e-7));
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct NonlinearSystem(Arc<dyn EquationsOfMotion>);
+
+impl fmt::Debug for NonlinearSystem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "NonlinearSystem(n_dof={})", self.n_dof())
+    }
+}
+
+impl PartialEq for NonlinearSystem {
+    /// One object is equal to itself; others as far as they know.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0.equals(&*other.0)
+    }
+}
+
+impl NonlinearSystem {
+    /// A system that moves by the given equations.
+    ///
+    /// # Errors
+    /// No degree of freedom at all.
+    pub fn new(equations: impl EquationsOfMotion) -> Result<Self> {
+        if equations.n_dof() == 0 {
+            return Err(Error::bad_value("n_dof", 0, "it must be at least 1"));
+        }
+        Ok(Self(Arc::new(equations)))
+    }
+
+    /// The equations as they were given.
+    pub fn equations(&self) -> &dyn EquationsOfMotion {
+        &*self.0
+    }
+
+    /// Number of degrees of freedom.
+    pub fn n_dof(&self) -> usize {
+        self.0.n_dof()
+    }
+
+    /// Whether the mass matrix is known.
+    pub fn has_mass(&self) -> bool {
+        self.0.has_mass()
+    }
+
+    /// Writes the acceleration.
+    ///
+    /// # Errors
+    /// What the equations report; a value that is not finite.
+    pub fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        self.0.acceleration(t, q, v, a)?;
+        match a.iter().position(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(i) => Err(Error::bad_value(
+                format!("acceleration[{i}] at t = {t}"),
+                a[i],
+                format!("it must be finite, as q = {q:?} and v = {v:?} are"),
+            )),
+        }
+    }
+
+    /// The mass matrix at q, shape `(n, n)`.
+    ///
+    /// # Errors
+    /// What the equations report; a matrix of another shape, not finite or not symmetric.
+    pub fn mass(&self, q: &[f64]) -> Result<DMatrix<f64>> {
+        let mass = self.0.mass(q)?;
+        finite_square("mass", &mass, self.n_dof())?;
+        let mass = Coefficient::Dense(mass);
+        if !mass.is_symmetric() {
+            let value = format!("not symmetric at q = {q:?}");
+            return Err(Error::bad_value("mass", value, "it must be"));
+        }
+        Ok(mass.to_dense())
+    }
+
+    /// Whether the mass matrix at q is one.
+    ///
+    /// # Errors
+    /// As [`mass`](Self::mass); a matrix that is not positive definite.
+    pub fn check_mass(&self, q: &[f64]) -> Result<()> {
+        if Cholesky::new(self.mass(q)?).is_some() {
+            return Ok(());
+        }
+        let value = format!("not positive definite at q = {q:?}");
+        Err(Error::bad_value("mass", value, "it must be"))
+    }
+
+    /// The potential energy at q, `None` where it is not known.
+    ///
+    /// # Errors
+    /// What the equations report; a value that is not finite.
+    pub fn potential(&self, q: &[f64]) -> Result<Option<f64>> {
+        self.0
+            .potential(q)?
+            .map(|u| crate::quantity::finite("potential", u))
+            .transpose()
+    }
+
+    /// The derivative of the acceleration by `(q, v)`, shape `(n, 2n)`: as given, or by differences (Ridders' method).
+    ///
+    /// # Errors
+    /// What the equations report; a derivative of another shape or not finite; differences that settle on no value.
+    pub fn jacobian(&self, t: f64, q: &[f64], v: &[f64]) -> Result<DMatrix<f64>> {
+        let n = self.n_dof();
+        if let Some(jacobian) = self.0.jacobian(t, q, v)? {
+            if jacobian.shape() != (n, 2 * n) {
+                let found = format!("({}, {})", jacobian.nrows(), jacobian.ncols());
+                let expected = format!("({n}, {}), by q and then by v,", 2 * n);
+                return Err(Error::bad_shape("jacobian", found, expected));
+            }
+            return match jacobian.iter().find(|x| !x.is_finite()) {
+                None => Ok(jacobian),
+                Some(x) => Err(Error::bad_value("jacobian", x, "it must be finite")),
+            };
+        }
+        let x: Vec<f64> = q.iter().chain(v).copied().collect();
+        let columns: Vec<DVector<f64>> = (0..2 * n)
+            .map(|j| {
+                derivative(|h| {
+                    let mut y = x.clone();
+                    y[j] += h;
+                    let mut a = DVector::zeros(n);
+                    self.0.acceleration(t, &y[..n], &y[n..], a.as_mut_slice())?;
+                    Ok(a)
+                })
+            })
+            .collect::<Result<_>>()?;
+        Ok(DMatrix::from_columns(&columns))
+    }
+
+    /// The linear system about the equilibrium q = 0, `K = -M da/dq`, `C = -M da/dv`.
+    ///
+    /// # Errors
+    /// No mass matrix; q = 0 is not at rest (within 1e-12 of the coordinates' units, at the times 0, 1 and sqrt 2); what
+    /// [`jacobian`](Self::jacobian) reports.
+    pub fn linearise(&self) -> Result<LinearSystem> {
+        if !self.has_mass() {
+            return Err(no_mass("linearise"));
+        }
+        let n = self.n_dof();
+        let zero = vec![0.0; n];
+        let jacobian = self.jacobian(0.0, &zero, &zero)?;
+        let small = EQUILIBRIUM_TOL * jacobian.columns(0, n).amax();
+        for t in PROBES {
+            let mut a = vec![0.0; n];
+            self.acceleration(t, &zero, &zero, &mut a)?;
+            if a.iter().any(|a| a.abs() > small) {
+                return Err(Error::bad_value(
+                    format!("the acceleration at q = 0, v = 0, t = {t}"),
+                    format!("{a:?}"),
+                    "q = 0 must be an equilibrium at all times to be linearised about; count q from there, and give a \
+                     harmonic force as forcing",
+                ));
+            }
+        }
+        let mass = self.mass(&zero)?;
+        let stiffness = -(&mass * jacobian.columns(0, n));
+        let damping = -(&mass * jacobian.columns(n, n));
+        LinearSystem::new(mass, damping, stiffness)
+    }
+}
+
+/// The mass matrix is needed and not there.
+pub(crate) fn no_mass(what: &str) -> Error {
+    Error::bad_value(
+        "mass",
+        "not given",
+        format!("{what} needs the mass matrix of a nonlinear system"),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{dmatrix, dvector};
+
+    /// `M q'' = -K q - C v - k q^3` on each coordinate, started at rest at `q = offset`.
+    struct Hardening {
+        offset: f64,
+    }
+
+    fn matrices() -> [DMatrix<f64>; 3] {
+        [
+            dmatrix![2.0, 0.5; 0.5, 1.0],
+            dmatrix![0.3, -0.1; -0.1, 0.2],
+            dmatrix![5.0, -2.0; -2.0, 3.0],
+        ]
+    }
+
+    impl EquationsOfMotion for Hardening {
+        fn n_dof(&self) -> usize {
+            2
+        }
+        fn acceleration(&self, _t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+            let [m, c, k] = matrices();
+            let (q, v) = (
+                DVector::from_column_slice(q).add_scalar(-self.offset),
+                DVector::from_column_slice(v),
+            );
+            let f = -(k * &q) - c * v - q.map(|x| 7.0 * x.powi(3));
+            let solved = m.lu().solve(&f).ok_or_else(|| no_mass("the test"))?;
+            a.copy_from_slice(solved.as_slice());
+            Ok(())
+        }
+        fn has_mass(&self) -> bool {
+            true
+        }
+        fn mass(&self, _q: &[f64]) -> Result<DMatrix<f64>> {
+            Ok(matrices()[0].clone())
+        }
+    }
+
+    #[test]
+    fn the_linear_part_is_found_by_differences() {
+        let system = NonlinearSystem::new(Hardening { offset: 0.0 }).expect("two coordinates");
+        let linear = system.linearise().expect("an equilibrium");
+        let [m, c, k] = matrices();
+        assert!((linear.mass().to_dense() - m).amax() < 1e-15);
+        assert!((linear.damping().to_dense() - c).amax() < 1e-12);
+        assert!((linear.stiffness().to_dense() - k).amax() < 1e-12);
+    }
+
+    #[test]
+    fn a_point_that_is_not_at_rest_is_not_linearised_about() {
+        let system = NonlinearSystem::new(Hardening { offset: 1e-6 }).expect("two coordinates");
+        let message = system.linearise().unwrap_err().to_string();
+        assert!(message.contains("must be an equilibrium"), "{message}");
+    }
+
+    #[test]
+    fn equations_are_compared_by_identity() {
+        let one = NonlinearSystem::new(Hardening { offset: 0.0 }).expect("valid");
+        let other = NonlinearSystem::new(Hardening { offset: 0.0 }).expect("valid");
+        assert_eq!(one, one.clone());
+        assert_ne!(one, other);
+        assert_eq!(format!("{one:?}"), "NonlinearSystem(n_dof=2)");
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_is_named_with_its_time() {
+        struct Broken;
+        impl EquationsOfMotion for Broken {
+            fn n_dof(&self) -> usize {
+                1
+            }
+            fn acceleration(&self, _: f64, _: &[f64], _: &[f64], a: &mut [f64]) -> Result<()> {
+                a[0] = f64::NAN;
+                Ok(())
+            }
+        }
+        let system = NonlinearSystem::new(Broken).expect("one coordinate");
+        let q = dvector![0.5];
+        let message = system
+            .acceleration(0.25, q.as_slice(), q.as_slice(), &mut [0.0])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.starts_with("acceleration[0] at t = 0.25 is NaN"),
+            "{message}"
+        );
+        assert!(system.linearise().is_err() && system.mass(&[0.0]).is_err());
+    }
+}

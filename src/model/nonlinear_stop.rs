@@ -1,0 +1,189 @@
+//! Stops with any gap `h(q) >= 0`, given by the gap and its gradient: any type that implements one trait.
+
+use crate::error::{Error, Result};
+use crate::model::{Reaction, Stop};
+use crate::quantity::{Restitution, finite_vector};
+use nalgebra::DVector;
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
+
+/// A gap and its gradient. The functions must be pure: the same q gives the same values.
+///
+/// An implementation reports a failure of its own by [`Error::function`]; values that are not finite are reported for it.
+pub trait GapFunction: Any + Send + Sync {
+    /// The gap h at q, twice continuously differentiable; negative inside the stop.
+    ///
+    /// # Errors
+    /// Whatever the implementation cannot evaluate.
+    fn gap(&self, q: &[f64]) -> Result<f64>;
+
+    /// Writes the gradient of the gap at q.
+    ///
+    /// # Errors
+    /// Whatever the implementation cannot evaluate.
+    fn gradient(&self, q: &[f64], gradient: &mut [f64]) -> Result<()>;
+
+    /// Whether another object is known to be the same function; one object is always equal to itself.
+    fn equals(&self, other: &dyn GapFunction) -> bool {
+        let _ = other;
+        false
+    }
+}
+
+/// Stop with any gap `h(q) >= 0`, given with its gradient; the normal towards it is `-grad h`.
+///
+/// # Examples
+/// A point in the plane that may not leave a circle:
+/// ```
+/// use vibroimpact::{GapFunction, NonlinearStop, Result};
+/// struct Circle;
+/// impl GapFunction for Circle {
+///     fn gap(&self, q: &[f64]) -> Result<f64> {
+///         Ok(1.0 - q[0].hypot(q[1]))
+///     }
+///     fn gradient(&self, q: &[f64], gradient: &mut [f64]) -> Result<()> {
+///         let r = q[0].hypot(q[1]);
+///         (gradient[0], gradient[1]) = (-q[0] / r, -q[1] / r);
+///         Ok(())
+///     }
+/// }
+/// let stop = NonlinearStop::new(Circle, 0.9)?;
+/// assert_eq!(stop.gap(&[0.3, 0.4])?, 0.5);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct NonlinearStop {
+    function: Arc<dyn GapFunction>,
+    restitution: Restitution,
+    curvature: Option<f64>,
+    reaction: Reaction,
+}
+
+impl fmt::Debug for NonlinearStop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NonlinearStop")
+            .field("restitution", &self.restitution)
+            .field("curvature", &self.curvature)
+            .field("reaction", &self.reaction)
+            .finish_non_exhaustive()
+    }
+}
+
+impl PartialEq for NonlinearStop {
+    /// Functions are compared as objects, or as far as they know.
+    fn eq(&self, other: &Self) -> bool {
+        let is_same =
+            Arc::ptr_eq(&self.function, &other.function) || self.function.equals(&*other.function);
+        is_same
+            && self.restitution == other.restitution
+            && self.curvature == other.curvature
+            && self.reaction == other.reaction
+    }
+}
+
+impl NonlinearStop {
+    /// A stop with the inertial reaction and no bound on the curvature of its gap.
+    ///
+    /// # Errors
+    /// A restitution outside [0, 1].
+    pub fn new(function: impl GapFunction, restitution: f64) -> Result<Self> {
+        Ok(Self {
+            function: Arc::new(function),
+            restitution: Restitution::new(restitution)?,
+            curvature: None,
+            reaction: Reaction::Inertia,
+        })
+    }
+
+    /// The same stop with a bound on the spectral norm of the gap's second derivative, over all positions met. With it the
+    /// search for contacts on a step of an integrator is certain.
+    ///
+    /// # Errors
+    /// A bound that is negative or not finite.
+    pub fn with_curvature(mut self, curvature: f64) -> Result<Self> {
+        if !curvature.is_finite() || curvature < 0.0 {
+            let rule = "it bounds a norm: it must be finite and not negative";
+            return Err(Error::bad_value("curvature", curvature, rule));
+        }
+        self.curvature = Some(curvature);
+        Ok(self)
+    }
+
+    /// The same stop with the given reaction.
+    ///
+    /// # Errors
+    /// A reaction direction that is not finite.
+    pub fn with_reaction(mut self, reaction: Reaction) -> Result<Self> {
+        if let Reaction::Direction(b) = &reaction {
+            finite_vector("reaction", b, b.len())?;
+        }
+        self.reaction = reaction;
+        Ok(self)
+    }
+
+    /// The functions as they were given.
+    pub fn function(&self) -> &dyn GapFunction {
+        &*self.function
+    }
+
+    /// The restitution coefficient.
+    pub fn restitution(&self) -> Restitution {
+        self.restitution
+    }
+
+    /// The bound on the gap's second derivative, if there is one.
+    pub fn curvature(&self) -> Option<f64> {
+        self.curvature
+    }
+
+    /// The reaction.
+    pub fn reaction(&self) -> &Reaction {
+        &self.reaction
+    }
+
+    /// The gap at q.
+    ///
+    /// # Errors
+    /// What the function reports; a value that is not finite.
+    pub fn gap(&self, q: &[f64]) -> Result<f64> {
+        let gap = self.function.gap(q)?;
+        if gap.is_finite() {
+            return Ok(gap);
+        }
+        Err(not_finite("gap", gap, q))
+    }
+
+    /// The gradient of the gap at q, shape `(n,)`.
+    ///
+    /// # Errors
+    /// What the function reports; values that are not finite.
+    pub fn gradient(&self, q: &[f64]) -> Result<DVector<f64>> {
+        let mut gradient = DVector::zeros(q.len());
+        self.function.gradient(q, gradient.as_mut_slice())?;
+        match gradient.iter().find(|x| !x.is_finite()) {
+            None => Ok(gradient),
+            Some(x) => Err(not_finite("gradient", *x, q)),
+        }
+    }
+
+    /// The stop that this one is near q = 0.
+    pub(crate) fn linearise(&self, n: usize) -> Result<Stop> {
+        let zero = vec![0.0; n];
+        Stop::new(
+            -self.gradient(&zero)?,
+            self.gap(&zero)?,
+            self.restitution.value(),
+        )?
+        .with_reaction(self.reaction.clone())
+    }
+
+    pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
+        self.restitution = Restitution::new(restitution)?;
+        Ok(())
+    }
+}
+
+fn not_finite(name: &str, value: f64, q: &[f64]) -> Error {
+    Error::bad_value(format!("{name} at q = {q:?}"), value, "it must be finite")
+}

@@ -1,0 +1,156 @@
+//! Python functions inside the core: called with the interpreter taken back, given fresh read-only arrays. An exception
+//! travels through the core as an error and comes out as itself.
+
+use crate::error::{Error, Result};
+use crate::python::array::{matrix, vector};
+use nalgebra::DMatrix;
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use std::fmt::Write;
+
+/// A Python function, with the name of the argument it was given as.
+pub(crate) struct Callable {
+    name: &'static str,
+    pub function: Py<PyAny>,
+}
+
+/// Where a function was called, for its errors.
+pub(crate) struct Place<'a> {
+    pub time: Option<f64>,
+    pub q: &'a [f64],
+}
+
+impl std::fmt::Display for Place<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(t) = self.time {
+            write!(f, "t = {t}, ")?;
+        }
+        write!(f, "q = {:?}", self.q)
+    }
+}
+
+/// A copy that the function cannot write to.
+pub(crate) fn read_only<'py>(py: Python<'py>, x: &[f64]) -> Bound<'py, PyAny> {
+    let array = PyArray1::from_slice(py, x);
+    let locked: PyReadonlyArray1<'py, f64> = array.readwrite().make_nonwriteable();
+    locked.as_any().clone()
+}
+
+/// An exception as an error of the core.
+fn raised(error: PyErr) -> Error {
+    Error::function(error)
+}
+
+impl Callable {
+    /// A Python function.
+    ///
+    /// # Errors
+    /// `TypeError` for what cannot be called.
+    pub fn new(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if function.is_callable() {
+            let function = function.clone().unbind();
+            return Ok(Self { name, function });
+        }
+        Err(pyo3::exceptions::PyTypeError::new_err(format!(
+            "{name} is {}, but a function is needed",
+            function.repr()?
+        )))
+    }
+
+    /// Calls the function and reads its result, the interpreter attached meanwhile.
+    fn call<T>(
+        &self,
+        arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
+        read: impl FnOnce(&Bound<'_, PyAny>) -> Result<T>,
+    ) -> Result<T> {
+        Python::attach(|py| {
+            // A function that never enters the interpreter's loop would keep Ctrl-C waiting.
+            py.check_signals().map_err(raised)?;
+            let result = arguments(py)
+                .and_then(|arguments| self.function.bind(py).call1(arguments))
+                .map_err(raised)?;
+            read(&result)
+        })
+    }
+
+    fn bad_shape(&self, found: &[usize], expected: &str, place: &Place<'_>) -> Error {
+        let mut shown = String::from("(");
+        for length in found {
+            let _ = write!(shown, "{length},");
+        }
+        shown.push(')');
+        Error::bad_shape(
+            format!("the result of {} at {place}", self.name),
+            shown,
+            expected,
+        )
+    }
+
+    /// Writes a result of `out.len()` numbers.
+    pub fn write_vector(
+        &self,
+        arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
+        place: &Place<'_>,
+        out: &mut [f64],
+    ) -> Result<()> {
+        let n = out.len();
+        self.call(arguments, |result| {
+            // The common case without a conversion.
+            if let Ok(array) = result.cast::<PyArray1<f64>>()
+                && let Ok(numbers) = array.readonly().as_slice()
+                && numbers.len() == n
+            {
+                out.copy_from_slice(numbers);
+                return Ok(());
+            }
+            let numbers =
+                vector(&format!("the result of {}", self.name), result).map_err(raised)?;
+            if numbers.len() != n {
+                return Err(self.bad_shape(&[numbers.len()], &format!("({n},)"), place));
+            }
+            out.copy_from_slice(numbers.as_slice());
+            Ok(())
+        })
+    }
+
+    /// A result of one number.
+    pub fn number(
+        &self,
+        arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
+        place: &Place<'_>,
+    ) -> Result<f64> {
+        let mut out = [0.0];
+        self.write_vector(arguments, place, &mut out)?;
+        Ok(out[0])
+    }
+
+    /// A result of rows and columns; for one entry a plain number will do.
+    pub fn matrix(
+        &self,
+        arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
+        place: &Place<'_>,
+        (rows, columns): (usize, usize),
+    ) -> Result<DMatrix<f64>> {
+        self.call(arguments, |result| {
+            let name = format!("the result of {}", self.name);
+            let m = if rows == 1 && columns == 1 && matrix(&name, result).is_err() {
+                DMatrix::from_vec(
+                    1,
+                    1,
+                    vector(&name, result).map_err(raised)?.as_slice().to_vec(),
+                )
+            } else {
+                matrix(&name, result).map_err(raised)?
+            };
+            if m.shape() == (rows, columns) {
+                return Ok(m);
+            }
+            Err(self.bad_shape(
+                &[m.nrows(), m.ncols()],
+                &format!("({rows}, {columns})"),
+                place,
+            ))
+        })
+    }
+}
