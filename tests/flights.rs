@@ -443,3 +443,27 @@ fn flights_do_not_depend_on_how_they_are_cut_nor_on_the_origin_of_time() {
     .expect("runs");
     assert!((later.last().0 - same.last().0).amax() < 1e-5);
 }
+
+#[test]
+fn every_touch_inside_the_margin_is_listed_wherever_the_steps_fall() {
+    // cos(t - phase) below a stop within the margin of its amplitude: a touch at every peak, at phase + 2 pi k.
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
+    let stop = Stop::new(0, 1.0 + 2e-5, 0.8).expect("valid");
+    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    for k in 0..4000 {
+        let phase = 0.3 + 1e-3 * f64::from(k);
+        let options = SimulateOptions {
+            rtol: 2e-6 * (1.0 + f64::from(k % 17)),
+            keep: vibroimpact::Keep::Impacts,
+            ..Default::default()
+        };
+        let (q, v) = (dvector![phase.cos()], dvector![phase.sin()]);
+        let run = simulate(&scene, &q, &v, (0.0, 20.0), &options).expect("runs");
+        let peaks = ((20.0 - phase) / std::f64::consts::TAU).floor() + 1.0;
+        assert_eq!(run.grazes().len() as f64, peaks, "phase {phase}");
+        for (i, graze) in run.grazes().iter().enumerate() {
+            let time = phase + std::f64::consts::TAU * i as f64;
+            assert!((graze.time - time).abs() < 1e-6 && (graze.depth + 2e-5).abs() < 1e-9);
+        }
+    }
+}

@@ -59,7 +59,7 @@ fn from_open(jet: &Jet, step: f64, margin: f64) -> Ahead {
             -jet.c[0] / jet.c[1]
         }
     };
-    match jet.shape(ROUNDING * jet.size, step) {
+    match jet.shape(margin.max(ROUNDING * jet.size), step) {
         Shape::Above => Ahead::Clear,
         Shape::Falling => {
             let (end, error) = (jet.value(step), jet.remainder(step));
@@ -122,6 +122,8 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     derivatives: Vec<Derivatives>,
     /// The jet of each gap where the search last looked.
     jets: Vec<Jet>,
+    /// Whether each gap was falling where the search looked before.
+    was_falling: Vec<bool>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -136,6 +138,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         Self {
             flow,
             jets: vec![Jet::default(); gaps.len()],
+            was_falling: vec![false; gaps.len()],
             active: Vec::with_capacity(gaps.len()),
             gaps,
             margins,
@@ -233,8 +236,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             self.n_gap_evaluations += self.active.len();
             self.flow.derivatives(&self.state, &mut self.derivatives);
             for &stop in &self.active {
+                self.was_falling[stop] = self.jets[stop].c[1] < 0.0;
                 self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
             }
+            self.note_turns(time, steps, grazes);
             // Past the end, a stop that is passed by less than its margin may have been reached before it.
             if time >= span
                 && !self
@@ -246,6 +251,21 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             }
         }
         Next::End
+    }
+
+    /// Notes the touches of gaps that turned within the margin, in a step that could not tell on which side of its end: the
+    /// minimum is here, to the accuracy of a step.
+    fn note_turns(&self, time: f64, steps: usize, grazes: &mut Vec<Grazed>) {
+        let before = time - self.ladder.step(self.level.saturating_sub(1));
+        for &stop in &self.active {
+            let jet = &self.jets[stop];
+            let has_turned = self.was_falling[stop] && jet.c[1] >= 0.0 && steps > 0;
+            let is_noted = || grazes.iter().any(|g| g.stop == stop && g.time >= before);
+            if has_turned && jet.c[0] <= self.margins[stop].of(jet) && !is_noted() {
+                let (time, gap) = (time, jet.c[0]);
+                grazes.push(Grazed { stop, time, gap });
+            }
+        }
     }
 
     /// Leaves out the stops that are beyond reach for all times to come, but for those in contact.

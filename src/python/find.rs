@@ -11,13 +11,13 @@ use pyo3::prelude::*;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
 ///
-/// Any number of instants; exact flights; Newton's method on the flight times and the states after the impacts, regular
+/// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times and the states after the impacts, regular
 /// also where an impact has no speed. Where the orbits form a family, the member nearest the guess is returned.
 ///
 /// Parameters
 /// ----------
 /// scene : Scene
-///     A linear scene. Its forcing phase is not used: the orbit's own comes out.
+///     Any scene. Its forcing phase is not used: the orbit's own comes out.
 /// guess : Orbit or Trajectory
 ///     An orbit of this pattern, of another scene with the same degrees of freedom; or a trajectory, with
 ///     ``keep="motion"``, whose end comes near the orbit. The pattern is the guess's.
@@ -35,7 +35,7 @@ use pyo3::prelude::*;
 /// ConvergenceError
 ///     If no motion of the pattern closes near the guess; it says how far the iteration got.
 /// ValueError
-///     A nonlinear scene; a guess that does not fit it; a trajectory that did not keep its motion or does not come back.
+///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back.
 /// TypeError
 ///     A guess that is neither an orbit nor a trajectory.
 ///

@@ -42,7 +42,7 @@ mod _core {
     #[pymodule_export]
     use super::orbits::{_restore_orbits, PyOrbits, periodic_orbits};
     #[pymodule_export]
-    use super::simulate::{_restore_trajectory, PyStats, PyTrajectory, simulate};
+    use super::simulate::{_restore_trajectory, PyEnergy, PyStats, PyTrajectory, simulate};
 
     #[pymodule_export]
     use super::sweep::{_existence_at, _existence_cells, _existence_tile, _simulate_rows};

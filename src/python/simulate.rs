@@ -1,5 +1,6 @@
 //! Simulation and trajectories in Python.
 
+use crate::error::digits;
 use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, out_vector, structured, times, vector};
 use crate::python::interrupt;
@@ -58,6 +59,62 @@ impl PyStats {
         format!(
             "Stats(n_rhs={}, n_steps={}, n_gap_evaluations={}, n_flights={}, n_impacts={})",
             s.n_rhs, s.n_steps, s.n_gap_evaluations, s.n_flights, s.n_impacts
+        )
+    }
+}
+
+/// Energies along a trajectory, arrays of shape (m,), one entry for each of its times ``t``.
+///
+/// ``balance`` is what does not add up: kinetic + potential - forcing_work + damping_loss + impact_loss, less its value at
+/// the start; zero but for the tolerance of the integration.
+#[pyclass(name = "Energy", module = "vibroimpact", frozen)]
+pub(crate) struct PyEnergy(core::Energy);
+
+#[pymethods]
+impl PyEnergy {
+    /// Kinetic energy.
+    #[getter]
+    fn kinetic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.kinetic.clone().into_pyarray(py)
+    }
+
+    /// Potential energy, zero at q = 0.
+    #[getter]
+    fn potential<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.potential.clone().into_pyarray(py)
+    }
+
+    /// Work of the forcing since the start.
+    #[getter]
+    fn forcing_work<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.forcing_work.clone().into_pyarray(py)
+    }
+
+    /// Loss in dampers since the start.
+    #[getter]
+    fn damping_loss<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.damping_loss.clone().into_pyarray(py)
+    }
+
+    /// Loss at impacts since the start, chatter included; for a reaction that is not that of inertia also what lasting
+    /// contact takes.
+    #[getter]
+    fn impact_loss<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.impact_loss.clone().into_pyarray(py)
+    }
+
+    /// What does not add up, zero at the start.
+    #[getter]
+    fn balance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.balance.clone().into_pyarray(py)
+    }
+
+    fn __repr__(&self) -> String {
+        let worst = self.0.balance.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        format!(
+            "Energy({} times, balance within {})",
+            self.0.balance.len(),
+            digits(worst)
         )
     }
 }
@@ -180,6 +237,18 @@ impl PyTrajectory {
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let grazes = self.core.grazes();
         out_grazes(py, grazes.iter().map(|g| (g.time, g.stop, g.depth)))
+    }
+
+    /// The energy ledger at the times ``t``; needs keep="motion".
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A motion that was not kept, a NonlinearSystem, whose forces cannot be told apart.
+    #[getter]
+    fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
+        let core = &self.core;
+        Ok(PyEnergy(py.detach(|| core.energy())?))
     }
 
     /// Segments: structured array of kind, stop (-1: none), start, end; needs keep="motion".

@@ -36,7 +36,7 @@ enum Mass {
 }
 
 impl PyEquations {
-    /// `(t, q, v)`, and the parameters where there are some.
+    /// (t, q, v), and the parameters where there are some.
     fn arguments<'py>(
         &self,
         py: Python<'py>,
@@ -181,14 +181,14 @@ impl EquationsOfMotion for PyEquations {
 ///
 /// Parameters
 /// ----------
-/// `n_dof` : int
+/// n_dof : int
 ///     Number of degrees of freedom n, at least 1.
 /// acceleration : callable or C function
 ///     ``f(t, q, v)``, or ``f(t, q, v, parameters)`` where parameters are given: the acceleration, shape (n,). Or a C function
 ///     ``void f(double t, const double *q, const double *v, double *a, const double *parameters)`` that writes it to a: a
 ///     numba ``cfunc``, a ctypes function or a ``scipy.LowLevelCallable``. A bare address is refused, since nothing would
 ///     show that it is one: wrap it as ``ctypes.CFUNCTYPE(...)(address)``.
-/// mass : `array_like`, shape (n, n), or callable, optional
+/// mass : array_like, shape (n, n), or callable, optional
 ///     Mass matrix, symmetric positive definite, or a function of q that gives it: needed for stops with the inertial reaction,
 ///     for harmonic forces and for ``linearise``.
 /// parameters : object, optional
@@ -201,10 +201,10 @@ impl EquationsOfMotion for PyEquations {
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     Less than one degree of freedom, a mass of another shape or not symmetric, a C function whose signature is known and
 ///     another one, parameters for it that are no numbers.
-/// `TypeError`
+/// TypeError
 ///     A function that is none.
 ///
 /// Notes
@@ -358,14 +358,14 @@ impl PyNonlinearSystem {
     ///
     /// Returns
     /// -------
-    /// `LinearSystem`
+    /// LinearSystem
     ///     ``K = -M da/dq``, ``C = -M da/dv``; no influence vector.
     ///
     /// Raises
     /// ------
-    /// `ValueError`
+    /// ValueError
     ///     No mass matrix, or q = 0 is not at rest at all times.
-    /// `ConvergenceError`
+    /// ConvergenceError
     ///     Differences that settle on no value.
     fn linearise(&self, py: Python<'_>) -> PyResult<PyLinearSystem> {
         Ok(PyLinearSystem(py.detach(|| self.0.linearise())?))
@@ -478,19 +478,19 @@ impl GapFunction for PyGap {
 ///     Restitution coefficient [-], in [0, 1].
 /// curvature : float, optional
 ///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met: makes the search certain.
-/// reaction : {"inertia", "coordinate"} or `array_like`, shape (n,), default "inertia"
-///     Direction b in which an impact changes the velocity, ``n.b > 0`` at every impact; as for `Stop`.
+/// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
+///     Direction b in which an impact changes the velocity, ``n.b > 0`` at every impact; as for Stop.
 ///
 /// Raises
 /// ------
-/// `ValueError`
+/// ValueError
 ///     A restitution outside [0, 1], a curvature that is negative or not finite, an unknown reaction.
-/// `TypeError`
+/// TypeError
 ///     A function that is none.
 ///
 /// Notes
 /// -----
-/// The functions are called as those of `NonlinearSystem`. Contacts are searched on an interpolant of the gap: the quintic of
+/// The functions are called as those of NonlinearSystem. Contacts are searched on an interpolant of the gap: the quintic of
 /// its value and first two time derivatives at both ends of a step; the second has ``v.(hess h)v`` by differences of the
 /// gradient along the motion, exact to rounding for a gap of second degree. Without ``curvature`` this search is
 /// not certain, as the ``message`` of a trajectory says; with it every step is walked along in steps that provably hold no
