@@ -160,6 +160,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
     fn gap_row(&self, quantity: &Quantity) -> GapRow {
         let Quantity {
             constant,
+            size: known_size,
             row,
             forcing,
         } = quantity;
@@ -195,7 +196,11 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             cells.push(([forcing.re, -forcing.im], 0.0, reach));
             forced += forcing.norm() * w.powi(4);
         }
-        GapRow::new(cells.into_iter(), *constant, (forced, forced_growth))
+        GapRow::new(
+            cells.into_iter(),
+            (*constant, *known_size),
+            (forced, forced_growth),
+        )
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {

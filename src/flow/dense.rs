@@ -161,6 +161,7 @@ impl LinearFlow for DenseFlow {
     fn gap_row(&self, quantity: &Quantity) -> GapRow {
         let Quantity {
             constant,
+            size: known_size,
             row,
             forcing,
         } = quantity;
@@ -188,7 +189,7 @@ impl LinearFlow for DenseFlow {
         let forced = direct.norm() * w3 + forcing.norm() * w3 * self.frequency;
         GapRow::new(
             cells.chain([turning]),
-            *constant,
+            (*constant, *known_size),
             (forced, weight * size * w3),
         )
     }

@@ -9,6 +9,8 @@ use nalgebra::Complex;
 #[derive(Debug, Clone)]
 pub(crate) struct Quantity {
     pub constant: f64,
+    /// Size of the terms that the constant was summed from.
+    pub size: f64,
     pub row: Vec<Pair>,
     pub forcing: Complex<f64>,
 }
@@ -18,6 +20,7 @@ impl Quantity {
     pub fn gap(clearance: f64, row: &[Pair]) -> Self {
         Self {
             constant: clearance,
+            size: clearance.abs(),
             row: row.to_vec(),
             forcing: Complex::new(0.0, 0.0),
         }
@@ -61,6 +64,8 @@ struct Cell {
 pub(crate) struct GapRow {
     cells: Vec<Cell>,
     clearance: f64,
+    /// Size of the terms that the clearance was summed from.
+    size: f64,
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
     forced: f64,
     forced_growth: f64,
@@ -72,13 +77,14 @@ impl GapRow {
     /// constant and growing with time.
     pub fn new(
         cells: impl Iterator<Item = (Pair, f64, f64)>,
-        clearance: f64,
+        (clearance, size): (f64, f64),
         (forced, forced_growth): (f64, f64),
     ) -> Self {
         let cells = cells.map(|(row, weight, reach)| Cell { row, weight, reach });
         Self {
             cells: cells.collect(),
             clearance,
+            size,
             forced,
             forced_growth,
         }
@@ -88,14 +94,14 @@ impl GapRow {
     /// its terms.
     pub fn least(&self, norms: &[f64]) -> (f64, f64) {
         let moved: f64 = self.cells.iter().zip(norms).map(|(c, x)| c.reach * x).sum();
-        (self.clearance - moved, self.clearance.abs() + moved)
+        (self.clearance - moved, self.size + moved)
     }
 
     /// The gap's jet.
     #[inline]
     pub fn jet(&self, derivatives: &[Derivatives]) -> Jet {
         let mut c = [self.clearance, 0.0, 0.0, 0.0];
-        let (mut quartic, mut size) = (self.forced, self.clearance.abs());
+        let (mut quartic, mut size) = (self.forced, self.size);
         for (Cell { row: r, weight, .. }, d) in self.cells.iter().zip(derivatives) {
             let terms = [r[0] * d.z[0], r[1] * d.z[1]];
             c[0] -= terms[0] + terms[1];

@@ -119,6 +119,7 @@ pub(crate) mod contract {
         };
         let gap = flow.gap_row(&Quantity {
             constant: 1.0,
+            size: 1.0,
             row: row.clone(),
             forcing,
         });

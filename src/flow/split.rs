@@ -116,6 +116,7 @@ impl LinearFlow for SplitFlow {
     fn gap_row(&self, quantity: &Quantity) -> GapRow {
         let Quantity {
             constant,
+            size,
             row,
             forcing,
         } = quantity;
@@ -130,6 +131,7 @@ impl LinearFlow for SplitFlow {
         }
         self.flow.gap_row(&Quantity {
             constant: constant - rest,
+            size: size + rest.abs(),
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
         })

@@ -48,10 +48,9 @@ impl StuckMotion {
             over_mass(system.stiffness().to_dense()),
             over_mass(system.damping().to_dense()),
         );
-        let (load, force) = (
-            system.solve_mass(system.load()) - &stiffness * &anchor,
-            system.solve_mass_complex(&scene.amplitude),
-        );
+        let (own, drawn) = (system.solve_mass(system.load()), &stiffness * &anchor);
+        let sizes = own.abs() + drawn.abs();
+        let (load, force) = (own - drawn, system.solve_mass_complex(&scene.amplitude));
         let reduced = Reduced::new(system, &free, &reactions)?;
         let form = reduced.form(&stiffness, &damping, &free)?;
         let flow = modal_flow(
@@ -80,6 +79,7 @@ impl StuckMotion {
                 let pulled: Complex<f64> = force.iter().zip(g.iter()).map(|(f, g)| f * *g).sum();
                 Quantity {
                     constant: g.dot(&load),
+                    size: g.abs().dot(&sizes),
                     row: row(
                         free.tr_mul(&stiffness.tr_mul(&g)),
                         free.tr_mul(&damping.tr_mul(&g)),

@@ -30,7 +30,9 @@ const SORT_BY_STABILITY_UP_TO: usize = 60;
 ///
 /// A pattern of two instants is searched in the flight time between them, every one of which is decided by bounds;
 /// `Orbits::reason` says what was proved. One stop hit twice gives one orbit for each pair of flight times that add up to
-/// the period, and none that is an orbit of half the period gone through twice.
+/// the period, and none that is an orbit of half the period gone through twice. Flight times nearer to 0 or the period than
+/// 1e-9 of it are not searched, no margin is reported, no free parameter is taken, and of undamped modes in step with the
+/// period there may be four.
 ///
 /// # Errors
 /// A nonlinear or unforced scene, a pattern that does not fit it or has more than two instants, options that contradict

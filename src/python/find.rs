@@ -11,8 +11,9 @@ use pyo3::prelude::*;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
 ///
-/// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times and the states after the impacts, regular
-/// also where an impact has no speed. Where the orbits form a family, the member nearest the guess is returned.
+/// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times and
+/// the states after the impacts, regular also where an impact has no speed. Where the orbits form a family, the member
+/// nearest the guess is returned.
 ///
 /// Parameters
 /// ----------

@@ -217,6 +217,10 @@ pub(crate) fn _restore_orbits(
 /// With R the recovery matrix, s the steady response and T the period, ``(I - R e^{AT}) z = (R - I) s(0)`` gives the contact
 /// state ``x(0+) = z + s(0)``: eqs. (29) and (38) of [1]_, for any number of modes and any R.
 ///
+/// A pattern of two instants is searched in the flight time between them, every one of which is an orbit's or excluded by
+/// bounds; ``reason`` says what was proved. Flight times nearer to 0 or the period than 1e-9 of it are not searched,
+/// ``margin`` is None there, ``free`` is not taken, and of undamped modes in step with the period there may be four.
+///
 /// References
 /// ----------
 /// .. [1] "Periodic Solution of a Non-Smooth Double Pendulum with Unilateral Rigid Constrain", Symmetry 2019, 11(7), 886.

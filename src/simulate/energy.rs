@@ -4,8 +4,8 @@
 use crate::error::Result;
 use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts, with_motion};
 use crate::simulate::Trajectory;
+use crate::simulate::held::HeldMotion;
 use crate::simulate::kept::SegmentKind;
-use crate::simulate::stepping::HeldMotion;
 use crate::simulate::trajectory::Point;
 use nalgebra::DVector;
 use std::sync::Arc;

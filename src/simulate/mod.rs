@@ -4,6 +4,7 @@ mod clock;
 mod energy;
 mod event_loop;
 mod exact;
+mod held;
 mod kept;
 mod mover;
 mod options;

@@ -9,9 +9,10 @@ use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
 use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
 use crate::linalg::rank;
-use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, System, contacts};
+use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, contacts};
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
+use crate::simulate::held::HeldMotion;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
@@ -32,8 +33,6 @@ const TAYLOR_PART: f64 = 1e-2;
 const MOST_HALVINGS: usize = 12;
 /// Singular values below this, relative to the largest, are zero: the normals are dependent.
 const DEPENDENT_TOL: f64 = 1e-12;
-/// Time over which a held motion changes little, for the difference that bends a nonlinear gap.
-const HELD_TIME: f64 = 1.0;
 /// The quartic through a contact force is off by no more than this, relative to the force.
 const FORCE_TOL: f64 = 1e-4;
 
@@ -545,7 +544,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         for (v, b) in v.iter_mut().zip(reaction.iter()) {
             *v += b * kick;
         }
-        self.settle(stop)?;
+        self.settle(&[stop])?;
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Chatter, &[stop]);
         }
@@ -564,8 +563,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     fn hold(&mut self, stops: &[usize]) -> Result<()> {
         self.holding.clear();
         self.holding.extend_from_slice(stops);
-        for &stop in stops {
-            self.settle(stop)?;
+        if !stops.is_empty() {
+            self.settle(stops)?;
         }
         self.look()
     }
@@ -773,29 +772,50 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         Ok(s)
     }
 
-    /// Moves the present state onto a stop, along its reaction, and takes its normal speed away.
-    fn settle(&mut self, stop: usize) -> Result<()> {
+    /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
+    fn settle(&mut self, stops: &[usize]) -> Result<()> {
         let n = self.n();
         for _ in 0..MOST_POLISHES {
-            let (normal, reaction) = self.directions(stop)?;
-            let (q, v) = self.x.slice_mut().split_at_mut(n);
-            let value = self.contacts[stop].surface.along(q, v, v, 0.0)?;
-            let (push, product) = (value.gap, normal.dot(&reaction));
-            for (q, b) in q.iter_mut().zip(reaction.iter()) {
-                *q += b * push / product;
+            let values = stops.iter().map(|&stop| {
+                let (q, v) = self.x.slice().split_at(n);
+                self.contacts[stop].surface.along(q, v, v, 0.0)
+            });
+            let values: Vec<GapValue> = values.collect::<Result<_>>()?;
+            let gaps = DVector::from_iterator(stops.len(), values.iter().map(|value| value.gap));
+            let moves = self.along_reactions(stops, &gaps)?;
+            for (q, d) in self.x.slice_mut()[..n].iter_mut().zip(moves.iter()) {
+                *q += d;
             }
-            if push.abs() <= f64::EPSILON * value.size {
+            if values
+                .iter()
+                .all(|value| value.gap.abs() <= f64::EPSILON * value.size)
+            {
                 break;
             }
         }
-        let (normal, reaction) = self.directions(stop)?;
-        let (_, v) = self.x.slice_mut().split_at_mut(n);
-        let approach: f64 = normal.iter().zip(v.iter()).map(|(n, v)| n * v).sum();
-        for (v, b) in v.iter_mut().zip(reaction.iter()) {
-            *v -= b * approach / normal.dot(&reaction);
+        let approach = |&stop: &usize| {
+            let (normal, _) = self.directions(stop)?;
+            let v = &self.x.slice()[n..];
+            Ok(normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>())
+        };
+        let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
+        let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
+        for (v, d) in self.x.slice_mut()[n..].iter_mut().zip(moves.iter()) {
+            *v -= d;
         }
         self.is_begun = false;
         Ok(())
+    }
+
+    /// The combination of the stops' reactions whose parts along their normals are given.
+    fn along_reactions(&self, stops: &[usize], parts: &DVector<f64>) -> Result<DVector<f64>> {
+        let delassus = self.delassus(stops)?;
+        let weights = rank::solve(&delassus, parts, DEPENDENT_TOL * delassus.amax())?.particular;
+        let mut sum = DVector::zeros(self.n());
+        for (&stop, weight) in stops.iter().zip(weights.iter()) {
+            sum += self.directions(stop)?.1 * *weight;
+        }
+        Ok(sum)
     }
 
     /// The normal of a stop and its reaction direction.
@@ -833,53 +853,4 @@ enum Release {
     },
     /// The step is too long for the quartic.
     Undecided,
-}
-
-/// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
-pub(crate) struct HeldMotion<'a, D> {
-    pub dynamics: &'a D,
-    pub system: &'a System,
-    pub contacts: Arc<Vec<Contact>>,
-    pub stops: Vec<usize>,
-}
-
-impl<D: Dynamics> HeldMotion<'_, D> {
-    /// The contact forces; `a` becomes the acceleration under them.
-    fn forces(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<Vec<f64>> {
-        self.dynamics.acceleration(at, q, v, a)?;
-        let k = self.stops.len();
-        let mut delassus = DMatrix::zeros(k, k);
-        let mut opening = DVector::zeros(k);
-        let mut reactions = Vec::with_capacity(k);
-        for (i, &stop) in self.stops.iter().enumerate() {
-            let contact = &self.contacts[stop];
-            opening[i] = contact.surface.along(q, v, a, HELD_TIME)?.acceleration;
-            let reaction = contact.reaction(self.system, q)?;
-            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
-        }
-        for (i, &stop) in self.stops.iter().enumerate() {
-            let normal = self.contacts[stop].surface.normal(q)?;
-            for (j, reaction) in reactions.iter().enumerate() {
-                delassus[(i, j)] = normal.dot(reaction);
-            }
-        }
-        let tolerance = DEPENDENT_TOL * delassus.amax();
-        let forces = rank::solve(&delassus, &-opening, tolerance)?.particular;
-        for (reaction, force) in reactions.iter().zip(forces.iter()) {
-            for (a, b) in a.iter_mut().zip(reaction.iter()) {
-                *a -= b * force;
-            }
-        }
-        Ok(forces.iter().copied().collect())
-    }
-}
-
-impl<D: Dynamics> Dynamics for HeldMotion<'_, D> {
-    fn n_dof(&self) -> usize {
-        self.dynamics.n_dof()
-    }
-
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        self.forces(at, q, v, a).map(|_| ())
-    }
 }

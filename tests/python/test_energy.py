@@ -1,0 +1,49 @@
+"""The energy ledger from Python, and nonlinear scenes in ensembles and orbits."""
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+
+def test_the_ledger_balances_through_impacts_chatter_and_contact():
+    system = vi.LinearSystem([1.0], [0.1], [1.0])
+    scene = vi.Scene(system, vi.Harmonic([1.0], 0.3), vi.Stop(0, 0.2, 0.6))
+    for method in ("exact", "rk45"):
+        run = vi.simulate(scene, [0.0], [0.0], (0, 100), method=method)
+        assert {"flight", "chatter", "stick"} == set(run.segments["kind"])
+        energy = run.energy
+        assert energy.kinetic.shape == run.t.shape
+        largest = max(np.abs(getattr(energy, name)).max() for name in ("kinetic", "forcing_work", "damping_loss", "impact_loss"))
+        assert np.abs(energy.balance).max() < 1e-8 * largest
+        np.testing.assert_allclose(energy.kinetic, 0.5 * run.v[:, 0] ** 2, atol=1e-14)
+
+
+def test_the_ledger_needs_the_motion_and_forces_that_can_be_told_apart():
+    scene = vi.paper_scene(kind=3)
+    with pytest.raises(ValueError, match="keep"):
+        _ = vi.simulate(scene, [0, 0], [0, 0.3], (0, 10), keep="impacts").energy
+    functions = vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q))
+    with pytest.raises(ValueError, match="NonlinearSystem"):
+        _ = vi.simulate(functions, [1.0], [0.0], (0, 1)).energy
+
+
+def test_large_angles_have_their_own_orbit_and_multipliers():
+    linear = vi.periodic_orbits(vi.paper_scene(kind=3), pattern=[1], n_periods=2)[0]
+    orbit = vi.find_orbit(vi.paper_scene(kind=3, linear=False), linear)
+    assert orbit.is_admissible
+    assert orbit.is_stable
+    assert orbit.coefficients is None
+    assert orbit.phase != linear.phase
+    run = vi.simulate(orbit.scene, orbit.q0, orbit.v0, (0, 20 * orbit.period), rtol=1e-11)
+    np.testing.assert_allclose(run.final[0], orbit.q0, atol=1e-7)
+    np.testing.assert_allclose(orbit.position([0.0])[0], orbit.q0)
+
+
+def test_an_ensemble_of_pendulums_on_two_threads_has_the_bits_of_one():
+    scene = vi.paper_scene(kind=3, linear=False)
+    q0, v0 = np.zeros((6, 2)), np.linspace(0, 1, 12).reshape(6, 2)
+    one = vi.simulate_many(scene, q0, v0, (0, 20), workers=1)
+    two = vi.simulate_many(scene, q0, v0, (0, 20), workers=2)
+    np.testing.assert_array_equal(one.q, two.q)
+    np.testing.assert_array_equal(one.n_impacts, two.n_impacts)
