@@ -11,6 +11,8 @@ use crate::simulate::{Keep, SimulateOptions, Stats, Status};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
+/// A gap this near zero, relative to the size of its terms, is closed.
+const CLOSED: f64 = 10.0 * ROUNDING;
 /// Events at one instant after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
@@ -160,7 +162,7 @@ impl EventLoop {
                 return Err(Error::bad_value("q0", value, rule));
             }
             // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
-            if gap <= mover.contact_slack() * mover.gap(stop).size {
+            if gap <= CLOSED * mover.gap(stop).size {
                 self.touching.push(stop);
             }
         }
@@ -172,10 +174,9 @@ impl EventLoop {
         self.settle(mover)
     }
 
-    /// Whether a stop in contact is approached, by more than rounding; one that is held is not.
+    /// Whether a stop in contact is approached; one that is held is not, whatever rounding makes of its speed.
     fn closes<M: Mover>(&self, mover: &M, stop: usize) -> bool {
-        let speed = mover.gap(stop).speed;
-        speed < 0.0 && !self.held.contains(&stop)
+        mover.gap(stop).speed < 0.0 && !self.held.contains(&stop)
     }
 
     /// Whether so many events fell on one instant that there will be no end of them.
@@ -199,7 +200,7 @@ impl EventLoop {
         self.touching.clear();
         for stop in 0..mover.n_stops() {
             let state = mover.gap(stop);
-            if stop == reached || state.gap <= mover.contact_slack() * state.size {
+            if stop == reached || state.gap <= CLOSED * state.size {
                 self.touching.push(stop);
             }
         }

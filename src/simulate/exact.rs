@@ -310,10 +310,6 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.margins[stop].absolute + self.margins[stop].relative * size
     }
 
-    fn contact_slack(&self) -> f64 {
-        10.0 * ROUNDING
-    }
-
     fn speed_size(&self, stop: usize) -> f64 {
         let row = &self.velocity_rows[stop];
         row.iter()
@@ -382,9 +378,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         let row = &self.velocity_rows[stop];
         let approach = positive_part(along(row, &self.state));
         let impulse = self.rebounds[stop] * approach;
-        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
-            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
-        }
+        self.push(stop, impulse)?;
         Ok(Blow {
             approach,
             departure: self.scene.geometry.restitutions[stop] * approach,

@@ -67,8 +67,6 @@ pub(crate) trait Mover {
     fn gap(&self, stop: usize) -> GapState;
     /// Distance from zero within which a gap whose terms have the given size counts as closed (theory 8).
     fn margin(&self, stop: usize, size: f64) -> f64;
-    /// Distance from zero, relative to the size of its terms, within which a gap is closed when another stop is struck.
-    fn contact_slack(&self) -> f64;
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
     /// Whether an impact on one of two stops changes the normal velocity at the other.

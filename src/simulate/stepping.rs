@@ -431,10 +431,6 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         self.margin_of(GapValue { size, ..gap })
     }
 
-    fn contact_slack(&self) -> f64 {
-        10.0 * ROUNDING
-    }
-
     fn speed_size(&self, stop: usize) -> f64 {
         let (q, v) = self.x.slice().split_at(self.n());
         // The look before has had this normal: an error would have ended the run there.
@@ -475,22 +471,16 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Flight, &[]);
         }
-        self.keep_nothing(0.0, f64::NEG_INFINITY, record);
+        self.keep_nothing(None, record);
         Ok(())
     }
 
     fn strike(&mut self, stop: usize) -> Result<Blow> {
-        let n = self.n();
         let (normal, reaction) = self.directions(stop)?;
-        let (_, v) = self.x.slice_mut().split_at_mut(n);
-        let along = |v: &[f64]| normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>();
-        let approach = positive_part(along(v));
+        let approach = positive_part(self.along(&normal));
         let restitution = self.contacts[stop].restitution;
         let impulse = (1.0 + restitution) * approach / normal.dot(&reaction);
-        for (v, b) in v.iter_mut().zip(reaction.iter()) {
-            *v -= b * impulse;
-        }
-        self.is_begun = false;
+        self.push_along(&reaction, impulse);
         Ok(Blow {
             approach,
             departure: restitution * approach,
@@ -506,13 +496,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     }
 
     fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
-        let n = self.n();
         let (_, reaction) = self.directions(stop)?;
-        let (_, v) = self.x.slice_mut().split_at_mut(n);
-        for (v, b) in v.iter_mut().zip(reaction.iter()) {
-            *v -= b * impulse;
-        }
-        self.is_begun = false;
+        self.push_along(&reaction, impulse);
         Ok(())
     }
 
@@ -540,10 +525,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         for (x, rate) in self.x.slice_mut().iter_mut().zip(rate.slice()) {
             *x += drift * rate;
         }
-        let (_, v) = self.x.slice_mut().split_at_mut(n);
-        for (v, b) in v.iter_mut().zip(reaction.iter()) {
-            *v += b * kick;
-        }
+        self.push_along(&reaction, -kick);
         self.settle(&[stop])?;
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Chatter, &[stop]);
@@ -607,7 +589,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             self.begin(dynamics)?;
             let left = self.clock.until(end);
             if left <= 0.0 {
-                self.keep_nothing(span, last, record);
+                self.keep_nothing(Some(last), record);
                 break Arrival::End;
             }
             // The right-hand side of a step may be full matrices.
@@ -795,16 +777,27 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         }
         let approach = |&stop: &usize| {
             let (normal, _) = self.directions(stop)?;
-            let v = &self.x.slice()[n..];
-            Ok(normal.iter().zip(v).map(|(n, v)| n * v).sum::<f64>())
+            Ok(self.along(&normal))
         };
         let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
         let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
-        for (v, d) in self.x.slice_mut()[n..].iter_mut().zip(moves.iter()) {
-            *v -= d;
+        self.push_along(&moves, 1.0);
+        Ok(())
+    }
+
+    /// The present speed along a normal.
+    fn along(&self, normal: &DVector<f64>) -> f64 {
+        let v = &self.x.slice()[normal.len()..];
+        normal.iter().zip(v).map(|(n, v)| n * v).sum()
+    }
+
+    /// Changes the present velocity by so much against a direction.
+    fn push_along(&mut self, direction: &DVector<f64>, impulse: f64) {
+        let v = &mut self.x.slice_mut()[direction.len()..];
+        for (v, b) in v.iter_mut().zip(direction.iter()) {
+            *v -= b * impulse;
         }
         self.is_begun = false;
-        Ok(())
     }
 
     /// The combination of the stops' reactions whose parts along their normals are given.
@@ -834,10 +827,9 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         }
     }
 
-    /// Keeps a piece of no length at the present state.
-    fn keep_nothing(&mut self, span: f64, last: f64, record: &mut Record) {
+    /// Keeps a piece of no length at the present state; `last` as in `keep`.
+    fn keep_nothing(&mut self, last: Option<f64>, record: &mut Record) {
         self.stepper.end.clone_from(&self.x);
-        let last = (span == 0.0 && last.is_finite()).then_some(last);
         self.keep(0.0, last, record);
     }
 }
