@@ -182,6 +182,16 @@ impl Contact {
     }
 }
 
+/// Whether an impact on one of two contacts changes the normal velocity at the other, at the position q. Where a function
+/// of theirs fails they count as coupled.
+pub(crate) fn are_coupled(a: &Contact, b: &Contact, system: &System, q: &[f64]) -> bool {
+    let sees = |a: &Contact, b: &Contact| match (a.surface.normal(q), b.reaction(system, q)) {
+        (Ok(n), Ok(Some(b))) => n.dot(&b).abs() > 1e-12 * n.norm() * b.norm(),
+        _ => true,
+    };
+    sees(a, b) || sees(b, a)
+}
+
 /// The contacts of a scene.
 pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
     let n = scene.n_dof();

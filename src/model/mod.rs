@@ -16,7 +16,7 @@ mod scene;
 mod stop;
 mod system;
 
-pub(crate) use contact::{Contact, GapValue, contacts};
+pub(crate) use contact::{Contact, GapValue, are_coupled, contacts};
 pub(crate) use contact_geometry::ContactGeometry;
 pub(crate) use dynamics::{Dynamics, Moment, SceneMotion, with_motion};
 pub(crate) use energy::Energetics;

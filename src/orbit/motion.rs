@@ -4,12 +4,12 @@
 use crate::error::Result;
 use crate::flow::integrate::KeptStep;
 use crate::flow::{ModalScene, SceneFlow, carry, with_flow};
-use crate::impact::{Impact, wrapped};
+use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge};
 use crate::orbit::monodromy::monodromy;
-use crate::orbit::periodic_orbit::{Flight, list_impacts};
+use crate::orbit::periodic_orbit::{Flight, impacts_by, list_impacts};
 use crate::orbit::shooting::Motion;
 use crate::orbit::stability::{self, Stability};
 use crate::orbit::stepped::SteppedMotion;
@@ -129,27 +129,13 @@ impl OrbitMotion {
             }
             Self::Stepped { motion, .. } => motion,
         };
-        let speed = |stop: usize, state: &[Pair]| -> Result<f64> {
-            let x = unpaired(state);
+        let law = |stop: usize, before: &[Pair]| -> Result<(f64, f64)> {
+            let x = unpaired(before);
             let (_, gradient) = motion.gap(stop, &x)?;
-            Ok(-gradient.dot(&x.rows(gradient.len(), gradient.len())))
+            let approach = -gradient.dot(&x.rows(gradient.len(), gradient.len()));
+            Ok((approach, motion.restitution(stop)))
         };
-        let mut impacts = Vec::with_capacity(impulses.len());
-        let mut impulses = impulses.iter();
-        for (k, instant) in pattern.instants().iter().enumerate() {
-            let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
-            for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
-                impacts.push(Impact {
-                    time: flights[k].start,
-                    stop,
-                    approach: speed(stop, previous)?,
-                    departure: -speed(stop, &flights[k].after)?,
-                    impulse,
-                    phase: wrapped(motion.frequency * flights[k].start + phase),
-                });
-            }
-        }
-        Ok(impacts)
+        impacts_by(law, pattern, (motion.frequency, phase), flights, impulses)
     }
 
     /// What the rules of contact say.

@@ -14,6 +14,7 @@ use crate::orbit::stability::Stability;
 use crate::orbit::stepped::SteppedMotion;
 use crate::watch::Watch;
 use nalgebra::DVector;
+use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
@@ -352,7 +353,7 @@ impl PeriodicOrbit {
     }
 }
 
-/// The impacts of a period, instant by instant.
+/// The impacts of a period of a linear scene, instant by instant.
 pub(crate) fn list_impacts(
     scene: &ModalScene,
     pattern: &Pattern,
@@ -360,22 +361,39 @@ pub(crate) fn list_impacts(
     flights: &[Flight],
     impulses: &[f64],
 ) -> Vec<Impact> {
+    let law = |stop: usize, before: &[Pair]| -> std::result::Result<_, Infallible> {
+        let approach = along(&scene.velocity_rows[stop], before);
+        Ok((approach, scene.geometry.restitutions[stop]))
+    };
+    let Ok(impacts) = impacts_by(law, pattern, (scene.frequency, phase), flights, impulses);
+    impacts
+}
+
+/// The impacts of a period, instant by instant; `law` gives the approach speed at a stop in the state before its impact, and
+/// the restitution there.
+pub(crate) fn impacts_by<E>(
+    law: impl Fn(usize, &[Pair]) -> std::result::Result<(f64, f64), E>,
+    pattern: &Pattern,
+    (frequency, phase): (f64, f64),
+    flights: &[Flight],
+    impulses: &[f64],
+) -> std::result::Result<Vec<Impact>, E> {
     let mut impacts = Vec::with_capacity(impulses.len());
     let mut impulses = impulses.iter();
     for (k, instant) in pattern.instants().iter().enumerate() {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
         for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
-            let approach = along(&scene.velocity_rows[stop], previous);
+            let (approach, restitution) = law(stop, previous)?;
             impacts.push(Impact {
                 time: flights[k].start,
                 stop,
                 approach,
                 // The law of every stop struck, coupled or not, which the state after has to rounding; + 0.0: no minus zero.
-                departure: scene.geometry.restitutions[stop] * approach + 0.0,
+                departure: restitution * approach + 0.0,
                 impulse,
-                phase: wrapped(scene.frequency * flights[k].start + phase),
+                phase: wrapped(frequency * flights[k].start + phase),
             });
         }
     }
-    impacts
+    Ok(impacts)
 }

@@ -6,7 +6,10 @@ use crate::error::{Error, Result};
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
 use crate::flow::runge_kutta::Tolerance;
 use crate::impact::Impact;
-use crate::model::{Contact, Dynamics, Moment, Scene, SceneMotion, System, contacts, with_motion};
+use crate::linalg::rank;
+use crate::model::{
+    Contact, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts, with_motion,
+};
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Breach, Rule, Touch, judge_impacts};
 use crate::orbit::periodic_orbit::Flight;
@@ -42,6 +45,11 @@ impl SteppedMotion {
             frequency: scene.forcing().frequency().unwrap_or(0.0),
             phase,
         }
+    }
+
+    /// The restitution coefficient of a stop.
+    pub fn restitution(&self, stop: usize) -> f64 {
+        self.contacts[stop].restitution
     }
 
     fn moment(&self, t: f64) -> Moment {
@@ -93,7 +101,7 @@ impl SteppedMotion {
             (1.0 + self.contacts[stops[i]].restitution) * speed
         });
         let tolerance = 1e-12 * delassus.amax();
-        let impulses = crate::linalg::rank::solve(&delassus, &approach, tolerance)?.particular;
+        let impulses = rank::solve(&delassus, &approach, tolerance)?.particular;
         for (reaction, impulse) in reactions.iter().zip(impulses.iter()) {
             for (v, b) in v.iter_mut().zip(reaction.iter()) {
                 *v -= b * impulse;
@@ -131,17 +139,9 @@ impl SteppedMotion {
             let instant = &pattern.instants()[*k];
             instant.contains(&a) && instant.contains(&b)
         };
-        let sees = |q: &[f64], a: usize, b: usize| {
-            let normal = self.contacts[a].surface.normal(q);
-            let reaction = self.contacts[b].reaction(&self.system, q);
-            match (normal, reaction) {
-                (Ok(n), Ok(Some(b))) => n.dot(&b).abs() > 1e-12 * n.norm() * b.norm(),
-                _ => true,
-            }
-        };
         flights.iter().enumerate().filter(hits).any(|(_, flight)| {
             let q: Vec<f64> = flight.after.iter().map(|z| z[0]).collect();
-            sees(&q, a, b) || sees(&q, b, a)
+            are_coupled(&self.contacts[a], &self.contacts[b], &self.system, &q)
         })
     }
 

@@ -9,7 +9,7 @@ use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
 use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
 use crate::linalg::rank;
-use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, are_coupled, contacts};
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::held::HeldMotion;
@@ -440,14 +440,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {
         let (q, _) = self.x.slice().split_at(self.n());
-        let system = self.scene.system();
-        // Where a function fails the stops count as coupled, which ends the run there.
-        let sees = |a: &Contact, b: &Contact| match (a.surface.normal(q), b.reaction(system, q)) {
-            (Ok(normal), Ok(Some(b))) => normal.dot(&b).abs() > 1e-12 * normal.norm() * b.norm(),
-            _ => true,
-        };
         let (a, b) = (&self.contacts[one], &self.contacts[other]);
-        sees(a, b) || sees(b, a)
+        are_coupled(a, b, self.scene.system(), q)
     }
 
     fn fly(
