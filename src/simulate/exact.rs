@@ -13,7 +13,7 @@ use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
-use crate::simulate::{Keep, SimulateOptions};
+use crate::simulate::{Keep, SimulateOptions, Stats};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -78,34 +78,6 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             grazed: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
         }
-    }
-
-    /// Puts the mover at a state and a time, as new.
-    pub fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
-        self.search.restart();
-        self.holding = None;
-        self.clock = self.clock.at(t);
-        let angle = self.angle(self.clock);
-        let whole = self.scene.form.to_modal(q, v);
-        self.flow.enter(&whole, angle, &mut self.state);
-        if let Some(kept) = &mut self.kept {
-            *kept = Kept::default();
-        }
-    }
-
-    /// Evaluations of gaps since the start.
-    pub fn n_gap_evaluations(&self) -> usize {
-        self.search.n_gap_evaluations
-    }
-
-    /// The motion kept since the start.
-    pub fn take_kept(&mut self) -> Option<Kept> {
-        self.kept.as_mut().map(std::mem::take)
-    }
-
-    /// The motions while stops were held.
-    pub fn held(&self) -> Vec<Arc<StuckMotion>> {
-        self.held.clone()
     }
 
     fn angle(&self, clock: Clock) -> f64 {
@@ -282,6 +254,37 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
 }
 
 impl<F: LinearFlow> Mover for ExactMover<'_, F> {
+    fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
+        self.search.restart();
+        self.holding = None;
+        self.clock = self.clock.at(t);
+        let angle = self.angle(self.clock);
+        let whole = self.scene.form.to_modal(q, v);
+        self.flow.enter(&whole, angle, &mut self.state);
+        if let Some(kept) = &mut self.kept {
+            *kept = Kept::default();
+        }
+    }
+
+    fn counted(&self, stats: Stats) -> Stats {
+        Stats {
+            n_gap_evaluations: self.search.n_gap_evaluations,
+            ..stats
+        }
+    }
+
+    fn remarks(&self) -> String {
+        String::new()
+    }
+
+    fn take_kept(&mut self) -> Option<Kept> {
+        self.kept.as_mut().map(std::mem::take)
+    }
+
+    fn held_motions(&self) -> Vec<Arc<StuckMotion>> {
+        self.held.clone()
+    }
+
     fn n_stops(&self) -> usize {
         self.scene.n_stops()
     }

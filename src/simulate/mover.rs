@@ -2,9 +2,13 @@
 //! strike a stop.
 
 use crate::error::Result;
+use crate::flow::StuckMotion;
+use crate::simulate::Stats;
 use crate::simulate::clock::Clock;
+use crate::simulate::kept::Kept;
 use crate::simulate::record::Record;
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// A gap and its time derivatives under free motion, at one instant.
 #[derive(Debug, Clone, Copy, Default)]
@@ -57,6 +61,16 @@ pub(crate) struct Blow {
 
 /// Moves a scene; holds the present state and time.
 pub(crate) trait Mover {
+    /// Puts the motion at a state and a time, as new.
+    fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64);
+    /// The counts of a run, to which the mover's own since the start are added.
+    fn counted(&self, stats: Stats) -> Stats;
+    /// What is to be said of the run since the start, to follow the message.
+    fn remarks(&self) -> String;
+    /// The motion kept since the start.
+    fn take_kept(&mut self) -> Option<Kept>;
+    /// The motions while stops were held that the kept motion refers to.
+    fn held_motions(&self) -> Vec<Arc<StuckMotion>>;
     /// Number of stops.
     fn n_stops(&self) -> usize;
     /// The present time.

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
-use crate::model::{Constraint, Dynamics, Scene, SceneMotion};
+use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
@@ -15,9 +15,6 @@ use crate::simulate::{Method, SimulateOptions, Stats, Trajectory};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-
-/// What is said of a motion whose steps were held down by stability.
-const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
@@ -77,7 +74,7 @@ pub fn simulate_checked(
             let flow = Arc::new(modal.flow());
             let phase = scene.forcing().phase();
             let done = with_flow!(&*flow, f => {
-                Run::new(f, &modal, phase, options).run(q0, v0, t_span, observer)
+                Run::exact(f, &modal, phase, options).run(q0, v0, t_span, observer)
             })?;
             let exact = Machinery::Exact {
                 modal,
@@ -135,22 +132,22 @@ pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
     }
 }
 
-/// Runs a block of code with the runner in steps of a scene: its state in an array of fixed length where there are few
+/// Runs a block of code with what makes runs in steps of a scene: the state in an array of fixed length where there are few
 /// coordinates.
 macro_rules! with_steps {
     ($motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
         $crate::model::with_motion!($motion, motion => {
             match $crate::model::Dynamics::n_dof(motion) {
                 1 => {
-                    let $make = || $crate::simulate::SteppedRun::<[f64; 2], _>::new(motion, $scene, $options);
+                    let $make = || $crate::simulate::Run::stepped::<[f64; 2], _>(motion, $scene, $options);
                     $body
                 }
                 2 => {
-                    let $make = || $crate::simulate::SteppedRun::<[f64; 4], _>::new(motion, $scene, $options);
+                    let $make = || $crate::simulate::Run::stepped::<[f64; 4], _>(motion, $scene, $options);
                     $body
                 }
                 _ => {
-                    let $make = || $crate::simulate::SteppedRun::<Vec<f64>, _>::new(motion, $scene, $options);
+                    let $make = || $crate::simulate::Run::stepped::<Vec<f64>, _>(motion, $scene, $options);
                     $body
                 }
             }
@@ -158,36 +155,6 @@ macro_rules! with_steps {
     };
 }
 pub(crate) use with_steps;
-
-/// Runs a scene from one state after another.
-pub(crate) trait Runner {
-    /// A run over a span.
-    fn run(
-        &mut self,
-        q0: &DVector<f64>,
-        v0: &DVector<f64>,
-        t_span: (f64, f64),
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Done>;
-}
-
-/// What is said of nonlinear stops without a curvature: their gaps are searched on an interpolant.
-fn uncertain(scene: &Scene) -> String {
-    let is_unbounded =
-        |s: &Constraint| matches!(s, Constraint::Nonlinear(s) if s.curvature().is_none());
-    let stops = scene.stops().iter().enumerate();
-    let names: Vec<String> = stops
-        .filter(|(_, stop)| is_unbounded(stop))
-        .map(|(i, _)| format!("stop {i}"))
-        .collect();
-    if names.is_empty() {
-        return String::new();
-    }
-    format!(
-        "; the search for contacts with {} is not certain: give a bound `curvature`",
-        names.join(" and ")
-    )
-}
 
 /// What a run leaves behind.
 pub(crate) struct Done {
@@ -200,107 +167,75 @@ pub(crate) struct Done {
     held: Vec<Arc<StuckMotion>>,
 }
 
-/// One run after another of the same linear scene, with their buffers.
-pub(crate) struct Run<'a, F: LinearFlow> {
-    mover: ExactMover<'a, F>,
+/// One run after another of the same scene, with their buffers.
+pub(crate) struct Run<'a, M> {
+    mover: M,
     events: EventLoop,
     options: &'a SimulateOptions,
     n_dof: usize,
 }
 
-impl<'a, F: LinearFlow> Run<'a, F> {
-    pub fn new(
+impl<'a> Run<'a, ()> {
+    /// Runs along the flow of a linear scene.
+    pub fn exact<F: LinearFlow>(
         flow: &'a F,
         scene: &'a ModalScene,
         phase: f64,
         options: &'a SimulateOptions,
-    ) -> Self {
-        Self {
-            mover: ExactMover::new(flow, scene, phase, options),
-            events: EventLoop::default(),
+    ) -> Run<'a, ExactMover<'a, F>> {
+        let mover = ExactMover::new(flow, scene, phase, options);
+        Run::of(mover, options, scene.form.n_dof())
+    }
+
+    /// Runs in steps.
+    pub fn stepped<S: State, D: Dynamics>(
+        dynamics: &'a D,
+        scene: &'a Scene,
+        options: &'a SimulateOptions,
+    ) -> Run<'a, StepMover<'a, S, D>> {
+        Run::of(
+            StepMover::new(dynamics, scene, options),
             options,
-            n_dof: scene.form.n_dof(),
-        }
+            scene.n_dof(),
+        )
     }
 }
 
-impl<F: LinearFlow> Runner for Run<'_, F> {
-    fn run(
+impl<'a, M: Mover> Run<'a, M> {
+    fn of(mover: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
+        Self {
+            mover,
+            events: EventLoop::default(),
+            options,
+            n_dof,
+        }
+    }
+
+    /// A run over a span.
+    pub fn run(
         &mut self,
         q0: &DVector<f64>,
         v0: &DVector<f64>,
         t_span: (f64, f64),
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
-        let mut record = Record::new(self.options, self.n_dof);
-        self.mover.start(q0, v0, t_span.0);
-        let ending =
-            self.events
-                .run(&mut self.mover, t_span, self.options, &mut record, observer)?;
-        let mut stats = self.events.stats;
-        stats.n_gap_evaluations = self.mover.n_gap_evaluations();
-        Ok(Done {
-            ending,
-            last: self.mover.physical(),
-            stats,
-            record,
-            kept: self.mover.take_kept(),
-            held: self.mover.held(),
-        })
-    }
-}
-
-/// One run in steps after another of the same scene, with their buffers.
-pub(crate) struct SteppedRun<'a, S, D> {
-    mover: StepMover<'a, S, D>,
-    uncertain: String,
-    events: EventLoop,
-    options: &'a SimulateOptions,
-    n_dof: usize,
-}
-
-impl<'a, S: State, D: Dynamics> SteppedRun<'a, S, D> {
-    pub fn new(dynamics: &'a D, scene: &'a Scene, options: &'a SimulateOptions) -> Self {
-        Self {
-            mover: StepMover::new(dynamics, scene, options),
-            uncertain: uncertain(scene),
-            events: EventLoop::default(),
+        let Self {
+            mover,
+            events,
             options,
-            n_dof: scene.n_dof(),
-        }
-    }
-}
-
-impl<S: State, D: Dynamics> Runner for SteppedRun<'_, S, D> {
-    fn run(
-        &mut self,
-        q0: &DVector<f64>,
-        v0: &DVector<f64>,
-        t_span: (f64, f64),
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Done> {
-        let mut record = Record::new(self.options, self.n_dof);
-        self.mover.start(q0, v0, t_span.0);
-        let mut ending =
-            self.events
-                .run(&mut self.mover, t_span, self.options, &mut record, observer)?;
-        if self.mover.is_stiff() {
-            ending.message.push_str(STIFF);
-        }
-        ending.message.push_str(&self.uncertain);
-        let stats = Stats {
-            n_rhs: self.mover.n_rhs(),
-            n_steps: self.mover.n_steps,
-            n_gap_evaluations: self.mover.n_gap_evaluations,
-            ..self.events.stats
-        };
+            n_dof,
+        } = self;
+        let mut record = Record::new(options, *n_dof);
+        mover.start(q0, v0, t_span.0);
+        let mut ending = events.run(mover, t_span, options, &mut record, observer)?;
+        ending.message.push_str(&mover.remarks());
         Ok(Done {
             ending,
-            last: self.mover.physical(),
-            stats,
+            last: mover.physical(),
+            stats: mover.counted(events.stats),
             record,
-            kept: self.mover.take_kept(),
-            held: Vec::new(),
+            kept: mover.take_kept(),
+            held: mover.held_motions(),
         })
     }
 }

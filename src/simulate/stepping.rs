@@ -5,11 +5,12 @@ use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Ends, Judgement, Quartic, Quintic};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
+use crate::flow::StuckMotion;
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
 use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
 use crate::linalg::rank;
-use crate::model::{Contact, Dynamics, GapValue, Moment, Scene, are_coupled, contacts};
+use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, are_coupled, contacts};
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::held::HeldMotion;
@@ -17,7 +18,7 @@ use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
-use crate::simulate::{Keep, SimulateOptions};
+use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::{Watch, answer};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -35,6 +36,9 @@ const MOST_HALVINGS: usize = 12;
 const DEPENDENT_TOL: f64 = 1e-12;
 /// The quartic through a contact force is off by no more than this, relative to the force.
 const FORCE_TOL: f64 = 1e-4;
+
+/// What is said of a motion whose steps were held down by stability.
+const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
 /// What the gaps do along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,8 +76,8 @@ pub(crate) struct StepMover<'a, S, D> {
     touches: Vec<(f64, f64)>,
     grazes: Vec<Graze>,
     kept: Option<Kept>,
-    pub n_steps: usize,
-    pub n_gap_evaluations: usize,
+    n_steps: usize,
+    n_gap_evaluations: usize,
 }
 
 impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
@@ -109,36 +113,6 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             n_steps: 0,
             n_gap_evaluations: 0,
         }
-    }
-
-    /// Puts the mover at a state and a time, as new.
-    pub fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
-        for (x, y) in self.x.slice_mut().iter_mut().zip(q.iter().chain(v.iter())) {
-            *x = *y;
-        }
-        self.clock = self.clock.at(t);
-        self.controller = Controller::default();
-        (self.h, self.is_begun) = (None, false);
-        self.holding.clear();
-        (self.n_steps, self.n_gap_evaluations, self.stepper.n_rhs) = (0, 0, 0);
-        if let Some(kept) = &mut self.kept {
-            *kept = Kept::default();
-        }
-    }
-
-    /// Evaluations of the right-hand side since the start.
-    pub fn n_rhs(&self) -> usize {
-        self.stepper.n_rhs
-    }
-
-    /// Whether stability, not accuracy, held the steps down.
-    pub fn is_stiff(&self) -> bool {
-        self.controller.is_stiff
-    }
-
-    /// The motion kept since the start.
-    pub fn take_kept(&mut self) -> Option<Kept> {
-        self.kept.as_mut().map(std::mem::take)
     }
 
     fn moment(&self) -> Moment {
@@ -402,6 +376,42 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
 }
 
 impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
+    fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
+        for (x, y) in self.x.slice_mut().iter_mut().zip(q.iter().chain(v.iter())) {
+            *x = *y;
+        }
+        self.clock = self.clock.at(t);
+        self.controller = Controller::default();
+        (self.h, self.is_begun) = (None, false);
+        self.holding.clear();
+        (self.n_steps, self.n_gap_evaluations, self.stepper.n_rhs) = (0, 0, 0);
+        if let Some(kept) = &mut self.kept {
+            *kept = Kept::default();
+        }
+    }
+
+    fn counted(&self, stats: Stats) -> Stats {
+        Stats {
+            n_rhs: self.stepper.n_rhs,
+            n_steps: self.n_steps,
+            n_gap_evaluations: self.n_gap_evaluations,
+            ..stats
+        }
+    }
+
+    fn remarks(&self) -> String {
+        let stiff = if self.controller.is_stiff { STIFF } else { "" };
+        format!("{stiff}{}", uncertain(self.scene))
+    }
+
+    fn take_kept(&mut self) -> Option<Kept> {
+        self.kept.as_mut().map(std::mem::take)
+    }
+
+    fn held_motions(&self) -> Vec<Arc<StuckMotion>> {
+        Vec::new()
+    }
+
     fn n_stops(&self) -> usize {
         self.contacts.len()
     }
@@ -839,4 +849,22 @@ enum Release {
     },
     /// The step is too long for the quartic.
     Undecided,
+}
+
+/// What is said of nonlinear stops without a curvature: their gaps are searched on an interpolant.
+fn uncertain(scene: &Scene) -> String {
+    let is_unbounded =
+        |s: &Constraint| matches!(s, Constraint::Nonlinear(s) if s.curvature().is_none());
+    let stops = scene.stops().iter().enumerate();
+    let names: Vec<String> = stops
+        .filter(|(_, stop)| is_unbounded(stop))
+        .map(|(i, _)| format!("stop {i}"))
+        .collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; the search for contacts with {} is not certain: give a bound `curvature`",
+        names.join(" and ")
+    )
 }

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, with_flow};
 use crate::model::{Scene, SceneMotion};
-use crate::simulate::{Keep, Method, Run, Runner, SimulateOptions, Status, choose, with_steps};
+use crate::simulate::{Keep, Method, Mover, Run, SimulateOptions, Status, choose, with_steps};
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use crate::watch::GoOn;
 use nalgebra::{DMatrix, DVector};
@@ -99,7 +99,7 @@ pub fn simulate_many(
             let modal = ModalScene::new(scene, "simulate_many with method=\"exact\"")?;
             let phase = scene.forcing().phase();
             with_flow!(&modal.flow(), f => {
-                let make = || Run::new(f, &modal, phase, options);
+                let make = || Run::exact(f, &modal, phase, options);
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }
@@ -119,23 +119,23 @@ pub fn simulate_many(
 }
 
 /// Fills the ends, each thread with a runner of its own.
-fn fill_ends<R: Runner>(
+fn fill_ends<'a, M: Mover>(
     ends: &mut [End],
-    make: impl Fn() -> R + Sync,
+    make: impl Fn() -> Run<'a, M> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
-    let work = |run: &mut R, i: usize, go_on: GoOn<'_>| {
+    let work = |run: &mut Run<'a, M>, i: usize, go_on: GoOn<'_>| {
         let row = |m: &DMatrix<f64>| m.row(i).transpose();
         end_of(run, (&row(q0), &row(v0)), i, t_span, go_on)
     };
     fill(ends, TILE, sweep, || Ok(make()), work, observer)
 }
 
-fn end_of<R: Runner>(
-    run: &mut R,
+fn end_of<M: Mover>(
+    run: &mut Run<'_, M>,
     (q0, v0): (&DVector<f64>, &DVector<f64>),
     i: usize,
     t_span: (f64, f64),
