@@ -1,8 +1,9 @@
 //! The next impact of an exact flight (theory 8): the first time at which some gap falls below minus its margin, led back
 //! to its zero. Every step is proved to hold no other; touches inside the margin are noted as grazes.
 
+use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::walk::{DEEPEST, Ladder, ROUNDING, STEPS_PER_LOOK};
-use crate::flow::jet::{Jet, Shape};
+use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 use crate::watch::{Watch, answer};
@@ -40,69 +41,6 @@ pub(crate) enum Next {
     Stalled { stop: usize, time: f64 },
     /// The caller's check asked to stop.
     Interrupted,
-}
-
-/// What one gap does over one step.
-enum Ahead {
-    Clear,
-    Touch { at: f64, gap: f64 },
-    Reached { at: f64 },
-    Unknown,
-}
-
-/// Over a step that starts with an open gap.
-fn from_open(jet: &Jet, step: f64, margin: f64) -> Ahead {
-    let backwards = |jet: &Jet, end: f64| {
-        if jet.c[0] > 0.0 {
-            jet.falling_root(end)
-        } else {
-            -jet.c[0] / jet.c[1]
-        }
-    };
-    match jet.shape(margin.max(ROUNDING * jet.size), step) {
-        Shape::Above => Ahead::Clear,
-        Shape::Falling => {
-            let (end, error) = (jet.value(step), jet.remainder(step));
-            if end + error < -margin {
-                Ahead::Reached {
-                    at: backwards(jet, step),
-                }
-            } else if end - error > -margin {
-                Ahead::Clear
-            } else {
-                Ahead::Unknown
-            }
-        }
-        Shape::LowestAtEnd if jet.value(step) - jet.remainder(step) > -margin => Ahead::Clear,
-        Shape::Minimum { at, value, error } => {
-            if value - error > margin {
-                Ahead::Clear
-            } else if value + jet.remainder(at) < -margin {
-                Ahead::Reached {
-                    at: backwards(jet, at),
-                }
-            } else if error <= 0.1 * margin {
-                Ahead::Touch { at, gap: value }
-            } else {
-                Ahead::Unknown
-            }
-        }
-        Shape::LowestAtEnd | Shape::Unknown => Ahead::Unknown,
-    }
-}
-
-/// Over a step that starts on the stop, with a root of the given order at its start.
-fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
-    let deflated = jet.deflated(order);
-    if deflated.is_positive(step) {
-        Ahead::Clear
-    } else if deflated.crosses(step) {
-        Ahead::Reached {
-            at: deflated.root(step),
-        }
-    } else {
-        Ahead::Unknown
-    }
 }
 
 /// Evaluations of the motion spent on one impact time.

@@ -1,22 +1,24 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
-use crate::contact::curvature::first_crossing;
-use crate::contact::polynomial::{Along, Ends, Judgement, Quartic, Quintic};
+mod contact;
+mod normal;
+mod release;
+
 use crate::contact::walk::ROUNDING;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flow::StuckMotion;
-use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance, later};
+use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
 use crate::flow::step_size::{Controller, first_step, trial_step};
 use crate::impact::wrapped;
-use crate::linalg::rank;
 use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, are_coupled, contacts};
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
-use crate::simulate::held::HeldMotion;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
+use crate::simulate::stepping::contact::Found;
+use crate::simulate::stepping::release::Release;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::{Watch, answer};
@@ -27,31 +29,11 @@ use std::sync::Arc;
 pub(crate) const STEPPED_BEAT: f64 = 1.0;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
-/// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
-/// of second order: the velocity is then wrong by 5e-5 of the tolerance.
-const TAYLOR_PART: f64 = 1e-2;
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
-/// Singular values below this, relative to the largest, are zero: the normals are dependent.
-const DEPENDENT_TOL: f64 = 1e-12;
-/// The quartic through a contact force is off by no more than this, relative to the force.
-const FORCE_TOL: f64 = 1e-4;
 
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
-
-/// What the gaps do along a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Found {
-    Nothing,
-    /// The earliest contact, at a part x of the step.
-    Contact {
-        stop: usize,
-        x: f64,
-    },
-    /// The interpolation cannot tell contact from none.
-    Undecided,
-}
 
 /// A scene moved in steps; one run after another, with its buffers.
 pub(crate) struct StepMover<'a, S, D> {
@@ -213,134 +195,6 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
-    }
-
-    /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
-    fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
-        let mut earliest: Option<(usize, f64)> = None;
-        let noted = self.grazes.len();
-        for stop in 0..self.contacts.len() {
-            if self.holding.contains(&stop) {
-                continue;
-            }
-            let (start, end) = (self.gaps[stop], self.ahead[stop]);
-            let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
-            let margin = self.margin_of(start).max(self.margin_of(end));
-            let order = starts.map_or(0, |orders| orders[stop]);
-            let ends = Ends::new(known(start), known(end), h, order);
-            // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
-            let is_clear = ends.are_clear(order, 2.0 * margin);
-            if is_clear && self.contacts[stop].surface.bounded().is_none() {
-                continue;
-            }
-            let quintic = Quintic::new(&ends);
-            let along = if is_clear {
-                Along::Clear
-            } else if order > 0 {
-                quintic.after_contact(order)
-            } else {
-                let error = self.interpolation_error(stop, &quintic, h)?;
-                self.touches.clear();
-                let along = quintic.when_open(Judgement { margin, error }, &mut self.touches);
-                for &(x, gap) in &self.touches {
-                    self.grazes.push(Graze {
-                        time: self.clock.after(x * h).time(),
-                        stop,
-                        depth: -gap,
-                    });
-                }
-                along
-            };
-            match self.proved(stop, along, margin, h)? {
-                Along::Unsure => {
-                    self.grazes.truncate(noted);
-                    return Ok(Found::Undecided);
-                }
-                Along::Contact { x } if earliest.is_none_or(|(_, first)| x < first) => {
-                    earliest = Some((stop, x));
-                }
-                Along::Clear | Along::Contact { .. } => {}
-            }
-        }
-        if let Some((_, x)) = earliest {
-            let time = self.clock.after(x * h).time();
-            let mut at = 0;
-            self.grazes.retain(|graze| {
-                at += 1;
-                at <= noted || graze.time < time
-            });
-        }
-        Ok(earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x }))
-    }
-
-    /// What the quintic of a gap says of the step last taken, put right where the gap has a bound that proves it.
-    fn proved(&self, stop: usize, along: Along, margin: f64, h: f64) -> Result<Along> {
-        let Some((nonlinear, curvature)) = self.contacts[stop].surface.bounded() else {
-            return Ok(along);
-        };
-        let until = match along {
-            Along::Contact { x } => x,
-            Along::Clear | Along::Unsure => 1.0,
-        };
-        let dense = self.stepper.dense(&self.x, h);
-        let path: Vec<[f64; 5]> = (0..self.n()).map(|i| dense.powers(i)).collect();
-        Ok(
-            match first_crossing(nonlinear, curvature, &path, margin, until)? {
-                Some(x) => Along::Contact { x },
-                None if along == Along::Unsure => Along::Clear,
-                None => along,
-            },
-        )
-    }
-
-    /// The difference of the quintic to the dense output half-way.
-    fn interpolation_error(&mut self, stop: usize, quintic: &Quintic, h: f64) -> Result<f64> {
-        let n = self.n();
-        let mut x = S::zeros(2 * n);
-        self.stepper.dense(&self.x, h).state(0.5 * h, x.slice_mut());
-        self.n_gap_evaluations += 1;
-        let there = self.contacts[stop].surface.gap(&x.slice()[..n])?;
-        Ok((there - quintic.value(0.5)).abs())
-    }
-
-    /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes. Returns the length;
-    /// the stepper's end is the state there.
-    fn land<E: Dynamics>(&mut self, dynamics: &E, stop: usize, guess: f64, h: f64) -> Result<f64> {
-        let at = self.moment();
-        let n = self.n();
-        let mut s = guess;
-        let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
-        for _ in 0..MOST_POLISHES {
-            self.stepper
-                .step(dynamics, at, self.frequency, &self.x, s)?;
-            self.look_ahead(h)?;
-            let GapValue {
-                gap,
-                speed,
-                acceleration,
-                ..
-            } = self.ahead[stop];
-            if speed >= 0.0 {
-                return Ok(s);
-            }
-            let first = -gap / speed;
-            let correction = -gap / (speed + 0.5 * acceleration * first);
-            if !correction.is_finite() {
-                return Ok(s);
-            }
-            s += correction;
-            if correction.abs() <= small {
-                let rate = self.stepper.end_rate().clone();
-                let (q, v) = self.stepper.end.slice_mut().split_at_mut(n);
-                for i in 0..n {
-                    let a = rate.slice()[n + i];
-                    q[i] += correction * (v[i] + 0.5 * correction * a);
-                    v[i] += correction * a;
-                }
-                return Ok(s);
-            }
-        }
-        Ok(s)
     }
 
     /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
@@ -675,180 +529,11 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         Ok(arrival)
     }
 
-    /// The motion while the stops of `holding` are held.
-    fn held_motion(&self) -> HeldMotion<'a, D> {
-        HeldMotion {
-            dynamics: self.dynamics,
-            system: self.scene.system(),
-            contacts: Arc::clone(&self.contacts),
-            stops: self.holding.clone(),
-        }
-    }
-
-    /// The contact forces at a state of the step last taken.
-    fn forces_at(&self, held: &HeldMotion<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
-        let (q, v) = x.split_at(self.n());
-        let mut a = vec![0.0; q.len()];
-        held.forces(later(self.moment(), s, self.frequency), q, v, &mut a)
-    }
-
-    /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
-    /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down.
-    fn release_along(&self, h: f64) -> Result<Release> {
-        if self.holding.is_empty() {
-            return Ok(Release::None);
-        }
-        let held = self.held_motion();
-        let dense = self.stepper.dense(&self.x, h);
-        let mut x = S::zeros(2 * self.n());
-        let mut forces = |part: f64| {
-            dense.state(part * h, x.slice_mut());
-            self.forces_at(&held, part * h, x.slice())
-        };
-        let nodes: Vec<_> = (0..5)
-            .map(|k| forces(0.25 * f64::from(k)))
-            .collect::<Result<_>>()?;
-        let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
-        let mut first = Release::None;
-        for (k, &stop) in self.holding.iter().enumerate() {
-            let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
-            let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
-            let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
-            if checks.iter().map(miss).fold(0.0, f64::max) > FORCE_TOL * spread {
-                return Ok(Release::Undecided);
-            }
-            let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
-            if let Some(x) = force.first_fall().filter(|&x| !is_later(x)) {
-                first = Release::At { stop, x };
-            }
-        }
-        Ok(first)
-    }
-
-    /// Steps to the release itself, by the secant method on the length of the step.
-    fn let_go<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        stop: usize,
-        guess: f64,
-        h: f64,
-    ) -> Result<f64> {
-        let held = self.held_motion();
-        let k = self.holding.iter().position(|&s| s == stop).unwrap_or(0);
-        let at = self.moment();
-        let force = |mover: &mut Self, s: f64| -> Result<f64> {
-            mover
-                .stepper
-                .step(dynamics, at, mover.frequency, &mover.x, s)?;
-            let end = mover.stepper.end.clone();
-            Ok(mover.forces_at(&held, s, end.slice())?[k])
-        };
-        let (mut s0, mut s) = (0.0, guess);
-        let mut f0 = force(self, s0)?;
-        let mut f = force(self, s)?;
-        for _ in 0..MOST_POLISHES {
-            let next = s - f * (s - s0) / (f - f0);
-            if !next.is_finite() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
-                break;
-            }
-            (s0, f0) = (s, f);
-            s = next.clamp(0.0, h);
-            f = force(self, s)?;
-        }
-        Ok(s)
-    }
-
-    /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
-    fn settle(&mut self, stops: &[usize]) -> Result<()> {
-        let n = self.n();
-        for _ in 0..MOST_POLISHES {
-            let values = stops.iter().map(|&stop| {
-                let (q, v) = self.x.slice().split_at(n);
-                self.contacts[stop].surface.along(q, v, v, 0.0)
-            });
-            let values: Vec<GapValue> = values.collect::<Result<_>>()?;
-            let gaps = DVector::from_iterator(stops.len(), values.iter().map(|value| value.gap));
-            let moves = self.along_reactions(stops, &gaps)?;
-            for (q, d) in self.x.slice_mut()[..n].iter_mut().zip(moves.iter()) {
-                *q += d;
-            }
-            if values
-                .iter()
-                .all(|value| value.gap.abs() <= f64::EPSILON * value.size)
-            {
-                break;
-            }
-        }
-        let approach = |&stop: &usize| {
-            let (normal, _) = self.directions(stop)?;
-            Ok(self.along(&normal))
-        };
-        let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
-        let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
-        self.push_along(&moves, 1.0);
-        Ok(())
-    }
-
-    /// The present speed along a normal.
-    fn along(&self, normal: &DVector<f64>) -> f64 {
-        let v = &self.x.slice()[normal.len()..];
-        normal.iter().zip(v).map(|(n, v)| n * v).sum()
-    }
-
-    /// Changes the present velocity by so much against a direction.
-    fn push_along(&mut self, direction: &DVector<f64>, impulse: f64) {
-        let v = &mut self.x.slice_mut()[direction.len()..];
-        for (v, b) in v.iter_mut().zip(direction.iter()) {
-            *v -= b * impulse;
-        }
-        self.is_begun = false;
-    }
-
-    /// The combination of the stops' reactions whose parts along their normals are given.
-    fn along_reactions(&self, stops: &[usize], parts: &DVector<f64>) -> Result<DVector<f64>> {
-        let delassus = self.delassus(stops)?;
-        let weights = rank::solve(&delassus, parts, DEPENDENT_TOL * delassus.amax())?.particular;
-        let mut sum = DVector::zeros(self.n());
-        for (&stop, weight) in stops.iter().zip(weights.iter()) {
-            sum += self.directions(stop)?.1 * *weight;
-        }
-        Ok(sum)
-    }
-
-    /// The normal of a stop and its reaction direction.
-    fn directions(&self, stop: usize) -> Result<(DVector<f64>, DVector<f64>)> {
-        let (q, _) = self.x.slice().split_at(self.n());
-        let contact = &self.contacts[stop];
-        let normal = contact.surface.normal(q)?;
-        let reaction = contact.reaction(self.scene.system(), q)?;
-        match reaction.filter(|b| normal.dot(b) > 0.0) {
-            Some(reaction) => Ok((normal, reaction)),
-            None => Err(Error::bad_value(
-                format!("stops[{stop}]"),
-                "a stop without a normal",
-                "at an impact its gap must change with the coordinates and its reaction must push",
-            )),
-        }
-    }
-
     /// Keeps a piece of no length at the present state; `last` as in `keep`.
     fn keep_nothing(&mut self, last: Option<f64>, record: &mut Record) {
         self.stepper.end.clone_from(&self.x);
         self.keep(0.0, last, record);
     }
-}
-
-/// What the contact forces do along a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Release {
-    None,
-    /// One falls through zero, at a part x of the step.
-    At {
-        stop: usize,
-        x: f64,
-    },
-    /// The step is too long for the quartic.
-    Undecided,
 }
 
 /// What is said of nonlinear stops without a curvature: their gaps are searched on an interpolant.

@@ -1,0 +1,110 @@
+//! Steps while stops are held: the contact forces along a step, and the step to the release of one.
+
+use super::{MOST_POLISHES, StepMover};
+use crate::contact::polynomial::Quartic;
+use crate::error::Result;
+use crate::flow::runge_kutta::{State, later};
+use crate::model::Dynamics;
+use crate::simulate::held::HeldMotion;
+use std::sync::Arc;
+
+/// The quartic through a contact force is off by no more than this, relative to the force.
+const FORCE_TOL: f64 = 1e-4;
+
+/// What the contact forces do along a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Release {
+    None,
+    /// One falls through zero, at a part x of the step.
+    At {
+        stop: usize,
+        x: f64,
+    },
+    /// The step is too long for the quartic.
+    Undecided,
+}
+
+impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
+    /// The motion while the stops of `holding` are held.
+    pub(super) fn held_motion(&self) -> HeldMotion<'a, D> {
+        HeldMotion {
+            dynamics: self.dynamics,
+            system: self.scene.system(),
+            contacts: Arc::clone(&self.contacts),
+            stops: self.holding.clone(),
+        }
+    }
+
+    /// The contact forces at a state of the step last taken.
+    fn forces_at(&self, held: &HeldMotion<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
+        let (q, v) = x.split_at(self.n());
+        let mut a = vec![0.0; q.len()];
+        held.forces(later(self.moment(), s, self.frequency), q, v, &mut a)
+    }
+
+    /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
+    /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down.
+    pub(super) fn release_along(&self, h: f64) -> Result<Release> {
+        if self.holding.is_empty() {
+            return Ok(Release::None);
+        }
+        let held = self.held_motion();
+        let dense = self.stepper.dense(&self.x, h);
+        let mut x = S::zeros(2 * self.n());
+        let mut forces = |part: f64| {
+            dense.state(part * h, x.slice_mut());
+            self.forces_at(&held, part * h, x.slice())
+        };
+        let nodes: Vec<_> = (0..5)
+            .map(|k| forces(0.25 * f64::from(k)))
+            .collect::<Result<_>>()?;
+        let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
+        let mut first = Release::None;
+        for (k, &stop) in self.holding.iter().enumerate() {
+            let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
+            let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
+            let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
+            if checks.iter().map(miss).fold(0.0, f64::max) > FORCE_TOL * spread {
+                return Ok(Release::Undecided);
+            }
+            let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
+            if let Some(x) = force.first_fall().filter(|&x| !is_later(x)) {
+                first = Release::At { stop, x };
+            }
+        }
+        Ok(first)
+    }
+
+    /// Steps to the release itself, by the secant method on the length of the step.
+    pub(super) fn let_go<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        stop: usize,
+        guess: f64,
+        h: f64,
+    ) -> Result<f64> {
+        let held = self.held_motion();
+        let k = self.holding.iter().position(|&s| s == stop).unwrap_or(0);
+        let at = self.moment();
+        let force = |mover: &mut Self, s: f64| -> Result<f64> {
+            mover
+                .stepper
+                .step(dynamics, at, mover.frequency, &mover.x, s)?;
+            let end = mover.stepper.end.clone();
+            Ok(mover.forces_at(&held, s, end.slice())?[k])
+        };
+        let (mut s0, mut s) = (0.0, guess);
+        let mut f0 = force(self, s0)?;
+        let mut f = force(self, s)?;
+        for _ in 0..MOST_POLISHES {
+            let next = s - f * (s - s0) / (f - f0);
+            if !next.is_finite() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
+                break;
+            }
+            (s0, f0) = (s, f);
+            s = next.clamp(0.0, h);
+            f = force(self, s)?;
+        }
+        Ok(s)
+    }
+}
