@@ -52,7 +52,7 @@ _Forcing: TypeAlias = Harmonic | BaseMotion
 _Stop: TypeAlias = Stop | Wall | NonlinearStop
 _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
-_Method: TypeAlias = Literal["auto", "exact", "rk45"]
+_Method: TypeAlias = Literal["auto", "exact", "rk45", "taylor"]
 _Keep: TypeAlias = Literal["motion", "impacts", "final"]
 _Cells: TypeAlias = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_], _FloatArray]
 

@@ -4,4 +4,5 @@ pub(crate) mod ahead;
 pub(crate) mod curvature;
 pub(crate) mod next;
 pub(crate) mod polynomial;
+pub(crate) mod series;
 pub(crate) mod walk;

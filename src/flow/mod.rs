@@ -9,10 +9,12 @@ pub(crate) mod jet;
 mod linear;
 pub(crate) mod runge_kutta;
 mod scene;
+mod shaking;
 mod split;
 pub(crate) mod step_size;
 mod stuck;
 pub(crate) mod tableau;
+pub(crate) mod taylor;
 
 pub(crate) use block::BlockFlow;
 pub(crate) use dense::DenseFlow;

@@ -1,9 +1,18 @@
 //! Small dense systems without allocation.
 
-/// Solves `A x = b` in place for a symmetric positive definite A, by rows, by its square-root-free Cholesky
-/// decomposition; A is overwritten. False where a pivot is not positive.
+/// Solves `A x = b` in place for a symmetric positive definite A, by rows; A is overwritten. False where a pivot is not
+/// positive.
 pub(crate) fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
-    let n = b.len();
+    let is_positive = factor_positive(a, b.len());
+    if is_positive {
+        solve_factored(a, b);
+    }
+    is_positive
+}
+
+/// The square-root-free Cholesky decomposition of a symmetric positive definite n by n matrix in its place, by rows: the
+/// lower triangle holds `L D`. False where a pivot is not positive.
+pub(crate) fn factor_positive(a: &mut [f64], n: usize) -> bool {
     for k in 0..n {
         let pivot = a[k * n + k];
         if pivot.is_nan() || pivot <= 0.0 {
@@ -14,18 +23,27 @@ pub(crate) fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
             for j in k + 1..=i {
                 a[i * n + j] -= factor * a[j * n + k];
             }
-            b[i] -= factor * b[k];
         }
-        // The column keeps L D; what is below uses its quotients again.
-    }
-    for k in (0..n).rev() {
-        let mut x = b[k];
-        for i in k + 1..n {
-            x -= a[i * n + k] * b[i];
-        }
-        b[k] = x / a[k * n + k];
     }
     true
+}
+
+/// Solves `A x = b` in place with the decomposition of A.
+pub(crate) fn solve_factored(a: &[f64], b: &mut [f64]) {
+    let n = b.len();
+    for k in 0..n {
+        b[k] /= a[k * n + k];
+        for i in k + 1..n {
+            b[i] -= a[i * n + k] * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let mut below = 0.0;
+        for i in k + 1..n {
+            below += a[i * n + k] * b[i];
+        }
+        b[k] -= below / a[k * n + k];
+    }
 }
 
 #[cfg(test)]

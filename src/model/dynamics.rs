@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::linalg::small;
 use crate::model::{
-    DoublePendulum, Forcing, LinearSystem, NonlinearSystem, PendulumChain, Scene, System,
+    DoublePendulum, Forcing, LinearSystem, Links, NonlinearSystem, PendulumChain, Scene, System,
 };
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
@@ -136,7 +136,6 @@ impl Dynamics for DoublePendulumMotion {
 /// The chain of N links with large angles.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainMotion {
-    lengths: Vec<f64>,
     /// `l_i l_j S_max(i,j)`, by rows.
     inertia: Vec<f64>,
     /// `l_i S_i`
@@ -149,17 +148,13 @@ pub(crate) struct ChainMotion {
 
 impl ChainMotion {
     fn new(system: &PendulumChain, forcing: &Forcing) -> Self {
-        let (n, l) = (system.n_dof(), system.lengths());
-        let s = system.hanging_mass();
-        let c = system.damping();
-        let by_rows =
-            |of: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|k| of(k / n, k % n)).collect();
+        let links = system.links();
+        let by_rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
         Self {
-            lengths: l.iter().copied().collect(),
-            inertia: by_rows(&|i, j| l[i] * l[j] * s[i.max(j)]),
-            hanging: (0..n).map(|i| l[i] * s[i]).collect(),
-            damping: by_rows(&|i, j| c[(i, j)]),
-            gravity: system.gravity(),
+            inertia: by_rows(&links.inertia),
+            hanging: links.hanging.as_slice().to_vec(),
+            damping: by_rows(&links.damping),
+            gravity: links.gravity,
             base: Base::new(forcing),
             force: Force::new(forcing),
         }
@@ -168,11 +163,11 @@ impl ChainMotion {
 
 impl Dynamics for ChainMotion {
     fn n_dof(&self) -> usize {
-        self.lengths.len()
+        self.hanging.len()
     }
 
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        let n = self.lengths.len();
+        let n = self.hanging.len();
         let turns: Vec<(f64, f64)> = q.iter().map(|q| q.sin_cos()).collect();
         let base = self.base.at(at);
         let mut mass = vec![0.0; n * n];
@@ -196,7 +191,8 @@ impl Dynamics for ChainMotion {
     }
 }
 
-fn singular_mass() -> Error {
+/// A mass matrix that cannot be factored.
+pub(crate) fn singular_mass() -> Error {
     Error::NoConvergence {
         stage: "the solve with the mass matrix, which is not positive definite in double precision,",
         iterations: 0,
@@ -342,19 +338,14 @@ pub(crate) use with_motion;
 /// # Errors
 /// What a nonlinear system reports.
 pub(crate) fn mass_at(system: &System, q: &DVector<f64>) -> Result<DMatrix<f64>> {
-    let turned = |inertia: &dyn Fn(usize, usize) -> f64| {
-        DMatrix::from_fn(q.len(), q.len(), |i, j| inertia(i, j) * (q[i] - q[j]).cos())
+    let turned = |links: Links| {
+        let mass = |i: usize, j: usize| links.inertia[(i, j)] * (q[i] - q[j]).cos();
+        DMatrix::from_fn(q.len(), q.len(), mass)
     };
     Ok(match system {
         System::Linear(system) => system.mass().to_dense(),
-        System::DoublePendulum(pendulum) => {
-            let m = pendulum.mass();
-            turned(&|i, j| m[(i, j)])
-        }
-        System::PendulumChain(chain) => {
-            let (l, s) = (chain.lengths(), chain.hanging_mass());
-            turned(&|i, j| l[i] * l[j] * s[i.max(j)])
-        }
+        System::DoublePendulum(pendulum) => turned(pendulum.links()),
+        System::PendulumChain(chain) => turned(chain.links()),
         System::Nonlinear(system) => system.mass(q.as_slice())?,
     })
 }

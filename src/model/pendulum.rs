@@ -6,6 +6,20 @@ use crate::model::{Coefficient, LinearSystem};
 use crate::quantity::{finite, finite_vector, positive};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 
+/// The coefficients of a pendulum's equations of motion on a base with acceleration `-b` (theory 2):
+/// `sum_j I_ij (cos(q_i - q_j) q_j'' + sin(q_i - q_j) v_j^2) = h_i (b cos q_i - g sin q_i) - (C v)_i`.
+#[derive(Debug, Clone)]
+pub(crate) struct Links {
+    /// I
+    pub inertia: DMatrix<f64>,
+    /// h
+    pub hanging: DVector<f64>,
+    /// g
+    pub gravity: f64,
+    /// C
+    pub damping: DMatrix<f64>,
+}
+
 /// Double pendulum of eq. (3): dimensionless, time in units of `1/(w1 sqrt(1 + m))`, base amplitude in units of `l1`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DoublePendulum {
@@ -67,6 +81,18 @@ impl DoublePendulum {
     /// The stiffness matrix of small angles, shape `(2, 2)`: the weights of the bobs.
     pub(crate) fn stiffness(&self) -> DMatrix<f64> {
         pendulum_stiffness(self.mass_ratio, self.length_ratio)
+    }
+
+    /// The coefficients of its equations of motion.
+    pub(crate) fn links(&self) -> Links {
+        let inertia = self.mass();
+        Links {
+            // A bob's share of the base's push is its coupling to the first link, whose length is one.
+            hanging: inertia.column(0).into_owned(),
+            inertia,
+            gravity: 1.0 / (1.0 + self.mass_ratio),
+            damping: self.damping.clone(),
+        }
     }
 
     /// The lengths `(1, 1/mu)`.
@@ -208,6 +234,17 @@ impl PendulumChain {
         )
     }
 
+    /// The coefficients of its equations of motion.
+    pub(crate) fn links(&self) -> Links {
+        let (n, l, s) = (self.n_dof(), &self.lengths, self.hanging_mass());
+        Links {
+            inertia: DMatrix::from_fn(n, n, |i, j| l[i] * l[j] * s[i.max(j)]),
+            hanging: l.component_mul(&s),
+            gravity: self.gravity,
+            damping: self.damping.clone(),
+        }
+    }
+
     /// `S_k`, the mass that hangs at joint k and below.
     pub(crate) fn hanging_mass(&self) -> DVector<f64> {
         let n = self.n_dof();
@@ -219,13 +256,12 @@ impl PendulumChain {
     /// # Errors
     /// Masses so far apart that the mass matrix is singular in double precision.
     pub fn linearise(&self) -> Result<LinearSystem> {
-        let (n, l, s) = (self.n_dof(), &self.lengths, self.hanging_mass());
-        let mass = DMatrix::from_fn(n, n, |i, j| l[i] * l[j] * s[i.max(j)]);
-        let stiffness =
-            DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| self.gravity * l[i] * s[i]));
+        let links = self.links();
+        let stiffness = DMatrix::from_diagonal(&(&links.hanging * links.gravity));
         // M r = (l_i S_i) has the solution r = e_1 / l_1: a base displacement turns the first link alone.
-        let influence = DVector::from_fn(n, |i, _| if i == 0 { 1.0 / l[0] } else { 0.0 });
-        LinearSystem::new(mass, Coefficient::Dense(self.damping.clone()), stiffness)?
+        let mut influence = DVector::zeros(self.n_dof());
+        influence[0] = 1.0 / self.lengths[0];
+        LinearSystem::new(links.inertia, Coefficient::Dense(links.damping), stiffness)?
             .with_influence(influence)
     }
 }

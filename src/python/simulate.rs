@@ -443,8 +443,9 @@ fn method(value: &str) -> PyResult<Method> {
         "auto" => Ok(Method::Auto),
         "exact" => Ok(Method::Exact),
         "rk45" => Ok(Method::Rk45),
+        "taylor" => Ok(Method::Taylor),
         _ => Err(PyValueError::new_err(format!(
-            "method is {value:?}, but it must be \"auto\", \"exact\" or \"rk45\""
+            "method is {value:?}, but it must be \"auto\", \"exact\", \"rk45\" or \"taylor\""
         ))),
     }
 }
@@ -461,9 +462,10 @@ fn method(value: &str) -> PyResult<Method> {
 ///     Position and velocity at the start.
 /// t_span : pair of float
 ///     Start and end [s].
-/// method : {"auto", "exact", "rk45"}, default "auto"
+/// method : {"auto", "exact", "rk45", "taylor"}, default "auto"
 ///     "exact": closed-form flights, linear scenes only; "rk45": the Runge-Kutta pair of orders 5 and 4 of Dormand and
-///     Prince, any scene; "auto": exact for a linear scene, rk45 for others. Any letter case.
+///     Prince, any scene; "taylor": Taylor series whose order grows with the digits asked for, a DoublePendulum or a
+///     PendulumChain with stops and walls; "auto": the first of exact, taylor, rk45 that the scene allows. Any letter case.
 /// rtol, atol : float, default 1e-9, 1e-12
 ///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With either method
 ///     they set the margin of contact: a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop is a graze, no impact.

@@ -54,6 +54,8 @@ pub(crate) struct KeptSegment {
     pub kind: SegmentKind,
     pub stops: Vec<usize>,
     pub first: usize,
+    /// Where the numbers of its pieces begin.
+    pub offset: usize,
 }
 
 /// The motion that `keep` asks for.
@@ -61,7 +63,7 @@ pub(crate) struct KeptSegment {
 pub(crate) struct Kept {
     pub pieces: Vec<Piece>,
     pub segments: Vec<KeptSegment>,
-    /// The numbers of each piece, one after the other, as many for each.
+    /// The numbers of each piece, one after the other, as many for each of a segment.
     pub numbers: Vec<f64>,
 }
 
@@ -72,13 +74,20 @@ impl Kept {
             kind,
             stops: stops.to_vec(),
             first: self.pieces.len(),
+            offset: self.numbers.len(),
         });
     }
 
     /// The segment that a piece belongs to.
-    pub fn segment_of(&self, piece: usize) -> Option<&KeptSegment> {
+    pub fn segment_of(&self, piece: usize) -> &KeptSegment {
         let later = self.segments.partition_point(|s| s.first <= piece);
-        self.segments.get(later.checked_sub(1)?)
+        &self.segments[later - 1]
+    }
+
+    /// The numbers of a piece of a segment, so many for each.
+    pub fn numbers_of(&self, segment: &KeptSegment, piece: usize, width: usize) -> &[f64] {
+        let start = segment.offset + (piece - segment.first) * width;
+        &self.numbers[start..start + width]
     }
 
     /// The pieces of a segment.
@@ -102,23 +111,27 @@ pub(crate) enum Machinery {
         /// The motions while stops were held.
         held: Vec<Arc<StuckMotion>>,
     },
-    /// Steps of an integrator: the numbers are the step's length and its dense output.
+    /// Runge-Kutta steps: the numbers are the step's length and its dense output.
     Steps,
+    /// Taylor series of the velocities to an order: the numbers are the unit of time and the coefficients of the positions
+    /// in it, one row for each power. Chatter and lasting contact are Runge-Kutta steps.
+    Series { order: usize },
 }
 
 impl Machinery {
-    /// How many numbers a piece has for n degrees of freedom.
-    pub fn width(&self, n: usize) -> usize {
+    /// How many numbers a piece of a segment has for n degrees of freedom.
+    pub fn width(&self, kind: SegmentKind, n: usize) -> usize {
         match self {
             Self::Exact { .. } => 2 * n,
-            Self::Steps => Dense::<Vec<f64>>::width(n),
+            Self::Series { order } if kind == SegmentKind::Flight => series_width(*order, n),
+            Self::Steps | Self::Series { .. } => Dense::<Vec<f64>>::width(n),
         }
     }
 
     /// Position and velocity a time after the start of a piece of a segment.
     pub fn state(
         &self,
-        segment: Option<&KeptSegment>,
+        segment: &KeptSegment,
         piece: Piece,
         numbers: &[f64],
         local: f64,
@@ -132,15 +145,18 @@ impl Machinery {
             } => {
                 let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
                 let angle = modal.frequency * piece.clock.local + phase;
-                let stops = segment.map_or(&[][..], |segment| &segment.stops);
-                if let Some(stuck) = held.iter().find(|s| !stops.is_empty() && s.stops == stops) {
+                let is_holding = |s: &&Arc<StuckMotion>| s.stops == segment.stops;
+                if let Some(stuck) = held.iter().find(is_holding) {
                     let (q, v) = modal.form.to_physical(&state);
                     return stuck.carry(angle, local, &q, &v);
                 }
                 with_flow!(&**flow, f => carry(f, angle, local, &mut state));
                 modal.form.to_physical(&state)
             }
-            Self::Steps => {
+            Self::Series { order } if segment.kind == SegmentKind::Flight => {
+                read_series(numbers, *order, local)
+            }
+            Self::Steps | Self::Series { .. } => {
                 let x = Dense::<Vec<f64>>::read(numbers).at(local);
                 let n = x.len() / 2;
                 (
@@ -150,4 +166,39 @@ impl Machinery {
             }
         }
     }
+}
+
+/// How many numbers a Taylor series of n positions has, its unit of time with them.
+fn series_width(order: usize, n: usize) -> usize {
+    1 + n * (order + 2)
+}
+
+/// Writes a Taylor series: coefficient k of position i is `coefficient(i, k)`.
+pub(crate) fn write_series(
+    (order, n): (usize, usize),
+    unit: f64,
+    coefficient: impl Fn(usize, usize) -> f64,
+    numbers: &mut Vec<f64>,
+) {
+    numbers.push(unit);
+    let mut power = 1.0;
+    for k in 0..order + 2 {
+        numbers.extend((0..n).map(|i| coefficient(i, k) * power));
+        power *= unit;
+    }
+}
+
+/// Position and velocity a time after the start of a Taylor series.
+fn read_series(numbers: &[f64], order: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
+    let (unit, rows) = (numbers[0], &numbers[1..]);
+    let n = rows.len() / (order + 2);
+    let x = local / unit;
+    let (mut q, mut v) = (DVector::zeros(n), DVector::zeros(n));
+    for row in rows.chunks(n).rev() {
+        for (i, c) in row.iter().enumerate() {
+            v[i] = v[i] * x + q[i];
+            q[i] = q[i] * x + c;
+        }
+    }
+    (q, v / unit)
 }

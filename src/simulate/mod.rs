@@ -20,7 +20,7 @@ pub use kept::SegmentKind;
 pub(crate) use mover::Mover;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
-pub(crate) use run::{Run, choose, with_steps};
+pub(crate) use run::{Run, choose, pendulum_links, with_series, with_steps};
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
 pub use trajectory::{Graze, Samples, Segment, Side as ImpactSide, Trajectory};

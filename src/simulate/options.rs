@@ -12,6 +12,8 @@ pub enum Method {
     Exact,
     /// The Dormand-Prince pair of orders 5 and 4; any scene.
     Rk45,
+    /// Taylor series whose order grows with the tolerance's digits; pendulums with large motions.
+    Taylor,
 }
 
 /// What a trajectory keeps.

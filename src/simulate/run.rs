@@ -3,14 +3,14 @@
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
-use crate::model::{Dynamics, Scene, SceneMotion};
+use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
 use crate::simulate::kept::{Kept, Machinery};
 use crate::simulate::mover::Mover;
 use crate::simulate::record::Record;
-use crate::simulate::stepping::StepMover;
+use crate::simulate::stepping::{RungeKutta, StepMover, Taylor, has_series, series_order};
 use crate::simulate::{Method, SimulateOptions, Stats, Trajectory};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -91,6 +91,15 @@ pub fn simulate_checked(
             })?;
             (Machinery::Steps, done)
         }
+        Method::Taylor => {
+            let links = pendulum_links(scene)?;
+            let motion = SceneMotion::new(scene);
+            let done = with_series!(&motion, links, scene, options, make => {
+                make().run(q0, v0, t_span, observer)
+            })?;
+            let order = series_order(options.rtol);
+            (Machinery::Series { order }, done)
+        }
     };
     if !done
         .last
@@ -123,10 +132,23 @@ pub fn simulate_checked(
     })
 }
 
+/// The coefficients of a scene's pendulum for its Taylor series.
+///
+/// # Errors
+/// A scene that has no Taylor series.
+pub(crate) fn pendulum_links(scene: &Scene) -> Result<Links> {
+    let links = scene.system().links().filter(|_| has_series(scene));
+    links.ok_or_else(|| {
+        let rule = "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls; use \"auto\"";
+        Error::bad_value("method", "\"taylor\"", rule)
+    })
+}
+
 /// The method that will run: the least machinery that is exact for the scene.
 pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
     match method {
         Method::Auto if scene.linear_system("simulate").is_ok() => Method::Exact,
+        Method::Auto if has_series(scene) => Method::Taylor,
         Method::Auto => Method::Rk45,
         asked => asked,
     }
@@ -155,6 +177,40 @@ macro_rules! with_steps {
     };
 }
 pub(crate) use with_steps;
+
+/// The same with flights along Taylor series.
+macro_rules! with_series {
+    ($motion:expr, $links:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
+        match $motion {
+            $crate::model::SceneMotion::DoublePendulum(motion) => {
+                let $make = || {
+                    $crate::simulate::Run::along_series::<[f64; 4], _>(
+                        motion,
+                        $links.clone(),
+                        $scene,
+                        $options,
+                    )
+                };
+                $body
+            }
+            $crate::model::SceneMotion::Chain(motion) => {
+                let $make = || {
+                    $crate::simulate::Run::along_series::<Vec<f64>, _>(
+                        motion,
+                        $links.clone(),
+                        $scene,
+                        $options,
+                    )
+                };
+                $body
+            }
+            $crate::model::SceneMotion::Linear(_) | $crate::model::SceneMotion::Nonlinear(_) => {
+                unreachable!("the links are a pendulum's")
+            }
+        }
+    };
+}
+pub(crate) use with_series;
 
 /// What a run leaves behind.
 pub(crate) struct Done {
@@ -192,12 +248,21 @@ impl<'a> Run<'a, ()> {
         dynamics: &'a D,
         scene: &'a Scene,
         options: &'a SimulateOptions,
-    ) -> Run<'a, StepMover<'a, S, D>> {
-        Run::of(
-            StepMover::new(dynamics, scene, options),
-            options,
-            scene.n_dof(),
-        )
+    ) -> Run<'a, StepMover<'a, S, D, RungeKutta>> {
+        let mover = StepMover::new(dynamics, scene, options, RungeKutta);
+        Run::of(mover, options, scene.n_dof())
+    }
+
+    /// Runs along Taylor series.
+    pub fn along_series<S: State, D: Dynamics>(
+        dynamics: &'a D,
+        links: Links,
+        scene: &'a Scene,
+        options: &'a SimulateOptions,
+    ) -> Run<'a, StepMover<'a, S, D, Taylor>> {
+        let free = Taylor::new(links, scene, options);
+        let mover = StepMover::new(dynamics, scene, options, free);
+        Run::of(mover, options, scene.n_dof())
     }
 }
 

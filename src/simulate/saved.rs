@@ -12,6 +12,9 @@ use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};
 use nalgebra::DVector;
 use std::sync::Arc;
 
+/// Order of the dense output of Runge-Kutta steps.
+const QUARTIC: usize = 4;
+
 /// A trajectory as plain numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedTrajectory {
@@ -36,12 +39,12 @@ pub struct SavedTrajectory {
 }
 
 /// A motion as plain numbers: clock reading and span of each piece; the numbers of the pieces, one after the other; name,
-/// stops and first piece of each segment; whether the pieces are steps of an integrator.
+/// stops and first piece of each segment; the order of the integrator's pieces, zero for exact flights.
 pub type SavedMotion = (
     Vec<[f64; 3]>,
     Vec<f64>,
     Vec<(String, Vec<usize>, usize)>,
-    bool,
+    usize,
 );
 
 impl Trajectory {
@@ -83,7 +86,11 @@ impl Trajectory {
                     kept.pieces.iter().map(reading).collect(),
                     kept.numbers.clone(),
                     kept.segments.iter().map(named).collect(),
-                    matches!(self.machinery, Machinery::Steps),
+                    match self.machinery {
+                        Machinery::Exact { .. } => 0,
+                        Machinery::Steps => QUARTIC,
+                        Machinery::Series { order } => order,
+                    },
                 )
             }),
             samples: self.samples.clone(),
@@ -96,10 +103,12 @@ impl Trajectory {
     /// A status that does not exist, numbers that do not fit the scene.
     pub fn restore(scene: &Scene, saved: SavedTrajectory) -> Result<Self> {
         let n = scene.n_dof();
-        let is_stepped = saved.motion.as_ref().is_some_and(|motion| motion.3);
+        let order = saved.motion.as_ref().map_or(0, |motion| motion.3);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
-        let (mut machinery, beat) = if is_stepped {
+        let (mut machinery, beat) = if order == QUARTIC {
             (Machinery::Steps, STEPPED_BEAT)
+        } else if order > 0 {
+            (Machinery::Series { order }, STEPPED_BEAT)
         } else {
             let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
             let flow = Arc::new(modal.flow());
@@ -115,7 +124,11 @@ impl Trajectory {
             (exact, beat)
         };
         let clock = Clock::new(0.0, frequency, beat);
-        let kept = saved.motion.map(|motion| kept(clock, motion)).transpose()?;
+        let width = |kind| machinery.width(kind, n);
+        let kept = saved
+            .motion
+            .map(|motion| kept(clock, motion, width))
+            .transpose()?;
         if let (Machinery::Exact { modal, held, .. }, Some(kept)) = (&mut machinery, &kept) {
             for segment in &kept.segments {
                 let stops = &segment.stops;
@@ -124,10 +137,7 @@ impl Trajectory {
                 }
             }
         }
-        let fits = kept
-            .as_ref()
-            .is_none_or(|k| k.numbers.len() == machinery.width(n) * k.pieces.len());
-        if !fits || saved.last.0.len() != n || saved.last.1.len() != n {
+        if saved.last.0.len() != n || saved.last.1.len() != n {
             return Err(Error::bad_shape(
                 "saved states",
                 "another number of coordinates",
@@ -175,15 +185,36 @@ impl Trajectory {
     }
 }
 
-/// The motion that was saved, on a clock of its scene.
-fn kept(clock: Clock, (pieces, numbers, segments, _): SavedMotion) -> Result<Kept> {
-    let segment = |(name, stops, first): &(String, Vec<usize>, usize)| {
-        Ok(KeptSegment {
-            kind: SegmentKind::from_name(name)?,
+/// The motion that was saved, on a clock of its scene; `width` is how many numbers a piece of a kind of segment has.
+fn kept(
+    clock: Clock,
+    (pieces, numbers, segments, _): SavedMotion,
+    width: impl Fn(SegmentKind) -> usize,
+) -> Result<Kept> {
+    let mut offset = 0;
+    let ends = segments.iter().skip(1).map(|next| next.2);
+    let ends: Vec<usize> = ends.chain([pieces.len()]).collect();
+    let mut segment = |((name, stops, first), end): (&(String, Vec<usize>, usize), &usize)| {
+        let kind = SegmentKind::from_name(name)?;
+        let kept = KeptSegment {
+            kind,
             stops: stops.clone(),
             first: *first,
-        })
+            offset,
+        };
+        offset += width(kind) * end.saturating_sub(*first);
+        Ok(kept)
     };
+    let segments = segments.iter().zip(&ends).map(&mut segment);
+    let segments = segments.collect::<Result<Vec<_>>>()?;
+    if offset != numbers.len() || (segments.is_empty() && !pieces.is_empty()) {
+        let found = format!("{} numbers", numbers.len());
+        return Err(Error::bad_shape(
+            "saved motion",
+            found,
+            format!("{offset} numbers"),
+        ));
+    }
     Ok(Kept {
         pieces: pieces
             .iter()
@@ -192,7 +223,7 @@ fn kept(clock: Clock, (pieces, numbers, segments, _): SavedMotion) -> Result<Kep
                 span,
             })
             .collect(),
-        segments: segments.iter().map(segment).collect::<Result<_>>()?,
+        segments,
         numbers,
     })
 }

@@ -2,8 +2,13 @@
 //! a step of their own (theory 8).
 
 mod contact;
+mod free;
 mod normal;
 mod release;
+mod series;
+
+pub(crate) use free::{FreeFlight, RungeKutta};
+pub(crate) use series::{Taylor, has_series, series_order};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
@@ -36,7 +41,9 @@ const MOST_HALVINGS: usize = 12;
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
 /// A scene moved in steps; one run after another, with its buffers.
-pub(crate) struct StepMover<'a, S, D> {
+pub(crate) struct StepMover<'a, S, D, F> {
+    /// What moves it where no stop is held.
+    free: F,
     dynamics: &'a D,
     scene: &'a Scene,
     contacts: Arc<Vec<Contact>>,
@@ -62,14 +69,15 @@ pub(crate) struct StepMover<'a, S, D> {
     n_gap_evaluations: usize,
 }
 
-impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
+impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     /// A mover of a scene along its equations of motion.
-    pub fn new(dynamics: &'a D, scene: &'a Scene, options: &SimulateOptions) -> Self {
+    pub fn new(dynamics: &'a D, scene: &'a Scene, options: &SimulateOptions, free: F) -> Self {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Self {
+            free,
             dynamics,
             scene,
             gaps: none.clone(),
@@ -229,7 +237,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
     }
 }
 
-impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F> {
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
         for (x, y) in self.x.slice_mut().iter_mut().zip(q.iter().chain(v.iter())) {
             *x = *y;
@@ -237,6 +245,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         self.clock = self.clock.at(t);
         self.controller = Controller::default();
         (self.h, self.is_begun) = (None, false);
+        self.free.reset();
         self.holding.clear();
         (self.n_steps, self.n_gap_evaluations, self.stepper.n_rhs) = (0, 0, 0);
         if let Some(kept) = &mut self.kept {
@@ -317,7 +326,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival> {
         if self.holding.is_empty() {
-            return self.fly_along(self.dynamics, starts, (span, last), record, check);
+            return F::fly(self, starts, (span, last), record, check);
         }
         self.is_begun = false;
         let held = self.held_motion();
@@ -325,12 +334,8 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     }
 
     fn stay(&mut self, record: &mut Record) -> Result<()> {
-        self.begin(self.dynamics)?;
-        if let Some(kept) = &mut self.kept {
-            kept.begin(SegmentKind::Flight, &[]);
-        }
-        self.keep_nothing(None, record);
-        Ok(())
+        self.keep_segment(SegmentKind::Flight);
+        F::keep_nothing(self, None, record)
     }
 
     fn strike(&mut self, stop: usize) -> Result<Blow> {
@@ -419,7 +424,7 @@ impl<S: State, D: Dynamics> Mover for StepMover<'_, S, D> {
     }
 }
 
-impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// A segment along some equations of motion: free, or with stops held.
     fn fly_along<E: Dynamics>(
         &mut self,
@@ -430,14 +435,11 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival> {
         self.grazes.clear();
-        if let Some(kept) = &mut self.kept {
-            let kind = if self.holding.is_empty() {
-                SegmentKind::Flight
-            } else {
-                SegmentKind::Stick
-            };
-            kept.begin(kind, &self.holding);
-        }
+        self.keep_segment(if self.holding.is_empty() {
+            SegmentKind::Flight
+        } else {
+            SegmentKind::Stick
+        });
         let end = self.clock.after(span);
         let mut starts = Some(starts);
         let mut halvings = 0;
@@ -447,7 +449,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
             self.begin(dynamics)?;
             let left = self.clock.until(end);
             if left <= 0.0 {
-                self.keep_nothing(Some(last), record);
+                self.keep_no_step(Some(last), record);
                 break Arrival::End;
             }
             // The right-hand side of a step may be full matrices.
@@ -530,7 +532,7 @@ impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
     }
 
     /// Keeps a piece of no length at the present state; `last` as in `keep`.
-    fn keep_nothing(&mut self, last: Option<f64>, record: &mut Record) {
+    fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
         self.stepper.end.clone_from(&self.x);
         self.keep(0.0, last, record);
     }

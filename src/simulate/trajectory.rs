@@ -202,9 +202,9 @@ impl Trajectory {
             .kept
             .as_ref()
             .expect("asked for by callers that have it");
-        let width = self.machinery.width(self.scene.n_dof());
-        let numbers = &kept.numbers[index * width..(index + 1) * width];
         let segment = kept.segment_of(index);
+        let width = self.machinery.width(segment.kind, self.scene.n_dof());
+        let numbers = kept.numbers_of(segment, index, width);
         self.machinery
             .state(segment, kept.pieces[index], numbers, local)
     }
@@ -302,7 +302,7 @@ impl Trajectory {
 
     /// The kind of the segment of a piece, and the stops in contact.
     pub(crate) fn kind_of(&self, piece: usize) -> (SegmentKind, &[usize]) {
-        let segment = self.kept.as_ref().and_then(|kept| kept.segment_of(piece));
+        let segment = self.kept.as_ref().map(|kept| kept.segment_of(piece));
         segment.map_or((SegmentKind::Flight, &[]), |s| (s.kind, &s.stops))
     }
 
@@ -313,12 +313,12 @@ impl Trajectory {
                 let rate = with_flow!(&**flow, f => f.fastest_rate());
                 angle / rate.max(modal.frequency).max(f64::MIN_POSITIVE)
             }
-            Machinery::Steps => f64::INFINITY,
+            Machinery::Steps | Machinery::Series { .. } => f64::INFINITY,
         }
     }
 
     fn is_stepped(&self) -> bool {
-        matches!(self.machinery, Machinery::Steps)
+        !matches!(self.machinery, Machinery::Exact { .. })
     }
 
     /// The fastest of the forcing and the free oscillations of a linear scene.

@@ -3,7 +3,10 @@
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, with_flow};
 use crate::model::{Scene, SceneMotion};
-use crate::simulate::{Keep, Method, Mover, Run, SimulateOptions, Status, choose, with_steps};
+use crate::simulate::{
+    Keep, Method, Mover, Run, SimulateOptions, Status, choose, pendulum_links, with_series,
+    with_steps,
+};
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use crate::watch::GoOn;
 use nalgebra::{DMatrix, DVector};
@@ -106,6 +109,13 @@ pub fn simulate_many(
         Method::Rk45 => {
             let motion = SceneMotion::new(scene);
             with_steps!(&motion, scene, options, make => {
+                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
+            })?;
+        }
+        Method::Taylor => {
+            let links = pendulum_links(scene)?;
+            let motion = SceneMotion::new(scene);
+            with_series!(&motion, links, scene, options, make => {
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }

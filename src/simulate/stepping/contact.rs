@@ -1,5 +1,6 @@
 //! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
 
+use super::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
@@ -25,7 +26,7 @@ pub(super) enum Found {
     Undecided,
 }
 
-impl<S: State, D: Dynamics> StepMover<'_, S, D> {
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
     pub(super) fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
         let mut earliest: Option<(usize, f64)> = None;

@@ -1,5 +1,6 @@
 //! The present state of a motion in steps against its stops: normals and reactions, pushes along them.
 
+use super::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
@@ -11,7 +12,7 @@ use nalgebra::DVector;
 /// Singular values below this, relative to the largest, are zero: the normals are dependent.
 const DEPENDENT_TOL: f64 = 1e-12;
 
-impl<S: State, D: Dynamics> StepMover<'_, S, D> {
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
     pub(super) fn settle(&mut self, stops: &[usize]) -> Result<()> {
         let n = self.n();

@@ -1,5 +1,6 @@
 //! Steps while stops are held: the contact forces along a step, and the step to the release of one.
 
+use super::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::contact::polynomial::Quartic;
 use crate::error::Result;
@@ -24,7 +25,7 @@ pub(super) enum Release {
     Undecided,
 }
 
-impl<'a, S: State, D: Dynamics> StepMover<'a, S, D> {
+impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     /// The motion while the stops of `holding` are held.
     pub(super) fn held_motion(&self) -> HeldMotion<'a, D> {
         HeldMotion {

@@ -1,0 +1,67 @@
+//! Free flights of a motion in steps: what moves it where no stop is held.
+
+use super::StepMover;
+use crate::error::Result;
+use crate::flow::runge_kutta::State;
+use crate::model::Dynamics;
+use crate::simulate::kept::SegmentKind;
+use crate::simulate::mover::Arrival;
+use crate::simulate::record::Record;
+
+/// What moves a motion where no stop is held.
+pub(crate) trait FreeFlight<S, D>: Sized {
+    /// Forgets the run before.
+    fn reset(&mut self);
+
+    /// A flight, as [`crate::simulate::Mover::fly`].
+    fn fly(
+        mover: &mut StepMover<'_, S, D, Self>,
+        starts: &[usize],
+        ends: (f64, f64),
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival>;
+
+    /// Keeps a piece of no length at the present state; `last` is the time at which the run ends with it.
+    fn keep_nothing(
+        mover: &mut StepMover<'_, S, D, Self>,
+        last: Option<f64>,
+        record: &mut Record,
+    ) -> Result<()>;
+}
+
+/// Steps of the Dormand-Prince pair.
+pub(crate) struct RungeKutta;
+
+impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
+    fn reset(&mut self) {}
+
+    fn fly(
+        mover: &mut StepMover<'_, S, D, Self>,
+        starts: &[usize],
+        ends: (f64, f64),
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival> {
+        mover.fly_along(mover.dynamics, starts, ends, record, check)
+    }
+
+    fn keep_nothing(
+        mover: &mut StepMover<'_, S, D, Self>,
+        last: Option<f64>,
+        record: &mut Record,
+    ) -> Result<()> {
+        mover.begin(mover.dynamics)?;
+        mover.keep_no_step(last, record);
+        Ok(())
+    }
+}
+
+impl<S, D, F> StepMover<'_, S, D, F> {
+    /// Begins a segment of the motion that is kept.
+    pub(super) fn keep_segment(&mut self, kind: SegmentKind) {
+        if let Some(kept) = &mut self.kept {
+            kept.begin(kind, &self.holding);
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Free flights of a pendulum along its Taylor series: the step is known beforehand, the gap along it is a polynomial, and a
+//! contact needs no step of its own (theory 8).
+
+use super::StepMover;
+use super::free::FreeFlight;
+use crate::contact::series::{Course, GapSeries};
+use crate::error::Result;
+use crate::flow::runge_kutta::State;
+use crate::flow::taylor::{MOST_ORDER, PendulumSeries};
+use crate::model::{Constraint, Dynamics, Links, Scene};
+use crate::simulate::kept::{Piece, SegmentKind, write_series};
+use crate::simulate::mover::{Arrival, Mover};
+use crate::simulate::record::Record;
+use crate::simulate::trajectory::Graze;
+use crate::simulate::{Keep, SimulateOptions};
+use crate::watch::{Watch, answer};
+use nalgebra::DVector;
+
+/// Lowest order of a series.
+const LEAST_ORDER: usize = 6;
+
+/// The order at which a motion costs least for a tolerance: the work of a series grows as the square of the order p, its step as
+/// `tolerance^(1/p)`, so that `p = -ln(tolerance)/2` but for what a step costs beside.
+pub(crate) fn series_order(rtol: f64) -> usize {
+    let order = (2.0 - 0.5 * rtol.max(f64::EPSILON).ln()).ceil();
+    (order as usize).clamp(LEAST_ORDER, MOST_ORDER)
+}
+
+/// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions.
+pub(crate) fn has_series(scene: &Scene) -> bool {
+    let is_given = |stop: &Constraint| !matches!(stop, Constraint::Nonlinear(_));
+    scene.system().links().is_some() && scene.stops().iter().all(is_given)
+}
+
+/// Flights along Taylor series.
+pub(crate) struct Taylor {
+    series: PendulumSeries,
+    /// The step last taken, where it says how fast the motion changes.
+    before: Option<f64>,
+}
+
+impl Taylor {
+    /// Flights of a scene's pendulum.
+    pub fn new(links: Links, scene: &Scene, options: &SimulateOptions) -> Self {
+        Self {
+            series: PendulumSeries::new(links, scene.forcing(), series_order(options.rtol)),
+            before: None,
+        }
+    }
+}
+
+impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
+    fn reset(&mut self) {
+        self.before = None;
+    }
+
+    fn fly(
+        mover: &mut StepMover<'_, S, D, Self>,
+        starts: &[usize],
+        (span, last): (f64, f64),
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival> {
+        mover.keep_segment(SegmentKind::Flight);
+        let end = mover.clock.after(span);
+        let mut starts = Some(starts);
+        let mut go_on = answer(check);
+        let mut watch = Watch::new(&mut go_on);
+        loop {
+            let left = mover.clock.until(end);
+            if left <= 0.0 {
+                Self::keep_nothing(mover, Some(last), record)?;
+                return Ok(Arrival::End);
+            }
+            watch.work(mover.free.series.work())?;
+            mover.expand()?;
+            let Taylor { series, before } = &mut mover.free;
+            let wanted = series.longest_step(mover.tolerance, *before);
+            let is_last = wanted >= left;
+            let h = if is_last { left } else { wanted };
+            if h.is_nan() || mover.clock.local + h == mover.clock.local {
+                return Ok(Arrival::Underflow);
+            }
+            if wanted.is_finite() {
+                *before = Some(wanted);
+            }
+            mover.n_steps += 1;
+            let found = mover.contact_on_series(starts, h);
+            if record.keep != Keep::Final {
+                record.grazes.append(&mut mover.grazes);
+            }
+            if let Some((stop, course)) = found {
+                let (at, arrival) = match course {
+                    Course::Stalled { at } => (at, Arrival::Stalled { stop }),
+                    Course::Contact { at } => (at.min(h), Arrival::Contact { stop }),
+                };
+                mover.keep_series(at.max(0.0), None, record);
+                mover.arrive_on_series(at);
+                mover.look()?;
+                return Ok(arrival);
+            }
+            mover.keep_series(h, is_last.then_some(last), record);
+            mover.arrive_on_series(h);
+            starts = None;
+            if is_last {
+                return Ok(Arrival::End);
+            }
+        }
+    }
+
+    fn keep_nothing(
+        mover: &mut StepMover<'_, S, D, Self>,
+        last: Option<f64>,
+        record: &mut Record,
+    ) -> Result<()> {
+        mover.expand()?;
+        mover.keep_series(0.0, last, record);
+        Ok(())
+    }
+}
+
+impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
+    /// Makes the series about the present state.
+    fn expand(&mut self) -> Result<()> {
+        let angle = self.moment().angle;
+        let (q, v) = self.x.slice().split_at(self.dynamics.n_dof());
+        self.stepper.n_rhs += 1;
+        self.free.series.expand(angle, q, v)
+    }
+
+    /// The first stop reached along a step, or where the search stalls; touches before that are noted.
+    fn contact_on_series(&mut self, starts: Option<&[usize]>, h: f64) -> Option<(usize, Course)> {
+        self.grazes.clear();
+        let mut first = None;
+        let mut until = h;
+        for stop in 0..self.contacts.len() {
+            let Some(gap) = GapSeries::new(&self.contacts[stop].surface, &self.free.series) else {
+                continue;
+            };
+            let margin = self.margin(stop, gap.size);
+            let order = starts.map_or(0, |orders| orders[stop]);
+            self.touches.clear();
+            let course = gap.first_contact(order, until, margin, &mut self.touches);
+            for &(at, gap) in &self.touches {
+                let time = self.clock.after(at).time();
+                let depth = -gap;
+                self.grazes.push(Graze { time, stop, depth });
+            }
+            if let Some(course) = course {
+                until = course.at();
+                first = Some((stop, course));
+            }
+        }
+        self.n_gap_evaluations += self.contacts.len();
+        if first.is_some() {
+            let time = self.clock.after(until).time();
+            self.grazes.retain(|graze| graze.time < time);
+        }
+        first
+    }
+
+    /// Keeps what is asked for of the series up to a time s; `last` is the time at which the run ends with it.
+    fn keep_series(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
+        let (clock, n) = (self.clock, self.dynamics.n_dof());
+        let series = &self.free.series;
+        if let Some(kept) = &mut self.kept {
+            kept.pieces.push(Piece { clock, span });
+            let unit = if span > 0.0 { span } else { 1.0 };
+            let size = (series.order(), n);
+            write_series(size, unit, |i, k| series.angle(i, k), &mut kept.numbers);
+        }
+        let mut x = S::zeros(2 * n);
+        record.sample(clock, span, last, |local| {
+            series.state(local, x.slice_mut());
+            let (q, v) = x.slice().split_at(n);
+            (DVector::from_column_slice(q), DVector::from_column_slice(v))
+        });
+    }
+
+    /// Makes the state a time s along the series the present one.
+    fn arrive_on_series(&mut self, s: f64) {
+        self.free.series.state(s, self.x.slice_mut());
+        self.clock = self.clock.after(s);
+        self.is_begun = false;
+    }
+}
