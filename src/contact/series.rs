@@ -2,13 +2,15 @@
 //! start, with all higher terms in the remainder (theory 8).
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
-use crate::contact::walk::{DEEPEST, ROUNDING};
+use crate::contact::walk::ROUNDING;
 use crate::flow::jet::Jet;
 use crate::flow::taylor::{PendulumSeries, ROWS};
 use crate::model::Surface;
 
 /// A gap that moves by less than this part of its margin is at rest.
 const AT_REST: f64 = 0.1;
+/// Shortest part of a step that is looked at.
+const SHORTEST: f64 = f64::EPSILON;
 /// Newton steps on one root.
 const MOST_POLISHES: usize = 20;
 
@@ -39,41 +41,71 @@ impl Course {
     }
 }
 
-impl GapSeries {
-    /// The gap of a surface along a series, `None` for one that has no series.
-    pub fn new(surface: &Surface, series: &PendulumSeries) -> Option<Self> {
-        let len = series.order() + 2;
-        let mut c = [0.0; ROWS];
-        let size = match surface {
-            Surface::Plane { normal, clearance } => {
-                for (i, n) in normal.iter().enumerate().filter(|(_, n)| **n != 0.0) {
-                    for (k, c) in c[..len].iter_mut().enumerate() {
-                        *c -= n * series.angle(i, k);
-                    }
-                }
-                let terms = normal.iter().enumerate();
-                let size = terms.map(|(i, n)| (n * series.angle(i, 0)).abs());
-                c[0] += clearance;
-                size.sum::<f64>() + clearance.abs()
-            }
+/// What a gap is made of: `constant - sum weight_i x_i` over angles of links or their sines.
+#[derive(Debug, Clone)]
+pub(crate) struct GapTerms {
+    constant: f64,
+    of: Term,
+    weights: Vec<(usize, f64)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Term {
+    Angle,
+    Sine,
+}
+
+impl GapTerms {
+    /// The terms of a surface's gap, `None` where it has no series.
+    pub fn new(surface: &Surface) -> Option<Self> {
+        let weights = |weights: &mut dyn Iterator<Item = f64>| {
+            let all = weights.enumerate();
+            all.filter(|(_, weight)| *weight != 0.0).collect()
+        };
+        Some(match surface {
+            Surface::Plane { normal, clearance } => Self {
+                constant: *clearance,
+                of: Term::Angle,
+                weights: weights(&mut normal.iter().copied()),
+            },
             Surface::Wall {
                 lengths,
                 position,
                 sign,
-            } => {
-                for (i, l) in lengths.iter().enumerate() {
-                    for (k, c) in c[..len].iter_mut().enumerate() {
-                        *c -= sign * l * series.sine(i, k);
-                    }
-                }
-                let terms = lengths.iter().enumerate();
-                let size = terms.map(|(i, l)| (l * series.sine(i, 0)).abs());
-                c[0] += sign * position;
-                size.sum::<f64>() + position.abs()
-            }
+            } => Self {
+                constant: sign * position,
+                of: Term::Sine,
+                weights: weights(&mut lengths.iter().map(|l| sign * l)),
+            },
             Surface::Nonlinear(_) => return None,
+        })
+    }
+
+    /// The gap along a series.
+    pub fn along(&self, series: &PendulumSeries) -> GapSeries {
+        let mut gap = GapSeries {
+            c: [0.0; ROWS],
+            len: series.order() + 2,
+            size: self.constant.abs(),
         };
-        Some(Self { c, len, size })
+        for &(link, weight) in &self.weights {
+            match self.of {
+                Term::Angle => gap.take_off(weight, series.angle(link)),
+                Term::Sine => gap.take_off(weight, series.sine(link)),
+            }
+        }
+        gap.c[0] += self.constant;
+        gap
+    }
+}
+
+impl GapSeries {
+    fn take_off(&mut self, weight: f64, series: impl Iterator<Item = f64>) {
+        let before = self.c[0];
+        for (c, x) in self.c.iter_mut().zip(series) {
+            *c -= weight * x;
+        }
+        self.size += (self.c[0] - before).abs();
     }
 
     /// A gap by its coefficients.
@@ -81,7 +113,7 @@ impl GapSeries {
     fn of(coefficients: &[f64], size: f64) -> Self {
         let mut c = [0.0; ROWS];
         c[..coefficients.len()].copy_from_slice(coefficients);
-        let len = coefficients.len();
+        let len = coefficients.len().max(6);
         Self { c, len, size }
     }
 
@@ -141,7 +173,7 @@ impl GapSeries {
         margin: f64,
         touches: &mut Vec<(f64, f64)>,
     ) -> Option<Course> {
-        let shortest = span * 0.5f64.powi(DEEPEST as i32);
+        let shortest = span * SHORTEST;
         let (mut order, mut at, mut step) = (order.min(3), 0.0, span);
         loop {
             step = step.min(span - at);
@@ -181,5 +213,139 @@ impl GapSeries {
             order = 0;
             step *= 2.0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `scale (t - r_1) (t - r_2) ...`
+    fn from_roots(roots: &[f64], scale: f64) -> Vec<f64> {
+        roots.iter().fold(vec![scale], |c, root| {
+            let mut next = vec![0.0; c.len() + 1];
+            for (k, c) in c.iter().enumerate() {
+                next[k + 1] += c;
+                next[k] -= root * c;
+            }
+            next
+        })
+    }
+
+    fn search(
+        c: &[f64],
+        order: usize,
+        span: f64,
+        margin: f64,
+    ) -> (Option<Course>, Vec<(f64, f64)>) {
+        let mut touches = Vec::new();
+        let course = GapSeries::of(c, 1.0).first_contact(order, span, margin, &mut touches);
+        (course, touches)
+    }
+
+    #[test]
+    fn the_first_fall_through_zero_is_found_whatever_follows() {
+        for roots in [
+            vec![0.5],
+            vec![0.1, 0.9],
+            vec![0.3, 0.300_01, 0.8],
+            vec![0.2, 0.4, 0.6, 0.8],
+            vec![0.01, 0.02, 0.5, 0.98, 0.99, 1.5, 2.0],
+            vec![-0.5, 0.25, 1.5],
+        ] {
+            // Positive at the start: the first root ahead is a fall.
+            let ahead = roots.iter().filter(|r| **r > 0.0).count();
+            let scale = if ahead % 2 == 0 { 10.0 } else { -10.0 };
+            let first = roots
+                .iter()
+                .copied()
+                .filter(|r| *r > 0.0)
+                .fold(f64::INFINITY, f64::min);
+            let (course, touches) = search(&from_roots(&roots, scale), 0, 1.0, 1e-13);
+            let Some(Course::Contact { at }) = course else {
+                panic!("{roots:?} {course:?}")
+            };
+            assert!((at - first).abs() < 1e-9, "{roots:?} {at}");
+            assert_eq!(touches, []);
+        }
+    }
+
+    #[test]
+    fn dips_deeper_than_the_margin_are_contacts_and_others_touches() {
+        for place in [0.05, 0.25, 0.5, 0.3, 1.0 - 1e-9, 1.0] {
+            for depth in [1e-3, 1e-5, 2e-6, 0.5e-6, 1e-9, 0.0, -0.5e-6, -2e-6, -1e-3] {
+                // (t - place)^2 (1 + t^6) - depth
+                let mut c = vec![place * place - depth, -2.0 * place, 1.0];
+                c.extend([0.0, 0.0, 0.0, place * place, -2.0 * place, 1.0]);
+                let (course, touches) = search(&c, 0, 1.0, 1e-6);
+                let case = format!("{place} {depth}: {course:?} {touches:?}");
+                if depth > 1e-6 {
+                    let Some(Course::Contact { at }) = course else {
+                        panic!("{case}")
+                    };
+                    let gap = c.iter().rev().fold(0.0, |sum, c| sum * at + c);
+                    assert!(gap.abs() < 1e-12, "{case} {gap:e}");
+                    assert!(at < place + 1e-12, "{case}");
+                } else {
+                    assert_eq!(course, None, "{case}");
+                    let count = usize::from(depth > -1e-6);
+                    assert_eq!(touches.len(), count, "{case}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_low_flight_behind_an_impact_is_found() {
+        for speed in [1.0, 1e-3, 1e-8, 1e-13] {
+            // The next contact is at 2 speed, but for the quintic.
+            let c = [1e-17, speed, -0.5, 0.0, 0.0, 0.3];
+            let (course, _) = search(&c, 1, 1.0, 1e-9);
+            let Some(Course::Contact { at }) = course else {
+                assert!(speed > 0.4, "{speed} {course:?}");
+                continue;
+            };
+            let root = |t: f64| speed - 0.5 * t + 0.3 * t.powi(4);
+            assert!(root(at).abs() < 4.0 * f64::EPSILON * speed, "{speed} {at}");
+            assert!(at < 2.2 * speed);
+        }
+        let (course, _) = search(&[0.0, 0.0, 1.0, -1.0], 2, 1.5, 1e-9);
+        assert_eq!(course, Some(Course::Contact { at: 1.0 }));
+        assert_eq!(search(&[0.0, 1.0, 0.2, -0.3], 1, 1.0, 1e-9).0, None);
+    }
+
+    #[test]
+    fn random_gaps_are_judged_as_dense_samples_judge_them() {
+        let mut seed = 1u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
+        };
+        let mut contacts = 0;
+        for _ in 0..2000 {
+            let mut c: Vec<f64> = (0..14).map(|k| random() * 0.4f64.powi(k) * 2.0).collect();
+            c[0] = c[0].abs() * 0.3;
+            let value = |t: f64| c.iter().rev().fold(0.0, |sum, c| sum * t + c);
+            let (course, _) = search(&c, 0, 1.0, 1e-9);
+            let sampled = (0..=4000)
+                .map(|k| f64::from(k) / 4000.0)
+                .find(|t| value(*t) < -1e-9);
+            match (course, sampled) {
+                (Some(Course::Contact { at }), Some(t)) => {
+                    contacts += 1;
+                    assert!(at <= t && value(at).abs() < 1e-13, "{at} {t}");
+                }
+                (Some(Course::Contact { at }), None) => assert!(value(at).abs() < 1e-13),
+                (None, None) => {}
+                other => panic!("{other:?} {c:?}"),
+            }
+        }
+        assert!(contacts > 500);
+    }
+
+    #[test]
+    fn what_is_no_number_is_no_proof() {
+        let (course, _) = search(&[1.0, f64::NAN, 0.0, 0.0], 0, 1.0, 1e-9);
+        assert!(matches!(course, Some(Course::Stalled { .. })));
     }
 }

@@ -17,6 +17,17 @@ pub(crate) const MOST_ORDER: usize = 24;
 /// Coefficients of the positions, which have one order more than the velocities.
 pub(crate) const ROWS: usize = MOST_ORDER + 2;
 
+/// `1/k`, zero for k = 0.
+const RECIPROCALS: [f64; ROWS] = {
+    let mut all = [0.0; ROWS];
+    let mut k = 1;
+    while k < ROWS {
+        all[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    all
+};
+
 /// The series of two links: coefficient k is that of `t^k`.
 #[derive(Debug, Clone)]
 struct Lane {
@@ -160,7 +171,7 @@ fn expand<E: Shaking>(
             });
             lanes[r].acceleration = acceleration;
         }
-        let (by_next, by_both) = (1.0 / next, 1.0 / (next * (next + 1.0)));
+        let (by_next, by_both) = (RECIPROCALS[k + 1], RECIPROCALS[k + 1] * RECIPROCALS[k + 2]);
         for lane in lanes.iter_mut() {
             for i in 0..2 {
                 let a = lane.acceleration[i];
@@ -181,8 +192,7 @@ fn expand<E: Shaking>(
         factor = excitation.raise(factor, next);
     }
     for lane in lanes {
-        let last = 1.0 / (c.order + 1) as f64;
-        lane.q[c.order + 1] = lane.v[c.order].map(|v| v * last);
+        lane.q[c.order + 1] = lane.v[c.order].map(|v| v * RECIPROCALS[c.order + 1]);
     }
 }
 
@@ -193,25 +203,22 @@ fn expand<E: Shaking>(
 fn known_part(lane: &mut Lane, k: usize) {
     let next = (k + 1) as f64;
     let (mut sin, mut cos, mut rest) = ([0.0; 2], [0.0; 2], [0.0; 2]);
-    let (c, s) = (&lane.cos[1..=k], &lane.sin[1..=k]);
-    let (v, p, q) = (&lane.v[1..=k], &lane.across[..k], &lane.along[..k]);
-    for (((c, s), v), (p, q)) in c
-        .iter()
-        .zip(s)
-        .zip(v.iter().rev())
-        .zip(p.iter().rev().zip(q.iter().rev()))
-    {
+    // The coefficients found last come last: the sum does not wait for them.
+    let (c, s, v) = (&lane.cos[1..][..k], &lane.sin[1..][..k], &lane.v[1..][..k]);
+    let (p, q) = (&lane.across[..k], &lane.along[..k]);
+    for j in 0..k {
+        let back = k - 1 - j;
         for i in 0..2 {
-            sin[i] += c[i] * v[i];
-            cos[i] += s[i] * v[i];
-            rest[i] += s[i] * q[i] - c[i] * p[i];
+            sin[i] += c[back][i] * v[j][i];
+            cos[i] += s[back][i] * v[j][i];
+            rest[i] += s[back][i] * q[j][i] - c[back][i] * p[j][i];
         }
     }
     let (c, s, v) = (lane.cos[k + 1], lane.sin[k + 1], lane.v[0]);
     for i in 0..2 {
         sin[i] = next * (sin[i] + c[i] * v[i]);
         cos[i] = -next * (cos[i] + s[i] * v[i]);
-        lane.q[k + 1][i] = lane.v[k][i] / next;
+        lane.q[k + 1][i] = lane.v[k][i] * RECIPROCALS[k + 1];
     }
     lane.bent = [sin, cos];
     lane.rest = rest;
@@ -344,7 +351,7 @@ impl PendulumSeries {
 
     /// The largest of some numbers of the links; one that is not a number counts as such.
     fn largest(&self, of: impl Fn(&Lane) -> Two) -> f64 {
-        let all = self.lanes.iter().flat_map(|lane| of(lane));
+        let all = self.lanes.iter().flat_map(of);
         all.fold(0.0, |most, x| {
             if x.abs() > most || x.is_nan() {
                 x.abs()
@@ -355,7 +362,7 @@ impl PendulumSeries {
     }
 
     /// The longest step whose last two terms are below the tolerance; `before` is the length of a step nearby, if one is
-    /// known. Not a number, or zero, where the series overflows.
+    /// known. Not a number where the series overflows, infinite where it has no such terms.
     pub fn longest_step(&self, tolerance: Tolerance, before: Option<f64>) -> f64 {
         let p = self.order();
         let [q, v, a] = [
@@ -363,23 +370,26 @@ impl PendulumSeries {
             self.largest(|lane| lane.v[0]),
             self.largest(|lane| lane.v[1]),
         ];
-        let last = [p - 1, p].map(|k| (k as f64, self.largest(|lane| lane.v[k])));
+        let [early, late] = [p - 1, p].map(|k| self.largest(|lane| lane.v[k]));
+        if !(early + late).is_finite() {
+            return f64::NAN;
+        }
         let radius = || {
-            let by_term = |(k, term): (f64, f64)| {
+            let by_term = |k: usize, term: f64| {
                 (v / term)
-                    .powf(1.0 / k)
-                    .max((a / term).powf(1.0 / (k - 1.0)))
+                    .powf(1.0 / k as f64)
+                    .max((a / term).powf(1.0 / (k - 1) as f64))
             };
-            by_term(last[0]).min(by_term(last[1]))
+            by_term(p - 1, early).min(by_term(p, late))
         };
-        let unit = before.unwrap_or_else(radius);
+        let unit = before.unwrap_or_else(radius).min(f64::MAX);
         let size = |x: f64, rate: f64| tolerance.absolute + tolerance.relative * x.max(unit * rate);
         let (of_q, of_v) = (size(q, v), size(v, a));
-        let step = |(k, term): (f64, f64)| {
-            let allowed = of_v.min(of_q * (k + 1.0) / unit);
-            (allowed / term).powf(1.0 / k)
+        let step = |k: usize, term: f64| {
+            let allowed = of_v.min(of_q * (k + 1) as f64 / unit);
+            (allowed / term).powf(1.0 / k as f64)
         };
-        step(last[0]).min(step(last[1]))
+        step(p - 1, early).min(step(p, late))
     }
 
     /// The state a time s after the start.
@@ -398,13 +408,144 @@ impl PendulumSeries {
         }
     }
 
-    /// Coefficient k of the angle of a link.
-    pub fn angle(&self, link: usize, k: usize) -> f64 {
-        self.lanes[link / 2].q[k][link % 2]
+    /// The coefficients of a link's angle.
+    pub fn angle(&self, link: usize) -> impl Iterator<Item = f64> {
+        let rows = &self.lanes[link / 2].q[..self.order() + 2];
+        rows.iter().map(move |row| row[link % 2])
     }
 
-    /// Coefficient k of the sine of a link's angle.
-    pub fn sine(&self, link: usize, k: usize) -> f64 {
-        self.lanes[link / 2].sin[k][link % 2]
+    /// The coefficients of the sine of a link's angle.
+    pub fn sine(&self, link: usize) -> impl Iterator<Item = f64> {
+        let rows = &self.lanes[link / 2].sin[..self.order() + 2];
+        rows.iter().map(move |row| row[link % 2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        BaseMotion, DoublePendulum, Dynamics, Harmonic, Moment, PendulumChain, Scene, SceneMotion,
+        Stop, System, with_motion,
+    };
+    use nalgebra::DVector;
+
+    fn chain(n: usize, damper: f64) -> System {
+        let masses = DVector::from_fn(n, |i, _| 1.0 + 0.3 * i as f64);
+        let lengths = DVector::from_fn(n, |i, _| 0.9 - 0.1 * i as f64);
+        let dampers = DVector::from_element(n, damper);
+        PendulumChain::new(masses, lengths, &dampers, 9.81)
+            .expect("valid")
+            .into()
+    }
+
+    fn forcings(n: usize) -> [Forcing; 3] {
+        let force = DVector::from_fn(n, |i, _| nalgebra::Complex::new(0.7 - i as f64, 0.4));
+        [
+            Forcing::Unforced,
+            BaseMotion::new(0.2, 1.7, 0.3).expect("valid").into(),
+            Harmonic::new(force, 2.3, -0.4).expect("valid").into(),
+        ]
+    }
+
+    /// A series at a time.
+    fn at_time(coefficients: impl Iterator<Item = f64>, t: f64) -> f64 {
+        let all: Vec<f64> = coefficients.collect();
+        all.iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// The acceleration on the series against that of the equations of motion there: what the series leaves out goes with
+    /// the power of its order.
+    #[test]
+    fn the_series_solve_the_equations_of_motion() {
+        let pair = DoublePendulum::new(0.6, 1.4, (0.05, 0.02)).expect("valid");
+        let free = DoublePendulum::new(0.6, 1.4, (0.0, 0.0)).expect("valid");
+        let mut systems: Vec<System> = vec![pair.into(), free.into()];
+        systems.extend((1..=7).map(|n| chain(n, 0.3 * (n % 2) as f64)));
+        for system in systems {
+            let n = system.n_dof();
+            let q = DVector::from_fn(n, |i, _| 0.8 - 0.5 * i as f64);
+            let v = DVector::from_fn(n, |i, _| -0.3 + 0.4 * i as f64);
+            for forcing in forcings(n) {
+                let scene = Scene::new(system.clone(), forcing, Vec::<Stop>::new()).expect("valid");
+                let frequency = scene.forcing().frequency().unwrap_or(0.0);
+                let motion = SceneMotion::new(&scene);
+                let order = 14;
+                let links = system.links().expect("a pendulum");
+                let mut series = PendulumSeries::new(links, scene.forcing(), order);
+                series
+                    .expand(0.9, q.as_slice(), v.as_slice())
+                    .expect("regular");
+                let residual = |s: f64| {
+                    let mut x = vec![0.0; 2 * n];
+                    series.state(s, &mut x);
+                    let (q, v) = x.split_at(n);
+                    let at = Moment {
+                        time: s,
+                        angle: 0.9 + frequency * s,
+                    };
+                    let mut a = vec![0.0; n];
+                    with_motion!(&motion, m => m.acceleration(at, q, v, &mut a)).expect("regular");
+                    let of_series = |i: usize| {
+                        let terms = series.lanes[i / 2].v[..=order].iter().enumerate().skip(1);
+                        at_time(terms.map(|(k, v)| k as f64 * v[i % 2]), s)
+                    };
+                    (0..n)
+                        .map(|i| (a[i] - of_series(i)).abs())
+                        .fold(0.0, f64::max)
+                };
+                let scale = v.amax().max(1.0);
+                assert!(residual(0.0) < 1e-12 * scale);
+                // The radius of convergence of the longest chain is about 0.2.
+                let (coarse, fine) = (residual(0.04), residual(0.02));
+                assert!(fine < 1e-9 * scale, "{n} {fine:e}");
+                assert!(fine < 2e-4 * coarse + 1e-12, "{n} {coarse:e} {fine:e}");
+                for i in 0..n {
+                    let (angle, sine) = (
+                        at_time(series.angle(i), 0.02),
+                        at_time(series.sine(i), 0.02),
+                    );
+                    assert!((angle.sin() - sine).abs() < 1e-13);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_terms_of_the_longest_step_are_within_the_tolerance() {
+        let system = chain(2, 0.1);
+        let mut series =
+            PendulumSeries::new(system.links().expect("a pendulum"), &Forcing::Unforced, 12);
+        series
+            .expand(0.0, &[0.5, -0.2], &[1.0, -2.0])
+            .expect("regular");
+        for relative in [1e-4, 1e-8, 1e-12] {
+            let tolerance = Tolerance {
+                relative,
+                absolute: 0.0,
+            };
+            let mut h = series.longest_step(tolerance, None);
+            h = series.longest_step(tolerance, Some(h));
+            let last = series.largest(|lane| lane.v[12]) * h.powi(12);
+            let size = relative * 2.0f64.max(h * series.largest(|lane| lane.v[1]));
+            assert!(last < 1.3 * size, "{relative:e} {h} {:e}", last / size);
+            let early = series.largest(|lane| lane.v[11]) * h.powi(11);
+            assert!(last > 0.3 * size || early > 0.3 * size);
+        }
+    }
+
+    #[test]
+    fn a_series_at_rest_has_no_longest_step_and_one_that_overflows_has_none_at_all() {
+        let system = chain(1, 0.0);
+        let mut series =
+            PendulumSeries::new(system.links().expect("a pendulum"), &Forcing::Unforced, 12);
+        let tolerance = Tolerance {
+            relative: 1e-9,
+            absolute: 1e-12,
+        };
+        series.expand(0.0, &[0.0], &[0.0]).expect("regular");
+        assert_eq!(series.longest_step(tolerance, None), f64::INFINITY);
+        series.expand(0.0, &[0.3], &[1e40]).expect("regular");
+        assert!(series.longest_step(tolerance, None).is_nan());
     }
 }

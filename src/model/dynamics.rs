@@ -87,7 +87,8 @@ pub(crate) struct DoublePendulumMotion {
 }
 
 impl DoublePendulumMotion {
-    fn new(system: &DoublePendulum, forcing: &Forcing) -> Self {
+    /// The motion of a double pendulum under a forcing.
+    pub fn new(system: &DoublePendulum, forcing: &Forcing) -> Self {
         let (m, mu) = (system.mass_ratio(), system.length_ratio());
         let alpha = m / (1.0 + m) / mu;
         let c = system.damping();
@@ -147,7 +148,8 @@ pub(crate) struct ChainMotion {
 }
 
 impl ChainMotion {
-    fn new(system: &PendulumChain, forcing: &Forcing) -> Self {
+    /// The motion of a chain under a forcing.
+    pub fn new(system: &PendulumChain, forcing: &Forcing) -> Self {
         let links = system.links();
         let by_rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
         Self {

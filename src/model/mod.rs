@@ -18,7 +18,9 @@ mod system;
 
 pub(crate) use contact::{Contact, GapValue, Surface, are_coupled, contacts};
 pub(crate) use contact_geometry::ContactGeometry;
-pub(crate) use dynamics::{Dynamics, Moment, SceneMotion, singular_mass, with_motion};
+pub(crate) use dynamics::{
+    ChainMotion, DoublePendulumMotion, Dynamics, Moment, SceneMotion, singular_mass, with_motion,
+};
 pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub use linear::{Coefficient, LinearSystem};

@@ -114,7 +114,7 @@ pub(crate) enum Machinery {
     /// Runge-Kutta steps: the numbers are the step's length and its dense output.
     Steps,
     /// Taylor series of the velocities to an order: the numbers are the unit of time and the coefficients of the positions
-    /// in it, one row for each power. Chatter and lasting contact are Runge-Kutta steps.
+    /// in it, one after the other for each. Chatter and lasting contact are Runge-Kutta steps.
     Series { order: usize },
 }
 
@@ -173,29 +173,30 @@ fn series_width(order: usize, n: usize) -> usize {
     1 + n * (order + 2)
 }
 
-/// Writes a Taylor series: coefficient k of position i is `coefficient(i, k)`.
-pub(crate) fn write_series(
-    (order, n): (usize, usize),
+/// Writes Taylor series of n positions, each given by its coefficients, in a unit of time.
+pub(crate) fn write_series<C: Iterator<Item = f64>>(
     unit: f64,
-    coefficient: impl Fn(usize, usize) -> f64,
+    coefficients: impl Fn(usize) -> C,
+    n: usize,
     numbers: &mut Vec<f64>,
 ) {
     numbers.push(unit);
-    let mut power = 1.0;
-    for k in 0..order + 2 {
-        numbers.extend((0..n).map(|i| coefficient(i, k) * power));
-        power *= unit;
+    for i in 0..n {
+        let mut power = 1.0;
+        for c in coefficients(i) {
+            numbers.push(c * power);
+            power *= unit;
+        }
     }
 }
 
-/// Position and velocity a time after the start of a Taylor series.
+/// Position and velocity a time after the start of Taylor series.
 fn read_series(numbers: &[f64], order: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
-    let (unit, rows) = (numbers[0], &numbers[1..]);
-    let n = rows.len() / (order + 2);
+    let (unit, rows) = (numbers[0], numbers[1..].chunks(order + 2));
     let x = local / unit;
-    let (mut q, mut v) = (DVector::zeros(n), DVector::zeros(n));
-    for row in rows.chunks(n).rev() {
-        for (i, c) in row.iter().enumerate() {
+    let (mut q, mut v) = (DVector::zeros(rows.len()), DVector::zeros(rows.len()));
+    for (i, row) in rows.enumerate() {
+        for c in row.iter().rev() {
             v[i] = v[i] * x + q[i];
             q[i] = q[i] * x + c;
         }

@@ -4,6 +4,8 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::modal::Form;
 use crate::model::Scene;
+use crate::simulate::SimulateOptions;
+use crate::simulate::stepping::{has_series, series_order};
 
 /// The machinery that a scene needs, in words.
 ///
@@ -15,13 +17,23 @@ pub fn plan(scene: &Scene) -> Result<String> {
             Some(_) => "harmonic forcing",
             None => "no forcing",
         };
+        let (steps, course) = if has_series(scene) {
+            let order = series_order(SimulateOptions::default().rtol);
+            let steps = format!(
+                "Taylor series whose order grows with the digits asked for, {order} by default"
+            );
+            (steps, "the series")
+        } else {
+            let steps = "Runge-Kutta steps of orders 5 and 4".to_owned();
+            (steps, "the interpolant")
+        };
         let stops = match scene.stops().len() {
             0 => "no stops: no event search".to_owned(),
-            1 => "1 stop: every contact on the interpolant found".to_owned(),
-            k => format!("{k} stops: every contact on the interpolant found"),
+            1 => format!("1 stop: every contact on {course} found"),
+            k => format!("{k} stops: every contact on {course} found"),
         };
         return Ok(format!(
-            "nonlinear scene: Runge-Kutta steps of orders 5 and 4, no modes; {forcing}; {stops}"
+            "nonlinear scene: {steps}, no modes; {forcing}; {stops}"
         ));
     };
     let modal = ModalScene::new(scene, "plan")?;

@@ -10,7 +10,9 @@ use crate::simulate::exact::ExactMover;
 use crate::simulate::kept::{Kept, Machinery};
 use crate::simulate::mover::Mover;
 use crate::simulate::record::Record;
-use crate::simulate::stepping::{RungeKutta, StepMover, Taylor, has_series, series_order};
+use crate::simulate::stepping::{
+    Pendulum, RungeKutta, StepMover, Taylor, has_series, series_order,
+};
 use crate::simulate::{Method, SimulateOptions, Stats, Trajectory};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -92,9 +94,8 @@ pub fn simulate_checked(
             (Machinery::Steps, done)
         }
         Method::Taylor => {
-            let links = pendulum_links(scene)?;
-            let motion = SceneMotion::new(scene);
-            let done = with_series!(&motion, links, scene, options, make => {
+            let pendulum = Pendulum::new(scene)?;
+            let done = with_series!(&pendulum, scene, options, make => {
                 make().run(q0, v0, t_span, observer)
             })?;
             let order = series_order(options.rtol);
@@ -132,18 +133,6 @@ pub fn simulate_checked(
     })
 }
 
-/// The coefficients of a scene's pendulum for its Taylor series.
-///
-/// # Errors
-/// A scene that has no Taylor series.
-pub(crate) fn pendulum_links(scene: &Scene) -> Result<Links> {
-    let links = scene.system().links().filter(|_| has_series(scene));
-    links.ok_or_else(|| {
-        let rule = "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls; use \"auto\"";
-        Error::bad_value("method", "\"taylor\"", rule)
-    })
-}
-
 /// The method that will run: the least machinery that is exact for the scene.
 pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
     match method {
@@ -178,34 +167,25 @@ macro_rules! with_steps {
 }
 pub(crate) use with_steps;
 
-/// The same with flights along Taylor series.
+/// The same with flights along the Taylor series of a pendulum.
 macro_rules! with_series {
-    ($motion:expr, $links:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
-        match $motion {
-            $crate::model::SceneMotion::DoublePendulum(motion) => {
+    ($pendulum:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
+        match $pendulum {
+            $crate::simulate::Pendulum::Double(motion, links) => {
                 let $make = || {
                     $crate::simulate::Run::along_series::<[f64; 4], _>(
-                        motion,
-                        $links.clone(),
-                        $scene,
-                        $options,
+                        motion, links, $scene, $options,
                     )
                 };
                 $body
             }
-            $crate::model::SceneMotion::Chain(motion) => {
+            $crate::simulate::Pendulum::Chain(motion, links) => {
                 let $make = || {
                     $crate::simulate::Run::along_series::<Vec<f64>, _>(
-                        motion,
-                        $links.clone(),
-                        $scene,
-                        $options,
+                        motion, links, $scene, $options,
                     )
                 };
                 $body
-            }
-            $crate::model::SceneMotion::Linear(_) | $crate::model::SceneMotion::Nonlinear(_) => {
-                unreachable!("the links are a pendulum's")
             }
         }
     };
@@ -256,11 +236,11 @@ impl<'a> Run<'a, ()> {
     /// Runs along Taylor series.
     pub fn along_series<S: State, D: Dynamics>(
         dynamics: &'a D,
-        links: Links,
+        links: &Links,
         scene: &'a Scene,
         options: &'a SimulateOptions,
     ) -> Run<'a, StepMover<'a, S, D, Taylor>> {
-        let free = Taylor::new(links, scene, options);
+        let free = Taylor::new(links.clone(), scene, options);
         let mover = StepMover::new(dynamics, scene, options, free);
         Run::of(mover, options, scene.n_dof())
     }

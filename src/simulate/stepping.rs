@@ -8,7 +8,7 @@ mod release;
 mod series;
 
 pub(crate) use free::{FreeFlight, RungeKutta};
-pub(crate) use series::{Taylor, has_series, series_order};
+pub(crate) use series::{Pendulum, Taylor, has_series, series_order};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;

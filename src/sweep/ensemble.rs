@@ -4,8 +4,7 @@ use crate::error::{Error, Result};
 use crate::flow::{ModalScene, with_flow};
 use crate::model::{Scene, SceneMotion};
 use crate::simulate::{
-    Keep, Method, Mover, Run, SimulateOptions, Status, choose, pendulum_links, with_series,
-    with_steps,
+    Keep, Method, Mover, Pendulum, Run, SimulateOptions, Status, choose, with_series, with_steps,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use crate::watch::GoOn;
@@ -113,9 +112,8 @@ pub fn simulate_many(
             })?;
         }
         Method::Taylor => {
-            let links = pendulum_links(scene)?;
-            let motion = SceneMotion::new(scene);
-            with_series!(&motion, links, scene, options, make => {
+            let pendulum = Pendulum::new(scene)?;
+            with_series!(&pendulum, scene, options, make => {
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }

@@ -3,11 +3,13 @@
 
 use super::StepMover;
 use super::free::FreeFlight;
-use crate::contact::series::{Course, GapSeries};
-use crate::error::Result;
+use crate::contact::series::{Course, GapTerms};
+use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::taylor::{MOST_ORDER, PendulumSeries};
-use crate::model::{Constraint, Dynamics, Links, Scene};
+use crate::model::{
+    ChainMotion, Constraint, DoublePendulumMotion, Dynamics, Links, Scene, System, contacts,
+};
 use crate::simulate::kept::{Piece, SegmentKind, write_series};
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
@@ -16,14 +18,12 @@ use crate::simulate::{Keep, SimulateOptions};
 use crate::watch::{Watch, answer};
 use nalgebra::DVector;
 
-/// Lowest order of a series.
-const LEAST_ORDER: usize = 6;
-
-/// The order at which a motion costs least for a tolerance: the work of a series grows as the square of the order p, its step as
-/// `tolerance^(1/p)`, so that `p = -ln(tolerance)/2` but for what a step costs beside.
+/// The order of a series for a tolerance. A step of order p is as long as `tolerance^(1/p)` and its work `a + b p + c p^2`, of
+/// which it is least for about this order on a double pendulum; it is flat there.
 pub(crate) fn series_order(rtol: f64) -> usize {
-    let order = (2.0 - 0.5 * rtol.max(f64::EPSILON).ln()).ceil();
-    (order as usize).clamp(LEAST_ORDER, MOST_ORDER)
+    let digits = -rtol.max(f64::EPSILON).log10();
+    let order = (8.5 + 1.1 * digits).ceil().max(8.0);
+    (order as usize).min(MOST_ORDER)
 }
 
 /// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions.
@@ -32,9 +32,42 @@ pub(crate) fn has_series(scene: &Scene) -> bool {
     scene.system().links().is_some() && scene.stops().iter().all(is_given)
 }
 
+/// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
+pub(crate) enum Pendulum {
+    /// Two links.
+    Double(DoublePendulumMotion, Links),
+    /// N links.
+    Chain(ChainMotion, Links),
+}
+
+impl Pendulum {
+    /// The pendulum of a scene.
+    ///
+    /// # Errors
+    /// A scene that has no Taylor series.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let forcing = scene.forcing();
+        match scene.system() {
+            System::DoublePendulum(s) if has_series(scene) => Ok(Self::Double(
+                DoublePendulumMotion::new(s, forcing),
+                s.links(),
+            )),
+            System::PendulumChain(s) if has_series(scene) => {
+                Ok(Self::Chain(ChainMotion::new(s, forcing), s.links()))
+            }
+            _ => Err(Error::bad_value(
+                "method",
+                "\"taylor\"",
+                "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls; use \"auto\"",
+            )),
+        }
+    }
+}
+
 /// Flights along Taylor series.
 pub(crate) struct Taylor {
     series: PendulumSeries,
+    gaps: Vec<GapTerms>,
     /// The step last taken, where it says how fast the motion changes.
     before: Option<f64>,
 }
@@ -44,6 +77,10 @@ impl Taylor {
     pub fn new(links: Links, scene: &Scene, options: &SimulateOptions) -> Self {
         Self {
             series: PendulumSeries::new(links, scene.forcing(), series_order(options.rtol)),
+            gaps: contacts(scene)
+                .iter()
+                .filter_map(|contact| GapTerms::new(&contact.surface))
+                .collect(),
             before: None,
         }
     }
@@ -74,7 +111,7 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
             }
             watch.work(mover.free.series.work())?;
             mover.expand()?;
-            let Taylor { series, before } = &mut mover.free;
+            let Taylor { series, before, .. } = &mut mover.free;
             let wanted = series.longest_step(mover.tolerance, *before);
             let is_last = wanted >= left;
             let h = if is_last { left } else { wanted };
@@ -133,10 +170,8 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         self.grazes.clear();
         let mut first = None;
         let mut until = h;
-        for stop in 0..self.contacts.len() {
-            let Some(gap) = GapSeries::new(&self.contacts[stop].surface, &self.free.series) else {
-                continue;
-            };
+        for stop in 0..self.free.gaps.len() {
+            let gap = self.free.gaps[stop].along(&self.free.series);
             let margin = self.margin(stop, gap.size);
             let order = starts.map_or(0, |orders| orders[stop]);
             self.touches.clear();
@@ -166,8 +201,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         if let Some(kept) = &mut self.kept {
             kept.pieces.push(Piece { clock, span });
             let unit = if span > 0.0 { span } else { 1.0 };
-            let size = (series.order(), n);
-            write_series(size, unit, |i, k| series.angle(i, k), &mut kept.numbers);
+            write_series(unit, |link| series.angle(link), n, &mut kept.numbers);
         }
         let mut x = S::zeros(2 * n);
         record.sample(clock, span, last, |local| {
