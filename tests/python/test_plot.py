@@ -111,6 +111,20 @@ class BouncingTrajectory(Bounce):
             raise ValueError("keep must be 'motion'")
 
 
+class LedgerOfABall:
+    """A ball dropped from height 1/2 under gravity 1 on a floor with restitution 0: all its energy is lost at t = 1."""
+
+    t = np.array([0.0, 0.5, 1.0, 1.0, 2.0])
+    impacts = impacts_at([1.0])
+    energy = SimpleNamespace(
+        kinetic=np.array([0.0, 0.125, 0.5, 0.0, 0.0]),
+        potential=np.array([0.5, 0.375, 0.0, 0.0, 0.0]),
+        forcing_work=np.zeros(5),
+        damping_loss=np.zeros(5),
+        impact_loss=np.array([0.0, 0.0, 0.0, 0.5, 0.5]),
+    )
+
+
 class Shuttle:
     """A free particle between walls at 1 and -1, period 2: hits stop 0 at t = 0 and stop 1 at t = 1."""
 
@@ -186,12 +200,15 @@ CALLS = {
     "mode_shapes": lambda **k: plot.mode_shapes(modes(), **k),
     "multipliers": lambda **k: plot.multipliers(stable_orbit({(0,): [0.5, -0.2]}), **k),
     "existence_map": lambda **k: plot.existence_map(Map(), **k),
+    "energy": lambda **k: plot.energy(LedgerOfABall(), **k),
+    "impact_speeds": lambda **k: plot.impact_speeds(BouncingOrbit(), **k),
 }
+DATA = {"mode_shapes": modes(), "multipliers": stable_orbit({(0,): [0.5]}), "existence_map": Map(), "energy": LedgerOfABall()}
 
 
 class TestEveryFigure:
     def test_every_public_name_is_covered_here(self):
-        assert sorted(CALLS) == sorted(plot.__all__)
+        assert sorted([*CALLS, "animate"]) == sorted(plot.__all__)  # the animation has tests of its own
 
     @pytest.mark.parametrize("name", CALLS)
     def test_draws_on_the_axes_given(self, name):
@@ -213,8 +230,7 @@ class TestEveryFigure:
     @pytest.mark.parametrize("name", CALLS)
     def test_axes_are_the_second_argument(self, name):
         _, ax = plt.subplots()
-        data = {"mode_shapes": modes(), "multipliers": stable_orbit({(0,): [0.5]}), "existence_map": Map()}
-        assert getattr(plot, name)(data.get(name, BouncingOrbit()), ax) is ax
+        assert getattr(plot, name)(DATA.get(name, BouncingOrbit()), ax) is ax
 
     @pytest.mark.parametrize("name", CALLS)
     def test_refuses_what_is_not_axes(self, name):
@@ -246,7 +262,9 @@ class TestEveryFigure:
     def test_takes_numpy_integers(self, name):
         assert "[1]" in CALLS[name](coordinate=np.int32(1)).get_ylabel()
 
-    @pytest.mark.parametrize("name", ["time_history", "phase_portrait", "poincare_section", "mode_shapes"])
+    @pytest.mark.parametrize(
+        "name", ["time_history", "phase_portrait", "poincare_section", "mode_shapes", "energy", "impact_speeds"]
+    )
     def test_passes_options_to_the_line_under_any_alias(self, name):
         ax = CALLS[name](lw=3.5, c="red", ls=":", marker="d")
         drawn = next(line for line in ax.lines if line.get_linewidth() == 3.5)
@@ -293,7 +311,7 @@ class TestTimeHistory:
         assert not np.isnan(curve(ax)[1]).any()
 
     def test_jumps_are_thin_and_dashed(self):
-        ax = plot.time_history(BouncingOrbit(), quantity="velocity", periods=2, jumps=True)
+        ax = plot.time_history(BouncingOrbit(), quantity="velocity", periods=2, jumps=True, impacts=False)
         main, jumps = ax.lines
         assert jumps.get_linestyle() == "--"
         assert jumps.get_linewidth() < main.get_linewidth()

@@ -1,8 +1,8 @@
 """Figures of motions, modes, stability and existence, with matplotlib alone.
 
-Every function takes the data first, draws on `ax` (on a new figure if it is None) and returns the Axes; what is left
-of its keywords goes to the artist it draws.  Nothing here computes mechanics, and a velocity is never joined across
-the jump of an impact unless the jump itself is meant.
+Every function takes the data first, draws on `ax` (on a new figure if it is None) and returns the Axes (`animate` the
+animation); what is left of its keywords goes to the artist it draws.  Nothing here computes mechanics, and a velocity is
+never joined across the jump of an impact unless the jump itself is meant.
 """
 
 try:
@@ -10,14 +10,20 @@ try:
 except ImportError as _error:
     raise ImportError('vibroimpact.plot needs matplotlib: pip install "vibroimpact[plot]"') from _error
 
+from vibroimpact.plot.animation import animate
 from vibroimpact.plot.existence import existence_map
+from vibroimpact.plot.impacts import impact_speeds
+from vibroimpact.plot.ledger import energy
 from vibroimpact.plot.modes import mode_shapes
 from vibroimpact.plot.motion import phase_portrait, time_history
 from vibroimpact.plot.section import poincare_section
 from vibroimpact.plot.stability import multipliers
 
 __all__ = [
+    "animate",
+    "energy",
     "existence_map",
+    "impact_speeds",
     "mode_shapes",
     "multipliers",
     "phase_portrait",

@@ -16,6 +16,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from vibroimpact.plot._data import Scene
+from vibroimpact.plot._segments import CONTACT_KINDS
 
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -26,6 +27,7 @@ TICK_LENGTH = 0.9  # of a tick [spacings]
 
 SECTION_LABEL = "Poincaré points"
 JUMP_LABEL = "_jumps"
+IMPACT_LABEL = "_impacts"
 STOP_LABEL = "stop "
 ZERO_LABEL = "_zero"
 
@@ -46,9 +48,15 @@ def with_defaults(options: dict[str, Any], artist: type[Artist] = Line2D, **defa
 
 def next_line_style(ax: Axes) -> str:
     """Choose a line style by the number of curves that `ax` has already."""
-    helpers = (STOP_LABEL, JUMP_LABEL, ZERO_LABEL, SECTION_LABEL, f"_{SECTION_LABEL}")
+    names = (STOP_LABEL, SECTION_LABEL, *CONTACT_KINDS)
+    helpers = (JUMP_LABEL, IMPACT_LABEL, ZERO_LABEL, *names, *(f"_{name}" for name in names))
     n_curves = sum(not str(line.get_label()).startswith(helpers) for line in ax.lines)
     return LINE_STYLES[n_curves % len(LINE_STYLES)]
+
+
+def label_once(ax: Axes, name: str) -> str:
+    """Hide a name from the legend where a line on `ax` has it already."""
+    return f"_{name}" if any(drawn.get_label() == name for drawn in ax.lines) else name
 
 
 def next_section_marker(ax: Axes) -> str:
@@ -57,11 +65,11 @@ def next_section_marker(ax: Axes) -> str:
     return MARKERS[n_sections % len(MARKERS)]
 
 
-def draw_legend(ax: Axes, beside: bool) -> Legend:
+def draw_legend(ax: Axes, beside: bool, markerscale: float = 1.0) -> Legend:
     """Draw a legend beside `ax`, for figures whose layout makes room, or inside where it hides least."""
     if beside:
-        return ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0)
-    return ax.legend(fontsize="small")
+        return ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, markerscale=markerscale)
+    return ax.legend(fontsize="small", markerscale=markerscale)
 
 
 def label_axis(ax: Axes, which: Literal["x", "y"], text: str) -> None:
@@ -97,8 +105,7 @@ def draw_walls(ax: Axes, scene: Scene, coordinate: int, along: Literal["x", "y"]
             continue
         position, solid_above = place
         # A vertical line runs upwards and a horizontal one to the right: larger positions are right of the first and
-        # left of the second, and ticks at a positive angle stand on the left.
-        angle = 45.0 if solid_above == (along == "y") else -45.0
+        # left of the second.
         draw = ax.axvline if along == "x" else ax.axhline
         draw(
             position,
@@ -107,11 +114,14 @@ def draw_walls(ax: Axes, scene: Scene, coordinate: int, along: Literal["x", "y"]
             linestyle="-",
             label=label,
             zorder=1.5,
-            path_effects=[
-                patheffects.Normal(),
-                patheffects.TickedStroke(spacing=TICK_SPACING, angle=angle, length=TICK_LENGTH),
-            ],
+            path_effects=solid_side(left=solid_above == (along == "y")),
         )
+
+
+def solid_side(left: bool) -> list[patheffects.AbstractPathEffect]:
+    """Put ticks on one side of a line, seen in the direction in which it is drawn."""
+    angle = 45.0 if left else -45.0
+    return [patheffects.Normal(), patheffects.TickedStroke(spacing=TICK_SPACING, angle=angle, length=TICK_LENGTH)]
 
 
 def _wall_position(stop: Any, coordinate: int) -> tuple[float, bool] | None:

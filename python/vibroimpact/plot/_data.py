@@ -14,8 +14,12 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 
 class Scene(Protocol):
-    """The number of coordinates, the forcing period (None: unforced) and the stops."""
+    """The system, its forcing (None: unforced) and the forcing period, the number of coordinates and the stops."""
 
+    @property
+    def system(self) -> Any: ...
+    @property
+    def forcing(self) -> Any: ...
     @property
     def n_dof(self) -> int: ...
     @property

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._segments import contact_spans
 
 IntArray: TypeAlias = NDArray[np.intp]
 
@@ -41,9 +42,24 @@ class Curve:
         """Put nan between the two sides of every jump, so that no line joins them."""
         return np.insert(values, self.starts, np.nan)
 
+    @property
+    def impacts(self) -> IntArray:
+        """The rows right after the jumps of which both sides are known."""
+        is_seen = self.t[self.starts] == self.t[self.starts - 1]
+        return self.starts[np.flatnonzero(is_seen)]
+
+    def within(self, values: FloatArray, spans: list[tuple[float, float]]) -> FloatArray:
+        """Keep what lies within some spans of time, with nan after each."""
+        parts: list[FloatArray] = []
+        for start, end in spans:
+            margin = SAME_TIME * max(abs(start), abs(end))
+            rows = slice(np.searchsorted(self.t, start - margin), np.searchsorted(self.t, end + margin, side="right"))
+            parts += [values[rows], np.array([np.nan])]
+        return np.concatenate(parts) if parts else np.empty(0)
+
     def jumps(self, values: FloatArray) -> FloatArray:
         """Return the two sides of every jump, with nan after each pair."""
-        rows = self.starts[self.t[self.starts] == self.t[self.starts - 1]]
+        rows = self.impacts
         return np.column_stack([values[rows - 1], values[rows], np.full(len(rows), np.nan)]).ravel()
 
 
@@ -60,11 +76,7 @@ def check_coordinate(coordinate: int, n_dof: int) -> int:
 
 def sample(motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None, points: int = POINTS) -> Curve:
     """Return the rows of one coordinate of an orbit (over one period) or of a trajectory, or those in `t_span`."""
-    if t_span is not None:
-        start, end = (float(value) for value in t_span)
-        if not (np.isfinite(start) and np.isfinite(end) and start < end):
-            raise ValueError(f"t_span must be a finite (start, end) with start < end, got {t_span!r}")
-        t_span = (start, end)
+    t_span = checked_span(t_span)
     if is_orbit(motion):
         if operator.index(points) < 2:
             raise ValueError(f"points must be at least 2, got {points!r}")
@@ -72,6 +84,16 @@ def sample(motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, flo
     if is_trajectory(motion):
         return _sample_trajectory(motion, coordinate, t_span)
     raise not_a_motion(motion)
+
+
+def checked_span(t_span: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return a span of time as two numbers, or say what is wrong with it."""
+    if t_span is None:
+        return None
+    start, end = (float(value) for value in t_span)
+    if not (np.isfinite(start) and np.isfinite(end) and start < end):
+        raise ValueError(f"t_span must be a finite (start, end) with start < end, got {t_span!r}")
+    return start, end
 
 
 def not_a_motion(motion: object) -> ValueError:
@@ -95,7 +117,7 @@ def poincare_states(
         count = max(1, round(motion.period / forcing_period))
         times = forcing_period * np.arange(count, dtype=float)
     elif is_trajectory(motion):
-        start, end = _window(motion, t_span)
+        start, end = window(motion, t_span)
         first = np.ceil(start / forcing_period - SAME_POINT)
         last = np.floor(end / forcing_period + SAME_POINT)
         times = np.clip(forcing_period * np.arange(first, last + 1.0), start, end)
@@ -149,7 +171,7 @@ def _sample_orbit(orbit: Orbit, coordinate: int, t_span: tuple[float, float], po
 
 def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[float, float] | None) -> Curve:
     """Take the rows of a trajectory and add what they lack: sides of impacts, ends of the window, points of long flights."""
-    start, end = _window(trajectory, t_span)
+    start, end = window(trajectory, t_span)
     t = np.asarray(trajectory.t, dtype=float)
     inside = (t >= start) & (t <= end)
     t = t[inside]
@@ -159,8 +181,7 @@ def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[fl
     hits = np.unique(trajectory.impacts["time"])
     hits = hits[(hits > start) & (hits <= end)]
     margin = SAME_TIME * max(abs(start), abs(end))
-    rows = np.searchsorted(t, hits - margin, side="left")
-    n_sides = np.searchsorted(t, hits + margin, side="right") - rows
+    rows, n_sides = _sides(t, hits, margin)
     no_side, one_side = n_sides == 0, n_sides == 1
 
     # A single row at an impact is the side after.  Before each row: the sides that are missing, as (time, row, side).
@@ -169,7 +190,8 @@ def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[fl
     before_t = before.copy()
     on_row = one_side[no_side | one_side]
     before_t[on_row] = t[before_rows[on_row]]
-    lone_ends = [value for value in (start, end) if not np.any(np.abs(t - value) <= margin) and value not in hits]
+    wanted = np.concatenate([[start, end], *(span[1:] for span in contact_spans(trajectory, coordinate, (start, end)))])
+    lone_ends = [value for value in np.unique(wanted) if not _is_near(value, t, margin) and not _is_near(value, hits, margin)]
     try:
         end_q, end_v = _states(trajectory, np.array(lone_ends), "after", coordinate)
         before_q, before_v = _states(trajectory, before, "before", coordinate)
@@ -189,6 +211,27 @@ def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[fl
     pairs = np.flatnonzero(np.diff(t) == 0.0) + 1
     breaks = breaks[(breaks > 0) & (breaks < len(t))]
     return _curve(t, q, v, np.union1d(pairs, breaks).astype(np.intp))
+
+
+def unseen_jumps(t: FloatArray, hits: FloatArray) -> IntArray:
+    """Return the rows between which and the row before an impact lies, where not both of its sides are rows."""
+    if len(t) == 0:
+        return np.array([], dtype=np.intp)
+    rows, n_sides = _sides(t, hits, SAME_TIME * max(abs(t[0]), abs(t[-1])))
+    breaks = rows[n_sides < 2]
+    return np.unique(breaks[(breaks > 0) & (breaks < len(t))]).astype(np.intp)
+
+
+def _sides(t: FloatArray, hits: FloatArray, margin: float) -> tuple[IntArray, IntArray]:
+    """Return the first row at or after each impact, and how many rows are at it: 2 sides, 1 (the one after) or none."""
+    rows = np.searchsorted(t, hits - margin, side="left")
+    return rows, np.searchsorted(t, hits + margin, side="right") - rows
+
+
+def _is_near(value: float, sorted_values: FloatArray, margin: float) -> bool:
+    """Say whether one of the values, which ascend, lies within a margin of this one."""
+    row = int(np.searchsorted(sorted_values, value - margin))
+    return row < len(sorted_values) and bool(sorted_values[row] <= value + margin)
 
 
 def _refined(
@@ -215,7 +258,7 @@ def _differs(values: FloatArray, on_line: FloatArray, drawn: FloatArray) -> NDAr
     return np.abs(values - on_line) > SMOOTH * (high - low) + ROUNDING * max(-low, high)
 
 
-def _window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
+def window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
     """Return the part of `t_span` that a trajectory covers."""
     t = np.asarray(trajectory.t, dtype=float)
     if len(t) == 0:

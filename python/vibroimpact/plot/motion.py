@@ -1,7 +1,8 @@
 """Motions over time and in the phase plane, of orbits and of trajectories.
 
-At an impact the velocity has two values: the line ends at the one before and begins again at the one after.
-A stop that acts on the drawn coordinate alone is a line with ticks on its solid side.
+At an impact the velocity has two values: the line ends at the one before and begins again at the one after. Impacts are
+dots, chatter and lasting contact lie under the line as a broad one. A stop that acts on the drawn coordinate alone is a
+line with ticks on its solid side.
 """
 
 from typing import Any, Literal
@@ -15,12 +16,14 @@ from vibroimpact.plot._axes import (
     axes_or_new,
     draw_walls,
     label_axis,
+    label_once,
     next_line_style,
     next_section_marker,
     position_label,
     velocity_label,
     with_defaults,
 )
+from vibroimpact.plot._contact import draw_contact, draw_impacts
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit
 from vibroimpact.plot._sampling import POINTS, Curve, check_coordinate, not_a_motion, poincare_states, sample
 
@@ -38,6 +41,8 @@ def time_history(
     periods: float | None = None,
     t_span: tuple[float, float] | None = None,
     walls: bool = True,
+    impacts: bool = True,
+    contact: bool = True,
     jumps: bool = False,
     points: int = POINTS,
     **line: Any,
@@ -61,6 +66,11 @@ def time_history(
         First and last time drawn; default: `periods` of an orbit, the whole of a trajectory.
     walls : bool, default True
         Draw the stops that act on this coordinate alone, in the position.
+    impacts : bool, default True
+        Mark the impacts that change this coordinate's velocity by dots, both sides where the velocity is drawn.
+    contact : bool, default True
+        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of trajectories that kept
+        their motion.
     jumps : bool, default False
         Draw the jumps of the velocity as thin dashed lines.
     points : int, default 400
@@ -98,15 +108,21 @@ def time_history(
     if quantity == "position":
         label_axis(ax, "y", position_label(coordinate))
         options = with_defaults(line, linestyle=next_line_style(ax), label=f"q[{coordinate}]")
-        ax.plot(curve.t, curve.q, **options)
+        drawn = ax.plot(curve.t, curve.q, **options)[0]
         if walls:
             draw_walls(ax, motion.scene, coordinate, along="y")
+        if impacts:
+            draw_impacts(ax, drawn, curve.t[curve.impacts], curve.q[curve.impacts])
     else:
         label_axis(ax, "y", velocity_label(coordinate))
         options = with_defaults(line, linestyle=next_line_style(ax), label=f"q'[{coordinate}]")
         drawn = ax.plot(curve.broken(curve.t), curve.broken(curve.v), **options)[0]
         if jumps:
             _draw_jumps(ax, drawn, curve, curve.t)
+        if impacts:
+            draw_impacts(ax, drawn, curve.jumps(curve.t), curve.jumps(curve.v))
+    if contact:
+        draw_contact(ax, motion, coordinate, curve, curve.t, curve.q if quantity == "position" else curve.v)
     return ax
 
 
@@ -118,6 +134,8 @@ def phase_portrait(
     t_span: tuple[float, float] | None = None,
     walls: bool = True,
     section: bool = True,
+    impacts: bool = True,
+    contact: bool = True,
     jumps: bool = True,
     points: int = POINTS,
     **line: Any,
@@ -140,6 +158,11 @@ def phase_portrait(
     section : bool, default True
         Mark the Poincare points of a forced motion, at whole forcing periods, right after an impact that falls there.
         A trajectory without its motion (``keep="impacts"`` or ``"final"``) has those that are among its rows.
+    impacts : bool, default True
+        Mark the impacts that change this coordinate's velocity by dots, both sides where the velocity is drawn.
+    contact : bool, default True
+        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of trajectories that kept
+        their motion.
     jumps : bool, default True
         Draw the jump at each impact as a thin dashed line.
     points : int, default 400
@@ -176,6 +199,10 @@ def phase_portrait(
     drawn = ax.plot(curve.broken(curve.q), curve.broken(curve.v), **options)[0]
     if jumps:
         _draw_jumps(ax, drawn, curve, curve.q)
+    if impacts:
+        draw_impacts(ax, drawn, curve.jumps(curve.q), curve.jumps(curve.v))
+    if contact:
+        draw_contact(ax, motion, coordinate, curve, curve.q, curve.v)
     if walls:
         draw_walls(ax, motion.scene, coordinate, along="x")
     if section and motion.scene.period is not None:
@@ -213,8 +240,7 @@ def _span_of_periods(motion: Orbit | Trajectory, periods: float, t_span: tuple[f
 
 def _section_label(ax: Axes, label: object) -> str:
     """Name the Poincare points after the motion's own label, and each name once in a legend."""
-    name = f"{SECTION_LABEL}, {label}" if label else SECTION_LABEL
-    return f"_{name}" if any(drawn.get_label() == name for drawn in ax.lines) else name
+    return label_once(ax, f"{SECTION_LABEL}, {label}" if label else SECTION_LABEL)
 
 
 def _draw_jumps(ax: Axes, drawn: Line2D, curve: Curve, along: FloatArray) -> None:

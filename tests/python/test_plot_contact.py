@@ -1,0 +1,178 @@
+"""Energy, impact speeds, and the marks of impacts and lasting contact, of simulated motions."""
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+matplotlib.use("Agg")
+
+import vibroimpact as vi
+
+
+@pytest.fixture(autouse=True)
+def _close_figures():
+    yield
+    plt.close("all")
+
+
+def slow_oscillator(t_eval=None, keep="motion"):
+    """Pushed slowly against a stop: it hits, chatters and sticks."""
+    scene = vi.Scene(vi.LinearSystem([1.0], [0.1], [1.0]), vi.Harmonic([1.0], 0.3), vi.Stop(0, 0.2, 0.6))
+    return vi.simulate(scene, [0.0], [0.0], (0, 45), t_eval=t_eval, keep=keep)
+
+
+def shuttle(n_impacts, restitution=1.0):
+    """A free particle between stops at 1 and -1, speed 2 at the start."""
+    stops = [vi.Stop(0, 1.0, restitution), vi.Stop(0, 1.0, restitution, side="lower")]
+    scene = vi.Scene(vi.LinearSystem([1.0], [0.0], [0.0]), None, stops)
+    return vi.simulate(scene, [0.0], [2.0], (0, n_impacts), keep="impacts")
+
+
+def line(ax, label):
+    (found,) = [drawn for drawn in ax.lines if drawn.get_label() == label]
+    return np.asarray(found.get_xdata(), float), np.asarray(found.get_ydata(), float)
+
+
+class TestEnergy:
+    def test_what_is_stored_is_what_came_less_what_was_lost(self):
+        ax = vi.plot.energy(slow_oscillator())
+        names = ("kinetic + potential", "work of the forcing", "lost in dampers", "lost at impacts")
+        stored, work, damped, lost = (line(ax, name)[1] for name in names)
+        np.testing.assert_allclose(stored, stored[0] + work - damped - lost, atol=1e-8)
+        np.testing.assert_allclose(line(ax, "kinetic")[1] + line(ax, "potential")[1], stored)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("time t", "energy")
+
+    def test_an_impact_is_a_step_at_its_time(self):
+        run = slow_oscillator()
+        t, lost = line(vi.plot.energy(run), "lost at impacts")
+        assert not np.isnan(lost).any()
+        steps = np.flatnonzero(np.diff(lost) > 1e-6)
+        np.testing.assert_array_equal(t[steps], t[steps + 1])
+        hits = run.impacts[: len(steps)]
+        loss = 0.5 * (run.impacts["speed_before"] ** 2 - run.impacts["speed_after"] ** 2)
+        np.testing.assert_allclose(np.diff(lost)[steps], loss[loss > 1e-6], rtol=1e-6)
+        assert set(t[steps]) <= set(run.impacts["time"]), hits
+
+    @pytest.mark.parametrize("t_eval", [np.linspace(0, 45, 46), np.linspace(0, 45, 451), "at an impact"])
+    def test_at_given_times_no_line_joins_the_sides_of_an_impact(self, t_eval):
+        if isinstance(t_eval, str):
+            t_eval = np.sort([*np.linspace(0, 45, 46), slow_oscillator().impacts["time"][0]])
+        run = slow_oscillator(t_eval=t_eval)
+        ax = vi.plot.energy(run)
+        for name in ("kinetic", "kinetic + potential", "lost at impacts"):
+            t, _ = line(ax, name)
+            for hit in run.impacts["time"]:
+                drawn = np.flatnonzero((t[:-1] < hit) & (t[1:] >= hit))  # comparisons with nan are false
+                assert len(drawn) == 0
+        assert not np.isnan(line(ax, "work of the forcing")[1]).any()
+
+    def test_rows_between_two_impacts_are_dots(self):
+        ax = vi.plot.energy(slow_oscillator(t_eval=[0.0, 0.5, 1.0, 1.8, 5.0, 5.5]))
+        (kinetic,) = [drawn for drawn in ax.lines if drawn.get_label() == "kinetic"]
+        assert kinetic.get_marker() == "."
+        dots = np.asarray(kinetic.get_xdata())[kinetic.get_markevery()]
+        np.testing.assert_array_equal(dots, [1.0, 1.8])
+
+    def test_label_is_put_before_the_names(self):
+        ax = vi.plot.energy(slow_oscillator(), label="pushed")
+        assert all(drawn.get_label().startswith("pushed, ") for drawn in ax.lines)
+
+    def test_refuses_a_motion_that_was_not_kept_and_what_is_none(self):
+        with pytest.raises(ValueError, match=r'keep.*"motion"'):
+            vi.plot.energy(slow_oscillator(keep="impacts"))
+        with pytest.raises(ValueError, match="data must be a trajectory"):
+            vi.plot.energy(vi.periodic_orbits(vi.paper_scene(kind=3), [1], n_periods=2)[0])
+        assert plt.get_fignums() == []
+
+
+class TestImpactSpeeds:
+    def test_three_impacts_stand_on_stems(self):
+        ax = vi.plot.impact_speeds(shuttle(3, restitution=0.9))
+        t, speed = line(ax, "stop 0")
+        np.testing.assert_allclose(speed, [2.0, 2.0 * 0.9**2])
+        np.testing.assert_allclose(line(ax, "stop 1")[1], [1.8])
+        stems = [drawn for drawn in ax.lines if drawn.get_label() == "_stems"]
+        np.testing.assert_allclose(np.reshape(stems[0].get_xdata(), (-1, 3))[:, :2], np.column_stack([t, t]))
+        np.testing.assert_allclose(np.reshape(stems[0].get_ydata(), (-1, 3))[:, :2], np.column_stack([0 * t, speed]))
+        assert ax.get_ylim()[0] == 0.0
+
+    def test_a_hundred_thousand_impacts_are_dots(self):
+        ax = vi.plot.impact_speeds(shuttle(100_000))
+        assert [drawn.get_label() for drawn in ax.lines] == ["stop 0", "stop 1"]
+        assert sum(len(drawn.get_xdata()) for drawn in ax.lines) == 100_000
+        assert all(drawn.get_markersize() <= 1.0 for drawn in ax.lines)
+        assert all(handle.get_markersize() >= 4.0 for handle in ax.get_legend().get_lines())
+
+    def test_speeds_after(self):
+        ax = vi.plot.impact_speeds(shuttle(3, restitution=0.9), side="after")
+        np.testing.assert_allclose(line(ax, "stop 0")[1], [1.8, 1.8 * 0.9**2])
+        with pytest.raises(ValueError, match="side must be 'before' or 'after', got 'both'"):
+            vi.plot.impact_speeds(shuttle(3), side="both")
+
+    def test_an_orbit_has_the_impacts_of_one_period(self):
+        orbit = vi.periodic_orbits(vi.paper_scene(kind=3), [1], n_periods=2)[0]
+        ax = vi.plot.impact_speeds(orbit)
+        assert len(line(ax, "stop 1")[0]) == 1
+        assert ax.get_xlim()[1] >= orbit.period
+
+    def test_none_at_all(self):
+        free = vi.simulate(vi.Scene(vi.LinearSystem([1.0], [0.0], [1.0])), [1.0], [0.0], (0, 5))
+        assert [text.get_text() for text in vi.plot.impact_speeds(free).texts] == ["no impacts"]
+        with pytest.raises(ValueError, match=r"must have kept its impacts, got none of \d+: .*keep='impacts'"):
+            vi.plot.impact_speeds(slow_oscillator(keep="final"))
+
+
+class TestMarksOfContact:
+    @pytest.mark.parametrize("t_eval", [None, np.linspace(0.0, 45.0, 91)])
+    @pytest.mark.parametrize("figure", ["time_history", "phase_portrait"])
+    def test_stick_is_drawn_from_its_start_to_its_end(self, figure, t_eval):
+        run = slow_oscillator(t_eval)
+        ax = getattr(vi.plot, figure)(run)
+        x, y = line(ax, "stick")
+        held = run.segments[run.segments["kind"] == "stick"]
+        parts = np.split(x, np.flatnonzero(np.isnan(x)))[:-1]
+        assert len(parts) == len(held) == 3
+        if figure == "phase_portrait":
+            np.testing.assert_allclose(x[~np.isnan(x)], 0.2, atol=1e-9)
+            np.testing.assert_allclose(y[~np.isnan(y)], 0.0, atol=1e-4)  # chatter ends with the speed of its first impact
+        else:
+            np.testing.assert_allclose([np.nanmin(part) for part in parts], held["start"], rtol=1e-12)
+            np.testing.assert_allclose([np.nanmax(part) for part in parts], held["end"], rtol=1e-12)
+            np.testing.assert_allclose(y[~np.isnan(y)], 0.2, atol=1e-9)
+
+    def test_it_can_be_left_out(self):
+        run = slow_oscillator()
+        ax = vi.plot.time_history(run, contact=False, impacts=False)
+        assert {drawn.get_label() for drawn in ax.lines} == {"q[0]", "stop 0"}
+
+    def test_a_coordinate_that_nothing_pushes_on_is_not_held(self):
+        system = vi.LinearSystem([1.0, 1.0], [0.1, 0.1], [1.0, 2.0])
+        run = vi.simulate(vi.Scene(system, vi.Harmonic([1.0, 0.5], 0.3), vi.Stop(0, 0.2, 0.6)), [0, 0], [0, 0], (0, 45))
+        assert "stick" in run.segments["kind"]
+        assert "stick" not in {drawn.get_label() for drawn in vi.plot.time_history(run, coordinate=1).lines}
+
+    def test_dots_at_impacts(self):
+        run = slow_oscillator()
+        large = run.impacts[run.impacts["speed_before"] > 1e-9]
+        t, q = line(vi.plot.time_history(run), "_impacts")
+        np.testing.assert_allclose(q, 0.2, atol=1e-9)
+        assert set(large["time"]) <= set(t)
+        _, v = line(vi.plot.phase_portrait(run), "_impacts")
+        v = v.reshape(-1, 3)
+        np.testing.assert_allclose(v[0, :2], [run.impacts["speed_before"][0], -run.impacts["speed_after"][0]], rtol=1e-9)
+
+    def test_styles_of_later_lines_do_not_count_the_marks(self):
+        ax = vi.plot.time_history(slow_oscillator())
+        vi.plot.time_history(slow_oscillator(), ax, label="again")
+        (again,) = [drawn for drawn in ax.lines if drawn.get_label() == "again"]
+        assert again.get_linestyle() == "--"
+        assert len([drawn for drawn in ax.lines if drawn.get_label() == "stick"]) == 1
+
+    def test_a_long_flight_is_smooth(self):
+        scene = vi.Scene(vi.LinearSystem([1.0], [0.0], [1.0]))
+        run = vi.simulate(scene, [1.0], [0.0], (0, 400))
+        assert len(run.t) <= 200
+        t, q = line(vi.plot.time_history(run), "q[0]")
+        middle = 0.5 * (t[1:] + t[:-1])
+        np.testing.assert_allclose(0.5 * (q[1:] + q[:-1]), np.cos(middle), atol=4e-3)  # 2 in a thousand of the range
