@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -25,6 +26,9 @@ print(orbits[0])                                               # phase, contact 
 ax = vi.plot.phase_portrait(orbits[0])
 ax.figure.savefig("orbit.png")
 """
+
+README = Path(__file__).parents[2] / "README.md"
+README_BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
 
 PLAIN = {"KINDS", "__version__", "plot"}  # data and a module: no docstring of their own
 
@@ -107,6 +111,13 @@ def test_the_six_lines(tmp_path):
     for word in ("phase", "contact state", "admissible", "stable", "multipliers"):
         assert word in run.stdout
     assert (tmp_path / "orbit.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("code", README_BLOCKS, ids=range(1, len(README_BLOCKS) + 1))
+def test_the_readme_runs(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "README.md", "exec"), {})
+    plt.close("all")
 
 
 def test_numpy_alone_is_enough_to_import(tmp_path):

@@ -257,6 +257,7 @@ class TestFrames:
             ({"trail": -0.1}, r"trail must be a finite number from 0, got -0\.1"),
             ({"max_frames": 1.5}, r"max_frames must be an integer from 2, got 1\.5"),
             ({"t_span": (1.0, 1.0)}, r"t_span must be a finite \(start, end\)"),
+            ({"t_span": 3.0}, r"t_span must be a finite \(start, end\) with start < end, got 3\.0"),
             ({"t_span": (5.0, 6.0)}, "t_span must meet the trajectory's times, 0 to 1"),
             ({"coordinates": [0]}, r"coordinates must be None for a pendulum"),
             ({"ax": 3}, "ax must be the Axes of a figure or None"),

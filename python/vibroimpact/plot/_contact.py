@@ -23,11 +23,11 @@ def draw_impacts(ax: Axes, drawn: Line2D, x: FloatArray, y: FloatArray) -> None:
         ax.plot(
             x,
             y,
+            color=drawn.get_color(),
             linestyle="none",
             marker="o",
             markersize=3.5 if few else 1.5,
             markerfacecolor="white" if few else drawn.get_color(),
-            markeredgecolor=drawn.get_color(),
             markeredgewidth=0.9 if few else 0.0,
             label=IMPACT_LABEL,
             zorder=drawn.get_zorder() + 0.1,

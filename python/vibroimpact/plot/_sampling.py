@@ -90,7 +90,10 @@ def checked_span(t_span: tuple[float, float] | None) -> tuple[float, float] | No
     """Return a span of time as two numbers, or say what is wrong with it."""
     if t_span is None:
         return None
-    start, end = (float(value) for value in t_span)
+    try:
+        start, end = (float(value) for value in t_span)
+    except (TypeError, ValueError):
+        start = end = np.nan
     if not (np.isfinite(start) and np.isfinite(end) and start < end):
         raise ValueError(f"t_span must be a finite (start, end) with start < end, got {t_span!r}")
     return start, end
