@@ -69,7 +69,7 @@ pub(crate) fn find_orbit(
         (None, None) => {
             let given = guess.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "guess is of type {given}, but it must be an Orbit or a Trajectory"
+                "guess is of type {given}, but it must be an Orbit or a Trajectory; of several orbits pass one, orbits[0]"
             )));
         }
     };
