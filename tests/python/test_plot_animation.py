@@ -1,25 +1,15 @@
 """Animations: the drawn pendulum has the lengths, the angles and the gaps of the model, in the frame of the ground."""
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.animation import Animation
-
-matplotlib.use("Agg")
-
 from PIL import Image
 
 import vibroimpact as vi
 
 LENGTHS = np.array([1.0, 0.5])
 WALL, LEFT, JOINT, KNEE = range(4)  # the stops of `chain_scene`
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
 
 
 def chain_scene():

@@ -1,19 +1,10 @@
 """Energy, impact speeds, and the marks of impacts and lasting contact, of simulated motions."""
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-matplotlib.use("Agg")
-
 import vibroimpact as vi
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
 
 
 def slow_oscillator(t_eval=None, keep="motion"):

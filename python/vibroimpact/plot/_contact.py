@@ -13,7 +13,7 @@ from vibroimpact.plot._segments import CONTACT_KINDS, contact_spans
 
 MANY_IMPACTS = 200  # more are drawn small
 CONTACT_COLOURS = {"chatter": "#c1272d", "stick": "#e8a33d"}
-CONTACT_WIDTH = 6.0  # [points]
+CONTACT_WIDTH = 8.0  # [points]
 
 
 def draw_impacts(ax: Axes, drawn: Line2D, x: FloatArray, y: FloatArray) -> None:
