@@ -2,12 +2,13 @@
 //! over or critically damped, rigid or unstable; a complex pair; or two real roots. Every quantity the orbits and the
 //! flights need of it, without cancellation (theory 4 and 5).
 
-use crate::linalg::exponential::{one_minus_sinc, phi1, phi1_divided, phi2, sinc};
+use crate::linalg::exponential::{phi1, phi1_divided};
 use crate::linalg::plane::Pair;
+use crate::modal::propagation::{Matrix, Propagation};
+use crate::modal::regime::{Regime, load_response, regime, under_one_minus_cp};
 use nalgebra::Complex;
 
-/// A 2 by 2 real matrix by rows, and the complex response of a pair to `e^{i phase}`.
-type Matrix = [Pair; 2];
+/// The complex response of a pair to `e^{i phase}`.
 pub(crate) type Response = [Complex<f64>; 2];
 
 /// A block of two first-order equations.
@@ -19,121 +20,6 @@ pub(crate) enum Block {
     Spiral { sigma: f64, omega: f64 },
     /// Two real roots, unknowns each on its own.
     Decays { roots: Pair },
-}
-
-/// The roots of an oscillator in the form that its regime asks for.
-enum Regime {
-    Under { damped_frequency: f64 },
-    Over { l1: f64, l2: f64, half_gap: f64 },
-}
-
-fn regime(w2: f64, eta: f64) -> Regime {
-    let w = w2.max(0.0).sqrt();
-    if w2 >= 0.0 && w >= eta.abs() {
-        return Regime::Under {
-            damped_frequency: ((w - eta) * (w + eta)).sqrt(),
-        };
-    }
-    let half_gap = if w2 >= 0.0 {
-        ((eta.abs() - w) * (eta.abs() + w)).sqrt()
-    } else {
-        eta.hypot((-w2).sqrt())
-    };
-    // The root of larger modulus first, the other from their product: no cancellation, l1 > l2.
-    let (l1, l2) = if eta >= 0.0 {
-        let l2 = -(eta + half_gap);
-        (w2 / l2, l2)
-    } else {
-        let l1 = half_gap - eta;
-        (l1, w2 / l1)
-    };
-    Regime::Over { l1, l2, half_gap }
-}
-
-/// `int_0^t S` of an oscillator: its response from rest to a unit load.
-fn load_response(w2: f64, eta: f64, t: f64) -> f64 {
-    match regime(w2, eta) {
-        Regime::Under { damped_frequency } if w2 > 0.0 => {
-            under_one_minus_cp(eta, damped_frequency, t) / w2
-        }
-        Regime::Under { .. } => 0.5 * t * t,
-        Regime::Over { l1, l2, .. } => t * t * phi1_divided((l1 * t).into(), (l2 * t).into()).re,
-    }
-}
-
-/// `1 - e^{-x}(cos y + x sinc y)`, `x = eta t`, `y = wd t`: a sum of terms that are not negative for `eta >= 0`.
-fn under_one_minus_cp(eta: f64, damped_frequency: f64, t: f64) -> f64 {
-    let (x, y) = (eta * t, damped_frequency * t);
-    let half = (0.5 * y).sin();
-    let start = if x > 700.0 {
-        1.0
-    } else {
-        (-x).exp() * x * x * phi2(x)
-    };
-    start + (-x).exp() * (x * one_minus_sinc(y) + 2.0 * half * half)
-}
-
-/// A block in the form in which it is propagated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Propagation {
-    Under {
-        w2: f64,
-        eta: f64,
-        damped_frequency: f64,
-    },
-    Over {
-        w2: f64,
-        l1: f64,
-        l2: f64,
-        half_gap: f64,
-    },
-    Spiral {
-        sigma: f64,
-        omega: f64,
-    },
-    Decays {
-        roots: Pair,
-    },
-}
-
-impl Propagation {
-    /// `e^{A t}`.
-    #[inline]
-    pub fn over(self, t: f64) -> Matrix {
-        match self {
-            Self::Under {
-                w2,
-                eta,
-                damped_frequency: wd,
-            } => {
-                let decay = (-eta * t).exp();
-                let (sin, cos) = (wd * t).sin_cos();
-                let s = if (wd * t).abs() < 1e-4 {
-                    decay * t * sinc(wd * t)
-                } else {
-                    decay * sin / wd
-                };
-                let c = decay * cos;
-                [[c + eta * s, s], [-w2 * s, c - eta * s]]
-            }
-            Self::Over {
-                w2,
-                l1,
-                l2,
-                half_gap,
-            } => {
-                let (e1, e2) = ((l1 * t).exp(), (l2 * t).exp());
-                let s = -e1 * (-2.0 * half_gap * t).exp_m1() / (2.0 * half_gap);
-                [[e1 - l1 * s, s], [-w2 * s, e2 + l1 * s]]
-            }
-            Self::Spiral { sigma, omega } => {
-                let (sin, cos) = (omega * t).sin_cos();
-                let growth = (sigma * t).exp();
-                [[growth * cos, -growth * sin], [growth * sin, growth * cos]]
-            }
-            Self::Decays { roots } => [[(roots[0] * t).exp(), 0.0], [0.0, (roots[1] * t).exp()]],
-        }
-    }
 }
 
 impl Block {

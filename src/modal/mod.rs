@@ -5,9 +5,12 @@ mod block;
 mod complex;
 mod form;
 mod modes;
+mod propagation;
 mod real;
+mod regime;
 
 pub(crate) use crate::linalg::plane::{Pair, times};
-pub(crate) use block::{Block, Propagation, Response};
+pub(crate) use block::{Block, Response};
 pub(crate) use form::{Form, ModalForm};
 pub use modes::{Modes, modes};
+pub(crate) use propagation::Propagation;
