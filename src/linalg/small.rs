@@ -46,6 +46,44 @@ pub(crate) fn solve_factored(a: &[f64], b: &mut [f64]) {
     }
 }
 
+/// Solves `A x = b` in place, A by rows, by elimination with row pivots. False where a pivot is not above the tolerance.
+pub(crate) fn eliminate(a: &mut [f64], b: &mut [f64], tolerance: f64) -> bool {
+    let n = b.len();
+    for k in 0..n {
+        let mut row = k;
+        for i in k + 1..n {
+            if a[i * n + k].abs() > a[row * n + k].abs() {
+                row = i;
+            }
+        }
+        let pivot = a[row * n + k];
+        if pivot.is_nan() || pivot.abs() <= tolerance {
+            return false;
+        }
+        if row != k {
+            for j in k..n {
+                a.swap(row * n + j, k * n + j);
+            }
+            b.swap(row, k);
+        }
+        for i in k + 1..n {
+            let factor = a[i * n + k] / pivot;
+            for j in k + 1..n {
+                a[i * n + j] -= factor * a[k * n + j];
+            }
+            b[i] -= factor * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let mut x = b[k];
+        for j in k + 1..n {
+            x -= a[k * n + j] * b[j];
+        }
+        b[k] = x / a[k * n + k];
+    }
+    true
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
