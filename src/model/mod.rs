@@ -1,5 +1,6 @@
 //! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
 
+mod change;
 mod contact;
 mod contact_geometry;
 mod difference;
@@ -16,6 +17,7 @@ mod scene;
 mod stop;
 mod system;
 
+pub use change::{Change, Parameter};
 pub(crate) use contact::{Contact, GapValue, Surface, are_coupled, contacts};
 pub(crate) use contact_geometry::ContactGeometry;
 pub(crate) use dynamics::{
@@ -31,6 +33,6 @@ pub use nonlinear_stop::{GapFunction, NonlinearStop};
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
-pub use scene::{Change, Parameter, Scene};
+pub use scene::Scene;
 pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 pub use system::System;
