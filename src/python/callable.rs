@@ -154,3 +154,36 @@ impl Callable {
         })
     }
 }
+
+/// The arguments of a function of the position.
+pub(crate) fn position<'py>(py: Python<'py>, q: &[f64]) -> PyResult<Bound<'py, PyTuple>> {
+    PyTuple::new(py, [read_only(py, q)])
+}
+
+/// Whether two Python objects are one, or equal; arrays entry by entry.
+pub(crate) fn is_equal(py: Python<'_>, a: &Py<PyAny>, b: &Py<PyAny>) -> bool {
+    if a.is(b) {
+        return true;
+    }
+    let equal = || -> PyResult<bool> {
+        let equal = a.bind(py).eq(b);
+        match equal {
+            Ok(equal) => Ok(equal),
+            // Arrays of several entries have no single truth.
+            Err(_) => py
+                .import("numpy")?
+                .call_method1("array_equal", (a, b))?
+                .extract(),
+        }
+    };
+    equal().unwrap_or(false)
+}
+
+/// The name of a function, or what it shows of itself.
+pub(crate) fn name_of(py: Python<'_>, function: &Py<PyAny>) -> PyResult<String> {
+    let function = function.bind(py);
+    match function.getattr("__qualname__") {
+        Ok(name) => Ok(name.to_string()),
+        Err(_) => Ok(function.repr()?.to_string()),
+    }
+}

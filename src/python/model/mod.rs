@@ -1,8 +1,10 @@
 //! Systems, forcing, stops and scenes in Python.
 
+mod equations;
 mod forcing;
 mod linear;
 mod nonlinear;
+mod nonlinear_stop;
 mod paper;
 mod pendulum;
 mod scene;
@@ -10,7 +12,8 @@ mod stop;
 
 pub(crate) use forcing::{PyBaseMotion, PyHarmonic};
 pub(crate) use linear::PyLinearSystem;
-pub(crate) use nonlinear::{PyNonlinearStop, PyNonlinearSystem};
+pub(crate) use nonlinear::PyNonlinearSystem;
+pub(crate) use nonlinear_stop::PyNonlinearStop;
 pub(crate) use paper::{paper_scene, paper_system};
 pub(crate) use pendulum::{PyDoublePendulum, PyPendulumChain};
 pub(crate) use scene::PyScene;

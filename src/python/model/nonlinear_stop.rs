@@ -1,0 +1,178 @@
+//! Stops given by functions of Python: a gap and its gradient.
+
+use crate::error::Result;
+use crate::model::{GapFunction, NonlinearStop};
+use crate::python::callable::{Callable, Place, is_equal, name_of, position};
+use crate::python::model::stop::{out_reaction, reaction};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A gap that was given in Python.
+struct PyGap {
+    gap: Callable,
+    gradient: Callable,
+}
+
+impl GapFunction for PyGap {
+    fn gap(&self, q: &[f64]) -> Result<f64> {
+        let place = Place { time: None, q };
+        self.gap.number(|py| position(py, q), &place)
+    }
+
+    fn gradient(&self, q: &[f64], gradient: &mut [f64]) -> Result<()> {
+        let place = Place { time: None, q };
+        self.gradient
+            .write_vector(|py| position(py, q), &place, gradient)
+    }
+
+    fn equals(&self, other: &dyn GapFunction) -> bool {
+        (other as &dyn std::any::Any)
+            .downcast_ref::<Self>()
+            .is_some_and(|other| {
+                Python::attach(|py| {
+                    is_equal(py, &self.gap.function, &other.gap.function)
+                        && is_equal(py, &self.gradient.function, &other.gradient.function)
+                })
+            })
+    }
+}
+
+/// Stop with any gap ``h(q) >= 0``, given with its gradient; the normal towards it is ``-grad h``.
+///
+/// Parameters
+/// ----------
+/// gap : callable
+///     ``h(q)``: the gap, twice continuously differentiable; negative inside the stop.
+/// gradient : callable
+///     ``f(q)``: its gradient, shape (n,).
+/// restitution : float
+///     Restitution coefficient [-], in [0, 1].
+/// curvature : float, optional
+///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met: makes the search certain.
+/// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
+///     Direction b in which an impact changes the velocity, ``n.b > 0`` at every impact; as for Stop.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A restitution outside [0, 1], a curvature that is negative or not finite, an unknown reaction.
+/// TypeError
+///     A function that is none.
+///
+/// Notes
+/// -----
+/// The functions are called as those of NonlinearSystem. Contacts are searched on an interpolant of the gap: the quintic of
+/// its value and first two time derivatives at both ends of a step; the second has ``v.(hess h)v`` by differences of the
+/// gradient along the motion, exact to rounding for a gap of second degree. Without ``curvature`` this search is
+/// not certain, as the ``message`` of a trajectory says; with it every step is walked along in steps that provably hold no
+/// contact deeper than the margin, whatever the interpolant says. A touch within ``10 (atol |grad h|_1 + rtol size)`` is a graze, size being ``|h| + sum |q_i dh/dq_i|``, and all of
+/// it the larger of both ends of the step.
+///
+/// Examples
+/// --------
+/// A point in the plane inside a circle: its speed is kept, whatever the angle of its impacts.
+///
+/// >>> import numpy as np
+/// >>> import vibroimpact as vi
+/// >>> point = vi.LinearSystem(np.ones(2), np.zeros(2), np.zeros(2))
+/// >>> circle = vi.NonlinearStop(lambda q: 1 - q @ q, lambda q: -2 * q, 1.0)
+/// >>> run = vi.simulate(vi.Scene(point, stops=circle), [0.0, 0.5], [1.0, 0.2], (0, 20))
+/// >>> bool(np.isclose(np.linalg.norm(run.final[1]), np.hypot(1.0, 0.2)))
+/// True
+#[pyclass(name = "NonlinearStop", module = "vibroimpact", frozen)]
+#[derive(Clone)]
+pub(crate) struct PyNonlinearStop(pub NonlinearStop);
+
+impl PyNonlinearStop {
+    fn parts(&self) -> PyResult<&PyGap> {
+        (self.0.function() as &dyn std::any::Any)
+            .downcast_ref::<PyGap>()
+            .ok_or_else(|| PyTypeError::new_err("the stop was not made in Python"))
+    }
+}
+
+#[pymethods]
+impl PyNonlinearStop {
+    #[new]
+    #[pyo3(signature = (gap, gradient, restitution, *, curvature=None, reaction=None))]
+    fn new(
+        gap: &Bound<'_, PyAny>,
+        gradient: &Bound<'_, PyAny>,
+        restitution: f64,
+        curvature: Option<f64>,
+        reaction: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let function = PyGap {
+            gap: Callable::new("gap", gap)?,
+            gradient: Callable::new("gradient", gradient)?,
+        };
+        let stop =
+            NonlinearStop::new(function, restitution)?.with_reaction(self::reaction(reaction)?)?;
+        Ok(Self(match curvature {
+            Some(curvature) => stop.with_curvature(curvature)?,
+            None => stop,
+        }))
+    }
+
+    /// The function that gives the gap.
+    #[getter]
+    fn gap(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        Ok(self.parts()?.gap.function.clone_ref(py))
+    }
+
+    /// The function that gives its gradient.
+    #[getter]
+    fn gradient(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        Ok(self.parts()?.gradient.function.clone_ref(py))
+    }
+
+    /// Restitution coefficient [-].
+    #[getter]
+    fn restitution(&self) -> f64 {
+        self.0.restitution().value()
+    }
+
+    /// Bound on the gap's second derivative, or None.
+    #[getter]
+    fn curvature(&self) -> Option<f64> {
+        self.0.curvature()
+    }
+
+    /// "inertia", "coordinate", or a direction of shape (n,).
+    #[getter]
+    fn reaction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        out_reaction(py, self.0.reaction())
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let parts = self.parts()?;
+        let curvature = self
+            .curvature()
+            .map_or_else(String::new, |c| format!(", curvature={c}"));
+        Ok(format!(
+            "NonlinearStop({}, {}, restitution={}{curvature}, reaction={})",
+            name_of(py, &parts.gap.function)?,
+            name_of(py, &parts.gradient.function)?,
+            self.restitution(),
+            self.reaction(py)?.repr()?
+        ))
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((Py<PyAny>, Py<PyAny>, f64), Bound<'py, PyDict>)> {
+        let options = PyDict::new(py);
+        options.set_item("curvature", self.curvature())?;
+        options.set_item("reaction", self.reaction(py)?)?;
+        Ok((
+            (self.gap(py)?, self.gradient(py)?, self.restitution()),
+            options,
+        ))
+    }
+}
