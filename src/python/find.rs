@@ -5,7 +5,8 @@ use crate::python::argument;
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
-use crate::python::simulate::{PyTrajectory, count};
+use crate::python::simulate::count;
+use crate::python::trajectory::PyTrajectory;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 

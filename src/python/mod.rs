@@ -17,9 +17,11 @@ mod orbit;
 mod orbit_facts;
 mod orbits;
 mod pattern;
+mod run_facts;
 mod simulate;
 mod sweep;
 mod text;
+mod trajectory;
 
 use pyo3::prelude::*;
 
@@ -42,10 +44,13 @@ mod _core {
     #[pymodule_export]
     use super::orbits::{_restore_orbits, PyOrbits, periodic_orbits};
     #[pymodule_export]
-    use super::simulate::{_restore_trajectory, PyEnergy, PyStats, PyTrajectory, simulate};
-
+    use super::run_facts::{PyEnergy, PyStats};
+    #[pymodule_export]
+    use super::simulate::simulate;
     #[pymodule_export]
     use super::sweep::{_existence_at, _existence_cells, _existence_tile, _simulate_rows};
+    #[pymodule_export]
+    use super::trajectory::{_restore_trajectory, PyTrajectory};
 
     use pyo3::prelude::*;
 
