@@ -21,16 +21,18 @@ use std::sync::Arc;
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
 /// A linear scene flies in closed form from impact to impact; each next impact is provably the first one, but for touches
-/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. Other scenes are integrated by the
-/// Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`) to the tolerances; every contact on its interpolant is found,
-/// and reached by a step of its own.
+/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. A pendulum with large motions follows its
+/// Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap is a polynomial.
+/// Other scenes are integrated by the Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`); every contact on its
+/// interpolant is found, and reached by a step of its own.
 ///
 /// # Errors
 /// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, `Method::Exact` for a
-/// nonlinear scene, a motion that grows beyond the doubles.
+/// nonlinear scene or `Method::Taylor` for one without series, a motion that grows beyond the doubles.
 ///
 /// # References
-/// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19.
+/// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19; A. Jorba and M. Zou,
+/// Experimental Mathematics 14 (2005) 99, for steps and orders of Taylor series.
 ///
 /// # Examples
 /// ```

@@ -69,13 +69,15 @@ class TestSteps:
         assert run.stats.n_steps > 0
         assert close(np.concatenate(run.final), np.concatenate(vi.simulate(scene, *START, (0, 20)).final), atol=1e-8)
 
-    def test_a_nonlinear_scene_steps_by_itself_and_has_no_exact_flights(self):
-        scene = vi.paper_scene(kind=3, linear=False)
-        auto, asked = vi.simulate(scene, *START, (0, 20)), rk45(scene, (0, 20))
-        assert np.array_equal(auto.impacts, asked.impacts)
-        assert auto.stats.n_rhs == asked.stats.n_rhs > 0
-        with pytest.raises(ValueError, match="exact"):
-            vi.simulate(scene, *START, (0, 20), method="exact")
+    def test_a_nonlinear_scene_without_series_steps_by_itself_and_has_no_exact_flights(self):
+        system = vi.NonlinearSystem(1, lambda t, q, v: -np.sin(q))
+        scene = vi.Scene(system, stops=vi.Stop(0, 0.2, 0.5, reaction="coordinate"))
+        runs = [vi.simulate(scene, -0.3, 0.0, (0, 20), **options) for options in ({}, {"method": "rk45"})]
+        assert np.array_equal(runs[0].impacts, runs[1].impacts)
+        assert runs[0].stats.n_rhs == runs[1].stats.n_rhs > 0
+        for other in ("exact", "taylor"):
+            with pytest.raises(ValueError, match=other):
+                vi.simulate(scene, -0.3, 0.0, (0, 20), method=other)
 
     @pytest.mark.parametrize("linear", [True, False])
     def test_keeping_less_changes_nothing(self, linear):
