@@ -8,9 +8,9 @@ use nalgebra::{Complex, DMatrix, DVector, dvector};
 use random::{Random, number};
 use std::f64::consts::FRAC_PI_2;
 use vibroimpact::{
-    BaseMotion, Constraint, DoublePendulum, Forcing, Harmonic, Kind, Method, NonlinearStop,
-    PaperOptions, PendulumChain, Scene, Side, SimulateOptions, Stop, SweepOptions, Trajectory,
-    Wall, WallSide, paper_scene, plan, simulate, simulate_many,
+    BaseMotion, Constraint, DoublePendulum, Forcing, Harmonic, ImpactSide, Kind, Method,
+    NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, Stop, SweepOptions,
+    Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
 };
 
 fn options(method: Method, rtol: f64) -> SimulateOptions {
@@ -309,9 +309,9 @@ fn a_motion_taken_apart_is_the_same_motion() {
     );
     for k in 0..=500 {
         let t = 0.1 * f64::from(k);
-        let (q, v) = whole.state(t, Default::default()).expect("kept");
+        let (q, v) = whole.state(t, ImpactSide::default()).expect("kept");
         let part = if t <= 23.4 { &first } else { &second };
-        let (p, u) = part.state(t, Default::default()).expect("kept");
+        let (p, u) = part.state(t, ImpactSide::default()).expect("kept");
         assert!((q - p).amax() < 1e-10 && (v - u).amax() < 1e-10, "{t}");
     }
 }
