@@ -3,8 +3,9 @@
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::walk::ROUNDING;
+use crate::flow::PendulumSeries;
 use crate::flow::jet::Jet;
-use crate::flow::taylor::{PendulumSeries, ROWS};
+use crate::flow::taylor::ROWS;
 use crate::model::Surface;
 
 /// A gap that moves by less than this part of its margin is at rest.

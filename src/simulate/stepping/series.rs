@@ -5,8 +5,9 @@ use super::StepMover;
 use super::free::FreeFlight;
 use crate::contact::series::{Course, GapTerms};
 use crate::error::{Error, Result};
+use crate::flow::PendulumSeries;
 use crate::flow::runge_kutta::State;
-use crate::flow::taylor::{MOST_ORDER, PendulumSeries};
+use crate::flow::taylor::MOST_ORDER;
 use crate::model::{
     ChainMotion, Constraint, DoublePendulumMotion, Dynamics, Links, Scene, System, contacts,
 };

@@ -1,0 +1,334 @@
+//! The motion of a pendulum about one state after another as a Taylor series: how far it reaches, the state along it
+//! (theory 8).
+
+use crate::error::Result;
+use crate::flow::runge_kutta::Tolerance;
+use crate::flow::shaking::{Calm, Excitation, Two, paired};
+use crate::flow::taylor::{Blocks, Coefficients, Lane, MOST_ORDER, expand_lanes};
+use crate::linalg::small;
+use crate::model::{Forcing, Links, singular_mass};
+use nalgebra::DMatrix;
+
+/// The Taylor series of a pendulum's motion about one state after another.
+#[derive(Debug, Clone)]
+pub(crate) struct PendulumSeries {
+    n: usize,
+    lanes: Vec<Lane>,
+    inertia: DMatrix<f64>,
+    coefficients: Coefficients,
+    excitation: Excitation,
+    /// The inverse of the mass matrix at the start.
+    inverse: Blocks,
+    mass: Vec<f64>,
+    column: Vec<f64>,
+}
+
+impl PendulumSeries {
+    /// Series of an order, of the velocities; the positions have one more.
+    pub fn new(links: Links, forcing: &Forcing, order: usize) -> Self {
+        let n = links.hanging.len();
+        let is_damped = links.damping.amax() > 0.0;
+        Self {
+            n,
+            lanes: vec![Lane::EMPTY; n.div_ceil(2)],
+            coefficients: Coefficients {
+                order: order.min(MOST_ORDER),
+                inertia: Blocks::new(n, |i, j| links.inertia[(i, j)]),
+                damping: if is_damped {
+                    Blocks::new(n, |i, j| links.damping[(i, j)])
+                } else {
+                    Blocks::default()
+                },
+                weight: paired(&(&links.hanging * links.gravity)),
+            },
+            excitation: Excitation::new(forcing, &links),
+            inverse: Blocks::new(n, |_, _| 0.0),
+            mass: vec![0.0; n * n],
+            column: vec![0.0; n],
+            inertia: links.inertia,
+        }
+    }
+
+    /// Order of the velocities.
+    pub fn order(&self) -> usize {
+        self.coefficients.order
+    }
+
+    /// Operations that a series is, at the most.
+    pub fn work(&self) -> usize {
+        self.order() * self.n * (self.n + self.order()) + self.n.pow(3)
+    }
+
+    /// Makes the series about a state, at a forcing angle.
+    ///
+    /// # Errors
+    /// A mass matrix that is not positive definite in double precision.
+    pub fn expand(&mut self, angle: f64, q: &[f64], v: &[f64]) -> Result<()> {
+        for (i, (q, v)) in q.iter().zip(v).enumerate() {
+            let lane = &mut self.lanes[i / 2];
+            (lane.q[0][i % 2], lane.v[0][i % 2]) = (*q, *v);
+            (lane.sin[0][i % 2], lane.cos[0][i % 2]) = q.sin_cos();
+        }
+        self.invert_mass()?;
+        let Self {
+            lanes,
+            coefficients,
+            inverse,
+            excitation,
+            ..
+        } = self;
+        match excitation {
+            Excitation::None => expand_lanes(lanes, coefficients, inverse, &Calm, angle),
+            Excitation::Base(base) => expand_lanes(lanes, coefficients, inverse, base, angle),
+            Excitation::Forces(forces) => expand_lanes(lanes, coefficients, inverse, forces, angle),
+        }
+        Ok(())
+    }
+
+    /// The inverse of the mass matrix at the start.
+    fn invert_mass(&mut self) -> Result<()> {
+        let Self {
+            n,
+            lanes,
+            inertia,
+            mass,
+            column,
+            inverse,
+            ..
+        } = self;
+        let n = *n;
+        let (sin, cos) = (
+            |i: usize| lanes[i / 2].sin[0][i % 2],
+            |i: usize| lanes[i / 2].cos[0][i % 2],
+        );
+        let entry = |i: usize, j: usize| inertia[(i, j)] * (cos(i) * cos(j) + sin(i) * sin(j));
+        if n == 2 {
+            let (a, b, d) = (inertia[(0, 0)], entry(0, 1), inertia[(1, 1)]);
+            let det = a * d - b * b;
+            if det.is_nan() || det <= 0.0 {
+                return Err(singular_mass());
+            }
+            let scale = 1.0 / det;
+            inverse.0[0] = [d * scale, -b * scale];
+            inverse.0[1] = [-b * scale, a * scale];
+            return Ok(());
+        }
+        for i in 0..n {
+            for j in 0..n {
+                mass[i * n + j] = entry(i, j);
+            }
+        }
+        if !small::factor_positive(mass, n) {
+            return Err(singular_mass());
+        }
+        for j in 0..n {
+            column.fill(0.0);
+            column[j] = 1.0;
+            small::solve_factored(mass, column);
+            for (i, x) in column.iter().enumerate() {
+                inverse.0[i / 2 * 2 * n.div_ceil(2) + j][i % 2] = *x;
+            }
+        }
+        Ok(())
+    }
+
+    /// The largest of some numbers of the links; one that is not a number counts as such.
+    fn largest(&self, of: impl Fn(&Lane) -> Two) -> f64 {
+        let all = self.lanes.iter().flat_map(of);
+        all.fold(0.0, |most, x| {
+            if x.abs() > most || x.is_nan() {
+                x.abs()
+            } else {
+                most
+            }
+        })
+    }
+
+    /// The longest step whose last two terms are below the tolerance; `before` is the length of a step nearby, if one is
+    /// known. Not a number where the series overflows, infinite where it has no such terms.
+    pub fn longest_step(&self, tolerance: Tolerance, before: Option<f64>) -> f64 {
+        let p = self.order();
+        let [q, v, a] = [
+            self.largest(|lane| lane.q[0]),
+            self.largest(|lane| lane.v[0]),
+            self.largest(|lane| lane.v[1]),
+        ];
+        let [early, late] = [p - 1, p].map(|k| self.largest(|lane| lane.v[k]));
+        if !(early + late).is_finite() {
+            return f64::NAN;
+        }
+        let radius = || {
+            let by_term = |k: usize, term: f64| {
+                (v / term)
+                    .powf(1.0 / k as f64)
+                    .max((a / term).powf(1.0 / (k - 1) as f64))
+            };
+            by_term(p - 1, early).min(by_term(p, late))
+        };
+        let unit = before.unwrap_or_else(radius).min(f64::MAX);
+        let size = |x: f64, rate: f64| tolerance.absolute + tolerance.relative * x.max(unit * rate);
+        let (of_q, of_v) = (size(q, v), size(v, a));
+        let step = |k: usize, term: f64| {
+            let allowed = of_v.min(of_q * (k + 1) as f64 / unit);
+            (allowed / term).powf(1.0 / k as f64)
+        };
+        step(p - 1, early).min(step(p, late))
+    }
+
+    /// The state a time s after the start.
+    pub fn state(&self, s: f64, x: &mut [f64]) {
+        let (q, v) = x.split_at_mut(self.n);
+        let sum = |rows: &[Two]| {
+            rows.iter().rev().fold([0.0; 2], |sum: Two, c| {
+                [sum[0] * s + c[0], sum[1] * s + c[1]]
+            })
+        };
+        let p = self.order();
+        for (lane, (q, v)) in self.lanes.iter().zip(q.chunks_mut(2).zip(v.chunks_mut(2))) {
+            let (at, rate) = (sum(&lane.q[..=p + 1]), sum(&lane.v[..=p]));
+            q.copy_from_slice(&at[..q.len()]);
+            v.copy_from_slice(&rate[..v.len()]);
+        }
+    }
+
+    /// The coefficients of a link's angle.
+    pub fn angle(&self, link: usize) -> impl Iterator<Item = f64> {
+        let rows = &self.lanes[link / 2].q[..self.order() + 2];
+        rows.iter().map(move |row| row[link % 2])
+    }
+
+    /// The coefficients of the sine of a link's angle.
+    pub fn sine(&self, link: usize) -> impl Iterator<Item = f64> {
+        let rows = &self.lanes[link / 2].sin[..self.order() + 2];
+        rows.iter().map(move |row| row[link % 2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        BaseMotion, DoublePendulum, Dynamics, Harmonic, Moment, PendulumChain, Scene, SceneMotion,
+        Stop, System, with_motion,
+    };
+    use nalgebra::DVector;
+
+    fn chain(n: usize, damper: f64) -> System {
+        let masses = DVector::from_fn(n, |i, _| 1.0 + 0.3 * i as f64);
+        let lengths = DVector::from_fn(n, |i, _| 0.9 - 0.1 * i as f64);
+        let dampers = DVector::from_element(n, damper);
+        PendulumChain::new(masses, lengths, &dampers, 9.81)
+            .expect("valid")
+            .into()
+    }
+
+    fn forcings(n: usize) -> [Forcing; 3] {
+        let force = DVector::from_fn(n, |i, _| nalgebra::Complex::new(0.7 - i as f64, 0.4));
+        [
+            Forcing::Unforced,
+            BaseMotion::new(0.2, 1.7, 0.3).expect("valid").into(),
+            Harmonic::new(force, 2.3, -0.4).expect("valid").into(),
+        ]
+    }
+
+    /// A series at a time.
+    fn at_time(coefficients: impl Iterator<Item = f64>, t: f64) -> f64 {
+        let all: Vec<f64> = coefficients.collect();
+        all.iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// The acceleration on the series against that of the equations of motion there: what the series leaves out goes with
+    /// the power of its order.
+    #[test]
+    fn the_series_solve_the_equations_of_motion() {
+        let pair = DoublePendulum::new(0.6, 1.4, (0.05, 0.02)).expect("valid");
+        let free = DoublePendulum::new(0.6, 1.4, (0.0, 0.0)).expect("valid");
+        let mut systems: Vec<System> = vec![pair.into(), free.into()];
+        systems.extend((1..=7).map(|n| chain(n, 0.3 * (n % 2) as f64)));
+        for system in systems {
+            let n = system.n_dof();
+            let q = DVector::from_fn(n, |i, _| 0.8 - 0.5 * i as f64);
+            let v = DVector::from_fn(n, |i, _| -0.3 + 0.4 * i as f64);
+            for forcing in forcings(n) {
+                let scene = Scene::new(system.clone(), forcing, Vec::<Stop>::new()).expect("valid");
+                let frequency = scene.forcing().frequency().unwrap_or(0.0);
+                let motion = SceneMotion::new(&scene);
+                let order = 14;
+                let links = system.links().expect("a pendulum");
+                let mut series = PendulumSeries::new(links, scene.forcing(), order);
+                series
+                    .expand(0.9, q.as_slice(), v.as_slice())
+                    .expect("regular");
+                let residual = |s: f64| {
+                    let mut x = vec![0.0; 2 * n];
+                    series.state(s, &mut x);
+                    let (q, v) = x.split_at(n);
+                    let at = Moment {
+                        time: s,
+                        angle: 0.9 + frequency * s,
+                    };
+                    let mut a = vec![0.0; n];
+                    with_motion!(&motion, m => m.acceleration(at, q, v, &mut a)).expect("regular");
+                    let of_series = |i: usize| {
+                        let terms = series.lanes[i / 2].v[..=order].iter().enumerate().skip(1);
+                        at_time(terms.map(|(k, v)| k as f64 * v[i % 2]), s)
+                    };
+                    (0..n)
+                        .map(|i| (a[i] - of_series(i)).abs())
+                        .fold(0.0, f64::max)
+                };
+                let scale = v.amax().max(1.0);
+                assert!(residual(0.0) < 1e-12 * scale);
+                // The radius of convergence of the longest chain is about 0.2.
+                let (coarse, fine) = (residual(0.04), residual(0.02));
+                assert!(fine < 1e-9 * scale, "{n} {fine:e}");
+                assert!(fine < 2e-4 * coarse + 1e-12, "{n} {coarse:e} {fine:e}");
+                for i in 0..n {
+                    let (angle, sine) = (
+                        at_time(series.angle(i), 0.02),
+                        at_time(series.sine(i), 0.02),
+                    );
+                    assert!((angle.sin() - sine).abs() < 1e-13);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_terms_of_the_longest_step_are_within_the_tolerance() {
+        let system = chain(2, 0.1);
+        let mut series =
+            PendulumSeries::new(system.links().expect("a pendulum"), &Forcing::Unforced, 12);
+        series
+            .expand(0.0, &[0.5, -0.2], &[1.0, -2.0])
+            .expect("regular");
+        for relative in [1e-4, 1e-8, 1e-12] {
+            let tolerance = Tolerance {
+                relative,
+                absolute: 0.0,
+            };
+            let mut h = series.longest_step(tolerance, None);
+            h = series.longest_step(tolerance, Some(h));
+            let last = series.largest(|lane| lane.v[12]) * h.powi(12);
+            let size = relative * 2.0f64.max(h * series.largest(|lane| lane.v[1]));
+            assert!(last < 1.3 * size, "{relative:e} {h} {:e}", last / size);
+            let early = series.largest(|lane| lane.v[11]) * h.powi(11);
+            assert!(last > 0.3 * size || early > 0.3 * size);
+        }
+    }
+
+    #[test]
+    fn a_series_at_rest_has_no_longest_step_and_one_that_overflows_has_none_at_all() {
+        let system = chain(1, 0.0);
+        let mut series =
+            PendulumSeries::new(system.links().expect("a pendulum"), &Forcing::Unforced, 12);
+        let tolerance = Tolerance {
+            relative: 1e-9,
+            absolute: 1e-12,
+        };
+        series.expand(0.0, &[0.0], &[0.0]).expect("regular");
+        assert_eq!(series.longest_step(tolerance, None), f64::INFINITY);
+        series.expand(0.0, &[0.3], &[1e40]).expect("regular");
+        assert!(series.longest_step(tolerance, None).is_nan());
+    }
+}
