@@ -3,8 +3,8 @@
 
 use nalgebra::{DVector, dvector};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, Keep, LinearSystem, Method, Scene, SegmentKind, Side,
-    SimulateOptions, Status, Stop, Trajectory, simulate,
+    BaseMotion, DoublePendulum, Forcing, Harmonic, ImpactSide, Keep, LinearSystem, Method, Scene,
+    SegmentKind, Side, SimulateOptions, Status, Stop, Trajectory, Wall, WallSide, simulate,
 };
 
 const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
@@ -255,5 +255,46 @@ fn a_jam_keeps_the_state_it_ends_in() {
             assert_eq!((&state.0, &state.1), run.last());
             assert_eq!(run.samples().expect("asked for").0, [0.0]);
         }
+    }
+}
+
+#[test]
+fn steps_of_a_pendulum_have_both_sides_at_the_ends() {
+    let pendulum = DoublePendulum::new(1.0, 2.0, (0.05, 0.02)).expect("valid");
+    let base = BaseMotion::new(0.3, 1.2, 0.0).expect("valid");
+    let wall = Wall::new(1, 0.0, 0.7, WallSide::Right).expect("valid");
+    let scene = Scene::new(pendulum, base, [wall]).expect("valid");
+    for method in [Method::Taylor, Method::Rk45] {
+        let run = |max_impacts, t_eval| {
+            let asked = SimulateOptions {
+                max_impacts,
+                t_eval,
+                ..options(method)
+            };
+            let (q0, v0) = (dvector![0.0, 0.0], dvector![0.2, 0.5]);
+            simulate(&scene, &q0, &v0, (1.3, 50.0), &asked).expect("runs")
+        };
+        for run in both(run(Some(3), None)) {
+            let (start, end) = run.span();
+            assert!((run.impacts()[0].time - start).abs() < 1e-15);
+            assert_eq!(run.impacts()[2].time, end);
+            for impact in run.impacts() {
+                let at = |side| {
+                    let (q, v) = run.state(impact.time, side).expect("kept");
+                    (0..2)
+                        .map(|i| q[i].cos() * v[i] * [1.0, 0.5][i])
+                        .sum::<f64>()
+                };
+                assert!((at(ImpactSide::Before) - impact.approach).abs() < 1e-12);
+                assert!((at(ImpactSide::After) + impact.departure).abs() < 1e-12);
+            }
+            let (_, last) = run.state(end, ImpactSide::After).expect("kept");
+            assert!((last - run.last().1).amax() < 1e-15);
+        }
+        let end = run(Some(3), None).span().1;
+        let sampled = run(Some(3), Some(vec![1.3, end]));
+        let v = sampled.samples().expect("asked for").2;
+        assert!((v.row(1).transpose() - sampled.last().1).amax() < 1e-15);
+        assert!(v[(0, 0)].is_finite() && v[(0, 1)] < 0.0);
     }
 }
