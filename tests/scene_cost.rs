@@ -159,7 +159,7 @@ fn a_nonlinear_system_takes_steps_and_no_modes() {
     }
     assert_plan(
         &scene,
-        &["no modes", "1 stop"],
+        &["no modes", "1 stop", "on the series"],
         &["closed-form", "real modes"],
     );
 }

@@ -75,10 +75,7 @@ fn contacts_along(scene: &Scene, course: &str) -> String {
         n if n == k => ", and none missed by its bound on the curvature".to_owned(),
         n => format!(", and with {n} of them none missed by their bounds on the curvature"),
     };
-    format!(
-        "{}: every contact on the interpolant found{proved}",
-        count(k)
-    )
+    format!("{}: every contact on {course} found{proved}", count(k))
 }
 
 /// What several stops do at one instant.

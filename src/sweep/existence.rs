@@ -324,25 +324,17 @@ impl<'a> Sweep<'a> {
         let (x, y) = (self.x.values[i], self.y.values[j]);
         if let [_] = self.pattern.instants() {
             let values = [(self.x.parameter, x), (self.y.parameter, y)];
-            let Some(scene) = unless_overflown(moving.at(&values))? else {
+            let Some(scene) = in_doubles(moving.at(&values))? else {
                 return Ok(EMPTY);
             };
             return one_instant(scene, self.pattern, self.n_periods, &mut Watch::new(go_on));
         }
         let moved = self.scene.replace(self.x.parameter.change(x));
         let moved = moved.and_then(|scene| scene.replace(self.y.parameter.change(y)));
-        let Some(scene) = unless_overflown(moved)? else {
+        let Some(scene) = in_doubles(moved)? else {
             return Ok(EMPTY);
         };
         existence_at_checked(&scene, self.pattern, self.n_periods, go_on)
-    }
-}
-
-/// A scene whose parameters are there and may take their values: where it is refused, its equations overflow.
-fn unless_overflown<T>(scene: Result<T>) -> Result<Option<T>> {
-    match scene {
-        Err(Error::BadValue { .. }) => Ok(None),
-        other => other.map(Some),
     }
 }
 
