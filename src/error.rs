@@ -57,6 +57,32 @@ pub(crate) fn digits(x: f64) -> String {
     }
 }
 
+/// Digits of a number beyond which its scientific form is shown: no count has more, and no double of usual size.
+const MOST_DIGITS: usize = 22;
+
+/// A text with numbers of hundreds of digits in their shortest scientific form.
+pub(crate) fn shortened(text: String) -> String {
+    let is_digit = |c: char| c.is_ascii_digit() || c == '.';
+    let longest = text.split(|c| !is_digit(c)).map(str::len).max();
+    if longest.is_none_or(|length| length <= MOST_DIGITS) {
+        return text;
+    }
+    let mut short = String::new();
+    let mut rest = text.as_str();
+    while let Some(start) = rest.find(is_digit) {
+        let (before, number) = rest.split_at(start);
+        let (number, after) =
+            number.split_at(number.find(|c| !is_digit(c)).unwrap_or(number.len()));
+        short.push_str(before);
+        match number.parse::<f64>() {
+            Ok(x) if number.len() > MOST_DIGITS => short.push_str(&format!("{x:e}")),
+            _ => short.push_str(number),
+        }
+        rest = after;
+    }
+    short + rest
+}
+
 /// The error of a function given by the caller, as it was given; equal to itself alone.
 #[derive(Clone)]
 pub struct FunctionError(Arc<dyn std::error::Error + Send + Sync>);
@@ -96,16 +122,16 @@ impl PartialEq for FunctionError {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// Bad input: `argument` is `value`, but `rule`.
+    /// Bad input: `argument` is `value`, but `rule`. Numbers of more than 22 digits are shown in scientific form.
     pub fn bad_value(
         argument: impl Into<String>,
         value: impl ToString,
         rule: impl Into<String>,
     ) -> Self {
         Self::BadValue {
-            argument: argument.into(),
-            value: value.to_string(),
-            rule: rule.into(),
+            argument: shortened(argument.into()),
+            value: shortened(value.to_string()),
+            rule: shortened(rule.into()),
         }
     }
 
@@ -131,6 +157,29 @@ impl Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_number_of_a_message_has_hundreds_of_digits() {
+        let span = format!("({}, {})", -1e300, 5e-324);
+        let error = Error::bad_value("t_span", span, format!("below {}", f64::MAX));
+        let text = "t_span is (-1e300, 5e-324), but below 1.7976931348623157e308";
+        assert_eq!(error.to_string(), text);
+        let text = |x: f64| Error::bad_value("x", x, "1.5. No more").to_string();
+        for (x, shown) in [
+            (0.1, "0.1"),
+            (1e21, "1000000000000000000000"),
+            (1e22, "1e22"),
+            (-1.25e-300, "-1.25e-300"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(text(x), format!("x is {shown}, but 1.5. No more"));
+        }
+        let complex = nalgebra::Complex::new(1e200, -1e-200);
+        let error = Error::bad_value("x", complex, "small");
+        assert_eq!(error.to_string(), "x is 1e200-1e-200i, but small");
+        let count = usize::MAX;
+        assert_eq!(shortened(count.to_string()), count.to_string());
+    }
 
     #[test]
     fn messages_show_six_digits_and_exponents_only_where_they_help() {

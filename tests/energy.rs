@@ -1,9 +1,10 @@
 //! The energy ledger: every entry against a closed form somewhere, and the balance everywhere (theory 9).
 
-use nalgebra::{DVector, dmatrix, dvector};
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Energy, Forcing, Harmonic, LinearSystem, Method, PendulumChain,
-    Reaction, Scene, Side, SimulateOptions, Stop, Trajectory, Wall, WallSide, simulate,
+    BaseMotion, Change, DoublePendulum, Energy, EquationsOfMotion, Forcing, Harmonic, LinearSystem,
+    Method, NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, Side,
+    SimulateOptions, Stop, Trajectory, Wall, WallSide, simulate,
 };
 
 const RTOL: f64 = 1e-9;
@@ -178,4 +179,178 @@ fn the_ledger_at_asked_times_is_the_one_along_the_way() {
     assert_eq!(energy.balance.len(), 51);
     assert_balanced(&energy, "asked times");
     assert!(energy.impact_loss.windows(2).all(|w| w[1] >= w[0]));
+}
+
+/// Eq. (3) of the double pendulum, its mass matrix and potential as functions.
+struct Functions {
+    pendulum: DoublePendulum,
+    knows: [bool; 2],
+    drive: f64,
+}
+
+impl Functions {
+    fn scene(pendulum: &DoublePendulum, knows: [bool; 2], drive: f64, force: bool) -> Scene {
+        let functions = Self {
+            pendulum: pendulum.clone(),
+            knows,
+            drive,
+        };
+        let system = NonlinearSystem::new(functions).expect("two angles");
+        let amplitude = dvector![0.1.into(), 0.2.into()];
+        let force = if force {
+            Harmonic::new(amplitude, 1.3, 0.4).expect("valid").into()
+        } else {
+            Forcing::Unforced
+        };
+        let reaction = if knows[0] {
+            Reaction::Inertia
+        } else {
+            Reaction::Coordinate
+        };
+        let stop = Stop::new(1, 0.2, 0.4).and_then(|s| s.with_reaction(reaction));
+        Scene::new(system, force, [stop.expect("valid")]).expect("valid")
+    }
+}
+
+impl EquationsOfMotion for Functions {
+    fn n_dof(&self) -> usize {
+        2
+    }
+    fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        let linear = self.pendulum.linearise()?;
+        let (m, k) = (linear.mass().to_dense(), linear.stiffness().to_dense());
+        let turn = m[(0, 1)] * (q[0] - q[1]).sin();
+        let whirl = dvector![-turn * v[1] * v[1], turn * v[0] * v[0]];
+        let weight = dvector![-k[(0, 0)] * q[0].sin(), -k[(1, 1)] * q[1].sin()];
+        let dampers = -(self.pendulum.damping() * DVector::from_column_slice(v));
+        let drive = dvector![self.drive * (1.3 * t).cos(), 0.0];
+        let force = whirl + weight + dampers + drive;
+        let solved = self.mass(q)?.lu().solve(&force).expect("a mass matrix");
+        a.copy_from_slice(solved.as_slice());
+        Ok(())
+    }
+    fn has_mass(&self) -> bool {
+        self.knows[0]
+    }
+    fn mass(&self, q: &[f64]) -> Result<DMatrix<f64>> {
+        let mut m = self.pendulum.linearise()?.mass().to_dense();
+        m[(0, 1)] *= (q[0] - q[1]).cos();
+        m[(1, 0)] = m[(0, 1)];
+        Ok(m)
+    }
+    fn potential(&self, q: &[f64]) -> Result<Option<f64>> {
+        let k = self.pendulum.linearise()?.stiffness().to_dense();
+        let height = |i: usize| k[(i, i)] * (1.0 - q[i].cos());
+        Ok(self.knows[1].then(|| height(0) + height(1)))
+    }
+}
+
+#[test]
+fn functions_have_the_ledger_of_the_system_that_they_write_out() {
+    let pendulum = DoublePendulum::new(1.0, 2.0, (0.05, 0.02)).expect("valid");
+    let functions = Functions::scene(&pendulum, [true, true], 0.0, true);
+    let known = functions
+        .replace(Change::System(pendulum.clone().into()))
+        .expect("fits");
+    let ledger = |scene: &Scene| {
+        let options = SimulateOptions {
+            rtol: RTOL,
+            t_eval: Some((0..=80).map(|i| 0.5 * f64::from(i)).collect()),
+            ..Default::default()
+        };
+        let start = (dvector![0.3, -0.6], dvector![0.5, 0.2]);
+        let run = simulate(scene, &start.0, &start.1, (0.0, 40.0), &options).expect("runs");
+        assert!(run.impacts().len() > 5, "{}", run.message());
+        run.energy().expect("kept")
+    };
+    let (one, other) = (ledger(&functions), ledger(&known));
+    assert_balanced(&one, "functions");
+    let pairs = [
+        (&one.kinetic, &other.kinetic),
+        (&one.potential, &other.potential),
+        (&one.forcing_work, &other.forcing_work),
+        (&one.damping_loss, &other.damping_loss),
+        (&one.impact_loss, &other.impact_loss),
+    ];
+    for (name, (a, b)) in ["T", "V", "F", "C", "impacts"].iter().zip(pairs) {
+        let largest = b.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).abs() < 1e-6 * largest, "{name}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_drive_among_the_functions_brings_what_dampers_take_not() {
+    // The same drive as a forcing and in the acceleration: what the one ledger has as work, the other has as negative loss.
+    let pendulum = DoublePendulum::new(1.0, 2.0, (0.0, 0.0)).expect("valid");
+    let scene = Functions::scene(&pendulum, [true, true], 0.1, false);
+    let start = (dvector![0.1, 0.1], dvector![0.0, 0.0]);
+    let energy = run(&scene, start.0.clone(), start.1.clone(), 20.0, Method::Auto)
+        .energy()
+        .expect("kept");
+    assert_balanced(&energy, "drive");
+    let force = Harmonic::new(dvector![0.1.into(), 0.0.into()], 1.3, 0.0).expect("valid");
+    let forced = scene
+        .replace(Change::System(pendulum.into()))
+        .expect("fits");
+    let forced = forced.replace(Change::Forcing(force.into())).expect("fits");
+    let other = run(&forced, start.0, start.1, 20.0, Method::Auto)
+        .energy()
+        .expect("kept");
+    let (brought, work) = (energy.damping_loss.last(), other.forcing_work.last());
+    let (brought, work) = (-brought.expect("there"), work.expect("there"));
+    assert!(
+        work.abs() > 1e-3 && (brought - work).abs() < 1e-7,
+        "{brought} {work}"
+    );
+}
+
+#[test]
+fn functions_in_lasting_contact_balance() {
+    /// An oscillator pressed to its stop and drawn off again by a slow drive.
+    struct Pressed;
+    impl EquationsOfMotion for Pressed {
+        fn n_dof(&self) -> usize {
+            1
+        }
+        fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+            a[0] = 0.5 * (-q[0] - q[0].powi(3) - 0.2 * v[0] + (0.3 * t).cos());
+            Ok(())
+        }
+        fn has_mass(&self) -> bool {
+            true
+        }
+        fn mass(&self, _q: &[f64]) -> Result<DMatrix<f64>> {
+            Ok(dmatrix![2.0])
+        }
+        fn potential(&self, q: &[f64]) -> Result<Option<f64>> {
+            Ok(Some(0.5 * q[0].powi(2) + 0.25 * q[0].powi(4)))
+        }
+    }
+    let system = NonlinearSystem::new(Pressed).expect("one coordinate");
+    let stop = Stop::new(0, 0.1, 0.5).expect("valid");
+    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    let run = run(&scene, dvector![0.0], dvector![0.0], 60.0, Method::Auto);
+    let kinds = run.segments().expect("kept");
+    assert!(kinds.iter().any(|s| s.kind == SegmentKind::Stick));
+    assert_balanced(&run.energy().expect("kept"), "pressed");
+}
+
+#[test]
+fn a_ledger_of_functions_needs_mass_and_potential() {
+    let pendulum = DoublePendulum::new(1.0, 2.0, (0.05, 0.02)).expect("valid");
+    for (knows, lack) in [([false, true], "`mass`"), ([true, false], "`potential`")] {
+        let scene = Functions::scene(&pendulum, knows, 0.0, false);
+        let run = run(
+            &scene,
+            dvector![0.1, 0.0],
+            dvector![0.0, 0.0],
+            1.0,
+            Method::Auto,
+        );
+        let message = run.energy().expect_err("not known").to_string();
+        let start = format!("system is a NonlinearSystem without {lack}, but the energy ledger");
+        assert!(message.starts_with(&start), "{message}");
+    }
 }

@@ -178,13 +178,12 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
             }
             self.note_turns(time, steps, grazes);
-            // Past the end, a stop that is passed by less than its margin may have been reached before it.
-            if time >= span
-                && !self
-                    .active
-                    .iter()
-                    .any(|&stop| self.jets[stop].is_passed(0.0))
-            {
+            // At the end or past it, a stop that is passed by less than its margin may have been reached before it.
+            let is_reached = |&stop: &usize| {
+                let [gap, speed, ..] = self.jets[stop].c;
+                gap <= 0.0 && speed < 0.0
+            };
+            if time >= span && !self.active.iter().any(is_reached) {
                 return Next::End;
             }
         }

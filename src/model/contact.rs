@@ -173,11 +173,12 @@ impl Contact {
     /// What the functions of a nonlinear stop or system report.
     pub fn reaction(&self, system: &System, q: &[f64]) -> Result<Option<DVector<f64>>> {
         let normal = self.surface.normal(q)?;
-        Ok(match &self.reaction {
-            Reaction::Inertia => factored_mass(system, &DVector::from_column_slice(q))?
+        Ok(match (&self.reaction, system) {
+            (Reaction::Inertia, System::Linear(system)) => Some(system.solve_mass(&normal)),
+            (Reaction::Inertia, _) => factored_mass(system, &DVector::from_column_slice(q))?
                 .map(|mass| mass.solve(&normal)),
-            Reaction::Coordinate => Some(normal),
-            Reaction::Direction(b) => Some(b.clone()),
+            (Reaction::Coordinate, _) => Some(normal),
+            (Reaction::Direction(b), _) => Some(b.clone()),
         })
     }
 }

@@ -2,9 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::small;
-use crate::model::{
-    DoublePendulum, Forcing, LinearSystem, Links, NonlinearSystem, PendulumChain, Scene, System,
-};
+use crate::model::linear_motion::{Diagonals, Full, LinearMotion};
+use crate::model::{DoublePendulum, Forcing, Links, NonlinearSystem, PendulumChain, Scene, System};
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
@@ -51,7 +50,7 @@ impl Base {
 
 /// A generalised force `Re(f e^{i angle})`, if there is one.
 #[derive(Debug, Clone, Default)]
-struct Force(Option<DVector<Complex<f64>>>);
+pub(super) struct Force(pub(super) Option<DVector<Complex<f64>>>);
 
 impl Force {
     fn new(forcing: &Forcing) -> Self {
@@ -63,7 +62,7 @@ impl Force {
 
     /// Adds the force to `f`.
     #[inline]
-    fn add(&self, moment: Moment, f: &mut [f64]) {
+    pub(super) fn add(&self, moment: Moment, f: &mut [f64]) {
         let Some(amplitude) = &self.0 else { return };
         let (sin, cos) = moment.angle.sin_cos();
         for (f, a) in f.iter_mut().zip(amplitude.as_slice()) {
@@ -241,67 +240,11 @@ impl Dynamics for NonlinearMotion {
     }
 }
 
-/// A linear system, for integrators that take no notice of it.
-#[derive(Debug, Clone)]
-pub(crate) struct LinearMotion {
-    /// `M^-1 K` and `M^-1 C`
-    stiffness: DMatrix<f64>,
-    damping: DMatrix<f64>,
-    load: DVector<f64>,
-    force: Force,
-}
-
-impl LinearMotion {
-    fn new(system: &LinearSystem, forcing: &Forcing) -> Self {
-        let force = forcing
-            .frequency()
-            .map(|_| system.solve_mass_complex(&forcing.force_on(system)));
-        let over_mass = |m: DMatrix<f64>| {
-            let columns: Vec<_> = m
-                .column_iter()
-                .map(|c| system.solve_mass(&c.into_owned()))
-                .collect();
-            DMatrix::from_columns(&columns)
-        };
-        Self {
-            stiffness: over_mass(system.stiffness().to_dense()),
-            damping: over_mass(system.damping().to_dense()),
-            load: system.solve_mass(system.load()),
-            force: Force(force),
-        }
-    }
-}
-
-impl Dynamics for LinearMotion {
-    fn n_dof(&self) -> usize {
-        self.load.len()
-    }
-
-    #[allow(
-        clippy::inline_always,
-        reason = "the loops are written out where the caller's state is an array"
-    )]
-    #[inline(always)]
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        a.copy_from_slice(self.load.as_slice());
-        let n = a.len();
-        let (stiffness, damping) = (self.stiffness.as_slice(), self.damping.as_slice());
-        for j in 0..n {
-            let column = j * n..(j + 1) * n;
-            let (k, c) = (&stiffness[column.clone()], &damping[column]);
-            for i in 0..n {
-                a[i] -= k[i] * q[j] + c[i] * v[j];
-            }
-        }
-        self.force.add(at, a);
-        Ok(())
-    }
-}
-
 /// The motion of a scene's system.
 #[derive(Debug, Clone)]
 pub(crate) enum SceneMotion {
-    Linear(LinearMotion),
+    Linear(LinearMotion<Full>),
+    Diagonal(LinearMotion<Diagonals>),
     DoublePendulum(DoublePendulumMotion),
     Chain(ChainMotion),
     Nonlinear(NonlinearMotion),
@@ -312,7 +255,10 @@ impl SceneMotion {
     pub fn new(scene: &Scene) -> Self {
         let forcing = scene.forcing();
         match scene.system() {
-            System::Linear(system) => Self::Linear(LinearMotion::new(system, forcing)),
+            System::Linear(system) => match Diagonals::of(system) {
+                Some(diagonals) => Self::Diagonal(LinearMotion::new(diagonals, system, forcing)),
+                None => Self::Linear(LinearMotion::new(Full::new(system), system, forcing)),
+            },
             System::DoublePendulum(system) => {
                 Self::DoublePendulum(DoublePendulumMotion::new(system, forcing))
             }
@@ -327,6 +273,7 @@ macro_rules! with_motion {
     ($scene_motion:expr, $motion:ident => $body:expr) => {
         match $scene_motion {
             $crate::model::SceneMotion::Linear($motion) => $body,
+            $crate::model::SceneMotion::Diagonal($motion) => $body,
             $crate::model::SceneMotion::DoublePendulum($motion) => $body,
             $crate::model::SceneMotion::Chain($motion) => $body,
             $crate::model::SceneMotion::Nonlinear($motion) => $body,

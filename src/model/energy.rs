@@ -1,9 +1,12 @@
 //! Energies of a system and the powers of its forces (theory 2): kinetic and potential energy, the power of the forcing, what
 //! dampers take.
+//!
+//! Of a system given by functions, mass M and potential V among them, the forces are not told apart, but their power is:
+//! along the free motion `q' = v`, `v' = a`, what is taken is `P = F.v - d/dt (v.M v/2 + V)`, F the harmonic force.
 
 use crate::error::{Error, Result};
 use crate::model::dynamics::{Moment, mass_at};
-use crate::model::{Forcing, Scene, System};
+use crate::model::{Coefficient, Forcing, NonlinearSystem, Scene, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Energies and powers of a scene's motion.
@@ -11,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Energetics {
     system: System,
     forcing: Forcing,
-    damping: DMatrix<f64>,
+    damping: Coefficient,
     potential: Potential,
     /// Base acceleration times these, times `cos q_i` for a pendulum, is the force of base motion.
     base: Option<DVector<f64>>,
@@ -22,46 +25,53 @@ pub(crate) struct Energetics {
 enum Potential {
     /// `q.K q/2 - f0.q`, K symmetric; the circulatory rest of a stiffness matrix has none.
     Quadratic {
-        stiffness: DMatrix<f64>,
+        stiffness: Coefficient,
         circulatory: Option<DMatrix<f64>>,
         load: DVector<f64>,
     },
     /// `sum w_i (1 - cos q_i)`
     Hanging { weights: DVector<f64> },
+    /// A function of q.
+    Given(NonlinearSystem),
 }
+
+/// Steps of the differences along a motion, in parts of a time over which it changes little. What is left out is of the order
+/// of `(1/16)^4/30` of the step's fifth power, below any error of a step; rounding amounts to 16 units in the last place of
+/// the energy for each step.
+const DIFFERENCE: f64 = 1.0 / 16.0;
 
 impl Energetics {
     /// The energetics of a scene.
     ///
     /// # Errors
-    /// A system given by functions, whose forces cannot be told apart.
+    /// A system given by functions without its mass matrix.
     pub fn new(scene: &Scene) -> Result<Self> {
         let (damping, potential, base) = match scene.system() {
             System::Linear(system) => {
-                let k = system.stiffness().to_dense();
-                let (even, odd) = ((&k + k.transpose()) * 0.5, (&k - k.transpose()) * 0.5);
+                let (stiffness, circulatory) = parts(system.stiffness());
                 let potential = Potential::Quadratic {
-                    stiffness: even,
-                    circulatory: (odd.amax() > 0.0).then_some(odd),
+                    stiffness,
+                    circulatory,
                     load: system.load().clone(),
                 };
-                (system.damping().to_dense(), potential, None)
+                (system.damping().clone(), potential, None)
             }
             System::DoublePendulum(pendulum) => {
                 let weights = pendulum.stiffness().diagonal();
                 let base = pendulum.mass().column(0).into_owned();
                 let potential = Potential::Hanging { weights };
-                (pendulum.damping().clone(), potential, Some(base))
+                (pendulum.damping().clone().into(), potential, Some(base))
             }
             System::PendulumChain(chain) => {
                 let base = chain.lengths().component_mul(&chain.hanging_mass());
                 let weights = &base * chain.gravity();
                 let potential = Potential::Hanging { weights };
-                (chain.damping().clone(), potential, Some(base))
+                (chain.damping().clone().into(), potential, Some(base))
             }
-            System::Nonlinear(_) => {
-                let rule = "the energy ledger tells springs, dampers and forcing apart, which functions do not";
-                return Err(Error::bad_value("system", "a NonlinearSystem", rule));
+            System::Nonlinear(system) if !system.has_mass() => return Err(lacks("mass")),
+            System::Nonlinear(system) => {
+                let none = DVector::zeros(system.n_dof());
+                (none.into(), Potential::Given(system.clone()), None)
             }
         };
         Ok(Self {
@@ -75,7 +85,7 @@ impl Energetics {
 
     /// `v.M(q) v/2`
     pub fn kinetic(&self, q: &DVector<f64>, v: &DVector<f64>) -> Result<f64> {
-        Ok(0.5 * v.dot(&(mass_at(&self.system, q)? * v)))
+        Ok(0.5 * self.inertial_work(q, v, v)?)
     }
 
     /// Work of a velocity jump or an acceleration b along the motion: `v.M(q) b`.
@@ -85,21 +95,31 @@ impl Energetics {
         v: &DVector<f64>,
         b: &DVector<f64>,
     ) -> Result<f64> {
-        Ok(v.dot(&(mass_at(&self.system, q)? * b)))
+        Ok(v.dot(&match &self.system {
+            System::Linear(system) => system.mass().times(b),
+            system => mass_at(system, q)? * b,
+        }))
     }
 
     /// The potential energy.
-    pub fn potential(&self, q: &DVector<f64>) -> f64 {
-        match &self.potential {
+    ///
+    /// # Errors
+    /// A system given by functions without its potential, and what that function reports.
+    pub fn potential(&self, q: &DVector<f64>) -> Result<f64> {
+        Ok(match &self.potential {
             Potential::Quadratic {
                 stiffness, load, ..
-            } => 0.5 * q.dot(&(stiffness * q)) - load.dot(q),
+            } => 0.5 * q.dot(&stiffness.times(q)) - load.dot(q),
             Potential::Hanging { weights } => weights
                 .iter()
                 .zip(q.iter())
                 .map(|(w, q)| 2.0 * w * (0.5 * q).sin().powi(2))
                 .sum(),
-        }
+            Potential::Given(system) => {
+                let known = system.potential(q.as_slice())?;
+                known.ok_or_else(|| lacks("potential"))?
+            }
+        })
     }
 
     /// The power of the forcing.
@@ -127,15 +147,62 @@ impl Energetics {
         }
     }
 
-    /// What dampers take, and the circulatory part of a stiffness matrix.
-    pub fn damping_power(&self, q: &DVector<f64>, v: &DVector<f64>) -> f64 {
-        let dampers = v.dot(&(&self.damping * v));
-        match &self.potential {
+    /// What dampers take, and the circulatory part of a stiffness matrix; of a system given by functions, what its forces take
+    /// beyond the potential, from the acceleration `free` of its free motion. `step` is a time over which the motion changes
+    /// little.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear system report.
+    pub fn damping_power(
+        &self,
+        at: Moment,
+        (q, v): (&DVector<f64>, &DVector<f64>),
+        step: f64,
+        free: impl FnOnce() -> Result<DVector<f64>>,
+    ) -> Result<f64> {
+        let dampers = || v.dot(&self.damping.times(v));
+        Ok(match &self.potential {
             Potential::Quadratic {
                 circulatory: Some(odd),
                 ..
-            } => dampers + v.dot(&(odd * q)),
-            _ => dampers,
+            } => dampers() + v.dot(&(odd * q)),
+            Potential::Given(_) => {
+                self.forcing_power(at, q, v) - self.gain((q, v), &free()?, step)?
+            }
+            Potential::Quadratic { .. } | Potential::Hanging { .. } => dampers(),
+        })
+    }
+
+    /// The rate of kinetic and potential energy along `q' = v`, `v' = a`, by central differences of fourth order.
+    fn gain(
+        &self,
+        (q, v): (&DVector<f64>, &DVector<f64>),
+        a: &DVector<f64>,
+        step: f64,
+    ) -> Result<f64> {
+        let s = DIFFERENCE * step;
+        let energy = |s: f64| -> Result<f64> {
+            let there = q + v * s;
+            Ok(self.kinetic(&there, &(v + a * s))? + self.potential(&there)?)
+        };
+        let apart = |s: f64| Ok::<_, Error>(energy(s)? - energy(-s)?);
+        Ok((8.0 * apart(s)? - apart(2.0 * s)?) / (12.0 * s))
+    }
+}
+
+/// The symmetric part of a matrix, and the rest where there is any.
+fn parts(matrix: &Coefficient) -> (Coefficient, Option<DMatrix<f64>>) {
+    match matrix {
+        Coefficient::Diagonal(_) => (matrix.clone(), None),
+        Coefficient::Dense(k) => {
+            let (even, odd) = ((k + k.transpose()) * 0.5, (k - k.transpose()) * 0.5);
+            (even.into(), (odd.amax() > 0.0).then_some(odd))
         }
     }
+}
+
+fn lacks(what: &str) -> Error {
+    let value = format!("a NonlinearSystem without `{what}`");
+    let rule = "the energy ledger needs its mass matrix and its potential energy: give it `mass` and `potential`";
+    Error::bad_value("system", value, rule)
 }

@@ -69,13 +69,18 @@ impl BaseMotion {
     /// A harmonic base motion.
     ///
     /// # Errors
-    /// Numbers that are not finite, or a frequency that is not positive.
+    /// Numbers that are not finite, or a frequency that is not positive; an acceleration of the base beyond the doubles.
     pub fn new(amplitude: f64, frequency: f64, phase: f64) -> Result<Self> {
-        Ok(Self {
+        let base = Self {
             amplitude: finite("amplitude", amplitude)?,
             frequency: positive("frequency", frequency)?,
             phase: finite("phase", phase)?,
-        })
+        };
+        if Forcing::from(base).is_finite() {
+            return Ok(base);
+        }
+        let rule = "the acceleration of the base, amplitude * frequency**2, must be finite";
+        Err(Error::bad_value("frequency", frequency, rule))
     }
 
     /// The displacement amplitude.
@@ -158,14 +163,14 @@ impl Forcing {
         Ok(match self.clone() {
             Self::Unforced => return Err(no_forcing("frequency", frequency)),
             Self::Harmonic(f) => Self::Harmonic(Harmonic { frequency, ..f }),
-            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { frequency, ..f }),
+            Self::BaseMotion(f) => BaseMotion::new(f.amplitude, frequency, f.phase)?.into(),
         })
     }
 
     /// The same forcing with its amplitude multiplied by a number.
     pub(crate) fn scaled(&self, factor: f64) -> Result<Self> {
         finite("forcing_scale", factor)?;
-        Ok(match self.clone() {
+        let scaled = match self.clone() {
             Self::Unforced => return Err(no_forcing("forcing_scale", factor)),
             Self::Harmonic(f) => Self::Harmonic(Harmonic {
                 amplitude: f.amplitude * Complex::from(factor),
@@ -175,7 +180,24 @@ impl Forcing {
                 amplitude: f.amplitude * factor,
                 ..f
             }),
-        })
+        };
+        if scaled.is_finite() {
+            return Ok(scaled);
+        }
+        let rule = "the amplitude times it, and the acceleration of a base, must be finite";
+        Err(Error::bad_value("forcing_scale", factor, rule))
+    }
+
+    /// Whether the amplitude is finite, and for a base motion `a w^2`.
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Unforced => true,
+            Self::Harmonic(f) => f
+                .amplitude
+                .iter()
+                .all(|z| z.re.is_finite() && z.im.is_finite()),
+            Self::BaseMotion(f) => (f.amplitude * f.frequency * f.frequency).is_finite(),
+        }
     }
 
     /// The complex force amplitude F on a linear system, phase left out: a base motion gives `a w^2 M r`.
@@ -202,4 +224,33 @@ fn no_forcing(argument: &str, value: f64) -> Error {
         value,
         "the scene has no forcing to change; give it one with `forcing`",
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dvector;
+
+    #[test]
+    fn an_amplitude_beyond_the_doubles_is_refused() {
+        let force = Harmonic::new(dvector![100.0.into(), 1.0.into()], 2.0, 0.0).expect("finite");
+        let base = BaseMotion::new(1.0, 1e4, 0.0).expect("finite");
+        for forcing in [Forcing::from(force), base.into()] {
+            assert!(forcing.scaled(1e299).is_ok());
+            let message = forcing.scaled(1e307).expect_err("beyond").to_string();
+            assert!(
+                message.starts_with("forcing_scale is 1e307, but the amplitude"),
+                "{message}"
+            );
+        }
+        let message = BaseMotion::new(1.0, 1e200, 0.0)
+            .expect_err("beyond")
+            .to_string();
+        assert!(
+            message.starts_with("frequency is 1e200, but the acceleration"),
+            "{message}"
+        );
+        let fast = Forcing::from(base).with_frequency(1e200);
+        assert_eq!(fast.expect_err("beyond").to_string(), message);
+    }
 }

@@ -186,11 +186,15 @@ impl LinearSystem {
     /// The same system with its damping multiplied by a number.
     ///
     /// # Errors
-    /// A factor that is not finite.
+    /// A factor that is not finite, or with which the damping is not.
     pub fn with_damping_scaled(mut self, factor: f64) -> Result<Self> {
         crate::quantity::finite("damping_scale", factor)?;
         self.damping = self.damping.scaled(factor);
-        Ok(self)
+        if self.damping.check("damping", self.n_dof()).is_ok() {
+            return Ok(self);
+        }
+        let rule = "the damping times it must be finite";
+        Err(Error::bad_value("damping_scale", factor, rule))
     }
 
     /// Number of degrees of freedom.

@@ -8,6 +8,7 @@ mod dynamics;
 mod energy;
 mod forcing;
 mod linear;
+mod linear_motion;
 mod linearise;
 mod nonlinear;
 mod nonlinear_stop;

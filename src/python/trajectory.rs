@@ -143,10 +143,14 @@ impl PyTrajectory {
 
     /// The energy ledger at the times ``t``; needs keep="motion".
     ///
+    /// Of a NonlinearSystem, given with ``mass`` and ``potential``, ``damping_loss`` is what its forces took beyond the potential,
+    /// those of dampers and any others (negative: they brought energy), and ``balance`` checks the motion and the quadrature
+    /// alone: a mass or potential that is not that of the acceleration shows as ``damping_loss``.
+    ///
     /// Raises
     /// ------
     /// ValueError
-    ///     A motion that was not kept, a NonlinearSystem, whose forces cannot be told apart.
+    ///     A motion that was not kept, a NonlinearSystem without ``mass`` or ``potential``.
     #[getter]
     fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
         let core = &self.core;

@@ -31,12 +31,15 @@ pub struct Energy {
     pub potential: Vec<f64>,
     /// Work of the forcing since the start.
     pub forcing_work: Vec<f64>,
-    /// Loss in dampers since the start.
+    /// Loss in dampers since the start. Of a system given by functions: what its forces took beyond the potential, those of
+    /// dampers and any others; negative where they brought energy, as a drive written into the acceleration does.
     pub damping_loss: Vec<f64>,
     /// Loss at impacts since the start, chatter included; for a reaction that is not that of inertia also what lasting
     /// contact takes.
     pub impact_loss: Vec<f64>,
-    /// What does not add up: `kinetic + potential - forcing_work + damping_loss + impact_loss` less its value at the start.
+    /// What does not add up: `kinetic + potential - forcing_work + damping_loss + impact_loss` less its value at the start. Of a
+    /// system given by functions it checks the motion and the quadrature alone: a mass or potential that is not that of
+    /// the acceleration shows as `damping_loss`.
     pub balance: Vec<f64>,
 }
 
@@ -55,7 +58,7 @@ impl Trajectory {
     /// The energy ledger at the times of [`Trajectory::samples`].
     ///
     /// # Errors
-    /// A trajectory that does not keep its motion, a system given by functions.
+    /// A trajectory that does not keep its motion; a system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
         let points = self.points()?;
         with_motion!(&SceneMotion::new(self.scene()), motion => {
@@ -106,7 +109,7 @@ impl<'a, D: Dynamics> Ledger<'a, D> {
             let (q, v) = self.trajectory.state_in(piece, local);
             let (kinetic, potential) = (
                 self.energetics.kinetic(&q, &v)?,
-                self.energetics.potential(&q),
+                self.energetics.potential(&q)?,
             );
             let sum = kinetic + potential - works.forcing + works.damping + works.contact;
             energy.kinetic.push(kinetic);
@@ -146,13 +149,23 @@ impl<'a, D: Dynamics> Ledger<'a, D> {
                 };
                 let w = weight * stretch;
                 works.forcing += w * self.energetics.forcing_power(at, &q, &v);
-                works.damping += w * self.energetics.damping_power(&q, &v);
+                let free = || self.acceleration(at, &q, &v);
+                works.damping +=
+                    w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
                 if kind != SegmentKind::Flight {
                     works.contact += w * self.contact_power(at, &q, &v, stops)?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// The acceleration of free motion.
+    fn acceleration(&self, at: Moment, q: &DVector<f64>, v: &DVector<f64>) -> Result<DVector<f64>> {
+        let mut a = DVector::zeros(q.len());
+        let (x, y) = (q.as_slice(), v.as_slice());
+        self.dynamics.acceleration(at, x, y, a.as_mut_slice())?;
+        Ok(a)
     }
 
     /// What the contact forces take: nothing, where reactions are those of inertia.
@@ -169,10 +182,9 @@ impl<'a, D: Dynamics> Ledger<'a, D> {
             contacts: Arc::clone(&self.contacts),
             stops: stops.to_vec(),
         };
-        let (mut free, mut actual) = (DVector::zeros(q.len()), DVector::zeros(q.len()));
-        let (x, y) = (q.as_slice(), v.as_slice());
-        self.dynamics.acceleration(at, x, y, free.as_mut_slice())?;
-        held.acceleration(at, x, y, actual.as_mut_slice())?;
-        self.energetics.inertial_work(q, v, &(free - actual))
+        let mut actual = DVector::zeros(q.len());
+        held.acceleration(at, q.as_slice(), v.as_slice(), actual.as_mut_slice())?;
+        self.energetics
+            .inertial_work(q, v, &(self.acceleration(at, q, v)? - actual))
     }
 }

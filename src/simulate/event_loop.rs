@@ -66,6 +66,22 @@ impl EventLoop {
         record: &mut Record,
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Ending> {
+        let ending = self.go_on(mover, (t0, t_end), options, record, observer)?;
+        if ending.status != Status::Finished {
+            // The last event has a side after it, and the last instant its sample.
+            mover.stay(Some(ending.time), record)?;
+        }
+        Ok(ending)
+    }
+
+    fn go_on<M: Mover>(
+        &mut self,
+        mover: &mut M,
+        (t0, t_end): (f64, f64),
+        options: &SimulateOptions,
+        record: &mut Record,
+        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Ending> {
         self.stats = Stats::default();
         self.starts.clear();
         self.starts.resize(mover.n_stops(), 0);
@@ -168,7 +184,7 @@ impl EventLoop {
         }
         if self.touching.iter().any(|&stop| self.closes(mover, stop)) {
             // A flight of no length has the state before the impact.
-            mover.stay(record)?;
+            mover.stay(None, record)?;
             return self.strike_all(mover, record);
         }
         self.settle(mover)

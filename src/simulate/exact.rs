@@ -84,6 +84,11 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         self.scene.frequency * clock.local + self.phase
     }
 
+    /// Whether a time from now is no later than the end of the run, as the doubles that a user sees.
+    fn is_within(&self, time: f64, last: f64) -> bool {
+        self.clock.after(time).time() <= last
+    }
+
     fn whole(&self, state: &[Pair]) -> Vec<Pair> {
         let mut whole = Vec::with_capacity(state.len());
         self.flow.leave(state, &mut whole);
@@ -191,7 +196,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             Next::Contact { stop, time } => {
                 let mut arrived = Vec::new();
                 let (stop, time) = search.arrive(stop, time, &state, &mut arrived);
-                if time <= span {
+                if self.is_within(time, last) {
                     (Some(events.list[stop].0), time)
                 } else {
                     (None, span)
@@ -346,8 +351,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             Next::Interrupted => return Err(Error::Interrupted),
             Next::End => {}
             Next::Stalled { stop, time } => {
-                let stalled = self.clock.after(time).time();
-                self.keep(time, Some(stalled), record);
+                self.keep(time, None, record);
                 self.go(time);
                 return Ok(Arrival::Stalled { stop });
             }
@@ -355,7 +359,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                 let (stop, time) = self
                     .search
                     .arrive(stop, time, &self.state, &mut self.arrived);
-                if time <= span {
+                if self.is_within(time, last) {
                     self.keep(time, None, record);
                     self.clock = self.clock.after(time);
                     std::mem::swap(&mut self.state, &mut self.arrived);
@@ -371,9 +375,9 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         Ok(Arrival::End)
     }
 
-    fn stay(&mut self, record: &mut Record) -> Result<()> {
+    fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()> {
         self.grazed.clear();
-        self.keep(0.0, None, record);
+        self.keep(0.0, last, record);
         Ok(())
     }
 

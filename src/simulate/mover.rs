@@ -96,8 +96,9 @@ pub(crate) trait Mover {
         record: &mut Record,
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival>;
-    /// Keeps a flight of no length, which has the state before an impact at the start of the run.
-    fn stay(&mut self, record: &mut Record) -> Result<()>;
+    /// Keeps a flight of no length: the state before an impact at the start of the run, or that after the last event of a run
+    /// that ends with it, at `last`.
+    fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()>;
     /// The impact of one stop.
     fn strike(&mut self, stop: usize) -> Result<Blow>;
     /// `N^T B` of some stops where the motion is now.

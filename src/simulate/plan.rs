@@ -1,9 +1,9 @@
 //! What will run for a scene, in words: the same choice that the machinery makes by type.
 
 use crate::error::Result;
-use crate::flow::ModalScene;
+use crate::flow::{ModalScene, SceneFlow};
 use crate::modal::Form;
-use crate::model::Scene;
+use crate::model::{Constraint, ContactGeometry, Scene};
 use crate::simulate::SimulateOptions;
 use crate::simulate::stepping::{has_series, series_order};
 
@@ -27,11 +27,7 @@ pub fn plan(scene: &Scene) -> Result<String> {
             let steps = "Runge-Kutta steps of orders 5 and 4".to_owned();
             (steps, "the interpolant")
         };
-        let stops = match scene.stops().len() {
-            0 => "no stops: no event search".to_owned(),
-            1 => format!("1 stop: every contact on {course} found"),
-            k => format!("{k} stops: every contact on {course} found"),
-        };
+        let stops = contacts_along(scene, course);
         return Ok(format!(
             "nonlinear scene: {steps}, no modes; {forcing}; {stops}"
         ));
@@ -44,15 +40,53 @@ pub fn plan(scene: &Scene) -> Result<String> {
             "closed-form flights by the matrix exponential (the state matrix is defective)"
         }
     };
-    let forcing = if modal.frequency > 0.0 {
-        "harmonic forcing"
-    } else {
-        "no forcing: free response"
+    let forcing = match modal.flow() {
+        _ if modal.frequency <= 0.0 => "no forcing: free response",
+        SceneFlow::Split(_) => "harmonic forcing: its steady response split off",
+        SceneFlow::Dense(_) => "harmonic forcing in the matrix, enlarged",
+        SceneFlow::Forced(_) | SceneFlow::Free(_) => {
+            "harmonic forcing: the response from rest (near resonance, or without equilibrium)"
+        }
     };
     let stops = match modal.n_stops() {
         0 => "no stops: one flight to the end, no event search".to_owned(),
-        1 => "1 stop: every next impact proved to be the first".to_owned(),
-        k => format!("{k} stops: every next impact proved to be the first"),
+        k => format!(
+            "{}: every next impact proved to be the first{}",
+            count(k),
+            together(&modal.geometry)
+        ),
     };
     Ok(format!("{flights}; {forcing}; {stops}"))
+}
+
+fn count(stops: usize) -> String {
+    format!("{stops} stop{}", if stops == 1 { "" } else { "s" })
+}
+
+/// How the contacts of a motion in steps are found: on its course, and where a gap has a bound on its curvature by that.
+fn contacts_along(scene: &Scene, course: &str) -> String {
+    let k = scene.stops().len();
+    if k == 0 {
+        return "no stops: no event search".to_owned();
+    }
+    let bound = |s: &&Constraint| matches!(s, Constraint::Nonlinear(s) if s.curvature().is_some());
+    let proved = match scene.stops().iter().filter(bound).count() {
+        0 => String::new(),
+        n if n == k => ", and none missed by its bound on the curvature".to_owned(),
+        n => format!(", and with {n} of them none missed by their bounds on the curvature"),
+    };
+    format!("{}: every contact on {course} found{proved}", count(k))
+}
+
+/// What several stops do at one instant.
+fn together(geometry: &ContactGeometry) -> &'static str {
+    let k = geometry.len();
+    let mut pairs = (0..k).flat_map(|i| (0..i).map(move |j| (i, j)));
+    match k {
+        0 | 1 => "",
+        _ if pairs.any(|(i, j)| geometry.is_coupled(i, j)) => {
+            "; stops hit together by complementarity, for some are coupled"
+        }
+        _ => "; stops hit together each by itself, for none are coupled",
+    }
 }

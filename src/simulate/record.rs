@@ -46,7 +46,8 @@ impl Record {
     }
 
     /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
-    /// there, at `last`. `state` gives the motion a time after the start of the piece.
+    /// there, at `last`. `state` gives the motion a time after the start of the piece. A piece of no length has no time
+    /// before its end, whatever rounding makes of a time counted in periods.
     pub fn sample(
         &mut self,
         start: Clock,
@@ -57,7 +58,11 @@ impl Record {
         let Some(samples) = &mut self.samples else {
             return;
         };
-        let end = start.after(span).time();
+        let end = if span > 0.0 {
+            start.after(span).time()
+        } else {
+            f64::NEG_INFINITY
+        };
         while let Some(&t) = samples
             .times
             .get(samples.next)

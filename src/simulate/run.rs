@@ -1,6 +1,6 @@
 //! `simulate`: from a scene and a state to a trajectory.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shortened};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
@@ -275,7 +275,7 @@ impl<'a, M: Mover> Run<'a, M> {
         let mut record = Record::new(options, *n_dof);
         mover.start(q0, v0, t_span.0);
         let mut ending = events.run(mover, t_span, options, &mut record, observer)?;
-        ending.message.push_str(&mover.remarks());
+        ending.message = shortened(ending.message + &mover.remarks());
         Ok(Done {
             ending,
             last: mover.physical(),

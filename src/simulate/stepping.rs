@@ -333,9 +333,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         self.fly_along(&held, starts, (span, last), record, check)
     }
 
-    fn stay(&mut self, record: &mut Record) -> Result<()> {
-        self.keep_segment(SegmentKind::Flight);
-        F::keep_nothing(self, None, record)
+    fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()> {
+        if let Some(kept) = &mut self.kept {
+            kept.begin(SegmentKind::Flight, &[]);
+        }
+        F::keep_nothing(self, last, record)
     }
 
     fn strike(&mut self, stop: usize) -> Result<Blow> {
@@ -533,8 +535,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
 
     /// Keeps a piece of no length at the present state; `last` as in `keep`.
     fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
-        self.stepper.end.clone_from(&self.x);
-        self.keep(0.0, last, record);
+        let still = Dense::line(&self.x, &self.x, 1.0);
+        self.keep_dense(&still, 0.0, last, record);
     }
 }
 

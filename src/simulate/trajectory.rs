@@ -144,7 +144,10 @@ impl Trajectory {
                 start: first.clock.time(),
                 end: last.clock.after(last.span).time(),
             };
-            if segment.stops.is_empty() {
+            // A flight of no length is a side of an impact, but where there is nothing else.
+            let is_last = k + 1 == kept.segments.len() && all.is_empty();
+            let is_side = pieces.iter().all(|p| p.span == 0.0) && !is_last;
+            if segment.stops.is_empty() && !is_side {
                 all.push(whole);
             }
             all.extend(segment.stops.iter().map(|&stop| Segment {
@@ -181,13 +184,12 @@ impl Trajectory {
             ));
         }
         let start_of = |index: usize| kept.pieces[index].clock.time();
-        let first_later = kept.pieces.partition_point(|p| p.clock.time() <= t);
-        let mut index = first_later.max(1) - 1;
+        let (now, mut index) = self.piece_at(kept, t);
         if side == Side::Before {
             // Stops hit one after the other at one instant leave pieces of no length: go back to the first.
-            while index > 0 && start_of(index) == t {
+            while index > 0 && start_of(index) == now {
                 index -= 1;
-                if start_of(index) < t {
+                if start_of(index) < now {
                     return Ok(self.state_in(index, kept.pieces[index].span));
                 }
             }
@@ -195,6 +197,21 @@ impl Trajectory {
         let piece = kept.pieces[index];
         let local = piece.clock.until(piece.clock.at(t)).clamp(0.0, piece.span);
         Ok(self.state_in(index, local))
+    }
+
+    /// The last piece that begins no later than a time, and that time on the clock of the pieces, whose ends may be off those of
+    /// the span by rounding.
+    fn piece_at(&self, kept: &Kept, t: f64) -> (f64, usize) {
+        let ends = (kept.pieces[0], kept.pieces[kept.pieces.len() - 1]);
+        let t = if t >= self.span.1 && t > self.span.0 {
+            ends.1.clock.after(ends.1.span).time()
+        } else if t <= self.span.0 {
+            ends.0.clock.time()
+        } else {
+            t
+        };
+        let first_later = kept.pieces.partition_point(|p| p.clock.time() <= t);
+        (t, first_later.max(1) - 1)
     }
 
     pub(crate) fn state_in(&self, index: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
@@ -234,11 +251,7 @@ impl Trajectory {
         let kept = self.motion()?;
         if let Some((times, ..)) = &self.samples {
             let at = |&time: &f64| {
-                let piece = kept
-                    .pieces
-                    .partition_point(|p| p.clock.time() <= time)
-                    .max(1)
-                    - 1;
+                let (_, piece) = self.piece_at(kept, time);
                 let Piece { clock, span } = kept.pieces[piece];
                 let local = clock.until(clock.at(time)).clamp(0.0, span);
                 Point { time, piece, local }
@@ -256,7 +269,9 @@ impl Trajectory {
             let wanted = (span * rate * POINTS_PER_RADIAN).ceil() + 1.0;
             let by_steps = (POINTS_PER_STEP * pieces.len()) as f64 + 1.0;
             let wanted = if self.is_stepped() { by_steps } else { wanted };
-            let count = wanted.clamp(2.0, MOST_POINTS as f64) as usize;
+            // A flight of no length is a side of an impact: one point.
+            let most = if span > 0.0 { MOST_POINTS } else { 1 };
+            let count = (wanted.max(2.0) as usize).min(most);
             let (mut piece, mut before) = (pieces.start, 0.0);
             for k in 0..count - 1 {
                 let s = span * k as f64 / (count - 1) as f64;
@@ -279,8 +294,15 @@ impl Trajectory {
             });
         }
         // The ends are those asked for, whatever rounding makes of a time counted in periods.
-        if let [first, .., last] = points.as_mut_slice() {
-            (first.time, last.time) = self.span;
+        let ends = points.first().zip(points.last());
+        if let Some((first, last)) = ends.map(|(a, b)| (a.time, b.time)) {
+            for point in &mut points {
+                if point.time == first {
+                    point.time = self.span.0;
+                } else if point.time == last {
+                    point.time = self.span.1;
+                }
+            }
         }
         Ok(points)
     }

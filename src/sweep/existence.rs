@@ -287,8 +287,12 @@ impl<'a> Sweep<'a> {
             let Some(&first) = axis.values.first() else {
                 return Err(Error::bad_shape(name, "(0,)", "one value at least"));
             };
-            // Whether the scene has such a parameter does not depend on the value.
-            scene.replace(axis.parameter.change(first))?;
+            // Whether the scene has such a parameter does not depend on the value, if it is one that overflows nothing.
+            let harmless = match axis.parameter {
+                Parameter::Frequency | Parameter::ForcingScale | Parameter::DampingScale => 1.0,
+                _ => first,
+            };
+            scene.replace(axis.parameter.change(harmless))?;
             axis.values
                 .iter()
                 .try_for_each(|&value| axis.parameter.check(value))?;
@@ -319,13 +323,17 @@ impl<'a> Sweep<'a> {
         let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
         let (x, y) = (self.x.values[i], self.y.values[j]);
         if let [_] = self.pattern.instants() {
-            let scene = moving.at(&[(self.x.parameter, x), (self.y.parameter, y)])?;
+            let values = [(self.x.parameter, x), (self.y.parameter, y)];
+            let Some(scene) = in_doubles(moving.at(&values))? else {
+                return Ok(EMPTY);
+            };
             return one_instant(scene, self.pattern, self.n_periods, &mut Watch::new(go_on));
         }
-        let scene = self
-            .scene
-            .replace(self.x.parameter.change(x))?
-            .replace(self.y.parameter.change(y))?;
+        let moved = self.scene.replace(self.x.parameter.change(x));
+        let moved = moved.and_then(|scene| scene.replace(self.y.parameter.change(y)));
+        let Some(scene) = in_doubles(moved)? else {
+            return Ok(EMPTY);
+        };
         existence_at_checked(&scene, self.pattern, self.n_periods, go_on)
     }
 }

@@ -23,9 +23,32 @@ def test_the_ledger_needs_the_motion_and_forces_that_can_be_told_apart():
     scene = vi.paper_scene(kind=3)
     with pytest.raises(ValueError, match="keep"):
         _ = vi.simulate(scene, [0, 0], [0, 0.3], (0, 10), keep="impacts").energy
-    functions = vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q))
-    with pytest.raises(ValueError, match="NonlinearSystem"):
-        _ = vi.simulate(functions, [1.0], [0.0], (0, 1)).energy
+    for known, lack in (({}, "mass"), ({"mass": [[1.0]]}, "potential"), ({"potential": lambda q: q @ q / 2}, "mass")):
+        functions = vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q, **known))
+        with pytest.raises(ValueError, match=f"NonlinearSystem without `{lack}`"):
+            _ = vi.simulate(functions, [1.0], [0.0], (0, 1)).energy
+
+
+def test_functions_have_the_ledger_of_the_linear_system_that_they_write_out():
+    mass, damping, stiffness = np.array([[2.0, 0.5], [0.5, 1.0]]), 0.1 * np.eye(2), np.array([[5.0, -2.0], [-2.0, 3.0]])
+
+    def acceleration(t, q, v):
+        return np.linalg.solve(mass, -damping @ v - stiffness @ q)
+
+    systems = [
+        vi.NonlinearSystem(2, acceleration, mass=mass, potential=lambda q: 0.5 * q @ stiffness @ q),
+        vi.LinearSystem(mass, damping, stiffness),
+    ]
+    times = np.linspace(0, 20, 41)
+    ledgers = []
+    for system in systems:
+        scene = vi.Scene(system, vi.Harmonic([1.0, 0.3], 0.9), vi.Stop(0, 0.1, 0.7))
+        run = vi.simulate(scene, [0, 0], [0.4, 0.4], (0, 20), method="rk45", t_eval=times)
+        assert len(run.impacts) > 3
+        ledgers.append(run.energy)
+    for name in ("kinetic", "potential", "forcing_work", "damping_loss", "impact_loss"):
+        np.testing.assert_allclose(getattr(ledgers[0], name), getattr(ledgers[1], name), rtol=1e-7, atol=1e-7)
+    assert np.abs(ledgers[0].balance).max() < 1e-8
 
 
 def test_large_angles_have_their_own_orbit_and_multipliers():

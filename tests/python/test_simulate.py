@@ -1,6 +1,8 @@
 """Simulated motions against closed forms and SciPy's event integration."""
 
+import copy
 import os
+import pickle
 
 import numpy as np
 import pytest
@@ -280,6 +282,22 @@ class TestTrajectory:
         assert run.v[rows[1], 0] == pytest.approx(E * speed, rel=1e-12)
         sampled = vi.simulate(BALL, 1.0, 0.0, (0, 3), t_eval=[0.0, time, 3.0])
         assert sampled.v[1, 0] == pytest.approx(E * speed, rel=1e-12)
+
+    @pytest.mark.parametrize("method", ["exact", "rk45"])
+    def test_an_impact_that_ends_a_run_has_two_sides(self, method):
+        run = vi.simulate(BALL, 1.0, 0.0, (0, 30), method=method, max_impacts=2)
+        end, speed = run.impacts["time"][-1], run.impacts["speed_before"][-1]
+        for kept in (run, pickle.loads(pickle.dumps(run)), copy.deepcopy(run)):
+            assert kept.velocity(end) == pytest.approx([E * speed], rel=1e-9)
+            assert kept.velocity(end, side="before") == pytest.approx([-speed], rel=1e-9)
+            assert kept.v[-2:, 0] == pytest.approx([-speed, E * speed], rel=1e-9)
+            assert np.array_equal(kept.t[-2:], [end, end])
+            assert np.array_equal(kept.velocity(end), kept.final[1])
+            assert kept.energy.impact_loss[-1] == pytest.approx(1 - E**4, rel=1e-8)
+        for keep in ("motion", "impacts", "final"):
+            options = {"keep": keep, "method": method, "max_impacts": 2}
+            sampled = vi.simulate(BALL, 1.0, 0.0, (0, 30), t_eval=[end], **options)
+            assert sampled.v[:, 0] == pytest.approx([E * speed], rel=1e-9)
 
     def test_every_impact_has_two_rows_for_drawing(self):
         run = vi.simulate(oscillator(), -0.1, 0.0, (0, 60))
