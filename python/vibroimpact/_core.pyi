@@ -357,6 +357,8 @@ class Orbit:
     @property
     def impacts(self) -> NDArray[np.void]: ...
     @property
+    def segments(self) -> NDArray[np.void]: ...
+    @property
     def coefficients(self) -> Coefficients | None: ...
     @property
     def is_admissible(self) -> bool: ...
@@ -492,6 +494,7 @@ def _restore_orbit(
     spans: Sequence[float],
     states: Sequence[float],
     impulses: Sequence[float],
+    courses: Sequence[tuple[str, Sequence[int], bool, int | None]],
 ) -> Orbit: ...
 def _restore_orbits(
     orbits: Sequence[Orbit], verdict: str, reason: str, margin: float | None, basis: ArrayLike | None

@@ -175,6 +175,15 @@ impl Quartic {
         value(&self.c, x)
     }
 
+    /// Where it is lowest, and its value there.
+    pub fn lowest(&self) -> (f64, f64) {
+        let (d, size) = derivative(&self.c);
+        let turning = roots(&d[..size]);
+        let places = turning.slice().iter().copied().chain([0.0, 1.0]);
+        let values = places.map(|x| (x, self.value(x)));
+        values.fold((0.0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
+    }
+
     /// Where it first falls from above zero to below it; a touch of zero from above is no fall.
     pub fn first_fall(&self) -> Option<f64> {
         let (d, size) = derivative(&self.c);

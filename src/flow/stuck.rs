@@ -121,6 +121,27 @@ impl StuckMotion {
         self.lift(&state)
     }
 
+    /// Carries deviations of (q, v), of which the smaller system sees its own part, over a span.
+    pub fn carry_deviations(&self, span: f64, deviations: &mut DMatrix<f64>) {
+        let (n, count) = (self.free.nrows(), deviations.ncols());
+        let m = self.free.ncols();
+        let mut seen = DMatrix::zeros(2 * m, count);
+        for half in 0..2 {
+            let part = self.free.tr_mul(&deviations.rows(half * n, n));
+            seen.rows_mut(half * m, m).copy_from(&part);
+        }
+        if m > 0 {
+            let (to_physical, to_modal) = self.form.transformation();
+            let mut modal = to_modal * seen;
+            self.form.propagate(span, &mut modal);
+            seen = to_physical * modal;
+        }
+        for half in 0..2 {
+            let part = &self.free * seen.rows(half * m, m);
+            deviations.rows_mut(half * n, n).copy_from(&part);
+        }
+    }
+
     /// The state of the smaller system that is nearest a position and velocity.
     pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
         let y = self.free.tr_mul(&(q - &self.anchor));

@@ -2,6 +2,7 @@
 //! the coordinates in which the motion uncouples. A state is a list of pairs, one for each block.
 
 use crate::error::Result;
+use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::complex::{ComplexModes, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
 use crate::modal::{Block, Pair, Response};
@@ -116,6 +117,26 @@ impl ModalForm {
         match &self.coordinates {
             Coordinates::Real(shapes) => Some(shapes),
             _ => None,
+        }
+    }
+
+    /// `e^{A t}` applied to deviations in modal pairs.
+    pub fn propagate(&self, t: f64, deviations: &mut DMatrix<f64>) {
+        match &self.form {
+            Form::Blocks(blocks) => {
+                for (j, block) in blocks.iter().enumerate() {
+                    let p = block.propagator(t);
+                    for mut column in deviations.column_iter_mut() {
+                        let z = [column[2 * j], column[2 * j + 1]];
+                        column[2 * j] = p[0][0] * z[0] + p[0][1] * z[1];
+                        column[2 * j + 1] = p[1][0] * z[0] + p[1][1] * z[1];
+                    }
+                }
+            }
+            Form::Dense(state) => {
+                let moved = matrix_exponential(&(state * t)) * &*deviations;
+                deviations.copy_from(&moved);
+            }
         }
     }
 

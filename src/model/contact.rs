@@ -1,11 +1,14 @@
 //! The stops of a scene as contacts of a motion: gap, its time derivatives, normal, reaction, at any position (theory 1, 2).
 
 use crate::error::Result;
+use crate::linalg::rank;
 use crate::model::dynamics::factored_mass;
 use crate::model::stop::WallSide;
 use crate::model::{Constraint, NonlinearStop, Reaction, Scene, Side, System};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
+/// Singular values of a Delassus matrix below this, relative to its largest entry, are zero: the normals are dependent.
+const DEPENDENT_TOL: f64 = 1e-12;
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
 /// On a step it enters the gap with the weight `step^2/60`; rounding of the gradient then amounts to `1e5/60` units in the last
 /// place of the gap's change over the step, the truncation `s^2/6` to `1e-12` of the step's fourth order, both below
@@ -191,6 +194,18 @@ pub(crate) fn are_coupled(a: &Contact, b: &Contact, system: &System, q: &[f64]) 
         _ => true,
     };
     sees(a, b) || sees(b, a)
+}
+
+/// The weights w of reactions whose sum has given parts along the normals, `(N^T B) w = parts`; of many the least.
+pub(crate) fn reaction_weights(
+    normals: &[DVector<f64>],
+    reactions: &[DVector<f64>],
+    parts: &DVector<f64>,
+) -> Result<DVector<f64>> {
+    let delassus = DMatrix::from_fn(normals.len(), reactions.len(), |i, j| {
+        normals[i].dot(&reactions[j])
+    });
+    Ok(rank::solve(&delassus, parts, DEPENDENT_TOL * delassus.amax())?.particular)
 }
 
 /// The contacts of a scene.

@@ -1,14 +1,19 @@
 //! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
 //! time, by a search that proves what it passes over.
 
-use crate::contact::walk::{Effort, Ladder, check_flight};
+use crate::contact::walk::{Effort, FlightCheck, Ladder, check_flight};
 use crate::error::{Result, digits};
-use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow};
+use crate::flow::{
+    GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, StuckMotion, along, with_flow,
+};
 use crate::impact::Impact;
 use crate::modal::Pair;
+use crate::orbit::held::{Stretch, is_hop, search_held, search_stretch};
 use crate::orbit::periodic_orbit::Flight;
+use crate::simulate::SegmentKind;
 use crate::watch::Watch;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
 /// orbit's position, with room to spare.
@@ -21,7 +26,7 @@ pub struct Violation {
     pub stop: usize,
     /// The time of the deepest point, or of the impact \[s\], counted from the first impact.
     pub time: f64,
-    /// How far the stop is passed, in units of the gap; zero where an impulse pulls.
+    /// How far the stop is passed, in units of the gap; zero where an impulse or a contact force pulls.
     pub depth: f64,
     /// The rule that is broken, in words.
     pub reason: String,
@@ -47,6 +52,8 @@ pub(crate) enum Rule {
     Leaves { approach: f64 },
     /// The stop is passed.
     Passed,
+    /// The stop is held by a force that would have to pull.
+    Holds { force: f64 },
 }
 
 /// A violation as numbers, put into words only when somebody asks.
@@ -80,6 +87,12 @@ impl Breach {
                     digits(approach)
                 )
             }
+            Rule::Holds { force } => {
+                format!(
+                    "stop {stop} is held by a pulling force at t = {time:.6} ({})",
+                    digits(force)
+                )
+            }
             Rule::Passed => format!(
                 "stop {stop} is passed by {} at t = {time:.6}",
                 digits(depth)
@@ -108,6 +121,25 @@ impl Admissibility {
     pub(super) fn keep_worst(&mut self, breach: Breach) {
         if self.breach.is_none_or(|worst| breach.depth > worst.depth) {
             self.breach = Some(breach);
+        }
+    }
+
+    /// Takes note of what the search of one gap found on a flight.
+    pub(super) fn note(&mut self, stop: usize, start: f64, check: &FlightCheck) {
+        if let Some(lowest) = check.violation {
+            self.keep_worst(Breach {
+                stop,
+                time: start + lowest.time,
+                depth: -lowest.gap,
+                rule: Rule::Passed,
+            });
+        }
+        if let Some(lowest) = check.graze {
+            self.touches.push(Touch {
+                stop,
+                time: start + lowest.time,
+                gap: lowest.gap,
+            });
         }
     }
 }
@@ -144,6 +176,64 @@ impl<'a> Judge<'a> {
         self.with_effort(Effort::FULL, phase, flights, impacts, watch)
     }
 
+    /// Judges an orbit with lasting contact, given the motions while stops are held: the contact forces too, and the flights
+    /// between impacts that accumulate as what they are.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch.
+    pub fn with_lasting_contact(
+        &mut self,
+        held: &[Arc<StuckMotion>],
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        let scene = self.scene;
+        let rate = rate(scene, flights);
+        // Behind impacts that end at rest the states after say nothing of the motion's size.
+        let ends = || {
+            let both = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
+            both.map(Vec::as_slice)
+        };
+        let margins: Vec<f64> = (0..scene.n_stops())
+            .map(|i| MARGIN * motion_size(scene, i, rate, ends()))
+            .collect();
+        let mut found = Admissibility::default();
+        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
+        let gap = |stop: usize, state: &[Pair]| {
+            let position = along(&scene.position_rows[stop], state);
+            let speed = -along(&scene.velocity_rows[stop], state);
+            [scene.geometry.clearances[stop] - position, speed]
+        };
+        let free = flights
+            .iter()
+            .filter(|flight| flight.course.kind == SegmentKind::Flight);
+        with_flow!(&self.flow, f => {
+            for flight in free {
+                let angle = scene.frequency * flight.start + phase;
+                let mut entered = Vec::new();
+                f.enter(&flight.after, angle, &mut entered);
+                for (stop, row) in self.gaps.iter().enumerate() {
+                    let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
+                    if is_hop(start, end, flight.span, margins[stop]) {
+                        continue;
+                    }
+                    let stretch = Stretch {
+                        span: flight.span,
+                        margin: margins[stop],
+                        is_released: flight.course.released == Some(stop),
+                    };
+                    let mut state = entered.clone();
+                    let (skipped, check) = search_stretch(f, row, &mut state, stretch, watch)?;
+                    found.note(stop, flight.start + skipped, &check);
+                }
+            }
+        });
+        search_held(held, scene, &margins, phase, flights, &mut found, watch)?;
+        Ok(found)
+    }
+
     /// The same, but content with less about a violation.
     pub fn with_effort(
         &mut self,
@@ -155,8 +245,9 @@ impl<'a> Judge<'a> {
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
+        let starts = || flights.iter().map(|f| f.after.as_slice());
         let margins: Vec<f64> = (0..scene.n_stops())
-            .map(|i| MARGIN * motion_size(scene, i, rate, flights))
+            .map(|i| MARGIN * motion_size(scene, i, rate, starts()))
             .collect();
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
@@ -236,22 +327,7 @@ fn search<F: LinearFlow>(
                 watch,
             )?;
             watch.work(state.len())?;
-            if let Some(lowest) = check.violation {
-                let (time, depth) = (flight.start + lowest.time, -lowest.gap);
-                found.keep_worst(Breach {
-                    stop,
-                    time,
-                    depth,
-                    rule: Rule::Passed,
-                });
-            }
-            if let Some(lowest) = check.graze {
-                found.touches.push(Touch {
-                    stop,
-                    time: flight.start + lowest.time,
-                    gap: lowest.gap,
-                });
-            }
+            found.note(stop, flight.start, &check);
         }
     }
     Ok(())
@@ -266,18 +342,22 @@ fn rate(scene: &ModalScene, flights: &[Flight]) -> f64 {
     }
 }
 
-/// The size of the motion along one normal, as far as the states after the impacts show it.
-fn motion_size(scene: &ModalScene, stop: usize, rate: f64, flights: &[Flight]) -> f64 {
+/// The size of the motion along one normal, as far as some of its states show it.
+fn motion_size<'s>(
+    scene: &ModalScene,
+    stop: usize,
+    rate: f64,
+    states: impl Iterator<Item = &'s [Pair]>,
+) -> f64 {
     let row = &scene.position_rows[stop];
-    flights
-        .iter()
-        .map(|flight| {
+    states
+        .map(|state| {
             let position: f64 = row
                 .iter()
-                .zip(&flight.after)
+                .zip(state)
                 .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
                 .sum();
-            position + along(&scene.velocity_rows[stop], &flight.after).abs() / rate
+            position + along(&scene.velocity_rows[stop], state).abs() / rate
         })
         .fold(scene.geometry.clearances[stop].abs(), f64::max)
 }

@@ -1,17 +1,20 @@
 //! `find_orbit`: from a guess to a periodic motion of any pattern (theory 5).
 
 use crate::error::{Error, Result};
-use crate::flow::{ModalScene, SceneFlow, carry, with_flow};
-use crate::impact::{impulse_matrix, wrapped};
-use crate::model::{Change, Scene};
-use crate::orbit::PeriodicOrbit;
+use crate::flow::ModalScene;
+use crate::impact::wrapped;
+use crate::model::{Change, Scene, contacts};
+use crate::orbit::chatter::project;
+use crate::orbit::course::{Course, Event};
 use crate::orbit::guess::{Guess, Start};
+use crate::orbit::modal_motion::{ModalMotion, stuck_motions};
 use crate::orbit::motion::{OrbitMotion, paired};
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::shooting::{Clocked, Landing, Loop, Motion, Shooting};
-use crate::orbit::stability::propagate;
 use crate::orbit::stepped::SteppedMotion;
-use nalgebra::{Complex, DMatrix, DVector};
+use crate::orbit::{Pattern, PeriodicOrbit};
+use crate::simulate::SegmentKind;
+use nalgebra::DVector;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -23,13 +26,20 @@ use std::sync::Arc;
 /// that of the orbit, or the least one after which the trajectory comes back. Without forcing the period is found too.
 /// Where the orbits form a family, the member nearest the guess is returned. The result may be inadmissible, and says so.
 ///
+/// A motion may chatter, stay on stops and be let go ([`PeriodicOrbit::segments`]): impacts that accumulate are gone through until
+/// what is left of them is 1e-12 of the motion, whatever the tolerances of the guess, and completed there; t = 0 is then right
+/// after the first impact that follows a release. Contact forces have to push. Each chatter that ends in lasting contact has
+/// two zero multipliers, and so has each impact with e = 0 that does. An orbit of a stop that is held for good has no impacts.
+///
 /// # Errors
 /// `Error::NoConvergence`, with the mismatch reached, when no motion of the pattern closes near the guess to 1e-11 of its
 /// size; a guess of another number of degrees of freedom, or with stops that the scene does not have; a trajectory that
-/// did not keep its motion or does not return.
+/// did not keep its motion or does not return. Of lasting contact two things are refused: stops let go at one time, and a
+/// contact with e > 0 that comes to rest while another stop is held or hit.
 ///
 /// # References
-/// Theory section 5, "several instants", as multiple shooting.
+/// Theory section 5, "several instants", as multiple shooting; A. B. Nordmark and P. T. Piiroinen, Nonlinear Dyn. 58 (2009) 85, for
+/// the completion of chatter.
 ///
 /// # Examples
 /// ```
@@ -71,11 +81,11 @@ pub fn find_orbit_checked<'a>(
         return stepped(&scene, &start, observer);
     }
     let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
-    let motion = LinearMotion::new(&modal, scene.forcing().phase());
+    let held = stuck_motions(&modal, start.legs.iter().map(|leg| leg.held.as_slice()))?;
+    let motion = ModalMotion::new(&modal, scene.forcing().phase(), held);
     let (found, landings) = shoot(&motion, &scene, &start, observer)?;
-    let parts = parts(&scene, &start, &found, &landings, |state| {
-        motion.modal(state)
-    });
+    let pairs = |state: &DVector<f64>| motion.modal(state);
+    let parts = parts(&scene, &start, &found, &landings, &motion, pairs)?;
     PeriodicOrbit::new(&scene, Arc::clone(&modal), parts)
 }
 
@@ -87,7 +97,7 @@ fn stepped(
 ) -> Result<PeriodicOrbit> {
     let motion = SteppedMotion::new(scene, scene.forcing().phase());
     let (found, landings) = shoot(&motion, scene, start, observer)?;
-    let parts = parts(scene, start, &found, &landings, paired);
+    let parts = parts(scene, start, &found, &landings, &motion, paired)?;
     let from_first = Arc::new(SteppedMotion::new(scene, parts.phase));
     let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
     PeriodicOrbit::moved_by(moved, scene, parts)
@@ -108,39 +118,97 @@ fn shoot<M: Motion>(
     };
     let shooting = Shooting {
         motion,
-        pattern: &start.pattern,
+        legs: &start.legs,
         clocked,
     };
     shooting.solve(first_loop(start, clocked), observer)
 }
 
-/// The parts of the orbit, counted from its first impact.
-fn parts(
+/// The parts of the orbit, counted from its first impact; impacts that accumulate are taken apart.
+fn parts<M: Motion>(
     scene: &Scene,
     start: &Start,
     found: &Loop,
     landings: &[Landing],
+    motion: &M,
     pairs: impl Fn(&DVector<f64>) -> Vec<[f64; 2]>,
-) -> Parts {
-    let last_first = landings.iter().cycle().skip(landings.len() - 1);
-    let impulses = last_first.take(landings.len());
-    let flights = landings.iter().enumerate().map(|(k, landing)| Flight {
-        start: found.times[k] - found.times[0],
-        span: found.times[k + 1] - found.times[k],
-        after: pairs(&found.states[k]),
-        before_next: pairs(&landing.before),
-    });
+) -> Result<Parts> {
+    let zero = found.times[0];
+    let count = landings.len();
+    let (mut instants, mut impulses, mut flights) = (Vec::new(), Vec::new(), Vec::new());
+    let flight = |course: Course, (from, to): (f64, f64), after: &_, before_next: &_| Flight {
+        start: 0.0,
+        span: to - from,
+        after: pairs(after),
+        before_next: pairs(before_next),
+        course,
+    };
+    for (k, leg) in start.legs.iter().enumerate() {
+        let opening = &landings[(k + count - 1) % count];
+        let mut course = Course {
+            kind: SegmentKind::Flight,
+            stops: leg.held.clone(),
+            is_struck: false,
+            released: None,
+        };
+        if !leg.held.is_empty() {
+            course.kind = SegmentKind::Stick;
+        }
+        match &leg.event {
+            Event::Nothing => course.is_struck = leg.held.is_empty(),
+            Event::Release(stop) => course.released = Some(*stop),
+            Event::Strike(stops) => {
+                instants.push(stops.clone());
+                impulses.extend_from_slice(&opening.impulses);
+                course.is_struck = true;
+            }
+            Event::Chatter(stop) => {
+                let chatter = opening.chatter.as_ref();
+                let chatter = chatter.expect("completed at every instant where impacts accumulate");
+                for (i, bounce) in chatter.bounces.iter().enumerate() {
+                    let next = chatter.bounces.get(i + 1);
+                    let (to, before_next) = next
+                        .map_or((chatter.last_time, &chatter.last), |next| {
+                            (next.time, &next.before)
+                        });
+                    let span = (bounce.time, to);
+                    instants.push(vec![*stop]);
+                    impulses.push(bounce.impulse);
+                    flights.push(flight(Course::FREE, span, &bounce.after, before_next));
+                }
+                // The rest is over in no time: it begins without normal speed.
+                let mut rest = chatter.last.clone();
+                project(motion, &[*stop], &mut rest)?;
+                let remainder = Course {
+                    kind: SegmentKind::Chatter,
+                    stops: vec![*stop],
+                    is_struck: false,
+                    released: None,
+                };
+                let span = (chatter.last_time, found.starts[k]);
+                flights.push(flight(remainder, span, &rest, &found.states[k]));
+            }
+        }
+        let mut after = found.states[k].clone();
+        project(motion, &leg.held, &mut after)?;
+        let span = (found.starts[k], found.times[k + 1]);
+        flights.push(flight(course, span, &after, &landings[k].before));
+    }
+    // The starts are the sums of the spans, as those of an orbit that was saved.
+    let mut elapsed = 0.0;
+    for flight in &mut flights {
+        flight.start = elapsed;
+        elapsed += flight.span;
+    }
     let forcing = scene.forcing();
     let frequency = forcing.frequency().unwrap_or(0.0);
-    Parts {
-        pattern: start.pattern.clone(),
+    Ok(Parts {
+        pattern: Pattern::new(instants)?,
         n_periods: start.n_periods,
-        phase: wrapped(frequency * found.times[0] + forcing.phase()),
-        flights: flights.collect(),
-        impulses: impulses
-            .flat_map(|landing| landing.impulses.iter().copied())
-            .collect(),
-    }
+        phase: wrapped(frequency * zero + forcing.phase()),
+        flights,
+        impulses,
+    })
 }
 
 fn check(scene: &Scene, start: &Start) -> Result<()> {
@@ -150,7 +218,32 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
         let rule = format!("the scene has {wanted}");
         return Err(Error::bad_value("guess", found, rule));
     }
-    start.pattern.check(scene.stops().len())
+    let mut struck = Vec::new();
+    for leg in &start.legs {
+        match &leg.event {
+            Event::Strike(stops) => struck.push(stops.clone()),
+            Event::Chatter(stop) | Event::Release(stop) => struck.push(vec![*stop]),
+            Event::Nothing => {}
+        }
+    }
+    Pattern::new(struck)?.check(scene.stops().len())?;
+    let contacts = contacts(scene);
+    for (k, leg) in start.legs.iter().enumerate() {
+        let Event::Strike(stops) = &leg.event else {
+            continue;
+        };
+        let before = &start.legs[(k + start.legs.len() - 1) % start.legs.len()].held;
+        let mut caught = stops.iter().filter(|stop| leg.held.contains(stop));
+        if let Some(&stop) =
+            caught.find(|&&stop| !before.contains(&stop) && contacts[stop].restitution > 0.0)
+        {
+            let rule = "its impacts must accumulate while no other stop is held or hit; of other contacts that come to rest \
+                        with e > 0 there is no Jacobian";
+            let value = format!("a motion that comes to rest on stop {stop} by an impact");
+            return Err(Error::bad_value("guess", value, rule));
+        }
+    }
+    Ok(())
 }
 
 /// The guess, its times stretched to the period that the motion has to have.
@@ -162,100 +255,7 @@ fn first_loop(start: &Start, clocked: Clocked) -> Loop {
     let ends = start.parts.iter().copied().chain([1.0]);
     Loop {
         times: ends.map(|part| part * period).collect(),
+        starts: start.starts.iter().map(|part| part * period).collect(),
         states: start.states.clone(),
-    }
-}
-
-/// A linear scene for the shooting: closed-form flights.
-struct LinearMotion<'a> {
-    scene: &'a ModalScene,
-    flow: SceneFlow,
-    phase: f64,
-    to_physical: DMatrix<f64>,
-    to_modal: DMatrix<f64>,
-}
-
-impl<'a> LinearMotion<'a> {
-    fn new(scene: &'a ModalScene, phase: f64) -> Self {
-        let (to_physical, to_modal) = scene.form.transformation();
-        Self {
-            scene,
-            flow: scene.flow(),
-            phase,
-            to_physical,
-            to_modal,
-        }
-    }
-
-    fn modal(&self, state: &DVector<f64>) -> Vec<[f64; 2]> {
-        let n = state.len() / 2;
-        let (q, v) = (state.rows(0, n).into_owned(), state.rows(n, n).into_owned());
-        self.scene.form.to_modal(&q, &v)
-    }
-
-    fn physical(&self, modal: &[[f64; 2]]) -> DVector<f64> {
-        let (q, v) = self.scene.form.to_physical(modal);
-        DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
-    }
-
-    fn angle(&self, t: f64) -> f64 {
-        self.scene.frequency * t + self.phase
-    }
-}
-
-impl Motion for LinearMotion<'_> {
-    fn fly(
-        &self,
-        (start, end): (f64, f64),
-        state: &mut DVector<f64>,
-        deviations: &mut DMatrix<f64>,
-    ) -> Result<()> {
-        let mut modal = self.modal(state);
-        with_flow!(&self.flow, f => carry(f, self.angle(start), end - start, &mut modal));
-        *state = self.physical(&modal);
-        if deviations.ncols() > 0 {
-            let mut carried = &self.to_modal * &*deviations;
-            propagate(self.scene, end - start, &mut carried);
-            *deviations = &self.to_physical * carried;
-        }
-        Ok(())
-    }
-
-    fn rate(&self, t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
-        let modal = self.modal(state);
-        let mut rate = vec![[0.0; 2]; modal.len()];
-        let u = Complex::from_polar(1.0, self.angle(t));
-        self.scene.rate(&modal, u, &mut rate);
-        Ok(self.physical(&rate))
-    }
-
-    fn collide(
-        &self,
-        stops: &[usize],
-        state: &mut DVector<f64>,
-        deviations: &mut DMatrix<f64>,
-    ) -> Result<Vec<f64>> {
-        if stops.is_empty() {
-            return Ok(Vec::new());
-        }
-        let (n, g) = (state.len() / 2, &self.scene.geometry);
-        let (normals, reactions) = (
-            g.normals.select_columns(stops),
-            g.reactions.select_columns(stops),
-        );
-        let impulse_matrix = impulse_matrix(g, stops)?;
-        let impulses = &impulse_matrix * normals.tr_mul(&state.rows(n, n));
-        let mut v = state.rows_mut(n, n);
-        v -= &reactions * &impulses;
-        let mut dv = deviations.rows_mut(n, n);
-        let change = reactions * (impulse_matrix * normals.tr_mul(&dv));
-        dv -= change;
-        Ok(impulses.iter().copied().collect())
-    }
-
-    fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
-        let normal = self.scene.geometry.normals.column(stop).into_owned();
-        let gap = self.scene.geometry.clearances[stop] - normal.dot(&state.rows(0, normal.len()));
-        Ok((gap, -normal))
     }
 }

@@ -1,16 +1,22 @@
-//! What a search for a periodic motion starts from: a pattern, the times of its instants, the states after them; read off
-//! another orbit, or off the end of a trajectory.
+//! What a search for a periodic motion starts from: what happens at its instants, their times, the states after them; read off
+//! another orbit, or off the end of a trajectory. The first instant is an impact: the landing behind a release, if there is
+//! one.
 
 use crate::error::{Error, Result};
 use crate::impact::Impact;
-use crate::orbit::{Pattern, PeriodicOrbit};
-use crate::simulate::{ImpactSide, Trajectory};
+use crate::model::{Scene, contacts};
+use crate::orbit::PeriodicOrbit;
+use crate::orbit::course::{Event, Leg};
+use crate::orbit::modal_motion::joined;
+use crate::simulate::{ImpactSide, RATIO_TOL, Segment, SegmentKind, Trajectory};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// A return as near as this, relative to the motion's size, is one; of a trajectory that has not settled so far the
 /// nearest return is taken.
 const RETURNED: f64 = 0.05;
+/// A state this small, relative to the motion, is one of rest: its rounding says nothing.
+const REST: f64 = 1e-9;
 /// Forcing periods in one period of the motion that are looked for in a trajectory.
 const MOST_PERIODS: usize = 64;
 
@@ -38,16 +44,19 @@ impl<'a> From<&'a Trajectory> for Guess<'a> {
 /// A guess as numbers.
 #[derive(Debug, Clone)]
 pub(crate) struct Start {
-    pub pattern: Pattern,
+    /// What happens at each instant, and what is held behind it; the first one is an impact, if there is any.
+    pub legs: Vec<Leg>,
     /// Forcing periods in one period, 1 without forcing.
     pub n_periods: usize,
     /// The forcing phase at the first instant.
     pub phase: f64,
     /// The times of the instants, in parts of the period, the first one 0.
     pub parts: Vec<f64>,
+    /// The starts of the flights, in the same parts: behind impacts that accumulate they are later.
+    pub starts: Vec<f64>,
     /// The period that the guess itself has.
     pub period: f64,
-    /// The state (q, v) after each instant, or the one state of a motion without impacts.
+    /// The state (q, v) at the start of each flight, or the one state of a motion without instants.
     pub states: Vec<DVector<f64>>,
 }
 
@@ -68,10 +77,6 @@ impl Guess<'_> {
     }
 }
 
-fn joined((q, v): (DVector<f64>, DVector<f64>)) -> DVector<f64> {
-    DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
-}
-
 fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> {
     let once = orbit.n_periods();
     let wanted = n_periods.unwrap_or(once);
@@ -81,65 +86,250 @@ fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> 
         return Err(Error::bad_value("n_periods", wanted, rule));
     }
     let times = wanted / once;
-    let starts = orbit.flight_starts();
-    let mut instants = Vec::new();
-    let (mut parts, mut states) = (Vec::new(), Vec::new());
-    for round in 0..times {
-        instants.extend_from_slice(orbit.pattern().instants());
-        for &start in &starts {
-            parts.push((round as f64 + start / orbit.period()) / times as f64);
-            states.push(joined(orbit.state(start, false)));
-        }
-    }
-    if instants.is_empty() {
-        (parts, states) = (vec![0.0], vec![states.swap_remove(0)]);
-    }
-    Ok(Start {
-        pattern: Pattern::new(instants)?,
-        n_periods: wanted,
-        phase: orbit.phase(),
-        parts,
-        period: orbit.period() * times as f64,
-        states,
-    })
+    let one_round = folded(orbit_instants(orbit), orbit.scene());
+    // A motion without instants is one flight, however long.
+    let is_one = one_round[0].event == Event::Nothing;
+    let rounds = (0..if is_one { 1 } else { times }).flat_map(|round| {
+        let late = round as f64 * orbit.period();
+        one_round.iter().cloned().map(move |mut instant| {
+            instant.time += late;
+            instant.start += late;
+            instant
+        })
+    });
+    Ok(started(
+        rounds.collect(),
+        wanted,
+        orbit.phase(),
+        orbit.period() * times as f64,
+    ))
 }
 
-/// The stops hit at one time of a trajectory, and the state after.
+/// What happens along an orbit.
+fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
+    let flights = orbit.flights();
+    let mut impacts = orbit.impacts().iter();
+    let mut struck = orbit.pattern().instants().iter();
+    let mut found = Vec::new();
+    let mut chatter = None;
+    for flight in flights {
+        let course = &flight.course;
+        if course.kind == SegmentKind::Chatter {
+            chatter = Some((course.stops[0], flight.start));
+            continue;
+        }
+        let (mut time, mut approach) = (flight.start, 0.0);
+        let event = match (chatter.take(), course.released) {
+            (Some((stop, start)), _) => {
+                time = start;
+                Event::Chatter(stop)
+            }
+            (None, Some(stop)) => Event::Release(stop),
+            (None, None) => match struck.next().filter(|_| course.is_struck) {
+                None => Event::Nothing,
+                Some(stops) => {
+                    let speeds = impacts.by_ref().take(stops.len());
+                    approach = speeds.map(|impact| impact.approach).fold(0.0, f64::max);
+                    Event::Strike(stops.clone())
+                }
+            },
+        };
+        found.push(Instant {
+            time,
+            start: flight.start,
+            phase: 0.0,
+            event,
+            held: course.held().to_vec(),
+            approach,
+            state: joined(&orbit.state(flight.start, false)),
+        });
+    }
+    found
+}
+
+/// A start from the instants of one round; the phase is that at the first.
+fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> Start {
+    let zero = round[0].time;
+    let part = |time: f64| (time - zero) / period;
+    Start {
+        n_periods,
+        phase,
+        parts: round.iter().map(|i| part(i.time)).collect(),
+        starts: round.iter().map(|i| part(i.start)).collect(),
+        period,
+        states: round.iter().map(|i| i.state.clone()).collect(),
+        legs: round
+            .into_iter()
+            .map(|Instant { event, held, .. }| Leg { event, held })
+            .collect(),
+    }
+}
+
+/// Instants whose last impacts before an accumulation are part of it, as far back as their speeds go by the ratio e.
+fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
+    let contacts = contacts(scene);
+    let mut kept: Vec<Instant> = Vec::with_capacity(instants.len());
+    for mut instant in instants {
+        if let Event::Chatter(stop) = instant.event {
+            let e = contacts[stop].restitution;
+            let is_bounce = |i: &Instant| i.held.is_empty() && i.event == Event::Strike(vec![stop]);
+            while let [.., before, last] = kept.as_slice() {
+                let ratio = last.approach / before.approach / e;
+                if !(is_bounce(before) && is_bounce(last) && (ratio - 1.0).abs() < RATIO_TOL) {
+                    break;
+                }
+                instant.time = last.time;
+                kept.pop();
+            }
+        }
+        kept.push(instant);
+    }
+    kept
+}
+
+/// What happens at one time of a motion, and the state after.
+#[derive(Debug, Clone)]
 struct Instant {
     time: f64,
+    /// When the flight behind it starts, which has the state.
+    start: f64,
     phase: f64,
-    stops: Vec<usize>,
+    event: Event,
+    /// The stops held behind it.
+    held: Vec<usize>,
+    /// The approach speed of an impact.
+    approach: f64,
     state: DVector<f64>,
 }
 
-fn instants(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+/// The impacts of a trajectory without lasting contact.
+fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let mut found: Vec<Instant> = Vec::new();
     for &Impact {
-        time, stop, phase, ..
+        time,
+        stop,
+        phase,
+        approach,
+        ..
     } in trajectory.impacts()
     {
-        match found.last_mut() {
-            Some(last) if last.time == time && !last.stops.contains(&stop) => last.stops.push(stop),
-            _ => found.push(Instant {
-                time,
-                phase,
-                stops: vec![stop],
-                state: joined(trajectory.state(time, ImpactSide::After)?),
-            }),
+        if let Some(last) = found.last_mut().filter(|last| last.time == time)
+            && let Event::Strike(stops) = &mut last.event
+            && !stops.contains(&stop)
+        {
+            stops.push(stop);
+            continue;
         }
+        found.push(Instant {
+            time,
+            start: time,
+            phase,
+            event: Event::Strike(vec![stop]),
+            held: Vec::new(),
+            approach,
+            state: joined(&trajectory.state(time, ImpactSide::After)?),
+        });
     }
     Ok(found)
 }
 
+/// What happens along a trajectory with lasting contact, segment by segment.
+fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+    let stretches = trajectory.stretches()?;
+    let flown = stretches.iter().filter(|(s, _)| s.end > s.start);
+    let mut impacts = trajectory.impacts().iter().peekable();
+    let mut found = Vec::new();
+    let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
+    for &(Segment { kind, start, .. }, stops) in flown {
+        let slack = 4.0 * f64::EPSILON * start.abs();
+        let (mut struck, mut approach) = (Vec::new(), 0.0f64);
+        while let Some(impact) = impacts.next_if(|impact| impact.time <= start + slack) {
+            if impact.time >= start - slack && !struck.contains(&impact.stop) {
+                struck.push(impact.stop);
+                approach = approach.max(impact.approach);
+            }
+        }
+        if kind == SegmentKind::Chatter {
+            chatter = Some((stops[0], start));
+            before = &[];
+            continue;
+        }
+        let released: Vec<usize> = before
+            .iter()
+            .copied()
+            .filter(|stop| !stops.contains(stop))
+            .collect();
+        let event = match (chatter.take(), struck.is_empty(), released.as_slice()) {
+            (Some((stop, time)), ..) if stops == [stop] => {
+                found.push(Instant {
+                    time,
+                    start,
+                    phase: trajectory.forcing_phase(time),
+                    event: Event::Chatter(stop),
+                    held: stops.to_vec(),
+                    approach,
+                    state: joined(&trajectory.state(start, ImpactSide::After)?),
+                });
+                None
+            }
+            (None, false, _) => Some(Event::Strike(struck)),
+            (None, true, &[stop]) => Some(Event::Release(stop)),
+            (None, true, &[]) => None,
+            (None, true, _) => {
+                return Err(unsupported("stops that are let go at one time", start));
+            }
+            (Some(_), ..) => {
+                return Err(unsupported("accumulating impacts without rest", start));
+            }
+        };
+        if let Some(event) = event {
+            found.push(Instant {
+                time: start,
+                start,
+                phase: trajectory.forcing_phase(start),
+                event,
+                held: stops.to_vec(),
+                approach,
+                state: joined(&trajectory.state(start, ImpactSide::After)?),
+            });
+        }
+        before = stops;
+    }
+    Ok(found)
+}
+
+fn unsupported(what: &str, time: f64) -> Error {
+    let rule = "of an orbit through it there is no Jacobian";
+    Error::bad_value(
+        "guess",
+        format!("a trajectory with {what} at t = {time}"),
+        rule,
+    )
+}
+
+/// Sizes of position and velocity below which a state is at rest, as far as a return is concerned.
+fn at_rest(instants: &[Instant], span: f64) -> [f64; 2] {
+    let largest = |half: usize| {
+        let sizes = instants.iter().map(|instant| {
+            let n = instant.state.len() / 2;
+            instant.state.rows(half * n, n).amax()
+        });
+        sizes.fold(0.0, f64::max)
+    };
+    let approach = instants.iter().map(|instant| instant.approach);
+    let (q, v) = (largest(0), approach.fold(largest(1), f64::max));
+    [q.max(v * span), v.max(q / span)].map(|size| REST * size)
+}
+
 /// How far two instants are from being the same one a number of periods later, relative to the motion's size.
-fn distance(a: &Instant, b: &Instant, lag: Option<f64>) -> f64 {
-    if a.stops != b.stops {
+fn distance(a: &Instant, b: &Instant, lag: Option<f64>, rest: [f64; 2]) -> f64 {
+    if a.event != b.event || a.held != b.held {
         return f64::INFINITY;
     }
     let n = a.state.len() / 2;
-    let apart = |first: usize| {
-        let (x, y) = (a.state.rows(first, n), b.state.rows(first, n));
-        let size = x.amax().max(y.amax());
+    let apart = |half: usize| {
+        let (x, y) = (a.state.rows(half * n, n), b.state.rows(half * n, n));
+        let size = x.amax().max(y.amax()).max(rest[half]);
         if size > 0.0 {
             (x - y).amax() / size
         } else {
@@ -147,7 +337,7 @@ fn distance(a: &Instant, b: &Instant, lag: Option<f64>) -> f64 {
         }
     };
     let late = lag.map_or(0.0, |lag| ((b.time - a.time) / lag - 1.0).abs());
-    apart(0).max(apart(n)).max(late)
+    apart(0).max(apart(1)).max(late)
 }
 
 fn from_trajectory(
@@ -155,19 +345,39 @@ fn from_trajectory(
     frequency: Option<f64>,
     n_periods: Option<usize>,
 ) -> Result<Start> {
-    let all = instants(trajectory)?;
+    let stretches = trajectory.stretches()?;
+    let has_lasting = stretches
+        .iter()
+        .any(|(segment, _)| segment.kind != SegmentKind::Flight);
+    if let (Some(&(last, held)), Some(w)) = (stretches.last(), frequency)
+        && last.kind == SegmentKind::Stick
+        && last.end - last.start >= TAU / w * n_periods.unwrap_or(1) as f64
+    {
+        return without_instants(trajectory, frequency, n_periods, held);
+    }
+    let mut all = if has_lasting {
+        lasting(trajectory)?
+    } else {
+        impacts(trajectory)?
+    };
+    // Between two releases of a stop the motion has one round; there is the least to go wrong with the number of impacts.
+    let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
+    if let Some(last) = all.iter().rposition(is_release) {
+        all.truncate(last + 1);
+    }
     let Some((last, earlier)) = all.split_last() else {
-        return without_impacts(trajectory, frequency, n_periods);
+        return without_instants(trajectory, frequency, n_periods, &[]);
     };
     let (start, end) = trajectory.span();
+    let rest = at_rest(&all, end - start);
     let found = match frequency {
-        None => latest(earlier, last).map(|k| (k, 1)),
+        None => latest(earlier, last, rest).map(|k| (k, 1)),
         Some(w) => {
             let period = TAU / w;
             let recorded = ((end - start) / period).floor() as usize;
             let candidates = n_periods.map_or(1..=recorded.min(MOST_PERIODS), |n| n..=n);
             let returns = candidates.filter_map(|n| {
-                let (k, d) = nearest(earlier, last, n as f64 * period)?;
+                let (k, d) = nearest(earlier, last, n as f64 * period, rest)?;
                 Some((k, n, d))
             });
             first_return(returns)
@@ -181,19 +391,28 @@ fn from_trajectory(
             rule,
         ));
     };
-    let round = &earlier[first..];
-    let period = frequency.map_or(last.time - round[0].time, |w| TAU / w * n_periods as f64);
-    Ok(Start {
-        pattern: Pattern::new(round.iter().map(|i| i.stops.clone()).collect())?,
-        n_periods,
-        phase: round[0].phase,
-        parts: round
-            .iter()
-            .map(|i| (i.time - round[0].time) / (last.time - round[0].time))
-            .collect(),
-        period,
-        states: round.iter().map(|i| i.state.clone()).collect(),
-    })
+    let spanned = last.time - earlier[first].time;
+    let period = frequency.map_or(spanned, |w| TAU / w * n_periods as f64);
+    let mut round = earlier[first..].to_vec();
+    let is_strike = |instant: &Instant| matches!(instant.event, Event::Strike(_));
+    let Some(landing) = round.iter().position(is_strike) else {
+        return Err(unsupported(
+            "no impact but those that accumulate",
+            last.time,
+        ));
+    };
+    // Not quite a period may have passed: the times are stretched to it.
+    let zero = round[landing].time;
+    let stretch = |time: f64| (time - zero) / spanned * period;
+    for (k, instant) in round.iter_mut().enumerate() {
+        let late = if k < landing { period } else { 0.0 };
+        (instant.time, instant.start) =
+            (stretch(instant.time) + late, stretch(instant.start) + late);
+    }
+    round.rotate_left(landing);
+    let phase = round[0].phase;
+    let round = folded(round, trajectory.scene());
+    Ok(started(round, n_periods, phase, period))
 }
 
 /// The earlier instants that are like the last one, with how far they are from it.
@@ -201,22 +420,23 @@ fn alike<'a>(
     earlier: &'a [Instant],
     last: &'a Instant,
     lag: Option<f64>,
+    rest: [f64; 2],
 ) -> impl DoubleEndedIterator<Item = (usize, f64)> + Clone + 'a {
     earlier
         .iter()
         .enumerate()
-        .map(move |(k, instant)| (k, distance(instant, last, lag)))
+        .map(move |(k, instant)| (k, distance(instant, last, lag, rest)))
         .filter(|(_, d)| *d < 1.0)
 }
 
 /// The instant most like the last one, `lag` before it.
-fn nearest(earlier: &[Instant], last: &Instant, lag: f64) -> Option<(usize, f64)> {
-    alike(earlier, last, Some(lag)).min_by(|a, b| a.1.total_cmp(&b.1))
+fn nearest(earlier: &[Instant], last: &Instant, lag: f64, rest: [f64; 2]) -> Option<(usize, f64)> {
+    alike(earlier, last, Some(lag), rest).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The latest return, as near as any.
-fn latest(earlier: &[Instant], last: &Instant) -> Option<usize> {
-    let all = alike(earlier, last, None);
+fn latest(earlier: &[Instant], last: &Instant, rest: [f64; 2]) -> Option<usize> {
+    let all = alike(earlier, last, None, rest);
     let least = all.clone().map(|(_, d)| d).fold(f64::INFINITY, f64::min);
     let near = all.rev().find(|(_, d)| *d <= least.max(RETURNED));
     near.map(|(k, _)| k)
@@ -236,11 +456,12 @@ fn first_return(returns: impl Iterator<Item = (usize, usize, f64)>) -> Option<(u
     best.map(|(k, n, _)| (k, n))
 }
 
-/// A trajectory without impacts is near a motion in step with the forcing.
-fn without_impacts(
+/// A trajectory without instants is near a motion in step with the forcing, some stops perhaps held for good.
+fn without_instants(
     trajectory: &Trajectory,
     frequency: Option<f64>,
     n_periods: Option<usize>,
+    held: &[usize],
 ) -> Result<Start> {
     let Some(w) = frequency else {
         let rule = "a trajectory without impacts in a scene without forcing has no period to find";
@@ -248,12 +469,15 @@ fn without_impacts(
     };
     let (_, end) = trajectory.span();
     let n = n_periods.unwrap_or(1);
-    Ok(Start {
-        pattern: Pattern::none(),
-        n_periods: n,
+    let instant = Instant {
+        time: end,
+        start: end,
         phase: trajectory.forcing_phase(end),
-        parts: vec![0.0],
-        period: TAU / w * n as f64,
-        states: vec![joined(trajectory.state(end, ImpactSide::After)?)],
-    })
+        event: Event::Nothing,
+        held: held.to_vec(),
+        approach: 0.0,
+        state: joined(&trajectory.state(end, ImpactSide::After)?),
+    };
+    let phase = instant.phase;
+    Ok(started(vec![instant], n, phase, TAU / w * n as f64))
 }

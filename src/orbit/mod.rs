@@ -2,16 +2,20 @@
 
 mod admissible;
 mod certificate;
+mod chatter;
 mod closed_form;
 mod conditions;
+mod course;
 mod find;
 mod flight_time;
 mod free;
 mod green;
 mod guess;
+mod held;
 mod impulses;
 mod isolate;
 mod minors;
+mod modal_motion;
 mod monodromy;
 mod motion;
 mod one_instant;
@@ -37,7 +41,7 @@ pub use free::Free;
 pub use guess::Guess;
 pub use orbits::{Family, OrbitOptions, Orbits, Verdict};
 pub use pattern::Pattern;
-pub use periodic_orbit::{PeriodicOrbit, Saved};
+pub use periodic_orbit::{PeriodicOrbit, Saved, SavedCourse};
 pub use search::{periodic_orbits, periodic_orbits_checked};
 pub use stability::{OrderMultipliers, Stability};
 

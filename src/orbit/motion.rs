@@ -3,12 +3,14 @@
 
 use crate::error::Result;
 use crate::flow::integrate::KeptStep;
-use crate::flow::{ModalScene, SceneFlow, carry, with_flow};
+use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge};
-use crate::orbit::monodromy::monodromy;
+use crate::orbit::course::{Course, struck};
+use crate::orbit::modal_motion::{ModalMotion, joined, stuck_motions};
+use crate::orbit::monodromy::{Flown, monodromy};
 use crate::orbit::periodic_orbit::{Flight, impacts_by, list_impacts};
 use crate::orbit::shooting::Motion;
 use crate::orbit::stability::{self, Stability};
@@ -24,6 +26,8 @@ pub(crate) enum OrbitMotion {
     Modal {
         modal: Arc<ModalScene>,
         flow: OnceLock<SceneFlow>,
+        /// The motions while stops are held.
+        held: Vec<Arc<StuckMotion>>,
     },
     Stepped {
         motion: Arc<SteppedMotion>,
@@ -45,22 +49,24 @@ fn unpaired(state: &[Pair]) -> DVector<f64> {
 }
 
 impl OrbitMotion {
-    /// The modal flights of a linear scene.
-    pub fn modal(modal: Arc<ModalScene>) -> Self {
-        Self::Modal {
+    /// The modal flights of a linear scene, along which stops may be held.
+    pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
+        let stops = flights.iter().map(|flight| flight.course.stops.as_slice());
+        let held = stuck_motions(&modal, stops)?;
+        Ok(Self::Modal {
             modal,
             flow: OnceLock::new(),
-        }
+            held,
+        })
     }
 
     /// The steps of the flights of any scene.
     pub fn stepped(motion: Arc<SteppedMotion>, flights: &[Flight]) -> Result<Self> {
         let steps = |flight: &Flight| {
-            let state = unpaired(&flight.after);
-            Ok((
-                flight.start,
-                motion.steps(flight.start, flight.span, &state)?,
-            ))
+            let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
+            let span = (flight.start, flight.span);
+            let steps = motion.steps(&flight.course, span, &state, &end)?;
+            Ok((flight.start, steps))
         };
         let steps = Arc::new(flights.iter().map(steps).collect::<Result<Vec<_>>>()?);
         Ok(Self::Stepped { motion, steps })
@@ -95,10 +101,15 @@ impl OrbitMotion {
         local: f64,
     ) -> (DVector<f64>, DVector<f64>) {
         match self {
-            Self::Modal { modal, flow } => {
+            Self::Modal { modal, flow, held } => {
+                let angle = modal.frequency * flight.start + phase;
+                let stops = &flight.course.stops;
+                if let Some(stuck) = held.iter().find(|motion| motion.stops == *stops) {
+                    let (q, v) = modal.form.to_physical(&flight.after);
+                    return stuck.carry(angle, local, &q, &v);
+                }
                 let mut state = flight.after.clone();
                 let flow = flow.get_or_init(|| modal.flow());
-                let angle = modal.frequency * flight.start + phase;
                 with_flow!(flow, f => carry(f, angle, local, &mut state));
                 modal.form.to_physical(&state)
             }
@@ -147,13 +158,19 @@ impl OrbitMotion {
         impacts: &[Impact],
         watch: &mut Watch<'_>,
     ) -> Result<Admissibility> {
+        let impacts = &struck_free(pattern, flights, impacts);
         match self {
+            Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
+                Judge::new(modal).with_lasting_contact(held, phase, flights, impacts, watch)
+            }
             Self::Modal { modal, .. } => {
                 Judge::new(modal).admissibility(phase, flights, impacts, watch)
             }
             Self::Stepped { motion, steps } => {
                 let period: f64 = flights.iter().map(|f| f.span).sum();
-                motion.admissibility(steps, pattern.instants(), impacts, TAU / period)
+                let courses: Vec<Course> = flights.iter().map(|f| f.course.clone()).collect();
+                let rate = TAU / period;
+                motion.admissibility(steps, &courses, pattern.instants(), impacts, rate)
             }
         }
     }
@@ -168,23 +185,80 @@ impl OrbitMotion {
         watch: &mut Watch<'_>,
     ) -> Result<Stability> {
         match self {
+            Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
+                let motion = ModalMotion::new(modal, phase, held.clone());
+                let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
+                let states = |pairs: &[Pair]| joined(&modal.form.to_physical(pairs));
+                of_legs(&motion, pattern, flights, states, found, is_coupled, watch)
+            }
             Self::Modal { modal, .. } => {
                 stability::stability(modal, pattern.instants(), phase, flights, found, watch)
             }
             Self::Stepped { motion, .. } => {
                 let is_coupled = |a: usize, b: usize| motion.is_coupled(a, b, flights, pattern);
-                if let Some(refused) = stability::refused(pattern.instants(), found, is_coupled) {
-                    return Ok(refused);
-                }
-                let flown: Vec<_> = flights
-                    .iter()
-                    .map(|f| (f.start, f.start + f.span, unpaired(&f.after)))
-                    .collect();
-                stability::over_orders(pattern.instants(), |order| {
-                    watch.look()?;
-                    monodromy(&**motion, order, &flown)
-                })
+                of_legs(
+                    &**motion, pattern, flights, unpaired, found, is_coupled, watch,
+                )
             }
         }
     }
+}
+
+/// Whether an orbit holds stops, or has impacts that accumulate.
+fn has_lasting_contact(flights: &[Flight]) -> bool {
+    flights.iter().any(|flight| flight.course != Course::FREE)
+}
+
+/// Of each instant the stops that were not held before it.
+fn newly_struck(pattern: &Pattern, flights: &[Flight]) -> Vec<Vec<usize>> {
+    let starts = struck(flights.iter().map(|flight| &flight.course));
+    let each = pattern.instants().iter().zip(starts).map(|(instant, k)| {
+        let before = flights[(k + flights.len() - 1) % flights.len()]
+            .course
+            .held();
+        let new = instant
+            .iter()
+            .copied()
+            .filter(|stop| !before.contains(stop));
+        new.collect()
+    });
+    each.collect()
+}
+
+/// The impacts but those that a stop in lasting contact receives with another's: it is neither approached nor left.
+fn struck_free(pattern: &Pattern, flights: &[Flight], impacts: &[Impact]) -> Vec<Impact> {
+    let new = newly_struck(pattern, flights);
+    let whole = pattern.instants().iter().zip(&new);
+    let is_new = whole.flat_map(|(all, new)| all.iter().map(|stop| new.contains(stop)));
+    let judged = impacts.iter().zip(is_new).filter(|(_, is_new)| *is_new);
+    judged.map(|(impact, _)| *impact).collect()
+}
+
+/// Multipliers from flights and instants as the shooting has them.
+fn of_legs<M: Motion>(
+    motion: &M,
+    pattern: &Pattern,
+    flights: &[Flight],
+    state: impl Fn(&[Pair]) -> DVector<f64>,
+    found: &Admissibility,
+    is_coupled: impl Fn(usize, usize) -> bool,
+    watch: &mut Watch<'_>,
+) -> Result<Stability> {
+    let new = newly_struck(pattern, flights);
+    if let Some(refused) = stability::refused(&new, found, is_coupled) {
+        return Ok(refused);
+    }
+    let flown: Vec<Flown<'_>> = flights
+        .iter()
+        .map(|f| Flown {
+            start: f.start,
+            end: f.start + f.span,
+            state: state(&f.after),
+            course: &f.course,
+        })
+        .collect();
+    stability::over_orders(&new, |order| {
+        watch.look()?;
+        monodromy(motion, pattern.instants(), order, &flown)
+    })
 }

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::impact::wrapped;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
+use crate::orbit::course::Course;
 use crate::orbit::impulses::{Instant, RANK_TOL};
 use crate::orbit::one_stop;
 use crate::orbit::periodic_orbit::Flight;
@@ -178,6 +179,7 @@ impl Solution {
                 span: period,
                 after,
                 before_next,
+                course: Course::FREE,
             },
             impulses,
         }

@@ -8,10 +8,12 @@ use crate::model::{Change, Scene};
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
+use crate::orbit::course::{Course, struck};
 use crate::orbit::motion::OrbitMotion;
 use crate::orbit::search::outgrown;
 use crate::orbit::stability::Stability;
 use crate::orbit::stepped::SteppedMotion;
+use crate::simulate::{Segment, SegmentKind};
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::convert::Infallible;
@@ -28,6 +30,8 @@ pub(crate) struct Flight {
     pub after: Vec<Pair>,
     /// The state at its end, before the impacts there.
     pub before_next: Vec<Pair>,
+    /// What it is.
+    pub course: Course,
 }
 
 impl Flight {
@@ -39,6 +43,8 @@ impl Flight {
 }
 
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.
+///
+/// Where stops are held and let go that is the first impact that follows a release.
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
     scene: Scene,
@@ -67,7 +73,8 @@ pub(crate) struct Parts {
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
     pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: Parts) -> Result<Self> {
-        Self::moved_by(OrbitMotion::modal(modal), scene, parts)
+        let motion = OrbitMotion::modal_along(modal, &parts.flights)?;
+        Self::moved_by(motion, scene, parts)
     }
 
     /// An orbit from what moves it and its parts.
@@ -131,9 +138,31 @@ impl PeriodicOrbit {
         &self.impacts
     }
 
-    /// When its flights start, counted from the first impact.
-    pub(crate) fn flight_starts(&self) -> Vec<f64> {
-        self.flights.iter().map(|f| f.start).collect()
+    /// Its flights.
+    pub(crate) fn flights(&self) -> &[Flight] {
+        &self.flights
+    }
+
+    /// The parts of one period, counted from the first impact, as those of a trajectory: flights from impact to impact, the
+    /// rest of impacts that accumulate, lasting contact (each stop in contact has a row).
+    pub fn segments(&self) -> Vec<Segment> {
+        let mut all = Vec::with_capacity(self.flights.len());
+        for flight in &self.flights {
+            let whole = Segment {
+                kind: flight.course.kind,
+                stop: None,
+                start: flight.start,
+                end: flight.start + flight.span,
+            };
+            if flight.course.stops.is_empty() {
+                all.push(whole);
+            }
+            all.extend(flight.course.stops.iter().map(|&stop| Segment {
+                stop: Some(stop),
+                ..whole
+            }));
+        }
+        all
     }
 
     /// Position right after the first impact, shape `(n,)`.
@@ -179,8 +208,12 @@ impl PeriodicOrbit {
             .along(self.phase, k, flight, local - flight.start)
     }
 
-    /// The coefficients of eq. (14); `None` where the modes are complex or there is no steady response.
+    /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
+    /// to lasting contact.
     pub fn coefficients(&self) -> Option<Coefficients> {
+        if self.flights[0].course.kind != SegmentKind::Flight {
+            return None;
+        }
         coefficients(
             self.motion.modal_scene()?,
             self.phase,
@@ -285,7 +318,13 @@ pub struct Saved {
     pub states: Vec<f64>,
     /// Impulses in the order of the pattern.
     pub impulses: Vec<f64>,
+    /// What each flight is: its kind, the stops in contact, whether it begins with the next instant of the pattern, the
+    /// stop let go at its start. Empty: all of them free, from instant to instant.
+    pub courses: Vec<SavedCourse>,
 }
+
+/// One entry of [`Saved::courses`].
+pub type SavedCourse = (SegmentKind, Vec<usize>, bool, Option<usize>);
 
 impl PeriodicOrbit {
     /// The orbit as plain numbers.
@@ -301,6 +340,7 @@ impl PeriodicOrbit {
             spans: self.flights.iter().map(|f| f.span).collect(),
             states: states.copied().collect(),
             impulses: self.impacts.iter().map(|i| i.impulse).collect(),
+            courses: self.flights.iter().map(saved_course).collect(),
         }
     }
 
@@ -321,13 +361,14 @@ impl PeriodicOrbit {
         let pairs: Vec<Pair> = saved.states.chunks(2).map(|z| [z[0], z[1]]).collect();
         let mut start = 0.0;
         let mut flights = Vec::new();
-        for (span, states) in saved.spans.iter().zip(pairs.chunks(2 * n)) {
+        for (k, (span, states)) in saved.spans.iter().zip(pairs.chunks(2 * n)).enumerate() {
             let (after, before_next) = (states[..n].to_vec(), states[n..].to_vec());
             flights.push(Flight {
                 start,
                 span: *span,
                 after,
                 before_next,
+                course: saved.courses.get(k).map_or(Course::FREE, restored_course),
             });
             start += span;
         }
@@ -338,7 +379,7 @@ impl PeriodicOrbit {
             ..
         } = saved;
         let motion = if scene.linear_system("an orbit").is_ok() {
-            OrbitMotion::modal(Arc::new(ModalScene::new(scene, "an orbit")?))
+            OrbitMotion::modal_along(Arc::new(ModalScene::new(scene, "an orbit")?), &flights)?
         } else {
             OrbitMotion::stepped(Arc::new(SteppedMotion::new(scene, phase)), &flights)?
         };
@@ -350,6 +391,25 @@ impl PeriodicOrbit {
             impulses,
         };
         Self::moved_by(motion, scene, parts)
+    }
+}
+
+fn saved_course(flight: &Flight) -> SavedCourse {
+    let Course {
+        kind,
+        stops,
+        is_struck,
+        released,
+    } = flight.course.clone();
+    (kind, stops, is_struck, released)
+}
+
+fn restored_course((kind, stops, is_struck, released): &SavedCourse) -> Course {
+    Course {
+        kind: *kind,
+        stops: stops.clone(),
+        is_struck: *is_struck,
+        released: *released,
     }
 }
 
@@ -380,7 +440,8 @@ pub(crate) fn impacts_by<E>(
 ) -> std::result::Result<Vec<Impact>, E> {
     let mut impacts = Vec::with_capacity(impulses.len());
     let mut impulses = impulses.iter();
-    for (k, instant) in pattern.instants().iter().enumerate() {
+    let starts = struck(flights.iter().map(|flight| &flight.course));
+    for (instant, k) in pattern.instants().iter().zip(starts) {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
         for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
             let (approach, restitution) = law(stop, previous)?;

@@ -1,10 +1,18 @@
 //! Periodic motions of any pattern from a guess (theory 5): Newton's method on the states after the impacts and on the
 //! times of the impacts, all at once (multiple shooting). A time is an unknown with its own equation, the gap of the stop
 //! hit; nothing asks which stop is met first, so the method stays regular where an impact loses its speed.
+//!
+//! Lasting contact needs no unknown of its own. A period runs from just after its first impact, free, on 2n unknowns; the
+//! impacts that accumulate are one instant whose map (`chatter.rs`) ends in a state with two dimensions less, the flow of
+//! the held motion keeps them away, and at the release, an instant whose time has the equation "the stop let go does not
+//! accelerate", `h'' = 0`, equivalent to a contact force of zero, the state and its rate are continuous. So `I - M` of
+//! the closing equations stays regular where M has zero multipliers. Behind a chatter a flight begins later than its
+//! instant: its start has corrections of its own, which follow from the others.
 
 use crate::error::{Error, Result};
 use crate::linalg::rank;
-use crate::orbit::Pattern;
+use crate::orbit::chatter::{Chatter, DIFFERENCE, Timed, complete};
+use crate::orbit::course::{Event, Leg};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -19,15 +27,17 @@ const FREE_DIRECTION: f64 = 1e-12;
 
 /// Smooth motion and impacts as the shooting sees them. A state is `(q, v)`; deviations are columns of such.
 pub(crate) trait Motion {
-    /// Carries a state from one time to another and multiplies deviations by the Jacobian of the flow.
+    /// Carries a state from one time to another while some stops are held, and multiplies deviations by the Jacobian of the
+    /// flow; a state is first brought onto the stops held.
     fn fly(
         &self,
+        held: &[usize],
         span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()>;
-    /// The rate of change of a state.
-    fn rate(&self, t: f64, state: &DVector<f64>) -> Result<DVector<f64>>;
+    /// The rate of change of a state while some stops are held.
+    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>>;
     /// Applies the impacts of the stops hit together at a fixed time, and returns their impulses.
     fn collide(
         &self,
@@ -37,24 +47,40 @@ pub(crate) trait Motion {
     ) -> Result<Vec<f64>>;
     /// The gap of a stop and its gradient in q, shape `(n,)`.
     fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)>;
+    /// The second time derivative of a gap where the state changes at a rate.
+    fn acceleration(&self, stop: usize, state: &DVector<f64>, rate: &DVector<f64>) -> Result<f64>;
+    /// The reaction direction of a stop, shape `(n,)`.
+    fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>>;
+    /// The restitution coefficient of a stop.
+    fn restitution(&self, stop: usize) -> f64;
 }
 
-/// A motion between impacts, closed or nearly so: flight k goes from `times[k]` to `times[k + 1]`, and its state is the
-/// one right after the impacts at its start.
+/// A motion between instants, closed or nearly so: flight k goes from `starts[k]`, which is `times[k]` unless impacts
+/// accumulate from there, to `times[k + 1]`, and its state is the one at its start.
 #[derive(Debug, Clone)]
 pub(crate) struct Loop {
-    /// One more than there are flights.
+    /// The instants, one more than there are flights.
     pub times: Vec<f64>,
+    pub starts: Vec<f64>,
     pub states: Vec<DVector<f64>>,
+}
+
+impl Loop {
+    /// The start of flight k, the one after the last being the first of the next period.
+    fn start(&self, k: usize) -> f64 {
+        self.starts.get(k).copied().unwrap_or(self.times[k])
+    }
 }
 
 /// What a flight ends with.
 #[derive(Debug, Clone)]
 pub(crate) struct Landing {
-    /// The state before the impacts.
+    /// The state before the instant.
     pub before: DVector<f64>,
-    /// The impulses of the impacts.
+    /// The impulses of the stops struck together there.
     pub impulses: Vec<f64>,
+    /// The impacts that accumulate from there.
+    pub chatter: Option<Chatter>,
 }
 
 /// The times that are unknown.
@@ -69,7 +95,7 @@ pub(crate) enum Clocked {
 /// One periodic problem.
 pub(crate) struct Shooting<'a, M> {
     pub motion: &'a M,
-    pub pattern: &'a Pattern,
+    pub legs: &'a [Leg],
     pub clocked: Clocked,
 }
 
@@ -80,11 +106,13 @@ struct Units {
     time: f64,
 }
 
-/// The equations linearised about a loop: `rows xi = right`, and every state's correction `states[k] (xi, 1)`.
+/// The equations linearised about a loop: `rows xi = right`, and every flight's corrections `states[k] (xi, 1)` and
+/// `starts[k] (xi, 1)`.
 struct Linearised {
     rows: DMatrix<f64>,
     right: DVector<f64>,
     states: Vec<DMatrix<f64>>,
+    starts: Vec<DVector<f64>>,
 }
 
 impl<M: Motion> Shooting<'_, M> {
@@ -95,7 +123,7 @@ impl<M: Motion> Shooting<'_, M> {
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<(Loop, Vec<Landing>)> {
         let mut current = guess;
-        let mut units = self.units(&current);
+        let mut units = self.units(&current)?;
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
         while steps < MOST_STEPS {
@@ -108,11 +136,11 @@ impl<M: Motion> Shooting<'_, M> {
                 break;
             };
             (current, mismatch) = (next, left);
-            units = self.units(&current);
+            units = self.units(&current)?;
             steps += 1;
         }
         if mismatch <= CLOSED {
-            let landings = self.landings(&current)?;
+            let landings = self.landings(&current, &units)?;
             return Ok((current, landings));
         }
         Err(Error::NoConvergence {
@@ -122,29 +150,120 @@ impl<M: Motion> Shooting<'_, M> {
         })
     }
 
-    fn instant(&self, k: usize) -> &[usize] {
-        let instants = self.pattern.instants();
-        match instants.len() {
-            0 => &[],
-            count => &instants[k % count],
+    fn event(&self, k: usize) -> &Event {
+        &self.legs[k % self.legs.len()].event
+    }
+
+    /// The stops held after instant k.
+    fn held(&self, k: usize) -> &[usize] {
+        &self.legs[k % self.legs.len()].held
+    }
+
+    /// The stops struck at instant k that were not held before it, whose gaps are conditions.
+    fn newly_struck(&self, k: usize) -> impl Iterator<Item = usize> {
+        let stops: &[usize] = match self.event(k) {
+            Event::Strike(stops) => stops,
+            _ => &[],
+        };
+        let before = self.held(k + self.legs.len() - 1);
+        stops.iter().copied().filter(|stop| !before.contains(stop))
+    }
+
+    /// How many times are unknown.
+    fn n_times(&self) -> usize {
+        match self.event(0) {
+            Event::Nothing => 0,
+            _ => self.legs.len(),
         }
     }
 
     /// The unknown that the time of instant k is, among the times.
     fn time_index(&self, k: usize) -> Option<usize> {
-        match (self.pattern.instants().len(), self.clocked) {
+        match (self.n_times(), self.clocked) {
             (0, _) => None,
             (count, Clocked::Forced { .. }) => Some(k % count),
             (_, Clocked::Free) => k.checked_sub(1),
         }
     }
 
-    fn units(&self, state: &Loop) -> Units {
+    /// What instant k makes of a state before it; the impulses, and the impacts that accumulate there.
+    fn pass(&self, k: usize, units: &Units, y: &mut Timed) -> Result<(Vec<f64>, Option<Chatter>)> {
+        Ok(match self.event(k) {
+            Event::Strike(stops) => {
+                let impulses = self
+                    .motion
+                    .collide(stops, &mut y.state, &mut y.deviations)?;
+                (impulses, None)
+            }
+            Event::Chatter(stop) => {
+                let chatter = complete(self.motion, *stop, units.position, y)?;
+                (Vec::new(), Some(chatter))
+            }
+            Event::Release(_) | Event::Nothing => (Vec::new(), None),
+        })
+    }
+
+    /// The condition of instant k on a state before it and on its time, scaled, with what deviations make of it; a stop
+    /// that is struck has its own on the state after.
+    fn condition(&self, k: usize, units: &Units, y: &Timed) -> Result<Option<(f64, DVector<f64>)>> {
+        match *self.event(k) {
+            Event::Nothing | Event::Strike(_) => Ok(None),
+            Event::Chatter(stop) => {
+                let (gap, gradient) = self.motion.gap(stop, &y.state)?;
+                let scale = 1.0 / (gradient.amax() * units.position);
+                let row = y.deviations.rows(0, gradient.len()).tr_mul(&gradient);
+                Ok(Some((gap * scale, row * scale)))
+            }
+            Event::Release(stop) => {
+                let (_, gradient) = self.motion.gap(stop, &y.state)?;
+                let scale = units.time / (gradient.amax() * units.velocity);
+                let pull = |t: f64, x: &DVector<f64>| {
+                    let rate = self.motion.rate(self.held(k), t, x)?;
+                    self.motion.acceleration(stop, x, &rate)
+                };
+                let mut row = DVector::zeros(y.deviations.ncols());
+                for (j, column) in y.deviations.column_iter().enumerate() {
+                    let size = column.amax().max(y.delays[j].abs());
+                    if size > 0.0 {
+                        let step = DIFFERENCE * y.state.amax().max(units.position) / size;
+                        let at = |s: f64| pull(y.time + s * y.delays[j], &(&y.state + column * s));
+                        row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
+                    }
+                }
+                Ok(Some((pull(y.time, &y.state)? * scale, row)))
+            }
+        }
+    }
+
+    /// The end of flight k, at instant k + 1, without deviations.
+    fn flown(&self, k: usize, state: &Loop) -> Result<Timed> {
+        let len = state.states[0].len();
+        let mut y = Timed {
+            time: state.times[k + 1],
+            state: state.states[k].clone(),
+            deviations: DMatrix::zeros(len, 0),
+            delays: DVector::zeros(0),
+        };
+        let span = (state.starts[k], y.time);
+        self.motion
+            .fly(self.held(k), span, &mut y.state, &mut y.deviations)?;
+        Ok(y)
+    }
+
+    fn units(&self, state: &Loop) -> Result<Units> {
         let n = state.states[0].len() / 2;
+        // Behind instants that end at rest the states may all be zero but for rounding; the ends of the flights are not.
+        let ends = if self.legs.iter().any(|leg| !leg.held.is_empty()) {
+            let end = |k: usize| Ok(self.flown(k, state)?.state);
+            (0..state.states.len()).map(end).collect::<Result<_>>()?
+        } else {
+            Vec::new()
+        };
         let largest = |first: usize| {
             state
                 .states
                 .iter()
+                .chain(&ends)
                 .map(|x| x.rows(first, n).amax())
                 .fold(0.0, f64::max)
         };
@@ -156,26 +275,25 @@ impl<M: Motion> Shooting<'_, M> {
         let (position, velocity) = (largest(0), largest(n));
         let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
         let position = or_one(position.max(velocity * time));
-        Units {
+        Ok(Units {
             position,
             velocity: or_one(velocity.max(position / time)),
             time,
-        }
+        })
     }
 
     /// The ends of all flights.
-    fn landings(&self, state: &Loop) -> Result<Vec<Landing>> {
-        let mut none = DMatrix::zeros(state.states[0].len(), 0);
+    fn landings(&self, state: &Loop, units: &Units) -> Result<Vec<Landing>> {
         (0..state.states.len())
             .map(|k| {
-                let mut before = state.states[k].clone();
-                self.motion
-                    .fly((state.times[k], state.times[k + 1]), &mut before, &mut none)?;
-                let mut after = before.clone();
-                let impulses = self
-                    .motion
-                    .collide(self.instant(k + 1), &mut after, &mut none)?;
-                Ok(Landing { before, impulses })
+                let mut y = self.flown(k, state)?;
+                let before = y.state.clone();
+                let (impulses, chatter) = self.pass(k + 1, units, &mut y)?;
+                Ok(Landing {
+                    before,
+                    impulses,
+                    chatter,
+                })
             })
             .collect()
     }
@@ -183,20 +301,24 @@ impl<M: Motion> Shooting<'_, M> {
     /// The largest of all gaps at impacts and of all jumps between flights, in their units.
     fn mismatch(&self, state: &Loop, units: &Units) -> Result<f64> {
         let n = state.states[0].len() / 2;
-        let mut none = DMatrix::zeros(2 * n, 0);
         let mut worst = 0.0f64;
         let count = state.states.len();
         for k in 0..count {
-            for &stop in self.instant(k) {
+            for stop in self.newly_struck(k) {
                 let (gap, gradient) = self.motion.gap(stop, &state.states[k])?;
                 worst = worst.max((gap / (gradient.amax() * units.position)).abs());
             }
-            let mut end = state.states[k].clone();
-            self.motion
-                .fly((state.times[k], state.times[k + 1]), &mut end, &mut none)?;
-            self.motion
-                .collide(self.instant(k + 1), &mut end, &mut none)?;
-            end -= &state.states[(k + 1) % count];
+            let mut y = self.flown(k, state)?;
+            if let Some((condition, _)) = self.condition(k + 1, units, &y)? {
+                worst = worst.max(condition.abs());
+            }
+            self.pass(k + 1, units, &mut y)?;
+            let (next, start) = (&state.states[(k + 1) % count], state.start(k + 1));
+            let mut end = y.state - next;
+            if y.time != start {
+                // The end of a chatter is known to less than the state at a fixed time is.
+                end += self.motion.rate(self.held(k + 1), start, next)? * (start - y.time);
+            }
             worst = worst
                 .max(end.rows(0, n).amax() / units.position)
                 .max(end.rows(n, n).amax() / units.velocity);
@@ -208,7 +330,7 @@ impl<M: Motion> Shooting<'_, M> {
     /// times, `xi`, so that these alone are solved for.
     fn linearised(&self, state: &Loop, units: &Units) -> Result<Linearised> {
         let flights = state.states.len();
-        let (two_n, n_times) = (state.states[0].len(), self.pattern.instants().len());
+        let (two_n, n_times) = (state.states[0].len(), self.n_times());
         let (n, unknowns) = (two_n / 2, two_n + n_times);
         let scale = |i: usize| {
             if i < n {
@@ -222,37 +344,41 @@ impl<M: Motion> Shooting<'_, M> {
         for i in 0..two_n {
             deviations[(i, i)] = scale(i);
         }
+        let mut delays = self.shift(0, unknowns, units);
         let mut rows = Vec::new();
-        let mut states = Vec::with_capacity(flights);
+        let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
         for k in 0..flights {
-            for &stop in self.instant(k) {
+            for stop in self.newly_struck(k) {
                 let (gap, gradient) = self.motion.gap(stop, &state.states[k])?;
                 let mut row = deviations.rows(0, n).tr_mul(&gradient);
                 row[unknowns] += gap;
                 rows.push(row / (gradient.amax() * units.position));
             }
             states.push(deviations.clone());
-            let shift = |deviations: &mut DMatrix<f64>, instant: usize, rate: DVector<f64>| {
-                if let Some(j) = self.time_index(instant) {
-                    let mut column = deviations.column_mut(two_n + j);
-                    column += rate * units.time;
-                }
-            };
-            let rate = self.motion.rate(state.times[k], &state.states[k])?;
-            shift(&mut deviations, k, -rate);
-            let mut end = state.states[k].clone();
-            self.motion.fly(
-                (state.times[k], state.times[k + 1]),
-                &mut end,
-                &mut deviations,
-            )?;
-            let rate = self.motion.rate(state.times[k + 1], &end)?;
-            shift(&mut deviations, k + 1, rate);
+            starts.push(delays.clone());
+            let (start, end) = (state.starts[k], state.times[k + 1]);
+            let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
+            deviations -= rate * delays.transpose();
+            let mut x = state.states[k].clone();
             self.motion
-                .collide(self.instant(k + 1), &mut end, &mut deviations)?;
-            end -= &state.states[(k + 1) % flights];
+                .fly(self.held(k), (start, end), &mut x, &mut deviations)?;
+            delays = self.shift(k + 1, unknowns, units);
+            deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
+            let mut y = Timed {
+                time: end,
+                state: x,
+                deviations,
+                delays,
+            };
+            if let Some((condition, mut row)) = self.condition(k + 1, units, &y)? {
+                row[unknowns] += condition;
+                rows.push(row);
+            }
+            self.pass(k + 1, units, &mut y)?;
+            (deviations, delays) = (y.deviations, y.delays);
             let mut open = deviations.column_mut(unknowns);
-            open += end;
+            open += y.state - &state.states[(k + 1) % flights];
+            delays[unknowns] += y.time - state.start(k + 1);
         }
         for i in 0..two_n {
             deviations[(i, i)] -= scale(i);
@@ -263,7 +389,17 @@ impl<M: Motion> Shooting<'_, M> {
             right: -all.column(unknowns).into_owned(),
             rows: all.columns(0, unknowns).into_owned(),
             states,
+            starts,
         })
+    }
+
+    /// What the unknowns make of the time of instant k.
+    fn shift(&self, k: usize, unknowns: usize, units: &Units) -> DVector<f64> {
+        let mut delays = DVector::zeros(unknowns + 1);
+        if let Some(j) = self.time_index(k) {
+            delays[unknowns - self.n_times() + j] = units.time;
+        }
+        delays
     }
 
     /// Newton's correction of every time and state; of many the least.
@@ -272,6 +408,7 @@ impl<M: Motion> Shooting<'_, M> {
             rows,
             right,
             states,
+            starts,
         } = self.linearised(state, units)?;
         let tolerance = FREE_DIRECTION * rows.amax();
         let xi = rank::solve(&rows, &right, tolerance)?.particular;
@@ -283,8 +420,13 @@ impl<M: Motion> Shooting<'_, M> {
             })
             .collect();
         let with_one = xi.push(1.0);
+        let starts = starts.iter().map(|d| d.dot(&with_one)).collect();
         let states = states.iter().map(|d| d * &with_one).collect();
-        Ok(Loop { times, states })
+        Ok(Loop {
+            times,
+            starts,
+            states,
+        })
     }
 
     /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.
@@ -299,13 +441,13 @@ impl<M: Motion> Shooting<'_, M> {
         let tries = if mismatch <= CLOSED { 1 } else { MOST_HALVINGS };
         for halvings in 0..tries {
             let part = 0.5f64.powi(halvings);
-            let times: Vec<f64> = state
-                .times
-                .iter()
-                .zip(&correction.times)
-                .map(|(t, d)| t + part * d)
-                .collect();
-            if times.windows(2).any(|w| w[1] <= w[0]) {
+            let moved = |times: &[f64], by: &[f64]| -> Vec<f64> {
+                times.iter().zip(by).map(|(t, d)| t + part * d).collect()
+            };
+            let times = moved(&state.times, &correction.times);
+            let starts = moved(&state.starts, &correction.starts);
+            let flights = starts.iter().zip(times.windows(2));
+            if flights.into_iter().any(|(s, w)| *s < w[0] || w[1] <= *s) {
                 continue;
             }
             let states = state
@@ -314,7 +456,11 @@ impl<M: Motion> Shooting<'_, M> {
                 .zip(&correction.states)
                 .map(|(x, d)| x + d * part)
                 .collect();
-            let next = Loop { times, states };
+            let next = Loop {
+                times,
+                starts,
+                states,
+            };
             let left = match self.mismatch(&next, units) {
                 Ok(left) => left,
                 Err(Error::NoConvergence { .. }) => continue,

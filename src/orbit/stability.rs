@@ -4,8 +4,7 @@
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
 use crate::linalg::eigen;
-use crate::linalg::matrix_exponential::matrix_exponential;
-use crate::modal::{Form, Pair};
+use crate::modal::Pair;
 use crate::orbit::admissible::{Admissibility, Touch};
 use crate::orbit::periodic_orbit::Flight;
 use crate::watch::Watch;
@@ -76,26 +75,6 @@ fn apply_saltation(
                 let slip = rate_after[j][c] - rate_before[j][c] + carried * jump[j][c];
                 column[2 * j + c] += slip * delayed - jump[j][c] * kicked;
             }
-        }
-    }
-}
-
-/// `e^{A t}` applied to deviations in modal pairs.
-pub(crate) fn propagate(scene: &ModalScene, t: f64, deviations: &mut DMatrix<f64>) {
-    match &scene.form.form {
-        Form::Blocks(blocks) => {
-            for (j, block) in blocks.iter().enumerate() {
-                let p = block.propagator(t);
-                for mut column in deviations.column_iter_mut() {
-                    let z = [column[2 * j], column[2 * j + 1]];
-                    column[2 * j] = p[0][0] * z[0] + p[0][1] * z[1];
-                    column[2 * j + 1] = p[1][0] * z[0] + p[1][1] * z[1];
-                }
-            }
-        }
-        Form::Dense(state) => {
-            let moved = matrix_exponential(&(state * t)) * &*deviations;
-            deviations.copy_from(&moved);
         }
     }
 }
@@ -315,7 +294,7 @@ fn monodromy(
     let mut deviations = DMatrix::identity(2 * n, 2 * n);
     let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
     for (k, flight) in flights.iter().enumerate() {
-        propagate(scene, flight.span, &mut deviations);
+        scene.form.propagate(flight.span, &mut deviations);
         if order.is_empty() {
             continue;
         }

@@ -4,17 +4,22 @@
 use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
 use crate::error::{Error, Result};
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
-use crate::flow::runge_kutta::Tolerance;
+use crate::flow::runge_kutta::{Dense, Tolerance, later};
 use crate::impact::Impact;
-use crate::linalg::rank;
 use crate::model::{
-    Contact, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts, with_motion,
+    Contact, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts, reaction_weights,
+    with_motion,
 };
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Breach, Rule, Touch, judge_impacts};
+use crate::orbit::chatter::{DIFFERENCE, project};
+use crate::orbit::course::{Course, struck};
+use crate::orbit::held::{is_hop, judge_force};
 use crate::orbit::periodic_orbit::Flight;
 use crate::orbit::shooting::Motion;
+use crate::simulate::{HeldMotion, SegmentKind};
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// Tolerances of the flights of an orbit: an orbit closes to 1e-11.
 const TOLERANCE: Tolerance = Tolerance {
@@ -23,15 +28,33 @@ const TOLERANCE: Tolerance = Tolerance {
 };
 /// Margin within which a gap counts as touching, relative to the motion's size: what the flights are known to.
 const MARGIN: f64 = 1e-10;
-/// Size of a difference of an impact map, relative to the state.
-const DIFFERENCE: f64 = 6e-6;
+
+/// Runs a block of code with the motion of a scene while stops are held, whatever its type.
+macro_rules! with_held {
+    ($stepped:expr, $held:expr, $dynamics:ident => $body:expr) => {
+        with_motion!(&$stepped.motion, motion => {
+            if $held.is_empty() {
+                let $dynamics = motion;
+                $body
+            } else {
+                let $dynamics = &HeldMotion {
+                    dynamics: motion,
+                    system: &$stepped.system,
+                    contacts: Arc::clone(&$stepped.contacts),
+                    stops: $held.to_vec(),
+                };
+                $body
+            }
+        })
+    };
+}
 
 /// A scene whose flights are integrated, from a forcing phase.
 #[derive(Debug, Clone)]
 pub(crate) struct SteppedMotion {
     motion: SceneMotion,
     system: System,
-    contacts: Vec<Contact>,
+    contacts: Arc<Vec<Contact>>,
     pub frequency: f64,
     pub phase: f64,
 }
@@ -41,15 +64,10 @@ impl SteppedMotion {
         Self {
             motion: SceneMotion::new(scene),
             system: scene.system().clone(),
-            contacts: contacts(scene),
+            contacts: Arc::new(contacts(scene)),
             frequency: scene.forcing().frequency().unwrap_or(0.0),
             phase,
         }
-    }
-
-    /// The restitution coefficient of a stop.
-    pub fn restitution(&self, stop: usize) -> f64 {
-        self.contacts[stop].restitution
     }
 
     fn moment(&self, t: f64) -> Moment {
@@ -59,12 +77,26 @@ impl SteppedMotion {
         }
     }
 
-    /// The steps of a flight from a state.
-    pub fn steps(&self, start: f64, span: f64, state: &DVector<f64>) -> Result<Vec<KeptStep>> {
-        let mut steps = Vec::new();
+    /// The steps of a flight between two states; the rest of impacts that accumulate is a line.
+    pub fn steps(
+        &self,
+        course: &Course,
+        (start, span): (f64, f64),
+        state: &DVector<f64>,
+        end: &DVector<f64>,
+    ) -> Result<Vec<KeptStep>> {
         let mut x: Vec<f64> = state.iter().copied().collect();
+        if course.kind == SegmentKind::Chatter {
+            let dense = Dense::line(&x, &end.iter().copied().collect(), span);
+            return Ok(vec![KeptStep {
+                start: 0.0,
+                h: span,
+                dense,
+            }]);
+        }
+        let mut steps = Vec::new();
         let at = self.moment(start);
-        with_motion!(&self.motion, motion => {
+        with_held!(self, course.held(), motion => {
             integrate(motion, at, self.frequency, span, TOLERANCE, &mut x, &mut |from, stepper, x, h| {
                 steps.push(KeptStep { start: from, h, dense: stepper.dense(x, h) });
             })
@@ -72,11 +104,36 @@ impl SteppedMotion {
         Ok(steps)
     }
 
-    fn acceleration(&self, at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+    fn rate_of(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(x.len() / 2);
         let mut a = vec![0.0; q.len()];
-        with_motion!(&self.motion, motion => motion.acceleration(at, q, v, &mut a))?;
+        with_held!(self, held, motion => motion.acceleration(at, q, v, &mut a))?;
         Ok(a)
+    }
+
+    /// The contact forces of the stops held.
+    fn forces(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+        let (q, v) = x.split_at(x.len() / 2);
+        let mut a = vec![0.0; q.len()];
+        with_motion!(&self.motion, motion => {
+            let held = HeldMotion {
+                dynamics: motion,
+                system: &self.system,
+                contacts: Arc::clone(&self.contacts),
+                stops: held.to_vec(),
+            };
+            held.forces(at, q, v, &mut a)
+        })
+    }
+
+    /// The reaction of a stop at a position.
+    fn reaction_at(&self, stop: usize, q: &[f64]) -> Result<DVector<f64>> {
+        let reaction = self.contacts[stop].reaction(&self.system, q)?;
+        reaction.ok_or(Error::NoConvergence {
+            stage: "the mass matrix at an impact, which is singular,",
+            iterations: 0,
+            residual: f64::NAN,
+        })
     }
 
     /// The impact of some stops at a fixed time, and their impulses.
@@ -87,21 +144,13 @@ impl SteppedMotion {
         for &stop in stops {
             let contact = &self.contacts[stop];
             normals.push(contact.surface.normal(q)?);
-            let reaction = contact.reaction(&self.system, q)?;
-            reactions.push(reaction.ok_or(Error::NoConvergence {
-                stage: "the mass matrix at an impact, which is singular,",
-                iterations: 0,
-                residual: f64::NAN,
-            })?);
+            reactions.push(self.reaction_at(stop, q)?);
         }
-        let k = stops.len();
-        let delassus = DMatrix::from_fn(k, k, |i, j| normals[i].dot(&reactions[j]));
-        let approach = DVector::from_fn(k, |i, _| {
+        let approach = DVector::from_fn(stops.len(), |i, _| {
             let speed: f64 = normals[i].iter().zip(v.iter()).map(|(n, v)| n * v).sum();
             (1.0 + self.contacts[stops[i]].restitution) * speed
         });
-        let tolerance = 1e-12 * delassus.amax();
-        let impulses = rank::solve(&delassus, &approach, tolerance)?.particular;
+        let impulses = reaction_weights(&normals, &reactions, &approach)?;
         for (reaction, impulse) in reactions.iter().zip(impulses.iter()) {
             for (v, b) in v.iter_mut().zip(reaction.iter()) {
                 *v -= b * impulse;
@@ -110,10 +159,11 @@ impl SteppedMotion {
         Ok(impulses.iter().copied().collect())
     }
 
-    /// Judges the impacts, and every gap along every flight.
+    /// Judges the impacts, every gap along every flight, and the contact forces of what is held.
     pub fn admissibility(
         &self,
         flights: &[(f64, Vec<KeptStep>)],
+        courses: &[Course],
         pattern: &[Vec<usize>],
         impacts: &[Impact],
         rate: f64,
@@ -123,23 +173,88 @@ impl SteppedMotion {
             .map(|stop| self.size(stop, flights))
             .collect::<Result<_>>()?;
         judge_impacts(impacts, |stop| MARGIN * sizes[stop] * rate, &mut found);
-        for (k, (start, steps)) in flights.iter().enumerate() {
-            let begins: &[usize] = pattern.get(k).map_or(&[], |instant| instant);
+        let mut instants = pattern.iter();
+        for ((start, steps), course) in flights.iter().zip(courses) {
+            let next = if course.is_struck {
+                instants.next()
+            } else {
+                None
+            };
+            let begins: &[usize] = next.map_or(&[], |instant| instant);
+            if course.kind == SegmentKind::Chatter {
+                continue;
+            }
+            self.search_forces(course.held(), *start, steps, &mut found)?;
             for (stop, &size) in sizes.iter().enumerate() {
-                let is_hit = begins.contains(&stop);
-                self.search(*start, steps, stop, is_hit, MARGIN * size, &mut found)?;
+                let order = match course.released {
+                    Some(released) if released == stop => 3,
+                    _ => usize::from(begins.contains(&stop)),
+                };
+                let (held, margin) = (course.held(), MARGIN * size);
+                if !held.contains(&stop) && !self.is_hop(steps, stop, margin)? {
+                    self.search((*start, steps), (stop, order), held, margin, &mut found)?;
+                }
             }
         }
         Ok(found)
     }
 
+    /// Whether a flight stays within the margin of a stop between two contacts with it.
+    fn is_hop(&self, steps: &[KeptStep], stop: usize, margin: f64) -> Result<bool> {
+        let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
+            return Ok(false);
+        };
+        let gap = |x: &[f64]| -> Result<[f64; 2]> {
+            let (q, v) = x.split_at(x.len() / 2);
+            let value = self.contacts[stop].surface.along(q, v, v, 0.0)?;
+            Ok([value.gap, value.speed])
+        };
+        let (start, end) = (gap(&first.dense.at(0.0))?, gap(&last.dense.at(last.h))?);
+        let span: f64 = steps.iter().map(|step| step.h).sum();
+        Ok(is_hop(start, end, span, margin))
+    }
+
+    /// Searches the contact forces of the stops held for the worst pull, on the quartic through five values of each step.
+    fn search_forces(
+        &self,
+        held: &[usize],
+        start: f64,
+        steps: &[KeptStep],
+        found: &mut Admissibility,
+    ) -> Result<()> {
+        if held.is_empty() {
+            return Ok(());
+        }
+        let mut along = Vec::with_capacity(steps.len());
+        for step in steps {
+            let mut nodes = Vec::with_capacity(5);
+            for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                let at = later(
+                    self.moment(start),
+                    step.start + part * step.h,
+                    self.frequency,
+                );
+                nodes.push(self.forces(held, at, &step.dense.at(part * step.h))?);
+            }
+            along.push((start + step.start, step.h, nodes));
+        }
+        for (k, &stop) in held.iter().enumerate() {
+            let of_stop: Vec<_> = along
+                .iter()
+                .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k])))
+                .collect();
+            judge_force(stop, &of_stop, MARGIN, found);
+        }
+        Ok(())
+    }
+
     /// Whether an impact on one of two stops changes the normal velocity at the other, at an instant that hits both.
     pub fn is_coupled(&self, a: usize, b: usize, flights: &[Flight], pattern: &Pattern) -> bool {
-        let hits = |(k, _): &(usize, &Flight)| {
-            let instant = &pattern.instants()[*k];
-            instant.contains(&a) && instant.contains(&b)
-        };
-        flights.iter().enumerate().filter(hits).any(|(_, flight)| {
+        let starts = struck(flights.iter().map(|flight| &flight.course));
+        let hits = pattern.instants().iter().zip(starts);
+        let mut both = hits.filter(|(instant, _)| instant.contains(&a) && instant.contains(&b));
+        both.any(|(_, k)| {
+            let flight = &flights[k];
             let q: Vec<f64> = flight.after.iter().map(|z| z[0]).collect();
             are_coupled(&self.contacts[a], &self.contacts[b], &self.system, &q)
         })
@@ -159,16 +274,15 @@ impl SteppedMotion {
 
     fn search(
         &self,
-        start: f64,
-        steps: &[KeptStep],
-        stop: usize,
-        is_hit: bool,
+        (start, steps): (f64, &[KeptStep]),
+        (stop, first_order): (usize, usize),
+        held: &[usize],
         margin: f64,
         found: &mut Admissibility,
     ) -> Result<()> {
         let surface = &self.contacts[stop].surface;
         let ends = |t: f64, x: &[f64], h: f64| -> Result<[f64; 3]> {
-            let a = self.acceleration(self.moment(t), x)?;
+            let a = self.rate_of(held, self.moment(t), x)?;
             let (q, v) = x.split_at(x.len() / 2);
             let value = surface.along(q, v, &a, h)?;
             Ok([value.gap, value.speed, value.acceleration])
@@ -176,7 +290,7 @@ impl SteppedMotion {
         let judged = Judgement { margin, error: 0.0 };
         for (i, step) in steps.iter().enumerate() {
             let t = start + step.start;
-            let order = usize::from(is_hit && i == 0);
+            let order = if i == 0 { first_order } else { 0 };
             let known = Ends::new(
                 ends(t, &step.dense.at(0.0), step.h)?,
                 ends(t + step.h, &step.dense.at(step.h), step.h)?,
@@ -214,14 +328,18 @@ impl SteppedMotion {
 impl Motion for SteppedMotion {
     fn fly(
         &self,
+        held: &[usize],
         (start, end): (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
         let (at, span) = (self.moment(start), end - start);
         let nothing = &mut |_: f64, _: &_, _: &_, _: f64| ();
+        if !held.is_empty() {
+            differentiated(state, deviations, |x| project(self, held, x))?;
+        }
         let mut x = joined(state.as_slice(), deviations.as_slice());
-        with_motion!(&self.motion, motion => {
+        with_held!(self, held, motion => {
             let dynamics = Variational { dynamics: motion, count: deviations.ncols() };
             integrate(&dynamics, at, self.frequency, span, TOLERANCE, &mut x, nothing)
         })?;
@@ -229,8 +347,8 @@ impl Motion for SteppedMotion {
         Ok(())
     }
 
-    fn rate(&self, t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
-        let a = self.acceleration(self.moment(t), state.as_slice())?;
+    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
+        let a = self.rate_of(held, self.moment(t), state.as_slice())?;
         let v = state.rows(a.len(), a.len());
         Ok(DVector::from_iterator(
             state.len(),
@@ -247,19 +365,7 @@ impl Motion for SteppedMotion {
         if stops.is_empty() {
             return Ok(Vec::new());
         }
-        let before = state.clone();
-        for mut column in deviations.column_iter_mut() {
-            let size = column.amax();
-            if size == 0.0 {
-                continue;
-            }
-            let step = DIFFERENCE * (1.0 + before.amax()) / size;
-            let (mut ahead, mut behind) = (&before + &column * step, &before - &column * step);
-            self.struck(stops, ahead.as_mut_slice())?;
-            self.struck(stops, behind.as_mut_slice())?;
-            column.copy_from(&((ahead - behind) / (2.0 * step)));
-        }
-        self.struck(stops, state.as_mut_slice())
+        differentiated(state, deviations, |x| self.struck(stops, x.as_mut_slice()))
     }
 
     fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
@@ -267,4 +373,40 @@ impl Motion for SteppedMotion {
         let surface = &self.contacts[stop].surface;
         Ok((surface.gap(q)?, -surface.normal(q)?))
     }
+
+    fn acceleration(&self, stop: usize, state: &DVector<f64>, rate: &DVector<f64>) -> Result<f64> {
+        let n = state.len() / 2;
+        let ((q, v), a) = (state.as_slice().split_at(n), &rate.as_slice()[n..]);
+        let surface = &self.contacts[stop].surface;
+        Ok(surface.along(q, v, a, 1.0)?.acceleration)
+    }
+
+    fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>> {
+        self.reaction_at(stop, &state.as_slice()[..state.len() / 2])
+    }
+
+    fn restitution(&self, stop: usize) -> f64 {
+        self.contacts[stop].restitution
+    }
+}
+
+/// Applies a map to a state, and its Jacobian, by central differences, to deviations.
+fn differentiated<T>(
+    state: &mut DVector<f64>,
+    deviations: &mut DMatrix<f64>,
+    map: impl Fn(&mut DVector<f64>) -> Result<T>,
+) -> Result<T> {
+    let reach = state.amax();
+    for mut column in deviations.column_iter_mut() {
+        let size = column.amax();
+        if size == 0.0 {
+            continue;
+        }
+        let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 } / size;
+        let (mut ahead, mut behind) = (&*state + &column * step, &*state - &column * step);
+        map(&mut ahead)?;
+        map(&mut behind)?;
+        column.copy_from(&((ahead - behind) / (2.0 * step)));
+    }
+    map(state)
 }

@@ -8,6 +8,7 @@ use crate::linalg::rank;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
+use crate::orbit::course::Course;
 use crate::orbit::flight_time::Search;
 use crate::orbit::impulses::Instant;
 use crate::orbit::periodic_orbit::{Flight, Parts};
@@ -165,12 +166,14 @@ fn flights(
             span: dt,
             after,
             before_next: before_later,
+            course: Course::FREE,
         },
         Flight {
             start: dt,
             span: period - dt,
             after: later,
             before_next: before_first,
+            course: Course::FREE,
         },
     ]
 }

@@ -14,7 +14,8 @@ use pyo3::prelude::*;
 ///
 /// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times and
 /// the states after the impacts, regular also where an impact has no speed. Where the orbits form a family, the member
-/// nearest the guess is returned.
+/// nearest the guess is returned. The motion may chatter, stay on stops and be let go: see ``segments`` of the orbit, whose
+/// t = 0 is then right after the first impact that follows a release. An orbit of a stop held for good has no impacts.
 ///
 /// Parameters
 /// ----------
@@ -37,14 +38,23 @@ use pyo3::prelude::*;
 /// ConvergenceError
 ///     If no motion of the pattern closes near the guess; it says how far the iteration got.
 /// ValueError
-///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back.
+///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; stops let go at one
+///     time; a contact with e > 0 that comes to rest while another stop is held or hit.
 /// TypeError
 ///     A guess that is neither an orbit nor a trajectory.
 ///
 /// Notes
 /// -----
 /// Multiple shooting: unknown are the states after the impacts and the times of the impacts, each with the gap of the stop
-/// hit as its equation. Which stop is met first is not asked, so that nothing is singular at a grazing impact.
+/// hit as its equation. Which stop is met first is not asked, so that nothing is singular at a grazing impact. Impacts that
+/// accumulate are one instant: they are gone through until what is left of them is 1e-12 of the motion, whatever the
+/// tolerances of the guess, and completed there [1]_; a release is an instant whose contact force is zero. Each chatter that ends in
+/// lasting contact has two zero multipliers, and so has each impact with e = 0 that does.
+///
+/// References
+/// ----------
+/// .. [1] A. B. Nordmark and P. T. Piiroinen, "Simulation and stability analysis of impacting systems with complete
+///    chattering", Nonlinear Dynamics 58 (2009) 85.
 ///
 /// Examples
 /// --------
@@ -53,6 +63,14 @@ use pyo3::prelude::*;
 /// >>> orbit = vi.find_orbit(vi.paper_scene(kind=3, damping=0.06), guess)
 /// >>> orbit.is_admissible, orbit.n_periods
 /// (True, 2)
+///
+/// A ball that chatters to rest on a shaken table and is let go where the table falls faster than it would:
+///
+/// >>> ball = vi.LinearSystem([1.0], [0.0], [0.0], load=[-1.0])
+/// >>> scene = vi.Scene(ball, vi.Harmonic([1.3], 1.0), [vi.Stop(0, 0.0, 0.5, side="lower")])
+/// >>> orbit = vi.find_orbit(scene, vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period)))
+/// >>> orbit.is_admissible, bool(abs(orbit.floquet_multipliers).max() < 1e-12)
+/// (True, True)
 #[pyfunction]
 #[pyo3(signature = (scene, guess, n_periods=None))]
 pub(crate) fn find_orbit(

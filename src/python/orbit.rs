@@ -1,7 +1,7 @@
 //! A periodic orbit in Python, and the arrays of impacts and states that orbits and trajectories share.
 
 use crate::impact::Impact;
-use crate::orbit::{PeriodicOrbit, Saved, Stability};
+use crate::orbit::{PeriodicOrbit, Saved, SavedCourse, Stability};
 use crate::python::argument;
 use crate::python::array::{out_complex, out_matrix, out_rows, out_vector, structured, times};
 use crate::python::interrupt;
@@ -9,6 +9,7 @@ use crate::python::model::PyScene;
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::pattern::{out_pattern, pattern, shown};
 use crate::python::text::{fixed_complex, list};
+use crate::simulate::{Segment, SegmentKind};
 use nalgebra::{Complex, DVector};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -76,7 +77,37 @@ pub(crate) fn out_grazes(
     )
 }
 
+/// Segments as a structured array.
+pub(crate) fn out_segments<'py>(
+    py: Python<'py>,
+    segments: &[Segment],
+) -> PyResult<Bound<'py, PyAny>> {
+    let kinds = segments
+        .iter()
+        .map(|s| s.kind.name())
+        .collect::<Vec<_>>()
+        .into_pyobject(py)?;
+    let stops: Vec<i64> = segments
+        .iter()
+        .map(|s| s.stop.and_then(|i| i64::try_from(i).ok()).unwrap_or(-1))
+        .collect();
+    let starts: Vec<f64> = segments.iter().map(|s| s.start).collect();
+    let ends: Vec<f64> = segments.iter().map(|s| s.end).collect();
+    structured(
+        py,
+        segments.len(),
+        vec![
+            ("kind", "U7", kinds.into_any()),
+            ("stop", "i8", stops.into_pyarray(py).into_any()),
+            ("start", "f8", starts.into_pyarray(py).into_any()),
+            ("end", "f8", ends.into_pyarray(py).into_any()),
+        ],
+    )
+}
+
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.
+///
+/// Where stops are held and let go that is the first impact that follows a release.
 #[pyclass(name = "Orbit", module = "vibroimpact", frozen)]
 pub(crate) struct PyOrbit(pub PeriodicOrbit);
 
@@ -217,7 +248,14 @@ impl PyOrbit {
         out_impacts(py, self.0.impacts())
     }
 
-    /// Coefficients a, b, A, B of the paper's (14) in the shapes of ``modes``; None where the modes are complex.
+    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end.
+    #[getter]
+    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        out_segments(py, &self.0.segments())
+    }
+
+    /// Coefficients a, b, A, B of the paper's (14) in the shapes of ``modes``; None where the modes are complex
+    /// or the first impact leads to lasting contact.
     #[getter]
     fn coefficients(&self) -> Option<PyCoefficients> {
         self.0.coefficients().map(PyCoefficients)
@@ -290,6 +328,7 @@ impl PyOrbit {
         arrays.set_item("q0", self.q0(py))?;
         arrays.set_item("v0", self.v0(py))?;
         arrays.set_item("impacts", self.impacts(py)?)?;
+        arrays.set_item("segments", self.segments(py)?)?;
         arrays.set_item(
             "is_admissible",
             vec![self.is_admissible(py)?].into_pyarray(py),
@@ -316,6 +355,19 @@ impl PyOrbit {
             list(&o.q0()),
             list(&o.v0()),
         );
+        let lasting = o
+            .segments()
+            .into_iter()
+            .filter(|s| s.kind == SegmentKind::Stick);
+        for Segment {
+            stop, start, end, ..
+        } in lasting
+        {
+            let stop = stop.map_or_else(String::new, |stop| format!(" with stop {stop}"));
+            text.push_str(&format!(
+                "\n  in contact{stop} from t = {start:.6} to {end:.6}"
+            ));
+        }
         if o.scene().n_dof() <= 60 {
             let stability = self.decided(py)?;
             let verdict = match stability.is_stable {
@@ -347,6 +399,13 @@ impl PyOrbit {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let saved = self.0.save();
+        let courses = saved
+            .courses
+            .iter()
+            .map(|(kind, stops, is_struck, released)| {
+                (kind.name(), stops.clone(), *is_struck, *released)
+            });
+        let courses: Vec<_> = courses.collect();
         let arguments = PyTuple::new(
             py,
             [
@@ -357,6 +416,7 @@ impl PyOrbit {
                 PyList::new(py, &saved.spans)?.into_any(),
                 PyList::new(py, &saved.states)?.into_any(),
                 PyList::new(py, &saved.impulses)?.into_any(),
+                PyList::new(py, courses)?.into_any(),
             ],
         )?;
         Ok((
@@ -376,13 +436,18 @@ pub(crate) fn _restore_orbit(
     spans: Vec<f64>,
     states: Vec<f64>,
     impulses: Vec<f64>,
+    courses: Vec<(String, Vec<usize>, bool, Option<usize>)>,
 ) -> PyResult<PyOrbit> {
+    let course = |(kind, stops, is_struck, released): (String, _, _, _)| -> PyResult<SavedCourse> {
+        Ok((SegmentKind::from_name(&kind)?, stops, is_struck, released))
+    };
     let saved = Saved {
         n_periods,
         phase,
         spans,
         states,
         impulses,
+        courses: courses.into_iter().map(course).collect::<PyResult<_>>()?,
     };
     Ok(PyOrbit(PeriodicOrbit::restore(
         &scene.0,

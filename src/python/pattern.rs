@@ -62,22 +62,27 @@ pub(crate) fn out_pattern<'py>(py: Python<'py>, pattern: &Pattern) -> PyResult<B
     Ok(list)
 }
 
-/// The pattern as text.
+/// One instant as text.
+fn shown_instant(instant: &[usize]) -> String {
+    match instant {
+        [stop] => stop.to_string(),
+        stops => {
+            let stops: Vec<String> = stops.iter().map(ToString::to_string).collect();
+            format!("({})", stops.join(", "))
+        }
+    }
+}
+
+/// The pattern as text in which an instant that comes more than three times in a row is counted.
 pub(crate) fn shown(pattern: &Pattern) -> String {
-    let parts: Vec<String> = pattern
-        .instants()
-        .iter()
-        .map(|instant| match instant.as_slice() {
-            [stop] => stop.to_string(),
-            stops => format!(
-                "({})",
-                stops
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            ),
-        })
-        .collect();
-    format!("[{}]", parts.join(", "))
+    let runs = pattern.instants().chunk_by(|a, b| a == b);
+    let parts = runs.flat_map(|run| {
+        let one = shown_instant(&run[0]);
+        if run.len() > 3 {
+            vec![format!("{one} x {}", run.len())]
+        } else {
+            vec![one; run.len()]
+        }
+    });
+    format!("[{}]", parts.collect::<Vec<_>>().join(", "))
 }

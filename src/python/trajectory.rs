@@ -1,9 +1,9 @@
 //! Trajectories in Python.
 
 use crate::python::argument;
-use crate::python::array::{matrix, out_matrix, out_vector, structured, times};
+use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::model::PyScene;
-use crate::python::orbit::{is_before, out_grazes, out_impacts, out_states};
+use crate::python::orbit::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
 use crate::simulate::{ImpactSide, Samples, SavedTrajectory, Trajectory};
 use nalgebra::DVector;
@@ -160,28 +160,7 @@ impl PyTrajectory {
     /// Segments: structured array of kind, stop (-1: none), start, end; needs keep="motion".
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let segments = self.core.segments()?;
-        let kinds = segments
-            .iter()
-            .map(|s| s.kind.name())
-            .collect::<Vec<_>>()
-            .into_pyobject(py)?;
-        let stops: Vec<i64> = segments
-            .iter()
-            .map(|s| s.stop.and_then(|i| i64::try_from(i).ok()).unwrap_or(-1))
-            .collect();
-        let starts: Vec<f64> = segments.iter().map(|s| s.start).collect();
-        let ends: Vec<f64> = segments.iter().map(|s| s.end).collect();
-        structured(
-            py,
-            segments.len(),
-            vec![
-                ("kind", "U7", kinds.into_any()),
-                ("stop", "i8", stops.into_pyarray(py).into_any()),
-                ("start", "f8", starts.into_pyarray(py).into_any()),
-                ("end", "f8", ends.into_pyarray(py).into_any()),
-            ],
-        )
+        out_segments(py, &self.core.segments()?)
     }
 
     /// Final position and velocity, shapes (n,) and (n,).

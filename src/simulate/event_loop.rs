@@ -16,7 +16,7 @@ const CLOSED: f64 = 10.0 * ROUNDING;
 /// Events at one instant after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
-const RATIO_TOL: f64 = 0.05;
+pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
 const SAFETY: f64 = 4.0;
 

@@ -7,6 +7,7 @@ use crate::flow::jet::Jet;
 use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, StuckMotion, along, with_flow};
 use crate::impact::wrapped;
 use crate::modal::Pair;
+use crate::model::reaction_weights;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
@@ -141,6 +142,30 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         let angle = self.angle(self.clock);
         self.flow
             .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+    }
+
+    /// The present position and velocity, moved onto some stops along their reactions: what is left of an impact that comes to
+    /// rest is taken as impacts take it, not along the normals.
+    fn settled(&self, stops: &[usize]) -> Result<(DVector<f64>, DVector<f64>)> {
+        let (mut q, mut v) = self.physical();
+        let g = &self.scene.geometry;
+        let each = |of: &DMatrix<f64>| -> Vec<DVector<f64>> {
+            let columns = stops.iter().map(|&i| of.column(i).into_owned());
+            columns.collect()
+        };
+        let (normals, reactions) = (each(&g.normals), each(&g.reactions));
+        let parts = |of: &dyn Fn(usize) -> f64| DVector::from_fn(stops.len(), |i, _| of(i));
+        let gaps = parts(&|i| g.clearances[stops[i]] - normals[i].dot(&q));
+        let speeds = parts(&|i| normals[i].dot(&v));
+        let (onto, off) = (
+            reaction_weights(&normals, &reactions, &gaps)?,
+            reaction_weights(&normals, &reactions, &speeds)?,
+        );
+        for (i, b) in reactions.iter().enumerate() {
+            q += b * onto[i];
+            v -= b * off[i];
+        }
+        Ok((q, v))
     }
 
     /// The motion while the given stops are held.
@@ -439,13 +464,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.clock = self.clock.after(span);
         let angle = self.angle(self.clock);
         self.flow.set_angle(&mut self.state, angle);
-        let (q, v) = self.physical();
-        let g = &self.scene.geometry;
-        let (n, b) = (g.normals.column(stop), g.reactions.column(stop));
-        let (q, v) = (
-            &q + b * ((g.clearances[stop] - n.dot(&q)) / n.dot(&b)),
-            &v - b * (n.dot(&v) / n.dot(&b)),
-        );
+        let (q, v) = self.settled(&[stop])?;
         self.put((&q, &v), 0.0);
         self.look()
     }
@@ -456,7 +475,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             return Ok(());
         }
         let motion = self.motion_of(stops)?;
-        let (q, v) = self.physical();
+        let (q, v) = self.settled(stops)?;
         let (q, v) = motion.lift(&motion.reduce(&q, &v));
         self.put((&q, &v), 0.0);
         self.holding = Some(motion);

@@ -16,6 +16,8 @@ mod stepping;
 mod trajectory;
 
 pub use energy::Energy;
+pub(crate) use event_loop::RATIO_TOL;
+pub(crate) use held::HeldMotion;
 pub use kept::SegmentKind;
 pub(crate) use mover::Mover;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};

@@ -131,6 +131,21 @@ impl Trajectory {
     /// # Errors
     /// A trajectory that does not keep its motion.
     pub fn segments(&self) -> Result<Vec<Segment>> {
+        let mut all = Vec::new();
+        for (whole, stops) in self.stretches()? {
+            if stops.is_empty() {
+                all.push(whole);
+            }
+            all.extend(stops.iter().map(|&stop| Segment {
+                stop: Some(stop),
+                ..whole
+            }));
+        }
+        Ok(all)
+    }
+
+    /// The parts of the trajectory, each once, with the stops in contact.
+    pub(crate) fn stretches(&self) -> Result<Vec<(Segment, &[usize])>> {
         let kept = self.motion()?;
         let mut all = Vec::with_capacity(kept.segments.len());
         for (k, segment) in kept.segments.iter().enumerate() {
@@ -138,22 +153,19 @@ impl Trajectory {
             let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else {
                 continue;
             };
+            // A flight of no length is a side of an impact, but where there is nothing else.
+            let is_last = k + 1 == kept.segments.len() && all.is_empty();
+            let is_side = pieces.iter().all(|p| p.span == 0.0) && !is_last;
+            if segment.stops.is_empty() && is_side {
+                continue;
+            }
             let whole = Segment {
                 kind: segment.kind,
                 stop: None,
                 start: first.clock.time(),
                 end: last.clock.after(last.span).time(),
             };
-            // A flight of no length is a side of an impact, but where there is nothing else.
-            let is_last = k + 1 == kept.segments.len() && all.is_empty();
-            let is_side = pieces.iter().all(|p| p.span == 0.0) && !is_last;
-            if segment.stops.is_empty() && !is_side {
-                all.push(whole);
-            }
-            all.extend(segment.stops.iter().map(|&stop| Segment {
-                stop: Some(stop),
-                ..whole
-            }));
+            all.push((whole, segment.stops.as_slice()));
         }
         Ok(all)
     }

@@ -58,3 +58,62 @@ def test_a_found_orbit_can_be_saved(stable):
     orbit = vi.find_orbit(stable.scene, stable)
     again = pickle.loads(pickle.dumps(orbit))
     np.testing.assert_array_equal(again.v0, orbit.v0)
+
+
+def ball(restitution, shake):
+    """Make the scene of a ball of unit mass and weight on a table that shakes: q'' = -1 + a cos(t)."""
+    system = vi.LinearSystem([1.0], [0.0], [0.0], load=[-1.0])
+    return vi.Scene(system, vi.Harmonic([shake], 1.0), [vi.Stop(0, 0.0, restitution, side="lower")])
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.0])
+def test_a_ball_that_rests_on_its_table_each_period_is_let_go_at_minus_g(restitution):
+    scene = ball(restitution, 1.3)
+    run = vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period))
+    orbit = vi.find_orbit(scene, run)
+    (stick,) = orbit.segments[orbit.segments["kind"] == "stick"]
+    # The table's acceleration reaches -g where a cos = 1, on its way up.
+    release = (orbit.phase + stick["end"]) % (2 * np.pi)
+    assert release == pytest.approx(2 * np.pi - np.arccos(1 / 1.3), abs=1e-11)
+    assert stick["stop"] == 0
+    assert orbit.is_admissible
+    assert orbit.is_stable
+    assert abs(orbit.floquet_multipliers).max() < 1e-12
+    assert set(orbit.pattern) == {0}
+    assert ("chatter" in orbit.segments["kind"]) == (restitution > 0)
+    assert "in contact with stop 0 from t = " in repr(orbit)
+    again = vi.simulate(orbit.scene, orbit.q0, orbit.v0, (0, 3 * orbit.period))
+    t = np.linspace(0, 3 * orbit.period, 500)
+    np.testing.assert_allclose(again.position(t), orbit.position(t), atol=1e-9)
+
+
+def test_an_orbit_with_lasting_contact_can_be_saved_and_drawn():
+    import pickle
+
+    scene = ball(0.5, 1.3)
+    orbit = vi.find_orbit(scene, vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period)))
+    again = pickle.loads(pickle.dumps(orbit))
+    t = np.linspace(0, orbit.period, 200)
+    np.testing.assert_array_equal(again.position(t), orbit.position(t))
+    np.testing.assert_array_equal(again.segments, orbit.segments)
+    assert repr(again) == repr(orbit)
+    assert "0 x " in repr(orbit)
+    arrays = orbit.to_arrays()
+    assert len(arrays["segments"]) == len(orbit.segments)
+    pytest.importorskip("matplotlib").use("Agg")
+    for draw in (vi.plot.time_history, vi.plot.phase_portrait, vi.plot.poincare_section, vi.plot.multipliers):
+        assert draw(orbit).figure is not None
+
+
+def test_a_pendulum_pressed_against_its_wall_each_period():
+    wall = vi.Wall(1, -0.1, 0.5, side="right")
+    scene = vi.Scene(vi.DoublePendulum(1.0, 1.0, damping=(0.2, 0.1)), vi.BaseMotion(0.4, 0.4), [wall])
+    run = vi.simulate(scene, [-0.2, -0.2], [0.0, 0.0], (0, 12 * scene.period))
+    orbit = vi.find_orbit(scene, run)
+    assert orbit.is_admissible
+    assert (abs(orbit.floquet_multipliers) < 1e-9).sum() == 2
+    near = scene.replace(amplitude=0.405)
+    followed = vi.find_orbit(near, orbit)
+    settled = vi.find_orbit(near, vi.simulate(near, orbit.q0, orbit.v0, (0, 12 * scene.period)))
+    np.testing.assert_allclose(followed.q0, settled.q0, atol=1e-10)
+    np.testing.assert_allclose(followed.v0, settled.v0, atol=1e-10)

@@ -1,0 +1,65 @@
+//! The course of an orbit: what happens at its instants, and what is held between them (theory 9).
+
+use crate::simulate::SegmentKind;
+
+/// What happens at an instant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// Nothing: a period without instants begins here.
+    Nothing,
+    /// These stops are struck together; a stop held that receives an impulse with them is one of them.
+    Strike(Vec<usize>),
+    /// The impacts on this stop accumulate, from here to their limit.
+    Chatter(usize),
+    /// This stop is let go, its contact force at zero.
+    Release(usize),
+}
+
+/// An instant and the stops held from it to the next one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Leg {
+    pub event: Event,
+    pub held: Vec<usize>,
+}
+
+/// What one flight of an orbit is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Course {
+    /// Free, in lasting contact, or the rest of impacts that accumulate.
+    pub kind: SegmentKind,
+    /// The stops in contact, in ascending order.
+    pub stops: Vec<usize>,
+    /// Whether it begins with the next instant of the pattern.
+    pub is_struck: bool,
+    /// The stop let go at its start.
+    pub released: Option<usize>,
+}
+
+impl Course {
+    /// Free motion after an instant of the pattern.
+    pub const FREE: Self = Self {
+        kind: SegmentKind::Flight,
+        stops: Vec::new(),
+        is_struck: true,
+        released: None,
+    };
+
+    /// The stops held along it; none where impacts accumulate.
+    pub fn held(&self) -> &[usize] {
+        if self.kind == SegmentKind::Stick {
+            &self.stops
+        } else {
+            &[]
+        }
+    }
+}
+
+/// The number of the flight that begins with each instant.
+pub(crate) fn struck<'a>(
+    courses: impl Iterator<Item = &'a Course> + 'a,
+) -> impl Iterator<Item = usize> + 'a {
+    courses
+        .enumerate()
+        .filter(|(_, course)| course.is_struck)
+        .map(|(k, _)| k)
+}
