@@ -110,7 +110,7 @@ pub enum Status {
     MaxImpacts,
     /// Where the steps of an integrator became too short for the time.
     StepUnderflow,
-    /// At a contact that this version does not go through: chatter, sticking, coupled simultaneous impacts.
+    /// At a contact that no rule resolves: no step is short enough to tell it from none, or stops go on to strike each other.
     UnresolvedContact,
 }
 
