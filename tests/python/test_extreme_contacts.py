@@ -301,3 +301,17 @@ def test_a_held_link_is_let_go_by_the_impact_of_the_other():
         assert run.impacts["stop"].tolist() == [1]
         assert run.velocity(0.0) == pytest.approx(expected, abs=1e-12)
         assert run.final[0][0] < 0.2
+
+
+@LINEAR
+def test_of_two_stops_a_rounding_apart_the_first_is_struck(method):
+    run = simulate(body(method, [vi.Stop(0, 1 + 1e-12, 0.9), vi.Stop(0, 1, 0.5)]), 0, 1, 1.5, method)
+    assert run.impacts["stop"].tolist() == [1]
+    assert run.final[0][0] == pytest.approx(0.75, abs=1e-13)
+
+
+@pytest.mark.parametrize("method", ["rk45", "taylor"])
+def test_steps_through_a_wide_room_at_a_speed_of_1e_12(method):
+    run = simulate(body(method, walls(1, 0.5)), 0, 1e-12, 9e12, method, atol=1e-25)
+    assert close(run.impacts["time"], [1e12, 5e12], rtol=1e-12)
+    assert close(run.impacts["speed_before"], [1e-12, 0.5e-12], rtol=1e-12)
