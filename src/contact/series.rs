@@ -165,6 +165,16 @@ impl GapSeries {
         t
     }
 
+    /// The time at which a gap was reached that is passed and falls at a time t; `None` for one that is not.
+    pub fn passed_before(&self, t: f64) -> Option<f64> {
+        let c = self.c[..self.len].iter().rev();
+        let (value, slope) = c.fold((0.0, 0.0), |(value, slope), c| {
+            (value * t + c, slope * t + value)
+        });
+        let is_passed = value < -10.0 * ROUNDING * self.size && slope < 0.0;
+        is_passed.then(|| self.root(0, t - value / slope))
+    }
+
     /// The first contact within a span; `order` is that of the root at the start, zero for an open gap. Touches within the
     /// margin before it are noted, as time and gap.
     pub fn first_contact(
@@ -342,6 +352,20 @@ mod tests {
             }
         }
         assert!(contacts > 500);
+    }
+
+    #[test]
+    fn a_gap_passed_within_its_margin_was_reached_before() {
+        // 1 - 1e-12 - t + t^5/100 at a time behind its root, at one before it, and rising.
+        let c = [1.0 - 1e-12, -1.0, 0.0, 0.0, 0.0, 0.01];
+        let gap = GapSeries::of(&c, 1.0);
+        let Some(Course::Contact { at }) = search(&c, 0, 2.0, 1e-13).0 else {
+            panic!("it is reached")
+        };
+        let found = gap.passed_before(at + 1e-12).expect("it is passed");
+        assert!((found - at).abs() < 2.0 * f64::EPSILON);
+        assert_eq!(gap.passed_before(at - 1e-12), None);
+        assert_eq!(GapSeries::of(&[-1.0, 1.0], 1.0).passed_before(0.5), None);
     }
 
     #[test]

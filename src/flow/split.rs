@@ -160,7 +160,9 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
     let product = a * d - b * c;
     let at_forcing = Complex::new(product - w * w, -w * (a + d));
     let (distance, scale) = (at_forcing.norm(), w * w + product.abs());
-    distance.is_nan() || distance <= NEAR_RESONANCE * scale
+    // Slow forcing moves a rigid body along by 1/w^2, whatever its motion is: what has no scale of its own is near resonance.
+    let is_rigid = product.abs() <= f64::EPSILON * (a + d).powi(2);
+    is_rigid || distance.is_nan() || distance <= NEAR_RESONANCE * scale
 }
 
 #[cfg(test)]
@@ -209,7 +211,8 @@ mod tests {
         let spring = |eta: f64, w2: f64| Block::Oscillator { w2, eta };
         assert!(is_near_resonance(spring(0.001, 4.0), 2.0));
         assert!(!is_near_resonance(spring(0.1, 4.0), 2.0));
-        assert!(!is_near_resonance(spring(0.0, 0.0), 2.0));
+        assert!(is_near_resonance(spring(0.0, 0.0), 2.0));
+        assert!(is_near_resonance(spring(0.5, 0.0), 2.0));
         assert!(is_near_resonance(
             Block::Spiral {
                 sigma: 0.0,

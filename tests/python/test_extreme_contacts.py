@@ -303,7 +303,7 @@ def test_a_held_link_is_let_go_by_the_impact_of_the_other():
         assert run.final[0][0] < 0.2
 
 
-@LINEAR
+@EVERY
 def test_of_two_stops_a_rounding_apart_the_first_is_struck(method):
     run = simulate(body(method, [vi.Stop(0, 1 + 1e-12, 0.9), vi.Stop(0, 1, 0.5)]), 0, 1, 1.5, method)
     assert run.impacts["stop"].tolist() == [1]

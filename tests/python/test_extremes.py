@@ -102,6 +102,7 @@ LINEAR = {
     ),
     "rigid body damped by 1e-12": (linear(1, SMALL, 0, load=[0.3], force=PUSH), ONE, 30, (1e-14, 1e-11)),
     "force of frequency 1e-6": (mode(0.1, force=(1, 1e-6, 0.3)), ONE, 30, (1e-13, 1e-10)),
+    "rigid body, frequency 1e-6, soon": (linear(1, 0, 0, force=(1, 1e-6, 0.3)), ONE, 30, (1e-14, 1e-11)),
     "rigid body, frequency 1e-6": (linear(1, 0, 0, force=(1, 1e-6, 0.3)), ONE, 1e7, (1e-13, 1e-10)),
     "force of frequency 1e6": (mode(0.1, force=(1e6, 1e6, 0.3)), ONE, 0.002, (1e-12, 1e-9)),
     "rigid body, frequency 1e6": (linear(1, 0, 0, force=(1e6, 1e6, 0.3)), ONE, 0.002, (1e-12, 1e-9)),

@@ -188,6 +188,23 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             }
         }
         self.n_gap_evaluations += self.contacts.len();
+        if let Some((stop, Course::Contact { .. })) = first {
+            // A stop passed by less than its margin when the one found is reached was reached before.
+            let earlier = self
+                .free
+                .gaps
+                .iter()
+                .enumerate()
+                .filter_map(|(other, gap)| {
+                    let is_open = starts.is_none_or(|orders| orders[other] == 0);
+                    let gap = (other != stop && is_open).then(|| gap.along(&self.free.series))?;
+                    Some((other, gap.passed_before(until)?))
+                });
+            if let Some((other, at)) = earlier.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                until = at;
+                first = Some((other, Course::Contact { at }));
+            }
+        }
         if first.is_some() {
             let time = self.clock.after(until).time();
             self.grazes.retain(|graze| graze.time < time);
