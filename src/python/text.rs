@@ -37,36 +37,3 @@ pub(crate) fn fixed_complex(z: Complex<f64>) -> String {
     let sign = if im.starts_with('-') { "" } else { "+" };
     format!("{}{sign}{im}i", fixed(z.re))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn zeros_have_no_sign() {
-        let shown = [
-            (-7e-18, "0.000000"),
-            (-0.0, "0.000000"),
-            (-6e-7, "-0.000001"),
-            (-1.5, "-1.500000"),
-            (f64::NEG_INFINITY, "-inf"),
-        ];
-        for (x, text) in shown {
-            assert_eq!(fixed(x), text);
-        }
-        assert_eq!(
-            fixed_complex(Complex::new(-1e-9, -0.5)),
-            "0.000000-0.500000i"
-        );
-        assert_eq!(
-            fixed_complex(Complex::new(1.0, -1e-9)),
-            "1.000000+0.000000i"
-        );
-        assert_eq!(
-            list(&DVector::from_element(7, -1e-9))
-                .matches("0.000000")
-                .count(),
-            6
-        );
-    }
-}

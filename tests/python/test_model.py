@@ -497,3 +497,9 @@ class TestRecovery:
         by_index = vi.audit_recovery(matrix, [1, 2], [1])
         by_row = vi.audit_recovery(matrix, [1, 2], [[0, 1]])
         assert by_index.restitution == by_row.restitution == pytest.approx([0.5])
+
+
+def test_numbers_that_round_to_zero_are_shown_without_a_sign():
+    w, ratios = np.arange(1.0, 8.0), np.array([-7e-18, -1e-9, -6e-7, -0.5, 0, 0.25, 0.1])
+    shown = repr(vi.modes(vi.LinearSystem(np.ones(7), 2 * ratios * w, w**2)))
+    assert "damping_ratios=[0.000000, 0.000000, -0.000001, -0.500000, 0.000000, 0.250000, ...]" in shown
