@@ -1,0 +1,79 @@
+"""A page of a report: where it goes, its tables and values, and what made it."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import datetime
+import importlib.metadata
+import platform
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ALWAYS = ("vibroimpact", "numpy", "scipy", "matplotlib", "mpmath")
+DEFAULT = Path(__file__).parents[2] / "docs" / "report"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a script is asked for: the whole report or a quick one, and the directory it is written to."""
+
+    quick: bool
+    output: Path
+
+
+def job(description: str, arguments: Sequence[str] | None = None) -> Job:
+    """Read the command line; a quick report goes into a directory beside the whole one."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--quick", action="store_true", help="under two minutes, written to OUTPUT/quick")
+    parser.add_argument("--output", type=Path, default=DEFAULT, help="directory of the report")
+    found = parser.parse_args(arguments)
+    output: Path = found.output / "quick" if found.quick else found.output
+    output.mkdir(parents=True, exist_ok=True)
+    return Job(found.quick, output)
+
+
+def version(package: str) -> str | None:
+    """Version of an installed package, None where there is none."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def processor() -> str:
+    """Name of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
+
+
+def provenance(packages: Iterable[str] = ()) -> str:
+    """One line: the day, the processor and the versions of what took part."""
+    names = dict.fromkeys((*ALWAYS, *packages))
+    found = [f"{name} {version(name)}" for name in names if version(name)]
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return f"Made on {today} by Python {platform.python_version()} on {platform.system()}, {processor()}; {', '.join(found)}."
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A Markdown table; the first column is text, the others are numbers."""
+    rule = ["---", *["---:"] * (len(header) - 1)]
+    lines = [header, rule, *rows]
+    return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write rows under the names of the first one's values."""
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def write_page(path: Path, title: str, parts: Iterable[str], packages: Iterable[str] = ()) -> None:
+    """Write a page: its title, its parts, and at the end what made it."""
+    path.write_text("\n\n".join([f"# {title}", *parts, provenance(packages)]) + "\n")
