@@ -36,6 +36,20 @@ fn apart(a: &Trajectory, b: &Trajectory) -> f64 {
     both.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
+/// The third of the paper's pendulums with large motions.
+fn large_motions() -> Scene {
+    let options = PaperOptions {
+        linear: false,
+        ..Default::default()
+    };
+    paper_scene(Kind::Three, &options).expect("valid")
+}
+
+/// A start of it that hits its stop.
+fn start() -> (DVector<f64>, DVector<f64>) {
+    (dvector![0.02, -0.1], dvector![0.0, 0.3])
+}
+
 /// One link of length one under gravity one, with stops.
 fn link(stops: Vec<Constraint>) -> Scene {
     let chain = PendulumChain::new(dvector![1.0], dvector![1.0], &dvector![0.0], 1.0);
@@ -111,24 +125,9 @@ fn a_wall_halves_the_swing_and_takes_no_energy() {
 
 #[test]
 fn the_error_follows_the_tolerance_through_impacts() {
-    let scene = paper_scene(
-        Kind::Three,
-        &PaperOptions {
-            linear: false,
-            ..Default::default()
-        },
-    )
-    .expect("valid");
-    let run = |rtol| {
-        simulate(
-            &scene,
-            &dvector![0.02, -0.1],
-            &dvector![0.0, 0.3],
-            (0.0, 60.0),
-            &taylor(rtol),
-        )
-        .expect("runs")
-    };
+    let scene = large_motions();
+    let (q0, v0) = start();
+    let run = |rtol| simulate(&scene, &q0, &v0, (0.0, 60.0), &taylor(rtol)).expect("runs");
     let truth = run(1e-15);
     for digits in 3..14 {
         let rtol = 0.1f64.powi(digits);
@@ -289,15 +288,8 @@ fn series_and_runge_kutta_steps_agree_impact_by_impact() {
 
 #[test]
 fn a_motion_taken_apart_is_the_same_motion() {
-    let scene = paper_scene(
-        Kind::Three,
-        &PaperOptions {
-            linear: false,
-            ..Default::default()
-        },
-    )
-    .expect("valid");
-    let (q0, v0) = (dvector![0.02, -0.1], dvector![0.0, 0.3]);
+    let scene = large_motions();
+    let (q0, v0) = start();
     let whole = simulate(&scene, &q0, &v0, (0.0, 50.0), &taylor(1e-12)).expect("runs");
     let first = simulate(&scene, &q0, &v0, (0.0, 23.4), &taylor(1e-12)).expect("runs");
     let (q, v) = first.last();
@@ -318,14 +310,7 @@ fn a_motion_taken_apart_is_the_same_motion() {
 
 #[test]
 fn many_at_once_are_those_one_by_one() {
-    let scene = paper_scene(
-        Kind::Three,
-        &PaperOptions {
-            linear: false,
-            ..Default::default()
-        },
-    )
-    .expect("valid");
+    let scene = large_motions();
     let q0 = DMatrix::from_fn(9, 2, |i, j| 0.01 * (i as f64) - 0.05 * (j as f64));
     let v0 = DMatrix::from_fn(9, 2, |i, _| 0.02 * i as f64);
     let options = SimulateOptions {

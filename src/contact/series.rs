@@ -100,6 +100,13 @@ impl GapTerms {
     }
 }
 
+/// A polynomial and its derivative at a time.
+fn value_and_slope(c: &[f64], t: f64) -> (f64, f64) {
+    c.iter().rev().fold((0.0, 0.0), |(value, slope), c| {
+        (value * t + c, slope * t + value)
+    })
+}
+
 impl GapSeries {
     fn take_off(&mut self, weight: f64, series: impl Iterator<Item = f64>) {
         let before = self.c[0];
@@ -150,9 +157,7 @@ impl GapSeries {
         let c = &self.c[order..self.len];
         let mut t = guess;
         for _ in 0..MOST_POLISHES {
-            let (value, slope) = c.iter().rev().fold((0.0, 0.0), |(value, slope), c| {
-                (value * t + c, slope * t + value)
-            });
+            let (value, slope) = value_and_slope(c, t);
             let step = -value / slope;
             if !step.is_finite() {
                 break;
@@ -167,10 +172,7 @@ impl GapSeries {
 
     /// The time at which a gap was reached that is passed and falls at a time t; `None` for one that is not.
     pub fn passed_before(&self, t: f64) -> Option<f64> {
-        let c = self.c[..self.len].iter().rev();
-        let (value, slope) = c.fold((0.0, 0.0), |(value, slope), c| {
-            (value * t + c, slope * t + value)
-        });
+        let (value, slope) = value_and_slope(&self.c[..self.len], t);
         let is_passed = value < -10.0 * ROUNDING * self.size && slope < 0.0;
         is_passed.then(|| self.root(0, t - value / slope))
     }

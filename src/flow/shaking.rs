@@ -7,20 +7,38 @@ use nalgebra::{Complex, DVector};
 /// What shakes the pendulum: the base, forces on the links, or nothing, as one factor `e^{i(angle + w t)}` whose series is
 /// taken along.
 pub(crate) trait Shaking {
+    /// The frequency w.
+    fn frequency(&self) -> f64;
     /// The factor of order zero.
-    fn begin(&self, angle: f64) -> Two;
+    fn begin(&self, angle: f64) -> Two {
+        let (sin, cos) = angle.sin_cos();
+        [cos, sin]
+    }
     /// The factor of the next order, k.
-    fn raise(&self, factor: Two, k: f64) -> Two;
+    #[inline]
+    fn raise(&self, [re, im]: Two, k: f64) -> Two {
+        let factor = self.frequency() / k;
+        [-factor * im, factor * re]
+    }
     /// The base's push on two links: what is taken off `P`.
-    fn base(&self, factor: Two, r: usize) -> Two;
+    #[inline]
+    fn base(&self, _factor: Two, _r: usize) -> Two {
+        [0.0; 2]
+    }
     /// The forces on two links.
-    fn force(&self, factor: Two, r: usize) -> Two;
+    #[inline]
+    fn force(&self, _factor: Two, _r: usize) -> Two {
+        [0.0; 2]
+    }
 }
 
 /// Nothing.
 pub(crate) struct Calm;
 
 impl Shaking for Calm {
+    fn frequency(&self) -> f64 {
+        0.0
+    }
     fn begin(&self, _angle: f64) -> Two {
         [0.0; 2]
     }
@@ -28,25 +46,6 @@ impl Shaking for Calm {
     fn raise(&self, factor: Two, _k: f64) -> Two {
         factor
     }
-    #[inline]
-    fn base(&self, _factor: Two, _r: usize) -> Two {
-        [0.0; 2]
-    }
-    #[inline]
-    fn force(&self, _factor: Two, _r: usize) -> Two {
-        [0.0; 2]
-    }
-}
-
-fn phasor(angle: f64) -> Two {
-    let (sin, cos) = angle.sin_cos();
-    [cos, sin]
-}
-
-#[inline]
-fn raised(frequency: f64, [re, im]: Two, k: f64) -> Two {
-    let factor = frequency / k;
-    [-factor * im, factor * re]
 }
 
 /// A base with an acceleration.
@@ -58,20 +57,13 @@ pub(crate) struct Shaken {
 }
 
 impl Shaking for Shaken {
-    fn begin(&self, angle: f64) -> Two {
-        phasor(angle)
-    }
     #[inline]
-    fn raise(&self, factor: Two, k: f64) -> Two {
-        raised(self.frequency, factor, k)
+    fn frequency(&self) -> f64 {
+        self.frequency
     }
     #[inline]
     fn base(&self, factor: Two, r: usize) -> Two {
         self.push[r].map(|push| push * factor[0])
-    }
-    #[inline]
-    fn force(&self, _factor: Two, _r: usize) -> Two {
-        [0.0; 2]
     }
 }
 
@@ -84,16 +76,9 @@ pub(crate) struct Forced {
 }
 
 impl Shaking for Forced {
-    fn begin(&self, angle: f64) -> Two {
-        phasor(angle)
-    }
     #[inline]
-    fn raise(&self, factor: Two, k: f64) -> Two {
-        raised(self.frequency, factor, k)
-    }
-    #[inline]
-    fn base(&self, _factor: Two, _r: usize) -> Two {
-        [0.0; 2]
+    fn frequency(&self) -> f64 {
+        self.frequency
     }
     #[inline]
     fn force(&self, factor: Two, r: usize) -> Two {

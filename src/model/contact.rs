@@ -208,6 +208,18 @@ pub(crate) fn reaction_weights(
     Ok(rank::solve(&delassus, parts, DEPENDENT_TOL * delassus.amax())?.particular)
 }
 
+/// The combination of reactions whose parts along the normals are given; of many that of the least weights.
+pub(crate) fn along_reactions(
+    normals: &[DVector<f64>],
+    reactions: &[DVector<f64>],
+    parts: &DVector<f64>,
+) -> Result<DVector<f64>> {
+    let weights = reaction_weights(normals, reactions, parts)?;
+    let weighted = reactions.iter().zip(weights.iter()).map(|(b, w)| b * *w);
+    let none = reactions.first().map_or(0, |b| b.len());
+    Ok(weighted.fold(DVector::zeros(none), |sum, b| sum + b))
+}
+
 /// The contacts of a scene.
 pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
     let n = scene.n_dof();

@@ -52,6 +52,15 @@ impl ContactGeometry {
         sees(i, j) || sees(j, i)
     }
 
+    /// Normals and reactions of some stops.
+    pub fn directions(&self, stops: &[usize]) -> (Vec<DVector<f64>>, Vec<DVector<f64>>) {
+        let columns = |of: &DMatrix<f64>| {
+            let columns = stops.iter().map(|&i| of.column(i).into_owned());
+            columns.collect()
+        };
+        (columns(&self.normals), columns(&self.reactions))
+    }
+
     /// Number of stops.
     pub fn len(&self) -> usize {
         self.clearances.len()

@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::dynamics::{Moment, mass_at};
-use crate::model::{Coefficient, Forcing, NonlinearSystem, Scene, System};
+use crate::model::{Coefficient, Forcing, Links, NonlinearSystem, Scene, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Energies and powers of a scene's motion.
@@ -40,6 +40,13 @@ enum Potential {
 /// the energy for each step.
 const DIFFERENCE: f64 = 1.0 / 16.0;
 
+/// Damping, potential and base of a pendulum.
+fn hanging(links: Links) -> (Coefficient, Potential, Option<DVector<f64>>) {
+    let weights = &links.hanging * links.gravity;
+    let potential = Potential::Hanging { weights };
+    (links.damping.into(), potential, Some(links.hanging))
+}
+
 impl Energetics {
     /// The energetics of a scene.
     ///
@@ -56,18 +63,8 @@ impl Energetics {
                 };
                 (system.damping().clone(), potential, None)
             }
-            System::DoublePendulum(pendulum) => {
-                let weights = pendulum.stiffness().diagonal();
-                let base = pendulum.mass().column(0).into_owned();
-                let potential = Potential::Hanging { weights };
-                (pendulum.damping().clone().into(), potential, Some(base))
-            }
-            System::PendulumChain(chain) => {
-                let base = chain.lengths().component_mul(&chain.hanging_mass());
-                let weights = &base * chain.gravity();
-                let potential = Potential::Hanging { weights };
-                (chain.damping().clone().into(), potential, Some(base))
-            }
+            System::DoublePendulum(pendulum) => hanging(pendulum.links()),
+            System::PendulumChain(chain) => hanging(chain.links()),
             System::Nonlinear(system) if !system.has_mass() => return Err(lacks("mass")),
             System::Nonlinear(system) => {
                 let none = DVector::zeros(system.n_dof());

@@ -19,7 +19,9 @@ mod stop;
 mod system;
 
 pub use change::{Change, Parameter};
-pub(crate) use contact::{Contact, GapValue, Surface, are_coupled, contacts, reaction_weights};
+pub(crate) use contact::{
+    Contact, GapValue, Surface, along_reactions, are_coupled, contacts, reaction_weights,
+};
 pub(crate) use contact_geometry::ContactGeometry;
 pub(crate) use dynamics::{
     ChainMotion, DoublePendulumMotion, Dynamics, Moment, SceneMotion, singular_mass, with_motion,

@@ -78,11 +78,6 @@ impl DoublePendulum {
         pendulum_mass(self.mass_ratio, self.length_ratio)
     }
 
-    /// The stiffness matrix of small angles, shape `(2, 2)`: the weights of the bobs.
-    pub(crate) fn stiffness(&self) -> DMatrix<f64> {
-        pendulum_stiffness(self.mass_ratio, self.length_ratio)
-    }
-
     /// The coefficients of its equations of motion.
     pub(crate) fn links(&self) -> Links {
         let inertia = self.mass();

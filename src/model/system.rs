@@ -1,6 +1,6 @@
 //! The systems a scene may hold.
 
-use crate::model::{DoublePendulum, LinearSystem, Links, NonlinearSystem, PendulumChain};
+use crate::model::{DoublePendulum, LinearSystem, NonlinearSystem, PendulumChain};
 use std::sync::Arc;
 
 /// A mechanical system.
@@ -48,15 +48,6 @@ impl System {
             Self::DoublePendulum(_) => 2,
             Self::PendulumChain(s) => s.n_dof(),
             Self::Nonlinear(s) => s.n_dof(),
-        }
-    }
-
-    /// The coefficients of a pendulum's equations of motion, `None` for a system that is no pendulum.
-    pub(crate) fn links(&self) -> Option<Links> {
-        match self {
-            Self::Linear(_) | Self::Nonlinear(_) => None,
-            Self::DoublePendulum(s) => Some(s.links()),
-            Self::PendulumChain(s) => Some(s.links()),
         }
     }
 

@@ -192,13 +192,8 @@ impl<'a> Judge<'a> {
         let scene = self.scene;
         let rate = rate(scene, flights);
         // Behind impacts that end at rest the states after say nothing of the motion's size.
-        let ends = || {
-            let both = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
-            both.map(Vec::as_slice)
-        };
-        let margins: Vec<f64> = (0..scene.n_stops())
-            .map(|i| MARGIN * motion_size(scene, i, rate, ends()))
-            .collect();
+        let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
+        let margins = margins(scene, rate, ends.map(Vec::as_slice));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         let gap = |stop: usize, state: &[Pair]| {
@@ -245,10 +240,7 @@ impl<'a> Judge<'a> {
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
-        let starts = || flights.iter().map(|f| f.after.as_slice());
-        let margins: Vec<f64> = (0..scene.n_stops())
-            .map(|i| MARGIN * motion_size(scene, i, rate, starts()))
-            .collect();
+        let margins = margins(scene, rate, flights.iter().map(|f| f.after.as_slice()));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         with_flow!(&self.flow, f => {
@@ -340,6 +332,18 @@ fn rate(scene: &ModalScene, flights: &[Flight]) -> f64 {
     } else {
         TAU / flights.iter().map(|f| f.span).sum::<f64>()
     }
+}
+
+/// The margin of each stop, from some states of the motion.
+fn margins<'s>(
+    scene: &ModalScene,
+    rate: f64,
+    states: impl Iterator<Item = &'s [Pair]> + Clone,
+) -> Vec<f64> {
+    let stops = 0..scene.n_stops();
+    stops
+        .map(|stop| MARGIN * motion_size(scene, stop, rate, states.clone()))
+        .collect()
 }
 
 /// The size of the motion along one normal, as far as some of its states show it.

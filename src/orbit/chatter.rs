@@ -25,7 +25,7 @@
 //! contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
-use crate::model::reaction_weights;
+use crate::model::along_reactions;
 use crate::orbit::shooting::Motion;
 use nalgebra::{DMatrix, DVector};
 
@@ -238,19 +238,13 @@ pub(crate) fn project<M: Motion>(
             break;
         }
         least = off;
-        let weights = reaction_weights(&normals, &reactions, &gaps)?;
-        for (reaction, weight) in reactions.iter().zip(weights.iter()) {
-            let mut q = state.rows_mut(0, n);
-            q += reaction * *weight;
-        }
+        let mut q = state.rows_mut(0, n);
+        q += along_reactions(&normals, &reactions, &gaps)?;
     }
     let (_, normals, reactions) = at_stops(motion, stops, state)?;
     let speeds = DVector::from_fn(stops.len(), |i, _| normals[i].dot(&state.rows(n, n)));
-    let weights = reaction_weights(&normals, &reactions, &speeds)?;
-    for (reaction, weight) in reactions.iter().zip(weights.iter()) {
-        let mut v = state.rows_mut(n, n);
-        v -= reaction * *weight;
-    }
+    let mut v = state.rows_mut(n, n);
+    v -= along_reactions(&normals, &reactions, &speeds)?;
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
 use crate::impact::impulse_matrix;
-use crate::model::reaction_weights;
+use crate::model::along_reactions;
 use crate::orbit::shooting::Motion;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -110,19 +110,10 @@ impl Motion for ModalMotion<'_> {
         let mut rate = self.physical(&rate);
         if !held.is_empty() {
             let n = rate.len() / 2;
-            let each = |of: &DMatrix<f64>| -> Vec<DVector<f64>> {
-                held.iter().map(|&i| of.column(i).into_owned()).collect()
-            };
-            let (normals, reactions) = (
-                each(&self.scene.geometry.normals),
-                each(&self.scene.geometry.reactions),
-            );
+            let (normals, reactions) = self.scene.geometry.directions(held);
             let mut a = rate.rows_mut(n, n);
             let pressed = DVector::from_fn(held.len(), |i, _| normals[i].dot(&a));
-            let forces = reaction_weights(&normals, &reactions, &pressed)?;
-            for (reaction, force) in reactions.iter().zip(forces.iter()) {
-                a -= reaction * *force;
-            }
+            a -= along_reactions(&normals, &reactions, &pressed)?;
         }
         Ok(rate)
     }

@@ -7,7 +7,7 @@ use crate::flow::jet::Jet;
 use crate::flow::{GapRow, LinearFlow, ModalScene, Quantity, StuckMotion, along, with_flow};
 use crate::impact::wrapped;
 use crate::modal::Pair;
-use crate::model::reaction_weights;
+use crate::model::along_reactions;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
@@ -149,22 +149,12 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     fn settled(&self, stops: &[usize]) -> Result<(DVector<f64>, DVector<f64>)> {
         let (mut q, mut v) = self.physical();
         let g = &self.scene.geometry;
-        let each = |of: &DMatrix<f64>| -> Vec<DVector<f64>> {
-            let columns = stops.iter().map(|&i| of.column(i).into_owned());
-            columns.collect()
-        };
-        let (normals, reactions) = (each(&g.normals), each(&g.reactions));
+        let (normals, reactions) = g.directions(stops);
         let parts = |of: &dyn Fn(usize) -> f64| DVector::from_fn(stops.len(), |i, _| of(i));
         let gaps = parts(&|i| g.clearances[stops[i]] - normals[i].dot(&q));
         let speeds = parts(&|i| normals[i].dot(&v));
-        let (onto, off) = (
-            reaction_weights(&normals, &reactions, &gaps)?,
-            reaction_weights(&normals, &reactions, &speeds)?,
-        );
-        for (i, b) in reactions.iter().enumerate() {
-            q += b * onto[i];
-            v -= b * off[i];
-        }
+        q += along_reactions(&normals, &reactions, &gaps)?;
+        v -= along_reactions(&normals, &reactions, &speeds)?;
         Ok((q, v))
     }
 

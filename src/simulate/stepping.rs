@@ -5,16 +5,18 @@ mod contact;
 mod free;
 mod normal;
 mod release;
+mod runge_kutta;
 mod series;
 
-pub(crate) use free::{FreeFlight, RungeKutta};
+pub(crate) use free::FreeFlight;
+pub(crate) use runge_kutta::RungeKutta;
 pub(crate) use series::{Pendulum, Taylor, has_series, series_order};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::StuckMotion;
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
-use crate::flow::step_size::{Controller, first_step, trial_step};
+use crate::flow::step_size::Controller;
 use crate::impact::wrapped;
 use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, are_coupled, contacts};
 use crate::quantity::positive_part;
@@ -22,11 +24,8 @@ use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
-use crate::simulate::stepping::contact::Found;
-use crate::simulate::stepping::release::Release;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
-use crate::watch::{Watch, answer};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -34,8 +33,6 @@ use std::sync::Arc;
 pub(crate) const STEPPED_BEAT: f64 = 1.0;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
-/// Halvings of a step that cannot tell contact from none, before the interpolant decides.
-const MOST_HALVINGS: usize = 12;
 
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
@@ -116,28 +113,6 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         self.dynamics.n_dof()
     }
 
-    /// Takes the rate of the present state, and with it the gaps.
-    fn begin<E: Dynamics>(&mut self, dynamics: &E) -> Result<()> {
-        if self.is_begun {
-            return Ok(());
-        }
-        let at = self.moment();
-        self.stepper.begin(dynamics, at, &self.x)?;
-        self.is_begun = true;
-        self.take_gaps()
-    }
-
-    /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
-    /// begins with a rate of its own.
-    fn look_on_arrival(&mut self) -> Result<()> {
-        if !self.holding.is_empty() {
-            return self.look();
-        }
-        self.stepper.go_on();
-        self.is_begun = false;
-        self.take_gaps()
-    }
-
     /// The gaps at the present state, whose rate is known.
     fn take_gaps(&mut self) -> Result<()> {
         let n = self.n();
@@ -149,31 +124,6 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
-    }
-
-    /// A first step, from the sizes of the state, its rate and a second derivative, in units of the tolerance.
-    fn first_step<E: Dynamics>(&mut self, dynamics: &E, span: f64) -> Result<f64> {
-        let size = |state: &Self, y: &[f64]| {
-            let scaled = y.iter().zip(state.x.slice()).map(|(y, x)| {
-                (y / (state.tolerance.absolute + state.tolerance.relative * x.abs())).powi(2)
-            });
-            (scaled.sum::<f64>() / y.len() as f64).sqrt()
-        };
-        let rate = self.stepper.start_rate().clone();
-        let (d0, d1) = (size(self, self.x.slice()), size(self, rate.slice()));
-        let trial = trial_step(d0, d1).min(span);
-        let at = self.moment();
-        self.stepper
-            .step(dynamics, at, self.frequency, &self.x, trial)?;
-        let change: Vec<f64> = self
-            .stepper
-            .end_rate()
-            .slice()
-            .iter()
-            .zip(rate.slice())
-            .map(|(a, b)| (a - b) / trial)
-            .collect();
-        Ok(first_step(trial, d1, size(self, &change)))
     }
 
     /// The margin of a gap.
@@ -193,47 +143,31 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         self.h.or(finite.reduce(f64::max)).unwrap_or(1.0)
     }
 
-    /// The gaps at the end of the step last taken, of length h.
-    fn look_ahead(&mut self, h: f64) -> Result<()> {
-        let n = self.n();
-        let (q, v) = self.stepper.end.slice().split_at(n);
-        let a = &self.stepper.end_rate().slice()[n..];
-        for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
-            *value = contact.surface.along(q, v, a, h)?;
-        }
-        self.n_gap_evaluations += self.contacts.len();
-        Ok(())
-    }
-
-    /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
-    fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
-        let clock = self.clock;
-        let wants_samples = record.wants_samples(clock.after(s).time(), last);
-        if self.kept.is_none() && !wants_samples {
-            return;
-        }
-        let dense = self.stepper.dense(&self.x, s);
-        self.keep_dense(&dense, s, last, record);
-    }
-
+    /// Keeps a step from the present state as its dense output says.
     fn keep_dense(&mut self, dense: &Dense<S>, span: f64, last: Option<f64>, record: &mut Record) {
-        let (clock, n) = (self.clock, self.n());
         if let Some(kept) = &mut self.kept {
+            let clock = self.clock;
             kept.pieces.push(Piece { clock, span });
             dense.write(&mut kept.numbers);
         }
+        self.sample(span, last, record, |local, x| dense.state(local, x));
+    }
+
+    /// Hands the record what it asks for of a step from the present state; `state` writes that at a time along the step.
+    fn sample(
+        &self,
+        span: f64,
+        last: Option<f64>,
+        record: &mut Record,
+        state: impl Fn(f64, &mut [f64]),
+    ) {
+        let n = self.n();
         let mut x = S::zeros(2 * n);
-        record.sample(clock, span, last, |local| {
-            dense.state(local, x.slice_mut());
+        record.sample(self.clock, span, last, |local| {
+            state(local, x.slice_mut());
             let (q, v) = x.slice().split_at(n);
             (DVector::from_column_slice(q), DVector::from_column_slice(v))
         });
-    }
-
-    /// Makes the end of the step last taken the present state.
-    fn arrive(&mut self, s: f64) {
-        self.x.clone_from(&self.stepper.end);
-        self.clock = self.clock.after(s);
     }
 }
 
@@ -423,120 +357,6 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     fn physical(&self) -> (DVector<f64>, DVector<f64>) {
         let (q, v) = self.x.slice().split_at(self.n());
         (DVector::from_column_slice(q), DVector::from_column_slice(v))
-    }
-}
-
-impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
-    /// A segment along some equations of motion: free, or with stops held.
-    fn fly_along<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        starts: &[usize],
-        (span, last): (f64, f64),
-        record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
-    ) -> Result<Arrival> {
-        self.grazes.clear();
-        self.keep_segment(if self.holding.is_empty() {
-            SegmentKind::Flight
-        } else {
-            SegmentKind::Stick
-        });
-        let end = self.clock.after(span);
-        let mut starts = Some(starts);
-        let mut halvings = 0;
-        let mut go_on = answer(check);
-        let mut watch = Watch::new(&mut go_on);
-        let arrival = loop {
-            self.begin(dynamics)?;
-            let left = self.clock.until(end);
-            if left <= 0.0 {
-                self.keep_no_step(Some(last), record);
-                break Arrival::End;
-            }
-            // The right-hand side of a step may be full matrices.
-            watch.work(self.n().pow(2))?;
-            let wanted = match self.h {
-                Some(h) => h,
-                None => self.first_step(dynamics, left)?,
-            };
-            // A step that would leave a crumb takes it along.
-            let is_last = wanted >= 0.999 * left;
-            let h = if is_last { left } else { wanted };
-            if self.clock.local + h == self.clock.local {
-                break Arrival::Underflow;
-            }
-            let at = self.moment();
-            self.stepper
-                .step(dynamics, at, self.frequency, &self.x, h)?;
-            let error = self.stepper.error(&self.x, h, self.tolerance);
-            let verdict = self.controller.judge(h, error);
-            if !verdict.is_accepted {
-                self.h = Some(verdict.next);
-                continue;
-            }
-            self.look_ahead(h)?;
-            let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along(starts, h)? {
-                Found::Undecided if undecided => {
-                    halvings += 1;
-                    self.h = Some(0.5 * h);
-                    continue;
-                }
-                Found::Undecided | Found::Nothing => None,
-                Found::Contact { stop, x } => Some((stop, x)),
-            };
-            let released = match self.release_along(h)? {
-                Release::Undecided if undecided => {
-                    halvings += 1;
-                    self.h = Some(0.5 * h);
-                    continue;
-                }
-                Release::Undecided | Release::None => None,
-                Release::At { stop, x } => Some((stop, x)),
-            };
-            halvings = 0;
-            // A step cut short by the end says nothing about the next one.
-            self.h = Some(if is_last {
-                verdict.next.max(wanted)
-            } else {
-                verdict.next
-            });
-            self.controller.note_stiffness(self.stepper.stiffness(h));
-            self.n_steps += 1;
-            if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
-                let s = self.let_go(dynamics, stop, x * h, h)?;
-                self.keep(s, None, record);
-                self.arrive(s);
-                self.look()?;
-                break Arrival::Release { stop };
-            }
-            if let Some((stop, x)) = found {
-                let s = self.land(dynamics, stop, x * h, h)?;
-                self.keep(s.max(0.0), None, record);
-                self.arrive(s);
-                self.look_on_arrival()?;
-                break Arrival::Contact { stop };
-            }
-            self.keep(h, is_last.then_some(last), record);
-            self.arrive(h);
-            self.stepper.go_on();
-            std::mem::swap(&mut self.gaps, &mut self.ahead);
-            starts = None;
-            if is_last {
-                break Arrival::End;
-            }
-        };
-        if record.keep != Keep::Final {
-            record.grazes.append(&mut self.grazes);
-        }
-        Ok(arrival)
-    }
-
-    /// Keeps a piece of no length at the present state; `last` as in `keep`.
-    fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
-        let still = Dense::line(&self.x, &self.x, 1.0);
-        self.keep_dense(&still, 0.0, last, record);
     }
 }
 

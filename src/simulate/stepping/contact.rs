@@ -124,13 +124,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         guess: f64,
         h: f64,
     ) -> Result<f64> {
-        let at = self.moment();
         let n = self.n();
         let mut s = guess;
         let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
-            self.stepper
-                .step(dynamics, at, self.frequency, &self.x, s)?;
+            self.step(dynamics, s)?;
             self.look_ahead(h)?;
             let GapValue {
                 gap,

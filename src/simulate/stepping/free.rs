@@ -2,8 +2,6 @@
 
 use super::StepMover;
 use crate::error::Result;
-use crate::flow::runge_kutta::State;
-use crate::model::Dynamics;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::Arrival;
 use crate::simulate::record::Record;
@@ -28,33 +26,6 @@ pub(crate) trait FreeFlight<S, D>: Sized {
         last: Option<f64>,
         record: &mut Record,
     ) -> Result<()>;
-}
-
-/// Steps of the Dormand-Prince pair.
-pub(crate) struct RungeKutta;
-
-impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
-    fn reset(&mut self) {}
-
-    fn fly(
-        mover: &mut StepMover<'_, S, D, Self>,
-        starts: &[usize],
-        ends: (f64, f64),
-        record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
-    ) -> Result<Arrival> {
-        mover.fly_along(mover.dynamics, starts, ends, record, check)
-    }
-
-    fn keep_nothing(
-        mover: &mut StepMover<'_, S, D, Self>,
-        last: Option<f64>,
-        record: &mut Record,
-    ) -> Result<()> {
-        mover.begin(mover.dynamics)?;
-        mover.keep_no_step(last, record);
-        Ok(())
-    }
 }
 
 impl<S, D, F> StepMover<'_, S, D, F> {

@@ -4,13 +4,8 @@ use super::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
-use crate::linalg::rank;
-use crate::model::{Dynamics, GapValue};
-use crate::simulate::mover::Mover;
+use crate::model::{Dynamics, GapValue, along_reactions};
 use nalgebra::DVector;
-
-/// Singular values below this, relative to the largest, are zero: the normals are dependent.
-const DEPENDENT_TOL: f64 = 1e-12;
 
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
@@ -65,13 +60,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         stops: &[usize],
         parts: &DVector<f64>,
     ) -> Result<DVector<f64>> {
-        let delassus = self.delassus(stops)?;
-        let weights = rank::solve(&delassus, parts, DEPENDENT_TOL * delassus.amax())?.particular;
-        let mut sum = DVector::zeros(self.n());
-        for (&stop, weight) in stops.iter().zip(weights.iter()) {
-            sum += self.directions(stop)?.1 * *weight;
-        }
-        Ok(sum)
+        let each = stops.iter().map(|&stop| self.directions(stop));
+        let each: Vec<_> = each.collect::<Result<_>>()?;
+        let (normals, reactions): (Vec<_>, Vec<_>) = each.into_iter().unzip();
+        along_reactions(&normals, &reactions, parts)
     }
 
     /// The normal of a stop and its reaction direction.

@@ -86,11 +86,8 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     ) -> Result<f64> {
         let held = self.held_motion();
         let k = self.holding.iter().position(|&s| s == stop).unwrap_or(0);
-        let at = self.moment();
         let force = |mover: &mut Self, s: f64| -> Result<f64> {
-            mover
-                .stepper
-                .step(dynamics, at, mover.frequency, &mover.x, s)?;
+            mover.step(dynamics, s)?;
             let end = mover.stepper.end.clone();
             Ok(mover.forces_at(&held, s, end.slice())?[k])
         };

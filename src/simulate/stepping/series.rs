@@ -17,7 +17,6 @@ use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
 use crate::watch::{Watch, answer};
-use nalgebra::DVector;
 
 /// The order of a series for a tolerance. A step of order p is as long as `tolerance^(1/p)` and its work `a + b p + c p^2`, of
 /// which it is least for about this order on a double pendulum; it is flat there.
@@ -30,7 +29,11 @@ pub(crate) fn series_order(rtol: f64) -> usize {
 /// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions.
 pub(crate) fn has_series(scene: &Scene) -> bool {
     let is_given = |stop: &Constraint| !matches!(stop, Constraint::Nonlinear(_));
-    scene.system().links().is_some() && scene.stops().iter().all(is_given)
+    let is_pendulum = matches!(
+        scene.system(),
+        System::DoublePendulum(_) | System::PendulumChain(_)
+    );
+    is_pendulum && scene.stops().iter().all(is_given)
 }
 
 /// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
@@ -214,18 +217,16 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
 
     /// Keeps what is asked for of the series up to a time s; `last` is the time at which the run ends with it.
     fn keep_series(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
-        let (clock, n) = (self.clock, self.dynamics.n_dof());
         let series = &self.free.series;
         if let Some(kept) = &mut self.kept {
+            let clock = self.clock;
             kept.pieces.push(Piece { clock, span });
             let unit = if span > 0.0 { span } else { 1.0 };
+            let n = self.dynamics.n_dof();
             write_series(unit, |link| series.angle(link), n, &mut kept.numbers);
         }
-        let mut x = S::zeros(2 * n);
-        record.sample(clock, span, last, |local| {
-            series.state(local, x.slice_mut());
-            let (q, v) = x.slice().split_at(n);
-            (DVector::from_column_slice(q), DVector::from_column_slice(v))
+        self.sample(span, last, record, |local, x| {
+            self.free.series.state(local, x);
         });
     }
 

@@ -1,0 +1,235 @@
+//! Flights in steps of the Dormand-Prince pair: free, or with stops held; each step is judged by its error, searched for
+//! contacts and for the release of what is held, and taken again to either.
+
+use super::contact::Found;
+use super::release::Release;
+use super::{FreeFlight, StepMover};
+use crate::error::Result;
+use crate::flow::runge_kutta::{Dense, State};
+use crate::flow::step_size::{first_step, trial_step};
+use crate::model::Dynamics;
+use crate::simulate::Keep;
+use crate::simulate::kept::SegmentKind;
+use crate::simulate::mover::{Arrival, Mover};
+use crate::simulate::record::Record;
+use crate::watch::{Watch, answer};
+
+/// Halvings of a step that cannot tell contact from none, before the interpolant decides.
+const MOST_HALVINGS: usize = 12;
+
+/// Steps of the Dormand-Prince pair.
+pub(crate) struct RungeKutta;
+
+impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
+    fn reset(&mut self) {}
+
+    fn fly(
+        mover: &mut StepMover<'_, S, D, Self>,
+        starts: &[usize],
+        ends: (f64, f64),
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival> {
+        mover.fly_along(mover.dynamics, starts, ends, record, check)
+    }
+
+    fn keep_nothing(
+        mover: &mut StepMover<'_, S, D, Self>,
+        last: Option<f64>,
+        record: &mut Record,
+    ) -> Result<()> {
+        mover.begin(mover.dynamics)?;
+        mover.keep_no_step(last, record);
+        Ok(())
+    }
+}
+
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+    /// Takes the rate of the present state, and with it the gaps.
+    pub(super) fn begin<E: Dynamics>(&mut self, dynamics: &E) -> Result<()> {
+        if self.is_begun {
+            return Ok(());
+        }
+        let at = self.moment();
+        self.stepper.begin(dynamics, at, &self.x)?;
+        self.is_begun = true;
+        self.take_gaps()
+    }
+
+    /// Takes a step from the present state, whose rate is known.
+    pub(super) fn step<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<()> {
+        let at = self.moment();
+        self.stepper.step(dynamics, at, self.frequency, &self.x, h)
+    }
+
+    /// A first step, from the sizes of the state, its rate and a second derivative, in units of the tolerance.
+    fn first_step<E: Dynamics>(&mut self, dynamics: &E, span: f64) -> Result<f64> {
+        let size = |state: &Self, y: &[f64]| {
+            let scaled = y.iter().zip(state.x.slice()).map(|(y, x)| {
+                (y / (state.tolerance.absolute + state.tolerance.relative * x.abs())).powi(2)
+            });
+            (scaled.sum::<f64>() / y.len() as f64).sqrt()
+        };
+        let rate = self.stepper.start_rate().clone();
+        let (d0, d1) = (size(self, self.x.slice()), size(self, rate.slice()));
+        let trial = trial_step(d0, d1).min(span);
+        self.step(dynamics, trial)?;
+        let change: Vec<f64> = self
+            .stepper
+            .end_rate()
+            .slice()
+            .iter()
+            .zip(rate.slice())
+            .map(|(a, b)| (a - b) / trial)
+            .collect();
+        Ok(first_step(trial, d1, size(self, &change)))
+    }
+
+    /// The gaps at the end of the step last taken, of length h.
+    pub(super) fn look_ahead(&mut self, h: f64) -> Result<()> {
+        let n = self.n();
+        let (q, v) = self.stepper.end.slice().split_at(n);
+        let a = &self.stepper.end_rate().slice()[n..];
+        for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
+            *value = contact.surface.along(q, v, a, h)?;
+        }
+        self.n_gap_evaluations += self.contacts.len();
+        Ok(())
+    }
+
+    /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
+    /// begins with a rate of its own.
+    fn look_on_arrival(&mut self) -> Result<()> {
+        if !self.holding.is_empty() {
+            return self.look();
+        }
+        self.stepper.go_on();
+        self.is_begun = false;
+        self.take_gaps()
+    }
+
+    /// Makes the end of the step last taken the present state.
+    fn arrive(&mut self, s: f64) {
+        self.x.clone_from(&self.stepper.end);
+        self.clock = self.clock.after(s);
+    }
+    /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
+    fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
+        let clock = self.clock;
+        let wants_samples = record.wants_samples(clock.after(s).time(), last);
+        if self.kept.is_none() && !wants_samples {
+            return;
+        }
+        let dense = self.stepper.dense(&self.x, s);
+        self.keep_dense(&dense, s, last, record);
+    }
+
+    /// Keeps a piece of no length at the present state; `last` as in `keep`.
+    fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
+        let still = Dense::line(&self.x, &self.x, 1.0);
+        self.keep_dense(&still, 0.0, last, record);
+    }
+    /// A segment along some equations of motion: free, or with stops held.
+    pub(super) fn fly_along<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        starts: &[usize],
+        (span, last): (f64, f64),
+        record: &mut Record,
+        check: &mut dyn FnMut() -> bool,
+    ) -> Result<Arrival> {
+        self.grazes.clear();
+        self.keep_segment(if self.holding.is_empty() {
+            SegmentKind::Flight
+        } else {
+            SegmentKind::Stick
+        });
+        let end = self.clock.after(span);
+        let mut starts = Some(starts);
+        let mut halvings = 0;
+        let mut go_on = answer(check);
+        let mut watch = Watch::new(&mut go_on);
+        let arrival = loop {
+            self.begin(dynamics)?;
+            let left = self.clock.until(end);
+            if left <= 0.0 {
+                self.keep_no_step(Some(last), record);
+                break Arrival::End;
+            }
+            // The right-hand side of a step may be full matrices.
+            watch.work(self.n().pow(2))?;
+            let wanted = match self.h {
+                Some(h) => h,
+                None => self.first_step(dynamics, left)?,
+            };
+            // A step that would leave a crumb takes it along.
+            let is_last = wanted >= 0.999 * left;
+            let h = if is_last { left } else { wanted };
+            if self.clock.local + h == self.clock.local {
+                break Arrival::Underflow;
+            }
+            self.step(dynamics, h)?;
+            let error = self.stepper.error(&self.x, h, self.tolerance);
+            let verdict = self.controller.judge(h, error);
+            if !verdict.is_accepted {
+                self.h = Some(verdict.next);
+                continue;
+            }
+            self.look_ahead(h)?;
+            let undecided = halvings < MOST_HALVINGS;
+            let found = match self.contact_along(starts, h)? {
+                Found::Undecided if undecided => {
+                    halvings += 1;
+                    self.h = Some(0.5 * h);
+                    continue;
+                }
+                Found::Undecided | Found::Nothing => None,
+                Found::Contact { stop, x } => Some((stop, x)),
+            };
+            let released = match self.release_along(h)? {
+                Release::Undecided if undecided => {
+                    halvings += 1;
+                    self.h = Some(0.5 * h);
+                    continue;
+                }
+                Release::Undecided | Release::None => None,
+                Release::At { stop, x } => Some((stop, x)),
+            };
+            halvings = 0;
+            // A step cut short by the end says nothing about the next one.
+            self.h = Some(if is_last {
+                verdict.next.max(wanted)
+            } else {
+                verdict.next
+            });
+            self.controller.note_stiffness(self.stepper.stiffness(h));
+            self.n_steps += 1;
+            if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
+                let s = self.let_go(dynamics, stop, x * h, h)?;
+                self.keep(s, None, record);
+                self.arrive(s);
+                self.look()?;
+                break Arrival::Release { stop };
+            }
+            if let Some((stop, x)) = found {
+                let s = self.land(dynamics, stop, x * h, h)?;
+                self.keep(s.max(0.0), None, record);
+                self.arrive(s);
+                self.look_on_arrival()?;
+                break Arrival::Contact { stop };
+            }
+            self.keep(h, is_last.then_some(last), record);
+            self.arrive(h);
+            self.stepper.go_on();
+            std::mem::swap(&mut self.gaps, &mut self.ahead);
+            starts = None;
+            if is_last {
+                break Arrival::End;
+            }
+        };
+        if record.keep != Keep::Final {
+            record.grazes.append(&mut self.grazes);
+        }
+        Ok(arrival)
+    }
+}
