@@ -81,7 +81,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             gaps,
             margins,
             ladder,
-            level: 0,
+            level: Ladder::<F>::START,
             propagator: F::Propagator::default(),
             derivatives: Vec::new(),
             norms: Vec::new(),
@@ -92,7 +92,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
 
     /// Forgets what earlier flights left, so that the next run has the same bits as a first one.
     pub fn restart(&mut self) {
-        self.level = 0;
+        self.level = Ladder::<F>::START;
         self.n_gap_evaluations = 0;
     }
 
@@ -165,7 +165,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 return Next::Interrupted;
             }
             if self.level == first_level {
-                self.level = self.level.saturating_sub(1);
+                self.level = self.ladder.above(self.level);
             }
             steps += 1;
             if steps.is_multiple_of(STEPS_PER_LOOK) {
@@ -193,7 +193,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     /// Notes the touches of gaps that turned within the margin, in a step that could not tell on which side of its end: the
     /// minimum is here, to the accuracy of a step.
     fn note_turns(&self, time: f64, steps: usize, grazes: &mut Vec<Grazed>) {
-        let before = time - self.ladder.step(self.level.saturating_sub(1));
+        let before = time - self.ladder.step(self.ladder.above(self.level));
         for &stop in &self.active {
             let jet = &self.jets[stop];
             let has_turned = self.was_falling[stop] && jet.c[1] >= 0.0 && steps > 0;

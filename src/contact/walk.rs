@@ -1,5 +1,5 @@
-//! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves of one
-//! longest step, so that their propagators are made once and kept.
+//! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves and doubles of
+//! one step, so that their propagators are made once and kept.
 
 use crate::error::Result;
 use crate::flow::jet::Shape;
@@ -7,8 +7,10 @@ use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 use crate::watch::Watch;
 
-/// Halvings of the longest step before the search gives up proving and takes the node for what it is.
-pub(crate) const DEEPEST: usize = 52;
+/// Doublings of a flow's longest step, where its bounds hold for ever: a slow body crosses a wide room in few steps.
+const DOUBLINGS: usize = 60;
+/// The last level, after 52 halvings, where the search gives up proving and takes the node for what it is.
+pub(crate) const DEEPEST: usize = DOUBLINGS + 52;
 /// Rungs that a ladder has room for from the start.
 const USUAL_DEPTH: usize = 12;
 /// Shortest steps without a proof after which a gap counts as touching its stop for good: it is within rounding of it.
@@ -18,12 +20,18 @@ pub(crate) const STEPS_PER_LOOK: usize = 16;
 /// Rounding of a gap, relative to the size of its terms.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
-/// Propagators for `longest_step / 2^level`, made when first asked for.
+/// Propagators for steps of a level, each half the one before, made when first asked for.
 pub(crate) struct Ladder<F: LinearFlow> {
+    /// The flow's longest step.
     longest: f64,
+    /// The first level whose step the flow's bounds allow.
+    top: usize,
+    /// Propagators of the levels from the flow's longest step on.
     rungs: Vec<F::Propagator>,
-    /// Bit k: rung k is made.
-    made: u64,
+    /// Propagators of longer steps, from the longest step up.
+    tall: Vec<F::Propagator>,
+    /// Bit k: the propagator of level k is made.
+    made: u128,
 }
 
 impl<F: LinearFlow> Ladder<F> {
@@ -31,21 +39,33 @@ impl<F: LinearFlow> Ladder<F> {
     pub fn new(flow: &F) -> Self {
         Self {
             longest: flow.longest_step(),
+            top: if flow.holds_for_ever() { 0 } else { DOUBLINGS },
             rungs: Vec::with_capacity(USUAL_DEPTH),
+            tall: Vec::new(),
             made: 0,
         }
+    }
+
+    /// The level of the flow's longest step.
+    pub const START: usize = DOUBLINGS;
+
+    /// The level of the next longer step, the same where there is none.
+    #[inline]
+    pub fn above(&self, level: usize) -> usize {
+        if level > self.top { level - 1 } else { level }
     }
 
     /// The step of a level.
     #[inline]
     pub fn step(&self, level: usize) -> f64 {
-        // 2^-level, by its exponent.
-        self.longest * f64::from_bits((1023 - level as u64) << 52)
+        // A power of two by its exponent.
+        self.longest * f64::from_bits(((1023 + DOUBLINGS - level) as u64) << 52)
     }
 
     /// The first level whose step does not exceed a span.
     pub fn level_below(&self, span: f64) -> usize {
-        let level = (self.longest / span).log2().ceil().max(0.0);
+        let halvings = (self.longest / span).log2().ceil();
+        let level = (DOUBLINGS as f64 + halvings).max(self.top as f64);
         if level < DEEPEST as f64 {
             level as usize
         } else {
@@ -57,15 +77,21 @@ impl<F: LinearFlow> Ladder<F> {
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> usize {
         let mut work = state.len();
+        let step = self.step(level);
+        let (rungs, place) = if level >= DOUBLINGS {
+            (&mut self.rungs, level - DOUBLINGS)
+        } else {
+            (&mut self.tall, DOUBLINGS - 1 - level)
+        };
         if self.made >> level & 1 == 0 {
-            if self.rungs.len() <= level {
-                self.rungs.resize_with(level + 1, F::Propagator::default);
+            if rungs.len() <= place {
+                rungs.resize_with(place + 1, F::Propagator::default);
             }
-            flow.prepare(self.step(level), &mut self.rungs[level]);
+            flow.prepare(step, &mut rungs[place]);
             self.made |= 1 << level;
             work = work.pow(3);
         }
-        flow.advance(&self.rungs[level], state);
+        flow.advance(&rungs[place], state);
         work
     }
 }
@@ -228,7 +254,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         watch.work(ladder.advance(flow, level, state))?;
         time += step;
         if !refined {
-            level = level.saturating_sub(1);
+            level = ladder.above(level);
         }
     }
 }

@@ -17,7 +17,9 @@ struct Part {
     load: Pair,
     /// Weight of the first unknown in the block's norm.
     weight: f64,
-    /// Growth of the norm over the longest step.
+    /// Whether the norm of the free block never grows.
+    is_bounded: bool,
+    /// Growth of the third derivative's norm over the longest step.
     growth: f64,
 }
 
@@ -26,6 +28,7 @@ struct Part {
 pub(crate) struct BlockFlow<D> {
     parts: Vec<Part>,
     longest_step: f64,
+    holds_for_ever: bool,
     fastest_rate: f64,
     drive: D,
 }
@@ -52,13 +55,14 @@ impl<D: Drive> BlockFlow<D> {
         let rates = rates.chain([drive.frequency()]);
         let fastest_rate = rates.clone().fold(0.0, f64::max);
         let softest = softest_rate(rates);
-        let fastest_growth = blocks
-            .iter()
-            .map(|b| b.norm(softest).growth)
-            .fold(0.0, f64::max);
+        let growth = |j: usize| {
+            let is_free = drive.force(j).iter().all(|f| f.norm() == 0.0);
+            third_derivative_growth(blocks[j], is_free, softest)
+        };
+        let fastest_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
         // Steps so long that no bound more than doubles by growth.
         let longest_step = (1.0 / softest).min(0.7 / fastest_growth);
-        let part = |(&block, &load): (&Block, &Pair)| {
+        let part = |(j, (&block, &load)): (usize, (&Block, &Pair))| {
             let norm = block.norm(softest);
             Part {
                 block,
@@ -66,15 +70,26 @@ impl<D: Drive> BlockFlow<D> {
                 matrix: block.matrix(),
                 load,
                 weight: norm.weight,
-                growth: (norm.growth * longest_step).exp(),
+                is_bounded: norm.growth == 0.0,
+                growth: (growth(j) * longest_step).exp(),
             }
         };
         Self {
-            parts: blocks.iter().zip(load).map(part).collect(),
+            parts: blocks.iter().zip(load).enumerate().map(part).collect(),
             longest_step,
+            holds_for_ever: fastest_growth == 0.0,
             fastest_rate,
             drive,
         }
+    }
+}
+
+/// How fast the third derivative of a block may grow. Without stiffness and force it lies in the range of the block's matrix,
+/// `(1, -2 eta)`, where it decays as `e^{-2 eta t}` whatever the motion does: a rigid body never leaves its cubic.
+fn third_derivative_growth(block: Block, is_free: bool, softest: f64) -> f64 {
+    match block {
+        Block::Oscillator { w2: 0.0, eta } if is_free && eta >= 0.0 => 0.0,
+        _ => block.norm(softest).growth,
     }
 }
 
@@ -179,7 +194,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             let size = (f[1].norm_sqr() + part.weight * f[0].norm_sqr()).sqrt();
             forced += (f[0] * r[0] + f[1] * r[1]).norm() * w.powi(3);
             forced_growth += weight * size * w.powi(3);
-            let is_bounded = part.growth == 1.0 && part.load == [0.0, 0.0] && size == 0.0;
+            let is_bounded = part.is_bounded && part.load == [0.0, 0.0] && size == 0.0;
             let reach = if is_bounded || *r == [0.0, 0.0] {
                 dual(*r)
             } else {
@@ -215,6 +230,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     fn longest_step(&self) -> f64 {
         self.longest_step
+    }
+
+    fn holds_for_ever(&self) -> bool {
+        self.holds_for_ever
     }
 
     fn fastest_rate(&self) -> f64 {

@@ -208,6 +208,10 @@ impl LinearFlow for DenseFlow {
         self.longest_step
     }
 
+    fn holds_for_ever(&self) -> bool {
+        false
+    }
+
     fn fastest_rate(&self) -> f64 {
         self.matrix.norm().max(self.frequency)
     }

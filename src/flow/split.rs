@@ -150,6 +150,10 @@ impl LinearFlow for SplitFlow {
         self.flow.longest_step()
     }
 
+    fn holds_for_ever(&self) -> bool {
+        self.flow.holds_for_ever()
+    }
+
     fn fastest_rate(&self) -> f64 {
         self.flow.fastest_rate()
     }

@@ -190,9 +190,11 @@ impl EventLoop {
         self.settle(mover)
     }
 
-    /// Whether a stop in contact is approached; one that is held is not, whatever rounding makes of its speed.
+    /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
+    /// its speed.
     fn closes<M: Mover>(&self, mover: &M, stop: usize) -> bool {
-        mover.gap(stop).speed < 0.0 && !self.held.contains(&stop)
+        let speed = mover.gap(stop).speed;
+        speed < 0.0 && speed < -ROUNDING * mover.speed_size(stop) && !self.held.contains(&stop)
     }
 
     /// Whether so many events fell on one instant that there will be no end of them.

@@ -310,8 +310,63 @@ def test_of_two_stops_a_rounding_apart_the_first_is_struck(method):
     assert run.final[0][0] == pytest.approx(0.75, abs=1e-13)
 
 
-@pytest.mark.parametrize("method", ["rk45", "taylor"])
-def test_steps_through_a_wide_room_at_a_speed_of_1e_12(method):
+@EVERY
+def test_through_a_wide_room_at_a_speed_of_1e_12(method):
     run = simulate(body(method, walls(1, 0.5)), 0, 1e-12, 9e12, method, atol=1e-25)
     assert close(run.impacts["time"], [1e12, 5e12], rtol=1e-12)
     assert close(run.impacts["speed_before"], [1e-12, 0.5e-12], rtol=1e-12)
+    assert run.stats.n_gap_evaluations < 1000
+
+
+@EVERY
+def test_a_damped_body_that_stops_before_the_wall_or_hits_it_at_last(method):
+    """x = (1 - e^{-ct}) v/c: half-way to the stop for ever, or there at ln 2/c with half the speed."""
+    scene = body(method, [vi.Stop(0, 1, 0.5)], damping=1e-3)
+    # Steps of either series are held down by stability.
+    run = simulate(scene, 0, 0.5e-3, 1e10 if method == "exact" else 1e6, method)
+    assert len(run.impacts) == 0
+    assert run.final[0][0] == pytest.approx(0.5, rel=1e-12)
+    assert run.stats.n_gap_evaluations < 10_000
+    run = simulate(scene, 0, 2e-3, 800, method)
+    assert run.impacts["time"].tolist() == [pytest.approx(1e3 * np.log(2), rel=1e-12)]
+    assert run.impacts["speed_before"].tolist() == [pytest.approx(1e-3, rel=1e-12)]
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45"])
+def test_a_start_at_rest_pressed_onto_a_stop_is_no_impact(method):
+    """Under forcing a velocity of zero is a difference: what rounding leaves of it strikes nothing."""
+    system = vi.LinearSystem([[1.0, 0.2], [0.2, 0.7]], [[0.03, -0.01], [-0.01, 0.02]], [[3.0, -1.0], [-1.0, 2.0]])
+    for phase in np.linspace(0.0, 2 * np.pi, 23):
+        scene = vi.Scene(system, vi.Harmonic([0.9, -0.4], 1.3, phase), vi.Stop(0, 0.1, 0.5))
+        run = simulate(scene, [0.1, 3.0], [0.0, 0.0], 1e-3, method)
+        assert len(run.impacts) == 0
+        assert run.segments["kind"].tolist() == ["stick"]
+        assert run.final[0][0] == pytest.approx(0.1, abs=1e-15)
+
+
+@pytest.mark.parametrize("method", ["rk45", "taylor"])
+def test_a_link_whose_contact_force_falls_through_zero_without_slope_is_let_go(method):
+    """Held at the vertical it feels s = (sin p)'' of the other, p = 2 asin(k sn t), less A sin wt: odd, from t^3 on."""
+    v, w, before, after = 1.0, 3.0, 1.0, 0.5
+    k, amplitude = mpf(v) / 2, -(v + v**3) / w
+    angle = lambda t: 2 * mp.asin(k * mp.ellipfun("sn", t, k=k))  # noqa: E731
+    start = [float(angle(-before)), float(mp.diff(angle, -before))]
+    scene = vi.Scene(
+        vi.PendulumChain([1, 1], [1, 1], gravity=1),
+        vi.Harmonic([amplitude, 0], w, -w * before - np.pi / 2),
+        vi.Stop(0, 0, 0.0, side="lower"),
+    )
+    run = simulate(scene, [0, start[0]], [0, start[1]], before + after, method)
+    assert run.segments["kind"].tolist() == ["stick", "flight"]
+    assert run.segments["end"][0] == pytest.approx(before, abs=1e-4)
+
+    def rate(t, x):
+        p, q, u, z = x
+        cosine, sine = mp.cos(p - q), mp.sin(p - q)
+        f, g = amplitude * mp.sin(w * t) - sine * z * z - 2 * mp.sin(p), sine * u * u - mp.sin(q)
+        det = 2 - cosine**2
+        return [u, z, (f - cosine * g) / det, (2 * g - cosine * f) / det]
+
+    with mp.workdps(20):
+        expected = [float(x) for x in mp.odefun(rate, 0, [0, 0, 0, mpf(v)])(after)]
+    assert np.concatenate(run.final) == pytest.approx(expected, abs=1e-10)

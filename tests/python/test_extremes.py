@@ -101,6 +101,7 @@ LINEAR = {
         (1e-13, 1e-10),
     ),
     "rigid body damped by 1e-12": (linear(1, SMALL, 0, load=[0.3], force=PUSH), ONE, 30, (1e-14, 1e-11)),
+    "period of 1e4 free periods": (mode(0.1, force=(1, 1e-4, 0.3)), ONE, 6.3e4, (1e-12, 1e-9)),
     "force of frequency 1e-6": (mode(0.1, force=(1, 1e-6, 0.3)), ONE, 30, (1e-13, 1e-10)),
     "rigid body, frequency 1e-6, soon": (linear(1, 0, 0, force=(1, 1e-6, 0.3)), ONE, 30, (1e-14, 1e-11)),
     "rigid body, frequency 1e-6": (linear(1, 0, 0, force=(1, 1e-6, 0.3)), ONE, 1e7, (1e-13, 1e-10)),
@@ -146,6 +147,18 @@ def test_the_phase_of_a_force_is_exact_after_a_billion_periods(periods, method):
     span = (start, start + 8)
     run = vi.simulate(scene, *ONE, span, method=method, keep="final", **TIGHT)
     assert np.abs(np.concatenate(run.final) - truth(scene, *ONE, span)).max() < 1e-11
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk45"])
+@pytest.mark.parametrize("periods", [1e9, -1e9, 12345678.9])
+def test_a_pendulum_does_not_feel_how_many_periods_are_over(periods, method):
+    w, phase = 1.7, 0.3
+    start = periods * 2 * np.pi / w
+    finals = []
+    for t0, there in ((start, phase), (0.0, float(mp.fmod(mpf(w) * mpf(start) + mpf(phase), 2 * mp.pi)))):
+        scene = vi.Scene(vi.PendulumChain([1, 0.6], [1, 0.8], damping=0.1, gravity=1), vi.BaseMotion(0.3, w, there))
+        finals.append(vi.simulate(scene, *TWO, (t0, t0 + 8), method=method, keep="final", **TIGHT).final)
+    assert np.abs(np.subtract(*finals)).max() < 1e-11
 
 
 def test_a_thousand_modes_keep_their_closed_form():
