@@ -262,3 +262,72 @@ fn at_stops<M: Motion>(motion: &M, stops: &[usize], state: &DVector<f64>) -> Res
     }
     Ok((gaps, normals, reactions))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::ModalScene;
+    use crate::model::{Harmonic, LinearSystem, Scene, Stop};
+    use crate::orbit::modal_motion::ModalMotion;
+    use nalgebra::{Complex, dmatrix, dvector};
+
+    /// Two coupled coordinates under forcing, the first pressed onto its stop at one.
+    fn pressed(e: f64) -> Scene {
+        let system = LinearSystem::new(
+            dmatrix![1.0, 0.3; 0.3, 0.8],
+            dmatrix![0.2, -0.1; -0.1, 0.3],
+            dmatrix![2.0, -1.0; -1.0, 1.5],
+        );
+        let force = dvector![Complex::new(9.0, 0.0), Complex::new(1.0, 0.5)];
+        let forcing = Harmonic::new(force, 1.3, 0.4).expect("valid");
+        let stop = Stop::new(0, 1.0, e).expect("valid");
+        Scene::new(system.expect("valid"), forcing, vec![stop]).expect("valid")
+    }
+
+    /// What the rest does to deviations against its limit for a small speed,
+    /// `I + ((2e/a) (f, 1) + (W, 0)) grad(h')/(1 - e)` and the projection: they differ by the first order of the speed.
+    #[test]
+    fn the_rest_is_differentiated() {
+        for e in [0.3, 0.8] {
+            let scene = pressed(e);
+            let modal = ModalScene::new(&scene, "the test").expect("linear");
+            let motion = ModalMotion::new(&modal, 0.4, Vec::new());
+            let misses = [1e-3, 1e-5].map(|speed| {
+                let state = dvector![1.0, 0.3, speed, -0.7];
+                let t = 0.2;
+                let rate = motion.rate(&[], t, &state).expect("regular");
+                let pull = -rate[2];
+                assert!(pull < -1.0);
+                let b = motion.reaction(0, &state).expect("regular");
+                let mut y = Timed {
+                    time: t,
+                    state: state.clone(),
+                    deviations: DMatrix::from_fn(4, 5, |i, j| f64::from(u8::from(i == j))),
+                    delays: DVector::from_fn(5, |j, _| f64::from(u8::from(j == 4))),
+                };
+                finish(&motion, 0, 1.0, &mut y).expect("regular");
+                let mut miss = 0.0f64;
+                for j in 0..5 {
+                    // h' = -v_0, W = (0, (1 + e) b/b_0)
+                    let change = if j == 2 { -1.0 / (1.0 - e) } else { 0.0 };
+                    let delay = f64::from(u8::from(j == 4)) + 2.0 * e / pull * change;
+                    let mut dx = DVector::from_fn(4, |i, _| f64::from(u8::from(i == j)));
+                    dx += &rate * (2.0 * e / pull * change);
+                    for i in 0..2 {
+                        dx[2 + i] += (1.0 + e) * b[i] / b[0] * change;
+                    }
+                    let (off, speed) = (dx[0], dx[2]);
+                    for i in 0..2 {
+                        dx[i] -= b[i] / b[0] * off;
+                        dx[2 + i] -= b[i] / b[0] * speed;
+                    }
+                    miss = miss.max((y.deviations.column(j) - dx).amax());
+                    miss = miss.max((y.delays[j] - delay).abs());
+                }
+                miss
+            });
+            assert!(misses[0] < 0.05, "{misses:?}");
+            assert!(misses[1] < 0.015 * misses[0], "{misses:?}");
+        }
+    }
+}
