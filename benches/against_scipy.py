@@ -90,16 +90,16 @@ def microseconds(action, repeats=1):
     return (time.perf_counter() - start) / repeats * 1e6
 
 
-def stepped(scene, rtol):
-    """Return a run in Runge-Kutta steps, as long as SciPy's."""
-    return vi.simulate(scene, *START, (0.0, SPAN_SCIPY), method="rk45", rtol=rtol, atol=0.1 * rtol, keep="final")
+def stepped(scene, rtol, method):
+    """Return a run in steps, as long as SciPy's."""
+    return vi.simulate(scene, *START, (0.0, SPAN_SCIPY), method=method, rtol=rtol, atol=0.1 * rtol, keep="final")
 
 
-def loosest(scene, error):
+def loosest(scene, error, method):
     """Return the loosest tolerance, in quarter decades, at and below which the state at the end is right to an error."""
-    truth = np.concatenate(stepped(scene, 3e-14).final)
+    truth = np.concatenate(stepped(scene, 3e-14, method).final)
     rtol = 1e-13
-    while np.abs(np.concatenate(stepped(scene, rtol * 10**0.25).final) - truth).max() <= error:
+    while np.abs(np.concatenate(stepped(scene, rtol * 10**0.25, method).final) - truth).max() <= error:
         rtol *= 10**0.25
     return rtol
 
@@ -140,10 +140,10 @@ def contestants():
     def call(system, pattern, repeats, **options):
         return lambda: microseconds(lambda: vi.periodic_orbits(system, pattern, **options), repeats)
 
-    def steps(moved, error):
-        rtol = loosest(moved, error)
-        n_impacts = stepped(moved, rtol).stats.n_impacts
-        return lambda: microseconds(lambda: stepped(moved, rtol), 20) / n_impacts
+    def steps(moved, error, method="rk45"):
+        rtol = loosest(moved, error, method)
+        n_impacts = stepped(moved, rtol, method).stats.n_impacts
+        return lambda: microseconds(lambda: stepped(moved, rtol, method), 20) / n_impacts
 
     on_linear = [
         ("one orbit with admissibility and multipliers", lambda: microseconds(decided, 1000) / n_orbits),
@@ -159,6 +159,8 @@ def contestants():
     on_pendulums = [
         ("large motions, steps to 1e-5, one impact", steps(pendulums, 1e-5)),
         ("large motions, steps to 1e-9, one impact", steps(pendulums, 1e-9)),
+        ("large motions, series to 1e-5, one impact", steps(pendulums, 1e-5, "taylor")),
+        ("large motions, series to 1e-9, one impact", steps(pendulums, 1e-9, "taylor")),
     ]
     return [(name, rival, measure) for rival, many in ((scene, on_linear), (pendulums, on_pendulums)) for name, measure in many]
 
