@@ -26,7 +26,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::along_reactions;
-use crate::orbit::shooting::Motion;
+use crate::orbit::pieces::Motion;
 use nalgebra::{DMatrix, DVector};
 
 /// What is left of the gap when the rest of the impacts is taken at once, relative to the motion's size: below what an orbit

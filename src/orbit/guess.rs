@@ -2,13 +2,15 @@
 //! another orbit, or off the end of a trajectory. The first instant is an impact: the landing behind a release, if there is
 //! one.
 
+mod instants;
+
 use crate::error::{Error, Result};
-use crate::impact::Impact;
 use crate::model::{Scene, contacts};
 use crate::orbit::PeriodicOrbit;
 use crate::orbit::course::{Event, Leg};
+use crate::orbit::guess::instants::{Instant, impacts, lasting, unsupported};
 use crate::orbit::modal_motion::joined;
-use crate::simulate::{ImpactSide, RATIO_TOL, Segment, SegmentKind, Trajectory};
+use crate::simulate::{ImpactSide, RATIO_TOL, SegmentKind, Trajectory};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
@@ -185,126 +187,6 @@ fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
         kept.push(instant);
     }
     kept
-}
-
-/// What happens at one time of a motion, and the state after.
-#[derive(Debug, Clone)]
-struct Instant {
-    time: f64,
-    /// When the flight behind it starts, which has the state.
-    start: f64,
-    phase: f64,
-    event: Event,
-    /// The stops held behind it.
-    held: Vec<usize>,
-    /// The approach speed of an impact.
-    approach: f64,
-    state: DVector<f64>,
-}
-
-/// The impacts of a trajectory without lasting contact.
-fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
-    let mut found: Vec<Instant> = Vec::new();
-    for &Impact {
-        time,
-        stop,
-        phase,
-        approach,
-        ..
-    } in trajectory.impacts()
-    {
-        if let Some(last) = found.last_mut().filter(|last| last.time == time)
-            && let Event::Strike(stops) = &mut last.event
-            && !stops.contains(&stop)
-        {
-            stops.push(stop);
-            continue;
-        }
-        found.push(Instant {
-            time,
-            start: time,
-            phase,
-            event: Event::Strike(vec![stop]),
-            held: Vec::new(),
-            approach,
-            state: joined(&trajectory.state(time, ImpactSide::After)?),
-        });
-    }
-    Ok(found)
-}
-
-/// What happens along a trajectory with lasting contact, segment by segment.
-fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
-    let stretches = trajectory.stretches()?;
-    let flown = stretches.iter().filter(|(s, _)| s.end > s.start);
-    let mut impacts = trajectory.impacts().iter().peekable();
-    let mut found = Vec::new();
-    let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
-    for &(Segment { kind, start, .. }, stops) in flown {
-        let slack = 4.0 * f64::EPSILON * start.abs();
-        let (mut struck, mut approach) = (Vec::new(), 0.0f64);
-        while let Some(impact) = impacts.next_if(|impact| impact.time <= start + slack) {
-            if impact.time >= start - slack && !struck.contains(&impact.stop) {
-                struck.push(impact.stop);
-                approach = approach.max(impact.approach);
-            }
-        }
-        if kind == SegmentKind::Chatter {
-            chatter = Some((stops[0], start));
-            before = &[];
-            continue;
-        }
-        let released: Vec<usize> = before
-            .iter()
-            .copied()
-            .filter(|stop| !stops.contains(stop))
-            .collect();
-        let event = match (chatter.take(), struck.is_empty(), released.as_slice()) {
-            (Some((stop, time)), ..) if stops == [stop] => {
-                found.push(Instant {
-                    time,
-                    start,
-                    phase: trajectory.forcing_phase(time),
-                    event: Event::Chatter(stop),
-                    held: stops.to_vec(),
-                    approach,
-                    state: joined(&trajectory.state(start, ImpactSide::After)?),
-                });
-                None
-            }
-            (None, false, _) => Some(Event::Strike(struck)),
-            (None, true, &[stop]) => Some(Event::Release(stop)),
-            (None, true, &[]) => None,
-            (None, true, _) => {
-                return Err(unsupported("stops that are let go at one time", start));
-            }
-            (Some(_), ..) => {
-                return Err(unsupported("accumulating impacts without rest", start));
-            }
-        };
-        if let Some(event) = event {
-            found.push(Instant {
-                time: start,
-                start,
-                phase: trajectory.forcing_phase(start),
-                event,
-                held: stops.to_vec(),
-                approach,
-                state: joined(&trajectory.state(start, ImpactSide::After)?),
-            });
-        }
-        before = stops;
-    }
-    Ok(found)
-}
-
-fn unsupported(what: &str, time: f64) -> Error {
-    let rule = "of an orbit through it there is no Jacobian";
-    Error::bad_value(
-        "guess",
-        format!("a trajectory with {what} at t = {time}"),
-        rule,
-    )
 }
 
 /// Sizes of position and velocity below which a state is at rest, as far as a return is concerned.

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
 use crate::impact::impulse_matrix;
 use crate::model::along_reactions;
-use crate::orbit::shooting::Motion;
+use crate::orbit::pieces::Motion;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@
 use crate::error::Result;
 use crate::orbit::chatter::{Timed, finish};
 use crate::orbit::course::Course;
-use crate::orbit::shooting::Motion;
+use crate::orbit::pieces::Motion;
 use crate::simulate::SegmentKind;
 use nalgebra::{DMatrix, DVector};
 

@@ -12,7 +12,7 @@ use crate::orbit::course::{Course, struck};
 use crate::orbit::modal_motion::{ModalMotion, joined, stuck_motions};
 use crate::orbit::monodromy::{Flown, monodromy};
 use crate::orbit::periodic_orbit::{Flight, impacts_by, list_impacts};
-use crate::orbit::shooting::Motion;
+use crate::orbit::pieces::Motion;
 use crate::orbit::stability::{self, Stability};
 use crate::orbit::stepped::SteppedMotion;
 use crate::watch::Watch;

@@ -16,7 +16,7 @@ use crate::orbit::chatter::{DIFFERENCE, project};
 use crate::orbit::course::{Course, struck};
 use crate::orbit::held::{is_hop, judge_force};
 use crate::orbit::periodic_orbit::Flight;
-use crate::orbit::shooting::Motion;
+use crate::orbit::pieces::Motion;
 use crate::simulate::{HeldMotion, SegmentKind};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! Sweeps over parameters: many small computations in pieces, on any number of threads.
 
+mod candidate;
 mod ensemble;
 mod existence;
 mod moving;

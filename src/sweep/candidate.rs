@@ -1,0 +1,106 @@
+//! The orbits of one cell of a map before their order is known, judged as far as that asks.
+
+use crate::contact::walk::Effort;
+use crate::error::Result;
+use crate::flow::ModalScene;
+use crate::impact::Impact;
+use crate::orbit::{Admissibility, Judge, Pattern, Solution, largest_multiplier, list_impacts};
+use crate::watch::Watch;
+
+/// Relative error of the depth of a violation that is good enough to tell two of them apart.
+const ROUGH: f64 = 1e-3;
+/// Relative difference of two depths above which a rough error does not change their order.
+const DISTINCT: f64 = 1e-2;
+
+/// One orbit of a cell, as far as a map needs it.
+pub(super) struct Candidate {
+    pub solution: Solution,
+    impacts: Vec<Impact>,
+    admissibility: Admissibility,
+}
+
+impl Candidate {
+    pub fn new(scene: &ModalScene, pattern: &Pattern, solution: Solution) -> Self {
+        let flights = std::slice::from_ref(&solution.flight);
+        let impacts = list_impacts(
+            scene,
+            pattern,
+            solution.phase,
+            flights,
+            solution.impulses.as_slice(),
+        );
+        Self {
+            solution,
+            impacts,
+            admissibility: Admissibility::default(),
+        }
+    }
+
+    pub fn judge(
+        &mut self,
+        judge: &mut Judge<'_>,
+        effort: Effort,
+        watch: &mut Watch<'_>,
+    ) -> Result<()> {
+        let flights = std::slice::from_ref(&self.solution.flight);
+        let phase = self.solution.phase;
+        self.admissibility = judge.with_effort(effort, phase, flights, &self.impacts, watch)?;
+        Ok(())
+    }
+
+    /// Depth of the violation, `None` if the orbit is admissible.
+    pub fn depth(&self) -> Option<f64> {
+        self.admissibility.breach.map(|breach| breach.depth)
+    }
+
+    pub fn largest_multiplier(
+        &self,
+        scene: &ModalScene,
+        pattern: &Pattern,
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<f64>> {
+        let flights = std::slice::from_ref(&self.solution.flight);
+        largest_multiplier(
+            scene,
+            pattern.instants(),
+            self.solution.phase,
+            flights,
+            &self.admissibility,
+            watch,
+        )
+    }
+}
+
+/// Judges all candidates as far as their order asks: a violation that is deeper than one before need not be followed to
+/// its end, and depths are worked out only where they are near each other.
+pub(super) fn judge_all(
+    scene: &ModalScene,
+    candidates: &mut [Candidate],
+    watch: &mut Watch<'_>,
+) -> Result<()> {
+    let mut judge = Judge::new(scene);
+    let mut least = f64::INFINITY;
+    for candidate in candidates.iter_mut() {
+        candidate.judge(
+            &mut judge,
+            Effort {
+                enough: least * (1.0 + DISTINCT),
+                depth_error: ROUGH,
+            },
+            watch,
+        )?;
+        // After an admissible one, any violation is enough.
+        least = candidate.depth().unwrap_or(-1.0).min(least);
+    }
+    let mut depths: Vec<f64> = candidates.iter().filter_map(Candidate::depth).collect();
+    depths.sort_by(f64::total_cmp);
+    if depths
+        .windows(2)
+        .any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1])
+    {
+        for candidate in candidates {
+            candidate.judge(&mut judge, Effort::FULL, watch)?;
+        }
+    }
+    Ok(())
+}
