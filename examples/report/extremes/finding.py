@@ -73,7 +73,13 @@ def size(part: Sequence[mpf]) -> mpf:
 
 def fact(quantity: str, method: str, computed: object, reference: object) -> Finding:
     """Compare what is no number: a count, a status, an order."""
-    return Finding(quantity, method, "fact", str(computed), str(reference), computed == reference)
+    return Finding(quantity, method, "fact", brief(computed), brief(reference), computed == reference)
+
+
+def brief(value: object, most: int = 160) -> str:
+    """A value in words, cut where it is long."""
+    words = str(value)
+    return words if len(words) <= most else words[:most] + " ..."
 
 
 def refused(quantity: str, call: Callable[[], object], argument: str, rule: str) -> Finding:

@@ -68,12 +68,18 @@ class Run:
     stops: list[int]
     before: np.ndarray
     after: np.ndarray
+    impulses: np.ndarray
     trajectory: vi.Trajectory
 
 
 def walls(clearance: float, restitution: float) -> tuple[Side, Side]:
     """A stop on each side."""
     return Side(clearance, restitution), Side(clearance, restitution, "lower")
+
+
+def tolerance(method: str) -> float:
+    """rtol of a method; of exact flights it is the width of a graze and of contacts at rest."""
+    return MARGIN if method == "exact" else RTOL
 
 
 def rule_of(method: str) -> Rule:
@@ -94,15 +100,22 @@ def scene_of(motion: Motion, sides: Sequence[Side], method: str, unit: float) ->
 
 
 def run(
-    motion: Motion, sides: Sequence[Side], method: str, *, size: float = 1.0, small: float = SMALL, **options: object
+    motion: Motion,
+    sides: Sequence[Side],
+    method: str,
+    *,
+    size: float = 1.0,
+    small: float = SMALL,
+    rtol: float | None = None,
+    keep: str = "motion",
 ) -> Run:
     """Simulate; ``size`` is that of the smallest motion that counts, ``small`` the angle of the link for a unit of position."""
-    unit, rtol = (small if method == "taylor" else 1.0), (MARGIN if method == "exact" else RTOL)
-    chosen = {"rtol": rtol, "atol": ATOL * rtol * unit * size} | options
+    unit, chosen = (small if method == "taylor" else 1.0), (tolerance(method) if rtol is None else rtol)
+    options = {"method": method, "rtol": chosen, "atol": ATOL * chosen * unit * size, "keep": keep}
     span = (motion.start, motion.start + motion.length)
-    found = vi.simulate(scene_of(motion, sides, method, unit), unit * motion.q, unit * motion.v, span, method=method, **chosen)
+    found = vi.simulate(scene_of(motion, sides, method, unit), unit * motion.q, unit * motion.v, span, **options)
     q, v = (float(np.ravel(x)[0]) / unit for x in found.final)
-    speeds = (found.impacts[name] / unit for name in ("speed_before", "speed_after"))
+    speeds = (found.impacts[name] / unit for name in ("speed_before", "speed_after", "impulse"))
     return Run(q, v, found.impacts["time"], found.impacts["stop"].tolist(), *speeds, found)
 
 
