@@ -25,11 +25,11 @@ def enlarged(mass: Rows, damping: Rows, stiffness: Rows, load: Sequence[mpf], fo
     return rate
 
 
-def moved(rate: matrix, state: matrix, time: mpf) -> matrix:
-    """The state after some time, with digits to spare for the squarings of the exponential."""
-    spare = 20 + int(mp.log10(1 + mp.mnorm(rate, 1) * abs(time)))
+def flow(rate: matrix, time: mpf) -> matrix:
+    """e^(A T), with digits to spare for the squarings."""
+    spare = 20 + int(mp.log10(1 + mp.mnorm(rate, 1) * time))
     with mp.workdps(mp.dps + spare):
-        result = mp.expm(rate * time, method="taylor") * state
+        result = mp.expm(rate * time, method="taylor")
     return +result
 
 
@@ -45,7 +45,7 @@ def system(n: int, inputs: Sequence[mpf]) -> Parts:
         inputs[a:b] for a, b in zip([0, *cuts], [*cuts, None], strict=True)
     )
     rate = enlarged(square(mass, n), square(damping, n), square(stiffness, n), load, force, w)
-    end = moved(rate, mp.matrix([*q, *v, 1, mp.cos(phase), mp.sin(phase)]), time)
+    end = flow(rate, time) * mp.matrix([*q, *v, 1, mp.cos(phase), mp.sin(phase)])
     return [list(end[:n]), list(end[n : 2 * n])]
 
 

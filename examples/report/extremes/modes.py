@@ -101,7 +101,7 @@ def separatrix() -> Iterator[Finding]:
 
 
 def upside_down(q: mpf, v: mpf, length: mpf) -> Parts:
-    """q'' = sin q by its Taylor series of 40 terms in 20 steps, each a sixth of the way to the nearest pole."""
+    """Q'' = sin q by its Taylor series of 40 terms in 20 steps, each a sixth of the way to the nearest pole."""
     steps = 20
     h = length / steps
     for _ in range(steps):

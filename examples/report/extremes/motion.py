@@ -78,7 +78,7 @@ def walls(clearance: float, restitution: float) -> tuple[Side, Side]:
 
 
 def tolerance(method: str) -> float:
-    """rtol of a method; of exact flights it is the width of a graze and of contacts at rest."""
+    """Rtol of a method; of exact flights it is the width of a graze and of contacts at rest."""
     return MARGIN if method == "exact" else RTOL
 
 

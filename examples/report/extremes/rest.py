@@ -12,7 +12,7 @@ from report.extremes.bodies import MASS, final, simulated
 from report.extremes.condition import Parts, Truth, known, truth
 from report.extremes.exponential import system_truth
 from report.extremes.finding import Finding, fact, measured, stepped
-from report.extremes.motion import ATOL, RTOL, Motion, Side, rule_of, run, tolerance
+from report.extremes.motion import ATOL, Motion, Side, rule_of, run, tolerance
 from report.extremes.registry import case
 from report.extremes.starts import rest
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from mpmath import mp, mpf
 
@@ -15,7 +15,7 @@ COUNT = 40
 BODY = Motion(v=2.0)
 
 
-def between_walls(count: int) -> object:
+def between_walls(count: int) -> Callable[..., Parts]:
     """Times and speeds of the impacts of a free body that starts in the middle: 2 c/(v e^k) apart, v e^k."""
 
     def function(clearance: mpf, restitution: mpf, speed: mpf) -> Parts:
@@ -57,7 +57,7 @@ def at_the_wall(restitution: float) -> Iterator[Finding]:
     yield from impacts("an oscillator at a stop", motion, sides, expected, [0] * count)
 
 
-def repeated(count: int) -> object:
+def repeated(count: int) -> Callable[..., Parts]:
     """Times and speeds of the impacts of q'' = -q on a stop at c > 0, from the middle; away and back takes 2 (pi - atan(v/c))."""
 
     def function(clearance: mpf, restitution: mpf, speed: mpf) -> Parts:
@@ -82,7 +82,9 @@ def plastic() -> Iterator[Finding]:
     for method in body.methods:
         found = run(body, walls(1.0, 0.0), method)
         yield fact("a body stays where it hits: stops hit", method, found.stops, [0])
-        yield measured("time, q, v at the end", method, [found.times, [found.q], [found.v]], known([0.5], [1], [0]), rule_of(method))
+        yield measured(
+            "time, q, v at the end", method, [found.times, [found.q], [found.v]], known([0.5], [1], [0]), rule_of(method)
+        )
     spring = Motion(0.0, 1.0, v=2.0, length=2.0)
     expected = truth(pulled_back, 1.0, 2.0, spring.length)
     for method in spring.methods:
@@ -92,7 +94,7 @@ def plastic() -> Iterator[Finding]:
 
 
 def pulled_back(clearance: mpf, speed: mpf, length: mpf) -> Parts:
-    """q'' = -q hits the stop, loses its velocity and starts from rest."""
+    """Q'' = -q hits the stop, loses its velocity and starts from rest."""
     time = mp.asin(clearance / speed)
     return [[time], [clearance * mp.cos(length - time)], [-clearance * mp.sin(length - time)]]
 

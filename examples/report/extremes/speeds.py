@@ -38,7 +38,9 @@ def wide() -> Iterator[Finding]:
     for method in motion.methods:
         searched = evaluations(replace(motion, length=1e-7 * length), method) / 1e-7
         if searched > PATIENCE:
-            reason = f"not waited for: {searched:.0e} evaluations of the gap, at the rate of the first {1e-7 * length:.0e} of time"
+            reason = (
+                f"not waited for: {searched:.0e} evaluations of the gap, at the rate of the first {1e-7 * length:.0e} of time"
+            )
             yield Finding(f"{name}: gap evaluations", method, "fact", reason, f"below {PATIENCE:.0e}", False)
             continue
         found = run(motion, sides, method, keep="impacts", size=speed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from mpmath import mp, mpf
 
@@ -13,7 +13,7 @@ from report.extremes.motion import RTOL, Motion, Side, impacts, rule_of, run
 from report.extremes.registry import case
 
 
-def half_periods(count: int) -> object:
+def half_periods(count: int) -> Callable[..., Parts]:
     """Impacts on a stop at the equilibrium of a damped oscillator: every half period, speeds falling in ratio."""
 
     def function(damping: mpf, stiffness: mpf, restitution: mpf, q: mpf) -> Parts:
@@ -38,8 +38,8 @@ def middle() -> Iterator[Finding]:
         yield from impacts(name, motion, [Side(0.0, restitution, "lower")], expected, [0] * count)
 
 
-def preloaded(count: int) -> object:
-    """q'' = -q against a stop on the far side of its equilibrium: a flight that leaves at v returns at v after 2 atan(v/c)."""
+def preloaded(count: int) -> Callable[..., Parts]:
+    """Q'' = -q against a stop on the far side of its equilibrium: a flight that leaves at v returns at v after 2 atan(v/c)."""
 
     def function(clearance: mpf, restitution: mpf, speed: mpf) -> Parts:
         times, speeds = [2 * mp.atan(-speed / clearance)], [speed]
