@@ -25,6 +25,10 @@ class Truth:
     parts: Parts
     conditions: list[float]
 
+    def part(self, index: int) -> Truth:
+        """One part by itself."""
+        return Truth([self.parts[index]], [self.conditions[index]])
+
 
 def truth(function: Function, *inputs: float) -> Truth:
     """Values of a function at doubles taken as exact, with their condition numbers."""

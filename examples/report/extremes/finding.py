@@ -76,9 +76,9 @@ def fact(quantity: str, method: str, computed: object, reference: object) -> Fin
     return Finding(quantity, method, "fact", brief(computed), brief(reference), computed == reference)
 
 
-def brief(value: object, most: int = 160) -> str:
+def brief(value: object, most: int = 100) -> str:
     """A value in words, cut where it is long."""
-    words = str(value)
+    words = " ".join(str(value).split())
     return words if len(words) <= most else words[:most] + " ..."
 
 
@@ -86,9 +86,9 @@ def refused(quantity: str, call: Callable[[], object], argument: str, rule: str)
     """Call with bad input: a ValueError is due whose message has the argument and the rule."""
     expected = f"ValueError with `{argument}` and `{rule}`"
     try:
-        call()
+        result = call()
     except ValueError as error:
         return Finding(quantity, "", "refusal", str(error), expected, argument in str(error) and rule in str(error))
     except Exception as error:
         return Finding(quantity, "", "refusal", f"{type(error).__name__}: {error}", expected, False)
-    return Finding(quantity, "", "refusal", "accepted", expected, False)
+    return Finding(quantity, "", "refusal", brief(f"accepted: {result}"), expected, False)

@@ -47,8 +47,9 @@ def explained(findings: Sequence[Finding]) -> str:
     digits = np.log10(largest.condition)
     loss = f"{digits:.0f} of 16 digits, no more than" if times <= FACTOR else "more than"
     return (
-        f"At the worst condition number here, {short(largest.condition)}, the error is {short(largest.error)}; over all rows it is at most "
-        f"{times:.2g} times condition number times {EPSILON:.1e}: what is lost is {loss} the problem itself loses when its data are rounded."
+        f"At the worst condition number here, {short(largest.condition)}, the error is {short(largest.error)}; over all rows it is "
+        f"at most {times:.2g} times condition number times {EPSILON:.1e}: what is lost is {loss} the problem itself loses when its "
+        "data are rounded."
     )
 
 
@@ -76,8 +77,8 @@ def grazing() -> Series:
             errors += [short(each.error) if each.error is not None else "missed" for each in parts]
         rows.append((f"{overshoot:g}", *map(short, expected.conditions), *errors))
     words = (
-        "An oscillator of amplitude 1 meets a stop at 1 - overshoot. The time of the impact is a root that becomes double, the speed falls as "
-        f"its square root. {explained(exact)} The speed is measured relative to itself."
+        "An oscillator of amplitude 1 meets a stop at 1 - overshoot. The time of the impact is a root that becomes double, the speed "
+        f"falls as its square root. {explained(exact)} The speed is measured relative to itself."
     )
     header = (
         "overshoot",
@@ -103,9 +104,9 @@ def resonance() -> Series:
         numbers = [short(x) for f in (steadies[-1], motions[-1]) for x in (f.condition, f.error)]
         rows.append((f"{off:g}", f"{float(expected.parts[0][0]):.3g}", *numbers))
     words = (
-        f"The steady response F/(k - m w^2) of an undamped mode is a difference in the denominator. {explained(steadies)} The motion from a "
-        f"given state over a given time has a condition number of at most {short(max(f.condition for f in motions))} at every distance and errors "
-        f"of at most {short(max(f.error for f in motions))}: resonance spoils the steady response, not the motion."
+        f"The steady response F/(k - m w^2) of an undamped mode is a difference in the denominator. {explained(steadies)} The motion "
+        f"from a given state over a given time has condition numbers up to {short(max(f.condition for f in motions))} at every distance, "
+        f"and errors up to {short(max(f.error for f in motions))}: resonance spoils the steady response, not the motion."
     )
     header = ("w - 1", "steady q", "condition", "error", "condition of the motion", "error of the motion")
     return Series("Resonance without damping", words, header, rows)
@@ -128,10 +129,10 @@ def coincidence() -> Series:
     first, middle, last = (np.array(states[i]) for i in (3, 4, 5))
     jump = min(np.abs(first - middle).max(), np.abs(last - middle).max(), np.abs(first - last).max())
     words = (
-        "Two bodies coupled by inertia move towards a stop each, the second further by delta. Each outcome by itself is well conditioned, "
-        f"and exact flights have it to {short(max(errors))}; but between delta = 1e-12, 0 and -1e-12 the states after the impacts are at least "
-        f"{jump:.3f} apart. The order of the impacts decides, and where rounding decides the order no digit of the outcome is left: that is a "
-        "property of Newton's law with coupled stops, and why such orbits have no multipliers."
+        "Two bodies coupled by inertia move towards a stop each, the second further by delta. Each outcome by itself is well "
+        f"conditioned, and exact flights have it to {short(max(errors))}; but between delta = 1e-12, 0 and -1e-12 the states after the "
+        f"impacts are at least {jump:.3f} apart. The order of the impacts decides, and where rounding decides the order no digit of the "
+        "outcome is left: that is a property of Newton's law with coupled stops, and why such orbits have no multipliers."
     )
     header = ("delta", "condition", "q1", "q2", "v1", "v2", *(f"error, {m}" for m in METHODS))
     return Series("Coincident impacts of coupled stops", words, header, rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 from mpmath import mp, mpf
@@ -148,7 +149,7 @@ def thousand() -> Iterator[Finding]:
 
 def gathered(truths: Sequence[Truth]) -> Truth:
     """Parts of uncoupled motions, each the part of one."""
-    parts = [sum(same, []) for same in zip(*(each.parts for each in truths), strict=True)]
+    parts = [list(chain.from_iterable(same)) for same in zip(*(each.parts for each in truths), strict=True)]
     changes = [max(t.conditions[i] * size(t.parts[i]) for t in truths) for i in range(len(parts))]
     return Truth(parts, [float(change / size(part)) for change, part in zip(changes, parts, strict=True)])
 

@@ -61,15 +61,13 @@ def one_stop(n_periods: int) -> Callable[..., Parts]:
     return function
 
 
-def at_quarters(n_periods: int) -> Callable[..., Parts]:
-    """Positions and velocities of the orbit of the smaller phase, from the impact on, at quarters of its period."""
+def on_the_way(n_periods: int) -> Callable[..., Parts]:
+    """Positions and velocities of the orbit of the smaller phase at its impact and after one and two waits."""
 
-    def function(damping: mpf, stiffness: mpf, force: mpf, frequency: mpf, restitution: mpf, clearance: mpf) -> Parts:
-        inputs = damping, stiffness, force, frequency, restitution, clearance
-        states = [driven_state(*inputs, n_periods)]
-        quarter = flow(driven_rate(damping, stiffness, force, frequency), mp.pi / 2 * n_periods / frequency)
-        for _ in range(3):
-            states.append(quarter * states[-1])
+    def function(damping: mpf, stiffness: mpf, force: mpf, frequency: mpf, restitution: mpf, clearance: mpf, wait: mpf) -> Parts:
+        start = driven_state(damping, stiffness, force, frequency, restitution, clearance, n_periods)
+        later = flow(driven_rate(damping, stiffness, force, frequency), wait)
+        states = [start, later * start, later * (later * start)]
         return [[x[0] for x in states], [x[1] for x in states]]
 
     return function

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
@@ -65,9 +66,11 @@ def held() -> Iterator[Finding]:
 
 
 def stuck(name: str, method: str, found: vi.Trajectory, end: float) -> Iterator[Finding]:
-    """Nothing but one lasting contact from the start to the end."""
-    segments = [(str(s["kind"]), float(s["start"]), float(s["end"])) for s in found.segments]
-    yield fact(f"{name}: segments", method, segments, [("stick", 0.0, end)])
+    """Nothing but one lasting contact from the start to the end; whatever there is follows in time."""
+    kinds = Counter(str(kind) for kind in found.segments["kind"])
+    yield fact(f"{name}: segments until t = {end:g}", method, dict(kinds), {"stick": 1})
+    backwards = int(np.sum(found.segments["start"][1:] < found.segments["end"][:-1]))
+    yield fact(f"{name}: segments that begin before the last one ends", method, backwards, 0)
 
 
 @case("stuck in several stops")
@@ -78,18 +81,18 @@ def corner() -> Iterator[Finding]:
     for method in STEPS:
         rtol = tolerance(method)
         found = vi.simulate(scene, [0, 0.05], [0.3, 0.1], (0, 30), method=method, rtol=rtol, atol=ATOL * rtol)
-        yield fact("loaded bodies: held at the end", method, at_end(found), [0, 1])
+        yield fact("loaded bodies: status, held at the end", method, at_end(found), ("finished", [0, 1]))
         yield measured("loaded bodies: q, v", method, found.final, known([0.2, 0.3], [0, 0]), stepped(rtol))
     stops = [vi.Stop(i, -0.2, 0.3, side="lower") for i in (0, 1)]
     for method in (*STEPS, "taylor"):
         found = simulated(stops, [0.3, 0.4], [0, 0], 60.0, method, gravity=1.0, damping=0.4)
-        yield fact("links: held at the end", method, at_end(found), [0, 1])
+        yield fact("links: status, held at the end", method, at_end(found), ("finished", [0, 1]))
         yield measured("links: q, v", method, final(found, method), known([0.2, 0.2], [0, 0]), stepped(tolerance(method)))
 
 
-def at_end(found: vi.Trajectory) -> list[int]:
-    """Stops in contact at the end."""
-    return sorted(int(s["stop"]) for s in found.segments if s["kind"] == "stick" and s["end"] == found.t[-1])
+def at_end(found: vi.Trajectory) -> tuple[str, list[int]]:
+    """How the run ended, and the stops in contact then."""
+    return found.status, sorted({int(s["stop"]) for s in found.segments if s["kind"] == "stick" and s["end"] == found.t[-1]})
 
 
 def let_go(coupling: mpf, load: mpf, distance: mpf, restitution: mpf, end: mpf) -> Parts:

@@ -99,11 +99,13 @@ def steady_row(count: int) -> Iterator[Finding]:
     motion = Motion(v=1.0, length=count + 0.25)
     for method in motion.methods:
         found = run(motion, walls(0.5, 1.0), method, keep="impacts")
-        yield fact("impacts", method, len(found.times), count)
+        yield fact(f"a body, {count} impacts: counted", method, len(found.times), count)
         values = [found.times[-1:], [found.before[-1]], [found.before.min()], [found.before.max()]]
         # t_k = (2 k + 1) c/v: condition number 2; the speed is the start's: 1.
         expected = known([count - mpf(1) / 2], [1], [1], [1], condition=2.0)
-        yield measured("last time; last, least and largest speed", method, values, expected, adding_up(method, count))
+        yield measured(
+            f"a body, {count} impacts: last time; last, least, largest speed", method, values, expected, adding_up(method, count)
+        )
 
 
 def swings(count: int) -> Iterator[Finding]:
@@ -111,11 +113,13 @@ def swings(count: int) -> Iterator[Finding]:
     motion = Motion(0.0, 1.0, v=-1.0, length=(count + 0.25) * np.pi)
     for method in motion.methods:
         found = run(motion, walls(0.0, 1.0)[1:], method, keep="impacts")
-        yield fact("an oscillator: impacts", method, len(found.times), count + 1)
+        yield fact(f"an oscillator, {count} impacts after the first: counted", method, len(found.times), count + 1)
         values = [found.times[-1:], [found.before.min()], [found.before.max()]]
         # t_k = k pi sqrt(m/k): condition number 1 with m and k counted.
         expected = known([count * mp.pi], [1], [1])
-        yield measured("an oscillator: last time; least and largest speed", method, values, expected, adding_up(method, count))
+        yield measured(
+            f"an oscillator, {count} impacts: last time; least, largest speed", method, values, expected, adding_up(method, count)
+        )
 
 
 @case("10^6 impacts in one run without drift", LONG)

@@ -30,8 +30,11 @@ def steady_response(name: str, damping: float, frequency: float) -> Iterator[Fin
     """The orbit without impacts of a mode of unit frequency: none where its condition number is beyond the stated rank."""
     orbits = vi.periodic_orbits(vi.Scene(vi.LinearSystem(1, damping, 1), vi.Harmonic(1, frequency)), [])
     expected = truth(steady, damping, 1.0, 1.0, frequency)
-    due = "none" if max(expected.conditions) * RANK > 1 else "found"
-    yield fact(f"{name}: the steady response", "orbit", orbits.verdict, due)
+    condition = max(expected.conditions)
+    due = "none" if condition * RANK > 1 else "found"
+    yield fact(
+        f"{name}: steady response, condition number {condition:.0e} beside a rank of {1 / RANK:.0e}", "orbit", orbits.verdict, due
+    )
     if orbits.verdict == "found":
         yield measured(f"{name}: steady q, v", "orbit", [orbits[0].q0, orbits[0].v0], expected, ROUNDING)
 

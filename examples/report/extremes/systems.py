@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
+from mpmath import mpf
 
 import vibroimpact as vi
-from report.extremes.exponential import system_truth
+from report.extremes.condition import Parts, truth
+from report.extremes.exponential import system, system_truth
 from report.extremes.finding import Finding, measured
 from report.extremes.motion import ATOL, RTOL, SMALL, rule_of
 from report.extremes.registry import case
 
 Array = Sequence[Sequence[float]] | Sequence[float] | np.ndarray
+Number = float | mpf
+Pair = Sequence[Number]
 START = ([0.7, -0.3], [0.2, 0.5])
 QUIET = ([0.0, 0.0], 1.0)
 PAIR = [[2.0, -1.0], [-1.0, 2.0]]
@@ -55,17 +60,35 @@ def links(
     gravity: float = 1.0,
 ) -> Iterator[Finding]:
     """Two links in minute swings by Taylor series, and their linear system by the other methods."""
-    (m1, m2), (l1, l2) = masses, lengths
-    m = np.array([[(m1 + m2) * l1**2, m2 * l1 * l2], [m2 * l1 * l2, m2 * l2**2]])
-    k = np.diag([gravity * l1 * (m1 + m2), gravity * l2 * m2])
     c = full(damping)
-    expected = system_truth(m, c, k, [0, 0], *QUIET, 0.0, *START, length)
-    chain = vi.Scene(vi.PendulumChain(masses, lengths, damping=c, gravity=gravity))
+    m, k = (np.array(x, dtype=float) for x in mass_and_stiffness(masses, lengths, gravity))
+    given = system_truth(m, c, k, [0, 0], *QUIET, 0.0, *START, length)
+    linked = truth(links_alone, *masses, *lengths, gravity, *np.ravel(c), *np.ravel(START), length)
+    pendulum = vi.Scene(vi.PendulumChain(masses, lengths, damping=c, gravity=gravity))
     linear = vi.Scene(vi.LinearSystem(m, c, k))
-    for method, scene, unit in (("exact", linear, 1.0), ("rk45", linear, 1.0), ("taylor", chain, SMALL)):
+    for method, scene, unit, expected in (
+        ("exact", linear, 1.0, given),
+        ("rk45", linear, 1.0, given),
+        ("taylor", pendulum, SMALL, linked),
+    ):
         q, v = (unit * np.array(x) for x in START)
         end = vi.simulate(scene, q, v, (0, length), method=method, rtol=RTOL, atol=ATOL * RTOL * unit, keep="final").final
         yield measured(f"{name}: q, v at t = {length:g}", method, [x / unit for x in end], expected, rule_of(method))
+
+
+def mass_and_stiffness(masses: Pair, lengths: Pair, gravity: Number) -> tuple[list[list[Number]], list[list[Number]]]:
+    """Matrices of two links in minute swings."""
+    (m1, m2), (l1, l2) = masses, lengths
+    mass = [[(m1 + m2) * l1**2, m2 * l1 * l2], [m2 * l1 * l2, m2 * l2**2]]
+    return mass, [[gravity * l1 * (m1 + m2), 0 * gravity], [0 * gravity, gravity * l2 * m2]]
+
+
+def links_alone(*inputs: mpf) -> Parts:
+    """The state at the end from masses, lengths, gravity, dampers, start and time."""
+    masses, lengths, (gravity,), damping, start = inputs[:2], inputs[2:4], inputs[4:5], inputs[5:9], inputs[9:]
+    mass, stiffness = mass_and_stiffness(masses, lengths, gravity)
+    quiet = [mpf(0)] * 4 + [mpf(1), mpf(0)]
+    return system(2, [*chain.from_iterable(mass), *damping, *chain.from_iterable(stiffness), *quiet, *start])
 
 
 @case("stiffness ratio 1e8")

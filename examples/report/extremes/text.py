@@ -20,25 +20,28 @@ ILL = 1e6  # condition number from which a row is called ill conditioned
 
 def rules() -> str:
     """How the verdicts are made."""
-    return f"""Every row is a situation that must hold; each line of its table is one quantity by one method, beside a reference by a closed form or by
-{DIGITS}-digit arithmetic that takes the doubles given to the library as exact. The numbers are made by `python examples/extreme_cases.py`.
+    return f"""Every row is a situation that must hold; each line of its table is one quantity by one method, beside a reference
+by a closed form or by {DIGITS}-digit arithmetic that takes the doubles given to the library as exact. The numbers are made by
+`python examples/extreme_cases.py`.
 
 ## Rules
 
-- *Error*: the largest difference over the largest entry of the same kind (positions, velocities, times, speeds, each a kind of its own); over 1 where
-  the reference is zero. A line shows the kind that comes closest to what it is allowed, and its worst entry.
-- *Condition*: the largest sum over all inputs of |x df/dx|, over the same size: how many times a relative change of the inputs (masses, stiffnesses,
-  forces, clearances, start, times) comes back in the answer. It is computed by differences of the {DIGITS}-digit reference, never by the library.
-- *rounding*, for what is computed in closed form (exact flights, orbits, modes): error <= {FACTOR} x max(condition, 1) x {EPSILON:.1e}.
-- *steps*, for what is integrated to a tolerance (Runge-Kutta `rk45`, `taylor`), and for rest after infinitely many impacts by any method, which is
-  completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where a line does not say otherwise, and {MARGIN:g} for exact
-  flights, where it is the width of contacts and touches; atol is {ATOL:g} rtol times the size of the motion. *steps, at each impact* allows that much
-  for every impact of a long run.
+- *Error*: the largest difference over the largest entry of the same kind (positions, velocities, times, speeds, each a kind of
+  its own); over 1 where the reference is zero. A line shows the kind that comes closest to what it is allowed, and its worst entry.
+- *Condition*: the largest sum over all inputs of |x df/dx|, over the same size: how many times a relative change of the inputs
+  (masses, stiffnesses, forces, clearances, start, times) comes back in the answer. It is computed by differences of the
+  {DIGITS}-digit reference, never by the library.
+- *rounding*, for what is computed in closed form (exact flights, orbits, modes):
+  error <= {FACTOR} x max(condition, 1) x {EPSILON:.1e}.
+- *steps*, for what is integrated to a tolerance (Runge-Kutta `rk45`, `taylor`), and for rest after infinitely many impacts by any
+  method, which is completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where a line does not
+  say otherwise, and {MARGIN:g} for exact flights, where it is the width of contacts and touches; atol is {ATOL:g} rtol times the
+  size of the motion. *steps, at each impact* allows that much for every impact of a long run.
 - *fact*: a count, an order, a status or a verdict equals the one that theory gives.
 - *refusal*: bad input raises `ValueError`, and its message has the argument and the words of the rule.
 
-Linear motions of one coordinate are tried by all three methods: for `taylor` the coordinate is the angle of a link in swings of about 1e-9 rad,
-where the sine is the angle to 1e-19 of it. A line that breaks its rule *fails* and says so."""
+Motions of one coordinate are tried by all three methods where no constant load acts: for `taylor` the coordinate is the angle of a
+link in swings of about 1e-9 rad, where the sine is the angle to 1e-19 of it. A line that breaks its rule *fails* and says so."""
 
 
 def worst(findings: Sequence[Finding]) -> str:
@@ -69,8 +72,8 @@ def summary(rows: Rows) -> str:
     return "\n\n".join(
         [
             "## Summary",
-            f"{len(rows)} rows, {count} lines: {count - failed} hold and {failed} fail, in {broken} rows. Condition numbers beyond {ILL:.0e} "
-            f"occur in {len(ill)} rows: {', '.join(ill)}.",
+            f"{len(rows)} rows, {count} lines: {count - failed} hold and {failed} fail, in {broken} rows. Condition numbers beyond "
+            f"{ILL:.0e} occur in {len(ill)} rows: {', '.join(ill)}.",
             table(("row", "lines", "largest error / allowed", "largest condition", "verdict"), lines),
         ]
     )
