@@ -11,6 +11,7 @@ import time
 from report.extremes import (  # noqa: F401  (importing a family of cases puts them under their rows)
     modes,
     orbits,
+    pendulums,
     refusals,
     rest,
     restitution,

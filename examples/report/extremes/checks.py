@@ -9,12 +9,15 @@ from mpmath import mp, mpf
 
 from report.extremes.bodies import flown
 from report.extremes.exponential import system
+from report.extremes.extrapolated import extrapolated
 from report.extremes.modes import upside_down
 from report.extremes.motion import Motion
 from report.extremes.oscillator import oscillator
+from report.extremes.pendulums import double_pendulum, swings
 from report.extremes.periodic import driven_state
 from report.extremes.rest import ball
 from report.extremes.restitution import between_walls
+from report.extremes.starts import preloaded
 
 START = {"q": 0.7, "v": -0.4, "force": 0.8, "frequency": 1.7, "phase": 0.3, "length": 5.0}
 MOTIONS = {
@@ -80,7 +83,37 @@ def bounces() -> tuple[str, mpf]:
     return "body between stops: closed form, flown from stop to stop", abs(x / place - 1)
 
 
+def pressed() -> tuple[str, mpf]:
+    """A flight from a preloaded stop ends on it at the speed that it began with."""
+    c, v = mpf(0.5), mpf(0.3)
+    (length,), _ = preloaded(1)(-c, mpf(1), v)
+    still = (mpf(0),) * 2
+    (q,), (w,) = oscillator(mpf(0), mpf(1), *still, mpf(1), mpf(0), -c, -v, mpf(0), length)
+    return "preloaded stop: time of a flight, closed form of the motion", apart([-c, v], [q, w])
+
+
+def at_rest() -> tuple[str, mpf]:
+    """The held body's neighbour of the release without slope: its cos 3 t is the motion of a mode of frequency 3."""
+    y, time = mpf(-0.5), mp.pi / 2
+    (q,), (v,) = oscillator(mpf(0), mpf(9), mpf(0), mpf(0), mpf(1), mpf(0), y, mpf(0), mpf(0), time)
+    return "release without slope: state of the neighbour, closed form of a mode", apart([mpf(0), 3 * y], [q, v])
+
+
+def two_links() -> tuple[str, mpf]:
+    """A double pendulum by steps of two lengths."""
+    inputs = [mpf(x) for x in (1e6, 1.0, 0.9, -0.7, 0.1, 0.2, 0.03)]
+    one, other = ([x for part in double_pendulum(steps)(*inputs) for x in part] for steps in (14, 21))
+    return "double pendulum, mass ratio 1e6: 14 steps, 21 steps of extrapolation", apart(one, other)
+
+
+def swing() -> tuple[str, mpf]:
+    """A link from rest, half a period later, by extrapolation and by the elliptic integral."""
+    (quarter, *_), (speed, *_) = swings(1)(mpf(1))
+    q, v = extrapolated(lambda x: [x[1], -mp.sin(x[0])], [mpf(1), mpf(0)], quarter, 10)
+    return "link: elliptic integral, extrapolation", apart([mpf(0), speed], [q, -v])
+
+
 def checks() -> list[tuple[str, mpf]]:
     """Every check: what is compared and how far it is apart."""
     with mp.workdps(50):
-        return [*oscillators(), orbit(), separatrix(), last_bounce(), bounces()]
+        return [*oscillators(), orbit(), separatrix(), last_bounce(), bounces(), pressed(), at_rest(), swing(), two_links()]

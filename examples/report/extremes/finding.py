@@ -92,3 +92,8 @@ def refused(quantity: str, call: Callable[[], object], argument: str, rule: str)
     except Exception as error:
         return Finding(quantity, "", "refusal", f"{type(error).__name__}: {error}", expected, False)
     return Finding(quantity, "", "refusal", brief(f"accepted: {result}"), expected, False)
+
+
+def short(number: float) -> str:
+    """Two digits."""
+    return f"{float(number):.1e}"

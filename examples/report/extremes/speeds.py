@@ -9,7 +9,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from report.extremes.condition import Parts, known, truth
-from report.extremes.finding import ROUNDING, Finding, Rule, fact, measured
+from report.extremes.finding import FACTOR, ROUNDING, Finding, Rule, fact, measured
 from report.extremes.motion import RTOL, Motion, impacts, rule_of, run, walls
 from report.extremes.registry import LONG, SHORT, case
 from report.extremes.restitution import between_walls
@@ -90,8 +90,8 @@ def narrow() -> Iterator[Finding]:
 
 
 def adding_up(method: str, count: int) -> Rule:
-    """Of exact flights no error may add up; of steps a tolerance at each impact."""
-    return ROUNDING if method == "exact" else Rule("steps, at each impact", count * RTOL)
+    """Of exact flights no error may add up; of steps one tolerance at each impact."""
+    return ROUNDING if method == "exact" else Rule("steps, at each impact", count * RTOL / FACTOR)
 
 
 def steady_row(count: int) -> Iterator[Finding]:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from mpmath import mpf
 
-from report.extremes.finding import EPSILON, FACTOR, Finding
-from report.extremes.lost import Series, short
+from report.extremes.finding import EPSILON, FACTOR, Finding, short
+from report.extremes.lost import Series
 from report.extremes.motion import ATOL, MARGIN, RTOL
 from report.extremes.registry import DIGITS
 from report.extremes.rows import GROUPS
@@ -27,7 +27,7 @@ by a closed form or by {DIGITS}-digit arithmetic that takes the doubles given to
 ## Rules
 
 - *Error*: the largest difference over the largest entry of the same kind (positions, velocities, times, speeds, each a kind of
-  its own); over 1 where the reference is zero. A line shows the kind that comes closest to what it is allowed, and its worst entry.
+  its own); over 1 where the reference is zero. A line shows the kind that comes closest to what it is allowed, its worst entry.
 - *Condition*: the largest sum over all inputs of |x df/dx|, over the same size: how many times a relative change of the inputs
   (masses, stiffnesses, forces, clearances, start, times) comes back in the answer. It is computed by differences of the
   {DIGITS}-digit reference, never by the library.
@@ -36,12 +36,12 @@ by a closed form or by {DIGITS}-digit arithmetic that takes the doubles given to
 - *steps*, for what is integrated to a tolerance (Runge-Kutta `rk45`, `taylor`), and for rest after infinitely many impacts by any
   method, which is completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where a line does not
   say otherwise, and {MARGIN:g} for exact flights, where it is the width of contacts and touches; atol is {ATOL:g} rtol times the
-  size of the motion. *steps, at each impact* allows that much for every impact of a long run.
+  size of the motion. *steps, at each impact* allows one rtol for every impact of a long run.
 - *fact*: a count, an order, a status or a verdict equals the one that theory gives.
 - *refusal*: bad input raises `ValueError`, and its message has the argument and the words of the rule.
 
-Motions of one coordinate are tried by all three methods where no constant load acts: for `taylor` the coordinate is the angle of a
-link in swings of about 1e-9 rad, where the sine is the angle to 1e-19 of it. A line that breaks its rule *fails* and says so."""
+Motions of one coordinate are tried by all three methods where no constant load acts: for `taylor` the coordinate is the angle
+of a link in swings of about 1e-9 rad, where the sine is the angle to 1e-19 of it. A line that breaks its rule *fails*."""
 
 
 def worst(findings: Sequence[Finding]) -> str:
@@ -72,8 +72,8 @@ def summary(rows: Rows) -> str:
     return "\n\n".join(
         [
             "## Summary",
-            f"{len(rows)} rows, {count} lines: {count - failed} hold and {failed} fail, in {broken} rows. Condition numbers beyond "
-            f"{ILL:.0e} occur in {len(ill)} rows: {', '.join(ill)}.",
+            f"{len(rows)} rows, {count} lines: {count - failed} hold and {failed} fail, in {broken} rows. Condition numbers "
+            f"beyond {ILL:.0e} occur in {len(ill)} rows: {', '.join(ill)}.",
             table(("row", "lines", "largest error / allowed", "largest condition", "verdict"), lines),
         ]
     )
