@@ -108,7 +108,7 @@ def two_links() -> tuple[str, mpf]:
 
 def swing() -> tuple[str, mpf]:
     """A link from rest, half a period later, by extrapolation and by the elliptic integral."""
-    (quarter, *_), (speed, *_) = swings(1)(mpf(1))
+    (quarter, *_), (speed, *_) = swings(1)(mpf(1), mpf(1))
     q, v = extrapolated(lambda x: [x[1], -mp.sin(x[0])], [mpf(1), mpf(0)], quarter, 10)
     return "link: elliptic integral, extrapolation", apart([mpf(0), speed], [q, -v])
 

@@ -28,11 +28,17 @@ def link(name: str, stops: Sequence[vi.Stop], q: float, v: float, end: float, ex
 
 
 def swings(count: int) -> Callable[..., Parts]:
-    """Elastic impacts at the lowest point, from rest at an angle: a quarter of a period, then every half."""
+    """Impacts at the lowest point, from rest at an angle: a quarter of a period, then to the height that is left and back.
 
-    def function(angle: mpf) -> Parts:
-        quarter = mp.ellipk(mp.sin(angle / 2) ** 2)
-        return [[quarter * (2 * k + 1) for k in range(count)], [2 * mp.sin(angle / 2)] * count]
+    With e = 1 every half period; e is an input, so that the condition number knows what a change on the way does.
+    """
+
+    def function(angle: mpf, restitution: mpf) -> Parts:
+        half_speeds = [mp.sin(angle / 2) * restitution**k for k in range(count)]
+        times = [mp.ellipk(half_speeds[0] ** 2)]
+        for x in half_speeds[1:]:
+            times.append(times[-1] + 2 * mp.ellipk(x**2))
+        return [times, [2 * x for x in half_speeds]]
 
     return function
 
@@ -40,11 +46,11 @@ def swings(count: int) -> Callable[..., Parts]:
 @case("clearance 0")
 def lowest() -> Iterator[Finding]:
     count = 8
-    for angle in (1.0, 3.0, float(mp.pi) - 1e-6):
-        expected = truth(swings(count), angle)
+    for angle in (1.0, 3.0, 3.14):
+        expected = truth(swings(count), angle, 1.0)
         end = float(expected.parts[0][-1]) * (1 + 1e-3)
         stops = [vi.Stop(0, 0, 1, side="lower")]
-        yield from link(f"a link let go at {angle:.7g} rad", stops, angle, 0, end, expected)
+        yield from link(f"a link let go at {angle:g} rad", stops, angle, 0, end, expected)
 
 
 def leaning(count: int) -> Callable[..., Parts]:
@@ -66,7 +72,7 @@ def leaning(count: int) -> Callable[..., Parts]:
 def preloaded() -> Iterator[Finding]:
     for restitution, count in ((0.9, 40), (0.5, 8)):
         expected = truth(leaning(count), -0.5, restitution, 1.2)
-        end = float(expected.parts[0][-1]) * (1 + 1e-9)
+        end = float(expected.parts[0][-1]) * (1 + 1e-6)
         stops = [vi.Stop(0, -0.5, restitution)]
         yield from link(f"a link, e = {restitution:g}", stops, -0.5, -1.2, end, expected)
 
