@@ -1,0 +1,125 @@
+"""The page: rules, summary, what is lost, and a table for each row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from mpmath import mpf
+
+from report.extremes.finding import EPSILON, FACTOR, Finding, short
+from report.extremes.lost import Series
+from report.extremes.motion import ATOL, MARGIN, RTOL
+from report.extremes.registry import DIGITS
+from report.extremes.rows import GROUPS
+from report.page import table
+
+Rows = Mapping[str, list[Finding]]
+AGREED = mpf(10) ** -30  # of references by two methods
+ILL = 1e6  # condition number from which a row is called ill conditioned
+
+
+def rules() -> str:
+    """How the verdicts are made."""
+    return f"""Every row is a situation that must hold; each line of its table is one quantity by one method, beside a reference
+by a closed form or by {DIGITS}-digit arithmetic that takes the doubles given to the library as exact. The numbers are made by
+`python examples/extreme_cases.py`.
+
+## Rules
+
+- *Error*: the largest difference over the largest entry of the same kind (positions, velocities, times, speeds, each a kind of
+  its own); over 1 where the reference is zero. A line shows the kind that comes closest to what it is allowed, its worst entry.
+- *Condition*: the largest sum over all inputs of |x df/dx|, over the same size: how many times a relative change of the inputs
+  (masses, stiffnesses, forces, clearances, start, times) comes back in the answer. It is computed by differences of the
+  {DIGITS}-digit reference, never by the library.
+- *rounding*, for what is computed in closed form (exact flights, orbits, modes):
+  error <= {FACTOR} x max(condition, 1) x {EPSILON:.1e}.
+- *steps*, for what is integrated to a tolerance (Runge-Kutta `rk45`, `taylor`), and for rest after infinitely many impacts by any
+  method, which is completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where a line does not
+  say otherwise, and {MARGIN:g} for exact flights, where it is the width of contacts and touches; atol is {ATOL:g} rtol times the
+  size of the motion. *steps, at each impact* allows one rtol for every impact of a long run.
+- *fact*: a count, an order, a status or a verdict equals the one that theory gives.
+- *refusal*: bad input raises `ValueError`, and its message has the argument and the words of the rule.
+
+Motions of one coordinate are tried by all three methods where no constant load acts: for `taylor` the coordinate is the angle
+of a link in swings of about 1e-9 rad, where the sine is the angle to 1e-19 of it. A line that breaks its rule *fails*."""
+
+
+def worst(findings: Sequence[Finding]) -> str:
+    """The largest error over what it is allowed."""
+    ratios = [f.error / f.allowed for f in findings if f.error is not None]
+    return short(max(ratios)) if ratios else ""
+
+
+def conditioned(findings: Sequence[Finding]) -> str:
+    """The largest condition number."""
+    numbers = [f.condition for f in findings if f.condition is not None]
+    return short(max(numbers)) if numbers else ""
+
+
+def verdict(findings: Sequence[Finding]) -> str:
+    """Holds where every line does."""
+    failed = sum(not f.holds for f in findings)
+    return f"**fails** in {failed} of {len(findings)}" if failed else "holds"
+
+
+def summary(rows: Rows) -> str:
+    """All rows on one table, and how many hold."""
+    count = sum(map(len, rows.values()))
+    failed = sum(not f.holds for findings in rows.values() for f in findings)
+    broken = sum(any(not f.holds for f in findings) for findings in rows.values())
+    ill = [row for row, findings in rows.items() if any((f.condition or 0) > ILL for f in findings)]
+    lines = [(row, len(found), worst(found), conditioned(found), verdict(found)) for row, found in rows.items()]
+    return "\n\n".join(
+        [
+            "## Summary",
+            f"{len(rows)} rows, {count} lines: {count - failed} hold and {failed} fail, in {broken} rows. Condition numbers "
+            f"beyond {ILL:.0e} occur in {len(ill)} rows: {', '.join(ill)}.",
+            table(("row", "lines", "largest error / allowed", "largest condition", "verdict"), lines),
+        ]
+    )
+
+
+def failures(rows: Rows) -> str:
+    """Every line that breaks its rule."""
+    lines = [(row, *line(f)) for row, findings in rows.items() for f in findings if not f.holds]
+    return "## What fails\n\n" + (table(("row", *HEADER), lines) if lines else "Nothing.")
+
+
+HEADER = ("quantity", "method", "computed", "reference", "error", "condition", "allowed", "rule", "verdict")
+
+
+def line(f: Finding) -> tuple[str, ...]:
+    """One line of a table."""
+    numbers = ["" if x is None else short(x) for x in (f.error, f.condition, f.allowed)]
+    return (f.quantity, f.method, f.computed, f.reference, *numbers, f.rule, "holds" if f.holds else "**fails**")
+
+
+def checked(checks: Sequence[tuple[str, mpf]]) -> str:
+    """The references by a second method."""
+    far = [name for name, apart in checks if apart > AGREED]
+    assert not far, f"references that disagree: {far}"
+    lines = [(name, short(apart)) for name, apart in checks]
+    words = (
+        f"Each kind of reference was computed twice, by methods that share no formula; they agree to better than {short(AGREED)}."
+    )
+    return f"## The references by a second method\n\n{words}\n\n" + table(("compared", "difference"), lines)
+
+
+def page_parts(rows: Rows, series: Sequence[Series], checks: Sequence[tuple[str, mpf]]) -> list[str]:
+    """All parts of the page."""
+    parts = [
+        rules(),
+        summary(rows),
+        failures(rows),
+        "## What is lost where the problem is ill conditioned",
+        *(s.text for s in series),
+    ]
+    for group, names in GROUPS.items():
+        parts.append(f"## {group}")
+        parts += [f"### {row}\n\n{table(HEADER, map(line, rows[row]))}" for row in names]
+    return [*parts, checked(checks)]
+
+
+def records(rows: Rows) -> list[dict[str, object]]:
+    """All lines for the CSV."""
+    return [{"row": row} | vars(f) for row, findings in rows.items() for f in findings]
