@@ -1,0 +1,116 @@
+"""The tables of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from report.cost.absent import COUNTS, Absence, is_zero
+from report.cost.case import Group
+from report.cost.instructions import KINDS
+from report.cost.measure import Row
+from report.page import table
+
+MISSING = "not counted"
+
+
+def number(value: float | None, missing: str = MISSING) -> str:
+    """Three or four digits, without an exponent where it can be read without."""
+    if value is None:
+        return missing
+    size = abs(value)
+    return f"{value:,.0f}" if size >= 1000 else f"{value:.3g}"
+
+
+def signed(value: float | None, missing: str = MISSING) -> str:
+    """The same with its sign."""
+    return missing if value is None else f"{'+' if value >= 0 else '-'}{number(abs(value))}"
+
+
+def instructions(row: Row) -> float | None:
+    """Instructions of a unit."""
+    return row.counted.instructions if row.counted else None
+
+
+def more(row: Row, base: Row) -> float | None:
+    """Instructions that a case adds."""
+    if not (row.counted and base.counted):
+        return None
+    return row.counted.instructions - base.counted.instructions
+
+
+def percent(part: float | None, whole: float | None) -> str:
+    """A part in percent, with its sign."""
+    return MISSING if part is None or whole is None else f"{100.0 * part / whole:+.1f} %"
+
+
+def features(group: Group, rows: Sequence[Row]) -> str:
+    """What each feature adds to a unit."""
+    base = rows[0]
+    header = [f"one {group.unit}", "time [ns]", "adds [ns]", "adds", "instructions", "adds", "adds"]
+
+    def line(row: Row) -> list[str]:
+        if row is base:
+            return [row.name, number(row.nanoseconds), "", "", number(instructions(row)), "", ""]
+        added, count = more(row, base), instructions(base)
+        times = [number(row.nanoseconds), signed(row.added), percent(row.added, base.nanoseconds)]
+        return [row.name, *times, number(instructions(row)), signed(added), percent(added, count)]
+
+    return table(header, map(line, rows))
+
+
+def against_rust(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
+    """The same scenes from Python and from Rust."""
+    header = ["the same scene", "Python [ns]", "Rust [ns]", "Python [instructions]", "Rust [instructions]", "difference"]
+
+    def line(group: Group, row: Row) -> list[str]:
+        assert row.rust is not None
+        own, other = instructions(row), row.rust.instructions
+        apart = None if own is None or other is None else own - other
+        numbers = [number(row.nanoseconds), number(row.rust.nanoseconds), number(own), number(other)]
+        return [f"{group.key}: {row.name}", *numbers, percent(apart, other)]
+
+    return table(header, [line(group, row) for group, rows in groups for row in rows if row.rust])
+
+
+def calls(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
+    """What a unit asks of the C library."""
+    header = ["calls in one unit", *KINDS]
+    return table(
+        header,
+        [
+            [f"{group.key}: {row.name}", *(f"{row.counted.calls[kind]:.2f}" for kind in KINDS)]
+            for group, rows in groups
+            for row in rows
+            if row.counted
+        ],
+    )
+
+
+def fixed(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
+    """What a call takes whatever its length."""
+    header = ["a call of", "with one unit [us]", "beside its units [instructions]"]
+    return table(
+        header,
+        [
+            [f"{group.key}: {row.name}", number(row.call), number(row.counted.fixed if row.counted else None)]
+            for group, rows in groups
+            for row in rows
+        ],
+    )
+
+
+def absent(found: Sequence[tuple[Absence, dict[str, int]]]) -> str:
+    """The counts of scenes that lack something."""
+    header = ["scene", *COUNTS, "must be zero", "verdict"]
+    return table(
+        header,
+        [
+            [
+                absence.name,
+                *(counts[name] for name in COUNTS),
+                ", ".join(absence.zero),
+                "zero" if is_zero(absence, counts) else "NOT ZERO",
+            ]
+            for absence, counts in found
+        ],
+    )

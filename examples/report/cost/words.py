@@ -1,0 +1,164 @@
+"""The page: what was measured, by which rules, and what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from report.cost import frugal, judged, laws, tables
+from report.cost.absent import Absence, is_zero
+from report.cost.callables import available
+from report.cost.case import Group
+from report.cost.crate import is_possible
+from report.cost.instructions import MARK, PerUnit
+from report.cost.judged import Judged
+from report.cost.measure import Row
+from report.cost.memory import LEAST
+from report.page import table
+
+Measured = Sequence[tuple[Group, Sequence[Row]]]
+Counts = Sequence[tuple[Absence, dict[str, int]]]
+EQUAL = 0.01
+
+TIMES = """\
+**Times** are medians over rounds in which all cases of a table take turns, so that a slow moment of the machine falls on all of
+them; what a case adds is the median of the differences within a round. They are those of calls from Python, on one core, with
+so many units that the call itself does not count."""
+
+SAME_MOTION = """\
+Forces, loads and damping that a feature adds are of relative size 1e-9: the motion, the impacts and the search for them stay
+the same, and what differs is the machinery. Further stops are out of reach."""
+
+
+def counting(counter: str | None, quick: bool) -> str:
+    """How instructions were counted, or why not."""
+    if counter is None:
+        why = "a quick report counts none" if quick else "callgrind is not installed here"
+        return f"**Instructions** were not counted: {why}."
+    return (
+        f"**Instructions** are counted by callgrind ({counter}) in one process that runs every case; the counts are written out "
+        f"and reset whenever it calls `{MARK}`, which it does between runs. A run of about 2 N units less one of N units leaves "
+        "the instructions of a unit: start-up and the call fall out. They do not depend on how busy the machine is; what looks at "
+        "the clock (whether to look for Ctrl-C) and at addresses leaves differences of about 0.1 %."
+    )
+
+
+def verdicts(found: Sequence[Judged], counts: Counts, claims: Sequence[tuple[frugal.Claim, float, bool]]) -> str:
+    """How many verdicts hold, and which do not."""
+    laws_held = [one for one in found if one.verdict() == "holds"]
+    broken = [
+        *(f"{absence.name}: counts that must be zero are not" for absence, numbers in counts if not is_zero(absence, numbers)),
+        *(
+            f"{claim.case}: {claim.kind}, {calls:.2f} calls, allowed {claim.words()}"
+            for claim, calls, holds in claims
+            if not holds
+        ),
+        *(f"{one.series.title}: {one.verdict()}" for one in found if one.verdict() != "holds"),
+        *(f"{one.series.title}, memory: {one.verdict_on_memory()}" for one in found if one.verdict_on_memory() == "grows faster"),
+    ]
+    held = sum(is_zero(absence, numbers) for absence, numbers in counts)
+    lines = [
+        f"- Scenes whose counts are zero where they must be: {held} of {len(counts)}.",
+        f"- Laws of growth that hold: {len(laws_held)} of {len(found)}.",
+    ]
+    if claims:
+        lines.insert(1, f"- Claims about sines and memory that hold: {sum(holds for *_, holds in claims)} of {len(claims)}.")
+    if broken:
+        lines += ["- What does not hold, or could not be judged:", *(f"  - {each}" for each in broken)]
+    return "\n".join(lines)
+
+
+def feature_parts(measured: Measured) -> Iterator[str]:
+    """The tables of the features."""
+    yield "## What a feature adds"
+    yield SAME_MOTION
+    yield "![Cost of an impact and of a step with each feature](scene_cost_features.png)"
+    for group, rows in measured:
+        yield f"### {group.title}"
+        if group.key == "callable" and "C, by its address" not in available():
+            yield "No C compiler was found: the C function is left out."
+        yield tables.features(group, rows)
+    yield "### A call from Python"
+    yield (
+        "The shortest call: arguments checked, modes found where there are any, buffers made, one unit run, the result handed over; "
+        "and the instructions that such a call takes beside its units."
+    )
+    yield tables.fixed([(group, rows) for group, rows in measured if group.key in ("exact", "rk45", "taylor", "callable")])
+
+
+def rust_parts(measured: Measured, quick: bool) -> Iterator[str]:
+    """The same scenes from Rust."""
+    yield "### From Python and from Rust"
+    if not any(row.rust for _, rows in measured for row in rows):
+        why = "a quick report builds nothing" if quick or is_possible() else "that takes a clone of the repository and cargo"
+        yield f"`cargo bench --bench scene_cost` was not run: {why}."
+        return
+    yield (
+        "`cargo bench --bench scene_cost` runs the same scenes in a build of the crate that cannot have Python, threads or Ctrl-C: "
+        f"what a unit takes beyond that is what those cost. Instruction counts within {100 * EQUAL:g} % are equal."
+    )
+    yield tables.against_rust(measured)
+    pairs = [(tables.instructions(row), row.rust.instructions) for _, rows in measured for row in rows if row.rust]
+    known = [abs(own / rust - 1.0) for own, rust in pairs if own and rust]
+    if known:
+        yield f"Equal: {sum(apart <= EQUAL for apart in known)} of {len(known)}; the largest difference is {100 * max(known):.1f} %."
+
+
+def absent_parts(
+    measured: Measured, counts: Counts, claims: Sequence[tuple[frugal.Claim, float, bool]], quick: bool
+) -> Iterator[str]:
+    """What is absent costs nothing."""
+    yield "## What is absent costs nothing"
+    yield "`trajectory.stats` counts what ran. What a scene lacks must not have run once."
+    yield tables.absent(counts)
+    if claims:
+        yield (
+            "Calls of the C library within a unit, counted by callgrind, show what the counts of `stats` do not: sines of a forcing "
+            f"that is not there, memory for a motion that is not kept. Fewer than {frugal.NONE:g} calls per unit are none; numbers "
+            f"of calls within {100 * frugal.ALIKE:g} % are as many."
+        )
+        header = ["case", "calls of", "allowed", "allowed, calls", "made, calls", "verdict"]
+        lines = [
+            [claim.case, claim.kind, claim.words(), f"{allowed:.2f}", f"{made:.2f}", "holds" if holds else "DOES NOT HOLD"]
+            for claim, made, holds in claims
+            for allowed in [
+                claim.allowed(
+                    {f"{group.key}: {row.name}": row.counted for group, rows in measured for row in rows if row.counted}
+                )
+            ]
+        ]
+        yield table(header, lines)
+        yield "All calls that were looked at:"
+        yield tables.calls([(group, rows) for group, rows in measured if group.key in ("exact", "rk45", "taylor", "callable")])
+    yield from rust_parts(measured, quick)
+
+
+def growth_parts(found: Sequence[Judged]) -> Iterator[str]:
+    """How cost grows."""
+    yield "## How cost grows"
+    yield f"The rule: {laws.RULE}"
+    yield (
+        "Memory is the peak that a run adds in a process of its own, beyond that of one which has loaded the package and run a small "
+        f"scene by each method; less than {LEAST:g} MiB cannot be told from nothing, and no law is fitted to it."
+    )
+    yield "![Cost and memory against each size](scene_cost_growth.png)"
+    yield judged.summary(found)
+    for one in found:
+        s = one.series
+        yield f"### {s.title}"
+        yield f"Stated: one {s.unit} costs {laws.law(s.power, s.size)} at most, for {s.reason}."
+        yield judged.values(one)
+
+
+def page(
+    measured: Measured, found: Sequence[Judged], counts: Counts, counted: Mapping[str, PerUnit], counter: str | None, quick: bool
+) -> list[str]:
+    """Every part of the page."""
+    claims = frugal.checked(counted)
+    return [
+        TIMES,
+        counting(counter, quick),
+        verdicts(found, counts, claims),
+        *feature_parts(measured),
+        *absent_parts(measured, counts, claims, quick),
+        *growth_parts(found),
+    ]
