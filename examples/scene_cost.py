@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from report.cost import absent, crate, figures, tables
+from report.cost import absent, crate, figures, memory, tables
 from report.cost.case import Group
 from report.cost.catalogue import groups
-from report.cost.growth import series
+from report.cost.growth import Series, series
 from report.cost.instructions import PerUnit, counted, tool
 from report.cost.judged import Judged, judge
 from report.cost.measure import Row, points, rows
@@ -26,26 +26,33 @@ from report.page import Job, job, write_csv, write_page
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is measured: rounds of times, whether instructions are counted and the crate is built, the largest sizes."""
+    """How much is measured: rounds of times, the largest sizes; and what is measured in processes apart."""
 
     rounds: int
     rounds_of_growth: int
     counts: Mapping[str, PerUnit]
     rust: Mapping[str, crate.Measured]
+    memory: Mapping[str, float]
     is_quick: bool
 
-    def sizes(self, largest: int, sizes: Sequence[int]) -> list[int]:
-        """The sizes of a series that are measured."""
-        return [size for size in sizes if not self.is_quick or size <= largest]
+
+def sizes(one: Series, is_quick: bool) -> list[int]:
+    """The sizes of a series that are measured."""
+    return [size for size in one.sizes if not is_quick or size <= one.quick]
+
+
+def peaks(is_quick: bool) -> dict[str, float]:
+    """What every size of every series adds to the peak memory."""
+    return memory.added({f"{one.key} {size}": f"{one.key} {one.sizes[0]}" for one in series() for size in sizes(one, is_quick)})
 
 
 def effort(task: Job) -> Effort:
     """A quick report takes few rounds, counts nothing and builds nothing."""
     if task.quick:
-        return Effort(3, 3, {}, {}, True)
-    names = [name for group in groups() for name in group.names()]
-    sizes = [f"{each.key} {size}" for each in series() for size in each.sizes if size <= each.most_counted]
-    return Effort(15, 5, counted(names + sizes), crate.measured(), False)
+        return Effort(5, 5, {}, {}, peaks(True), True)
+    features = [name for group in groups() for name in group.names()]
+    grown = [f"{one.key} {size}" for one in series() for size in one.sizes if size <= one.most_counted]
+    return Effort(21, 7, counted(features + grown), crate.measured(), peaks(False), False)
 
 
 def feature_rows(measured: Sequence[tuple[Group, Sequence[Row]]]) -> list[dict[str, object]]:
@@ -98,7 +105,7 @@ def write(task: Job, much: Effort) -> Path:
     """Measure, draw and write."""
     measured = [(group, rows(group, much.rounds, much.counts, much.rust)) for group in groups()]
     judged = [
-        judge(each, points(each, much.sizes(each.quick, each.sizes), much.rounds_of_growth, much.counts)) for each in series()
+        judge(one, points(one, sizes(one, much.is_quick), much.rounds_of_growth, much.counts, much.memory)) for one in series()
     ]
     counts = [(each, absent.counted(each)) for each in absent.absences()]
     figures.features({group.key: (group, found) for group, found in measured}, task.output)

@@ -157,7 +157,6 @@ def stepped() -> Group:
             case("a stop and a second one", lambda: pair(stops=stops(2))),
             case("a stop, a second and a third one", lambda: pair(stops=stops(3))),
             case("four stops", lambda: pair(stops=stops(4))),
-            Case("a stop whose gap is a Python function", gaps_in_python, 1_000, 200),
             case('keep="impacts"', pair, "impacts"),
             case('keep="motion"', pair, "motion"),
             case("t_eval, one time per step", pair, "final", 1),
@@ -202,6 +201,19 @@ def callables() -> Group:
     return Group("callable", "The equations of motion as a user's function", "evaluation", (own, *slow))
 
 
+def gaps() -> Group:
+    """One Runge-Kutta step past a stop, by who knows the gap."""
+    return Group(
+        "gap",
+        "A gap as a user's function",
+        "step",
+        (
+            Case("a `Stop`", lambda: steps(lambda: pair(stops=stops(1)))),
+            Case("a `NonlinearStop` in Python", gaps_in_python, 1_000, 200),
+        ),
+    )
+
+
 def contact() -> Group:
     """One period of a ball on a shaken table, with and without chatter."""
     return Group(
@@ -232,4 +244,4 @@ def readings() -> Group:
 @functools.cache
 def groups() -> tuple[Group, ...]:
     """Every group."""
-    return exact(), stepped(), series(), callables(), contact(), readings()
+    return exact(), stepped(), series(), callables(), gaps(), contact(), readings()

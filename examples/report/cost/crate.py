@@ -1,4 +1,4 @@
-"""The same scenes run from Rust: `benches/scene_cost.rs`, in a build without Python, without threads and without looks at Ctrl-C."""
+"""The same scenes run from Rust by `benches/scene_cost.rs`: a build without Python, threads and looks at Ctrl-C."""
 
 from __future__ import annotations
 

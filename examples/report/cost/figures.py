@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import NullFormatter
 
 from report.cost.case import Group
 from report.cost.judged import Judged
@@ -40,17 +42,17 @@ def save(fig: Any, directory: Path, name: str) -> list[str]:
     return names
 
 
-def bars(ax: Any, rows: Sequence[Row], values: Sequence[float], unit: str) -> None:
-    """The cost of the first case in grey, and what each further one adds to it."""
-    base, places = values[0], np.arange(len(rows))
-    differences = np.array(values) - base
-    ax.barh(places, np.minimum(values, base), color=BASE)
-    ax.barh(places, np.maximum(differences, 0.0), left=base, color=MORE)
-    ax.barh(places, -np.minimum(differences, 0.0), left=np.minimum(values, base), color="white", edgecolor=LESS, hatch="///")
-    for place, value, difference in zip(places, values, differences, strict=True):
-        words = f" {value:,.0f}" if place == 0 else f" {100.0 * difference / base:+.0f} %"
-        ax.text(max(value, base), place, words, va="center", fontsize=8)
-    ax.set_xlim(0.0, 1.18 * max(values))
+def bars(ax: Any, base: float, differences: Sequence[float], unit: str) -> None:
+    """The cost of the first case in grey, and what each further one adds to it or saves of it."""
+    more, places = np.array(differences), np.arange(len(differences))
+    less = more < 0.0
+    ax.barh(places, base + np.minimum(more, 0.0), color=BASE)
+    ax.barh(places, np.maximum(more, 0.0), left=base, color=MORE)
+    ax.barh(places[less], -more[less], left=base + more[less], color="white", edgecolor=LESS, hatch="///")
+    for place, difference in zip(places, differences, strict=True):
+        words = f" {base:,.0f}" if place == 0 else f" {100.0 * difference / base:+.1f} %"
+        ax.text(base + max(difference, 0.0), place, words, va="center", fontsize=8)
+    ax.set_xlim(0.0, 1.18 * (base + max(differences)))
     ax.set_xlabel(unit)
     ax.invert_yaxis()
     ax.spines[["top", "right"]].set_visible(False)
@@ -71,11 +73,12 @@ def features(measured: Mapping[str, tuple[Group, Sequence[Row]]], directory: Pat
         gridspec_kw={"height_ratios": heights},
     )
     for line, (group, rows) in zip(axes, shown, strict=True):
-        bars(line[0], rows, [row.nanoseconds for row in rows], f"one {group.unit} [ns]")
+        bars(line[0], rows[0].nanoseconds, [row.added for row in rows], f"one {group.unit} [ns]")
         line[0].set_yticks(np.arange(len(rows)), [row.name for row in rows], fontsize=8)
         line[0].set_title(group.title.replace("`", ""), loc="left", fontsize=10)
         for ax in line[1:]:
-            bars(ax, rows, [instructions(row) or 0.0 for row in rows], f"one {group.unit} [instructions]")
+            counts = [instructions(row) or 0.0 for row in rows]
+            bars(ax, counts[0], [count - counts[0] for count in counts], f"one {group.unit} [instructions]")
             ax.set_yticks([])
     return save(fig, directory, "scene_cost_features")
 
@@ -90,6 +93,14 @@ def with_law(
         ax.loglog(ends, [scale * fit.at(end) for end in ends], color=style["color"], linewidth=1.0)
 
 
+def widen(ax: Any, room: float) -> None:
+    """Whole decades, and so many more above them for the legend; plain numbers."""
+    low, high = np.log10(ax.get_ylim())
+    ax.set_ylim(10.0 ** math.floor(low), 10.0 ** (math.ceil(high) + room))
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+
+
 def growth(judged: Sequence[Judged], directory: Path) -> list[str]:
     """Cost of a unit above, memory of the run below, against each size."""
     fig, axes = plt.subplots(2, len(PANELS), figsize=(4.0 * len(PANELS), 7.5), layout="constrained")
@@ -98,17 +109,15 @@ def growth(judged: Sequence[Judged], directory: Path) -> list[str]:
         for k, one in enumerate(of_panel):
             style = {"marker": MARKERS[k], "color": f"C{k}", "markersize": 5}
             sizes = [point.size for point in one.points]
-            label = f"{one.series.title.replace('`', '')}\n{'' if one.times is None else f'exponent {one.times.power:.2f}'}"
+            label = one.series.label + ("" if one.times is None else f": exponent {one.times.power:.2f}")
             with_law(above, sizes, [p.nanoseconds / 1000.0 for p in one.points], one.times, 1e-3, {**style, "label": label})
             known = [(p.size, max(p.memory, LEAST)) for p in one.points if p.memory is not None]
             with_law(below, [s for s, _ in known], [m for _, m in known], one.memory, 1.0, style)
         units = dict.fromkeys(one.series.unit for one in of_panel)
         above.set(title=title, ylabel=f"one {' or '.join(units)} [us]")
-        above.legend(fontsize=7, loc="upper left")
-        low, high = above.get_ylim()
-        above.set_ylim(low, high * (high / low) ** 0.6)
+        above.legend(fontsize=9, loc="upper left")
+        widen(above, 1.0)
         below.axhline(LEAST, color="0.6", linewidth=0.8, linestyle=":")
-        below.set(
-            xlabel=of_panel[0].series.size if of_panel else "", ylabel="memory that the run adds [MiB]", ylim=(0.7 * LEAST, None)
-        )
+        below.set(xlabel=of_panel[0].series.size, ylabel="memory that the run adds [MiB]")
+        widen(below, 0.0)
     return save(fig, directory, "scene_cost_growth")

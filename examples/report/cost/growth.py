@@ -25,6 +25,8 @@ class Series:
 
     key: str
     title: str
+    # The title in the figure.
+    label: str
     size: str
     unit: str
     power: float
@@ -169,6 +171,7 @@ def modes_series() -> tuple[Series, ...]:
     held = Series(
         "held",
         "Modes of a bar that is held by a stop for the first time",
+        "of a bar, first lasting contact",
         "modes",
         "contact",
         3.0,
@@ -184,6 +187,7 @@ def modes_series() -> tuple[Series, ...]:
     band = Series(
         "modes",
         "Modes in a band of frequencies",
+        "in a band of frequencies",
         "modes",
         "impact",
         1.0,
@@ -199,11 +203,12 @@ def modes_series() -> tuple[Series, ...]:
     bar = Series(
         "bar",
         "Modes of a bar, each faster than those before",
+        "of a bar",
         "modes",
         "impact",
         2.0,
         1.0,
-        "the fastest mode bounds the steps that are proved to hold no impact: up to so many more looks, each one sum over the modes",
+        "the fastest mode bounds the steps proved to hold no impact: up to so many more looks, each one sum over the modes",
         (2, 5, 10, 20, 50, 100, 200, 500, 1000),
         200,
         100,
@@ -221,6 +226,7 @@ def stop_series() -> tuple[Series, ...]:
     walls = Series(
         "polygon",
         "Stops round a mass in the plane, every one hit",
+        "every one hit, exact flights",
         "stops",
         "impact",
         1.0,
@@ -237,6 +243,7 @@ def stop_series() -> tuple[Series, ...]:
         Series(
             f"stops {method}",
             f'Stops never reached beside one that is, `method="{method}"`',
+            f"out of reach, {method}",
             "stops",
             "impact",
             1.0,
@@ -265,6 +272,7 @@ def length_series() -> tuple[Series, ...]:
         Series(
             f"length {keep}",
             f'Length of the run, `keep="{keep}"`',
+            f'keep="{keep}"',
             "impacts",
             "impact",
             0.0,
@@ -287,12 +295,13 @@ def ensemble_series() -> tuple[Series, ...]:
         Series(
             f"ensemble {workers}",
             f"Trajectories of 50 impacts at once, {workers} worker{'s' * (workers > 1)}",
+            f"{workers} worker{'s' * (workers > 1)}",
             "trajectories",
             "trajectory",
             0.0,
             1.0,
             "the machinery is made once, and trajectories do not know of each other",
-            (1, 10, 100, 1000, 10_000),
+            (1, 10, 100, 1000, 3000, 10_000),
             100,
             1000,
             functools.partial(many, workers),
@@ -309,6 +318,7 @@ def chain_series() -> tuple[Series, ...]:
         Series(
             f"chain {method}",
             f'Links of a pendulum chain, `method="{method}"`',
+            method,
             "links",
             "step",
             3.0,

@@ -12,7 +12,8 @@ from report.cost.memory import LEAST
 from report.cost.tables import number
 from report.page import table
 
-FEWEST = 3
+# Sizes to which a law is fitted: peaks of memory have next to no noise.
+FEWEST, FEWEST_OF_MEMORY = 3, 2
 TOO_FEW = "too few sizes"
 
 
@@ -42,9 +43,9 @@ class Judged:
         return "holds" if max(known) < LEAST else TOO_FEW
 
 
-def fit_of(costs: dict[int, float]) -> Fit | None:
+def fit_of(costs: dict[int, float], fewest: int) -> Fit | None:
     """The law of enough sizes."""
-    return fitted(costs) if len(costs) >= FEWEST else None
+    return fitted(costs) if len(costs) >= fewest else None
 
 
 def judge(series: Series, points: Sequence[Point]) -> Judged:
@@ -52,7 +53,7 @@ def judge(series: Series, points: Sequence[Point]) -> Judged:
     times = {point.size: point.nanoseconds for point in points}
     counts = {point.size: point.counted.instructions for point in points if point.counted}
     memory = {point.size: point.memory for point in points if point.memory is not None and point.memory >= LEAST}
-    return Judged(series, points, fit_of(times), fit_of(counts), fit_of(memory))
+    return Judged(series, points, fit_of(times, FEWEST), fit_of(counts, FEWEST), fit_of(memory, FEWEST_OF_MEMORY))
 
 
 def power(fit: Fit | None) -> str:

@@ -11,13 +11,12 @@ from report.cost.case import Case, Group
 from report.cost.crate import Measured
 from report.cost.growth import Series
 from report.cost.instructions import PerUnit
-from report.cost.memory import added
 from report.timing import interleaved, seconds
 
 
 @dataclass(frozen=True)
 class Row:
-    """The cost of a unit of one case: from Python, from Rust where it is known, and what it adds to the first case of its group."""
+    """The cost of a unit of a case, from Rust too where it is known, and what it adds to the first case of its group."""
 
     name: str
     nanoseconds: float
@@ -66,8 +65,10 @@ def rows(group: Group, rounds: int, counts: Mapping[str, PerUnit], rust: Mapping
     return [row(name, case) for name, case in cases.items()]
 
 
-def points(series: Series, sizes: Sequence[int], rounds: int, counts: Mapping[str, PerUnit]) -> list[Point]:
+def points(
+    series: Series, sizes: Sequence[int], rounds: int, counts: Mapping[str, PerUnit], memory: Mapping[str, float]
+) -> list[Point]:
     """The points of a series; the sizes take turns."""
     names = {f"{series.key} {size}": size for size in sizes}
     times = per_unit_times({name: series.case(size) for name, size in names.items()}, rounds, 2e-3)
-    return [Point(size, median(times[name]), counts.get(name), added(name)) for name, size in names.items()]
+    return [Point(size, median(times[name]), counts.get(name), memory.get(name)) for name, size in names.items()]

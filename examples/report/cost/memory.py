@@ -1,16 +1,23 @@
-"""Peak memory of one run in a process of its own: `python -m report.cost.memory NAME` prints what the run added, in MiB."""
+"""Peak memory of runs: `python -m report.cost.memory JSON` prints what each case adds to the smallest of its series, in MiB.
+
+The program forks for each case. The fork runs the smallest case first, which loads whatever any run loads; what its peak then
+rises by is the memory of the case.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 from report.cost.instructions import environment
 
 STATUS = Path("/proc/self/status")
-# Below this the peak cannot be told from that of a process that does nothing [MiB].
-LEAST = 1.0
+# Below this a rise of the peak is not told from chance [MiB].
+LEAST = 0.3
 
 
 def peak() -> float:
@@ -19,23 +26,44 @@ def peak() -> float:
     return int(line.split()[1]) / 1024.0
 
 
-def added(name: str) -> float | None:
-    """Peak memory that a case adds to a process that has the package loaded [MiB]; None where the system does not tell it."""
+def added(smallest: Mapping[str, str]) -> dict[str, float]:
+    """What each named case adds to the peak after the case it is mapped to [MiB]; empty where the system does not tell."""
     if not STATUS.exists():
-        return None
-    program = [sys.executable, "-m", "report.cost.memory", name]
+        return {}
+    program = [sys.executable, "-m", "report.cost.memory", json.dumps(dict(smallest))]
     done = subprocess.run(program, env=environment(), capture_output=True, text=True, check=True)
-    return float(done.stdout)
+    found: dict[str, float] = json.loads(done.stdout)
+    return found
+
+
+def run(name: str) -> None:
+    """Run a case as often as when it is timed."""
+    from report.cost.named import find
+
+    case = find(name)
+    case.prepare()(case.timed)
+
+
+def measure(name: str, smallest: str) -> float:
+    """Run two cases in a fork; what the peak rises by in the second."""
+    reading, writing = os.pipe()
+    if os.fork() == 0:
+        run(smallest)
+        before = peak()
+        run(name)
+        os.write(writing, str(peak() - before).encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        text = pipe.read()
+    os.wait()
+    return float(text)
 
 
 def main() -> None:
-    """Measure the case named on the command line."""
-    from report.cost.named import find
-
-    case = find(sys.argv[1])
-    before = peak()
-    case.prepare()(case.timed)
-    print(peak() - before)
+    """Measure the cases named on the command line."""
+    pairs: dict[str, str] = json.loads(sys.argv[1])
+    print(json.dumps({name: measure(name, smallest) for name, smallest in pairs.items()}))
 
 
 if __name__ == "__main__":

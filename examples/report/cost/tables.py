@@ -11,6 +11,15 @@ from report.cost.measure import Row
 from report.page import table
 
 MISSING = "not counted"
+# Whose calls are shown beside those of the first case of each group.
+CALLS = (
+    "exact: forcing",
+    "exact: non-proportional damping",
+    "exact: a fourth stop",
+    'exact: keep="motion"',
+    "callable: Python",
+    "callable: C, by its address",
+)
 
 
 def number(value: float | None, missing: str = MISSING) -> str:
@@ -95,6 +104,7 @@ def fixed(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
             [f"{group.key}: {row.name}", number(row.call), number(row.counted.fixed if row.counted else None)]
             for group, rows in groups
             for row in rows
+            if row is rows[0] or f"{group.key}: {row.name}" in CALLS
         ],
     )
 

@@ -37,8 +37,8 @@ def counting(counter: str | None, quick: bool) -> str:
     return (
         f"**Instructions** are counted by callgrind ({counter}) in one process that runs every case; the counts are written out "
         f"and reset whenever it calls `{MARK}`, which it does between runs. A run of about 2 N units less one of N units leaves "
-        "the instructions of a unit: start-up and the call fall out. They do not depend on how busy the machine is; what looks at "
-        "the clock (whether to look for Ctrl-C) and at addresses leaves differences of about 0.1 %."
+        "the instructions of a unit: start-up and the call fall out. They do not depend on how busy the machine is; what looks "
+        "at the clock (whether to look for Ctrl-C) and at addresses leaves differences of about 0.1 %."
     )
 
 
@@ -79,8 +79,8 @@ def feature_parts(measured: Measured) -> Iterator[str]:
         yield tables.features(group, rows)
     yield "### A call from Python"
     yield (
-        "The shortest call: arguments checked, modes found where there are any, buffers made, one unit run, the result handed over; "
-        "and the instructions that such a call takes beside its units."
+        "The shortest call: arguments checked, modes found where there are any, buffers made, one unit run, the result handed "
+        "over; and the instructions that such a call takes beside its units."
     )
     yield tables.fixed([(group, rows) for group, rows in measured if group.key in ("exact", "rk45", "taylor", "callable")])
 
@@ -93,14 +93,16 @@ def rust_parts(measured: Measured, quick: bool) -> Iterator[str]:
         yield f"`cargo bench --bench scene_cost` was not run: {why}."
         return
     yield (
-        "`cargo bench --bench scene_cost` runs the same scenes in a build of the crate that cannot have Python, threads or Ctrl-C: "
-        f"what a unit takes beyond that is what those cost. Instruction counts within {100 * EQUAL:g} % are equal."
+        "`cargo bench --bench scene_cost` runs the same scenes in a build of the crate that cannot have Python, threads or "
+        "Ctrl-C: what a unit takes beyond that is what those cost. Instruction counts within "
+        f"{100 * EQUAL:g} % are equal."
     )
     yield tables.against_rust(measured)
     pairs = [(tables.instructions(row), row.rust.instructions) for _, rows in measured for row in rows if row.rust]
     known = [abs(own / rust - 1.0) for own, rust in pairs if own and rust]
     if known:
-        yield f"Equal: {sum(apart <= EQUAL for apart in known)} of {len(known)}; the largest difference is {100 * max(known):.1f} %."
+        equal = sum(apart <= EQUAL for apart in known)
+        yield f"Equal: {equal} of {len(known)}; the largest difference is {100 * max(known):.1f} %."
 
 
 def absent_parts(
@@ -112,9 +114,9 @@ def absent_parts(
     yield tables.absent(counts)
     if claims:
         yield (
-            "Calls of the C library within a unit, counted by callgrind, show what the counts of `stats` do not: sines of a forcing "
-            f"that is not there, memory for a motion that is not kept. Fewer than {frugal.NONE:g} calls per unit are none; numbers "
-            f"of calls within {100 * frugal.ALIKE:g} % are as many."
+            "Calls of the C library within a unit, counted by callgrind, show what the counts of `stats` do not: sines of a "
+            "forcing that is not there, memory for a motion that is not kept. Fewer than "
+            f"{frugal.NONE:g} calls per unit are none; numbers of calls within {100 * frugal.ALIKE:g} % are as many."
         )
         header = ["case", "calls of", "allowed", "allowed, calls", "made, calls", "verdict"]
         lines = [
@@ -137,8 +139,8 @@ def growth_parts(found: Sequence[Judged]) -> Iterator[str]:
     yield "## How cost grows"
     yield f"The rule: {laws.RULE}"
     yield (
-        "Memory is the peak that a run adds in a process of its own, beyond that of one which has loaded the package and run a small "
-        f"scene by each method; less than {LEAST:g} MiB cannot be told from nothing, and no law is fitted to it."
+        "Memory is what the peak of a process rises by when it runs a size after the smallest of the series; less than "
+        f"{LEAST:g} MiB is not told from chance, and no law is fitted to it."
     )
     yield "![Cost and memory against each size](scene_cost_growth.png)"
     yield judged.summary(found)
