@@ -72,8 +72,8 @@ def feature_rows(measured: Sequence[tuple[Group, Sequence[Row]]]) -> list[dict[s
             "call_instructions": count.fixed if count else "",
             "rust_ns": rust.nanoseconds if rust else "",
             "rust_instructions": rust.instructions if rust else "",
-            "sines": count.calls["sine, cosine"] if count else "",
-            "allocations": count.calls["allocation"] if count else "",
+            "sines": count.spent["sine, cosine"] if count else "",
+            "allocations": count.spent["allocation"] if count else "",
         }
 
     rows_of = {group.key: found for group, found in measured}

@@ -345,4 +345,4 @@ def chain_series() -> tuple[Series, ...]:
 @functools.cache
 def series() -> tuple[Series, ...]:
     """Every series."""
-    return *modes_series(), *stop_series(), *length_series(), *ensemble_series(), *chain_series()
+    return (*modes_series(), *stop_series(), *length_series(), *ensemble_series(), *chain_series())

@@ -15,26 +15,36 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 MARK = "getppid"
 EXAMPLES = Path(__file__).parents[2]
-# Functions of the C library by what they are for; the processor's variants of a function have suffixes.
-KINDS = {
+# Functions of the C library by what they are for, whose calls are counted; the processor's variants have suffixes.
+CALLS = {
     "sine, cosine": re.compile(r"^(__)?(sin|cos|sincos)(_[a-z0-9]+)?(@.*)?$"),
     "exponential": re.compile(r"^(__)?(exp|exp2|expm1)(@.*)?$"),
     "allocation": re.compile(r"^(malloc|calloc|realloc|posix_memalign|aligned_alloc)$"),
 }
+# Functions of the library by what they are for, whose instructions are counted. Code that the compiler has put into its
+# callers is counted with those: what is found is a lower bound.
+MACHINERY = {
+    "search for contacts": re.compile(r"vibroimpact::contact::|stepping::contact|::take_gaps|model::contact"),
+    "release of held stops": re.compile(r"stepping::release|simulate::held|flow::stuck"),
+    "impacts": re.compile(r"vibroimpact::impact::|EventLoop::(strike|settle|collide|hold)"),
+    "integrator": re.compile(r"flow::runge_kutta|flow::step_size|pendulum_series|flow::taylor"),
+    "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::shaking"),
+}
+KINDS = (*CALLS, *MACHINERY)
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Instructions between two marks, and calls of the C library by kind."""
+    """Instructions between two marks; calls of the C library and instructions in the library's machinery, by kind."""
 
     instructions: int
-    calls: Counter[str]
+    spent: Counter[str]
 
 
 @dataclass(frozen=True)
@@ -42,7 +52,7 @@ class PerUnit:
     """What one more unit takes, and what a call with no unit takes."""
 
     instructions: float
-    calls: dict[str, float]
+    spent: dict[str, float]
     fixed: float
 
 
@@ -59,24 +69,35 @@ def environment() -> dict[str, str]:
     return {**os.environ, **steady}
 
 
-def kind_of(name: str) -> str | None:
-    """What a function of the C library is for; None for those that are not looked at."""
-    return next((kind for kind, pattern in KINDS.items() if pattern.match(name)), None)
+def kind_of(name: str, kinds: Mapping[str, re.Pattern[str]]) -> str | None:
+    """What a function is for; None for those that are not looked at."""
+    return next((kind for kind, pattern in kinds.items() if pattern.search(name)), None)
 
 
 def read_stretch(path: Path) -> Stretch:
-    """One file of callgrind: the sum of its counts, and the calls of the functions that are looked at."""
-    calls: Counter[str] = Counter()
-    total, called = 0, None
+    """One file of callgrind: the sum of its counts, and what is looked at of its functions.
+
+    A line of numbers is a function's own cost, but for the one after `calls=`, which is that of the function called.
+    """
+    spent: Counter[str] = Counter()
+    total, called, own, is_own = 0, None, None, True
     with path.open(errors="replace") as file:
         for line in file:
-            if line.startswith("cfn="):
-                called = kind_of(line[4:].strip())
-            elif line.startswith("calls=") and called:
-                calls[called] += int(line[6:].split()[0])
+            if line.startswith("fn="):
+                own, is_own = kind_of(line[3:].strip(), MACHINERY), True
+            elif line.startswith("cfn="):
+                called = kind_of(line[4:].strip(), CALLS)
+            elif line.startswith("calls="):
+                is_own = False
+                if called:
+                    spent[called] += int(line[6:].split()[0])
             elif line.startswith("totals:"):
                 total = int(line.split()[1])
-    return Stretch(total, calls)
+            elif line[0] in "0123456789+-*":
+                if own and is_own:
+                    spent[own] += int(line.split()[1])
+                is_own = True
+    return Stretch(total, spent)
 
 
 def stretches(arguments: Sequence[str], directory: Path) -> tuple[list[Stretch], str]:
@@ -97,8 +118,8 @@ def per_unit(one: Stretch, few: Stretch, many: Stretch, units: Sequence[int]) ->
     """The slope between two stretches, and what it leaves of a stretch of about one unit."""
     first, less, more = units
     slope = (many.instructions - few.instructions) / (more - less)
-    calls = {kind: (many.calls[kind] - few.calls[kind]) / (more - less) for kind in KINDS}
-    return PerUnit(slope, calls, one.instructions - slope * first)
+    spent = {kind: (many.spent[kind] - few.spent[kind]) / (more - less) for kind in KINDS}
+    return PerUnit(slope, spent, one.instructions - slope * first)
 
 
 def counted(names: Sequence[str]) -> dict[str, PerUnit]:

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Sequence
 
 from report.cost.absent import COUNTS, Absence, is_zero
 from report.cost.case import Group
-from report.cost.instructions import KINDS
+from report.cost.instructions import CALLS, KINDS
 from report.cost.measure import Row
 from report.page import table
 
 MISSING = "not counted"
 # Whose calls are shown beside those of the first case of each group.
-CALLS = (
+SHORT_CALLS = (
     "exact: forcing",
     "exact: non-proportional damping",
     "exact: a fourth stop",
@@ -82,12 +82,12 @@ def against_rust(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
 
 
 def calls(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
-    """What a unit asks of the C library."""
-    header = ["calls in one unit", *KINDS]
+    """What a unit asks of the C library, and what it spends in the machinery of the library."""
+    header = ["in one unit", *(f"calls: {kind}" if kind in CALLS else f"instructions: {kind}" for kind in KINDS)]
     return table(
         header,
         [
-            [f"{group.key}: {row.name}", *(f"{row.counted.calls[kind]:.2f}" for kind in KINDS)]
+            [f"{group.key}: {row.name}", *(f"{row.counted.spent[kind]:.{2 if kind in CALLS else 0}f}" for kind in KINDS)]
             for group, rows in groups
             for row in rows
             if row.counted
@@ -104,7 +104,7 @@ def fixed(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
             [f"{group.key}: {row.name}", number(row.call), number(row.counted.fixed if row.counted else None)]
             for group, rows in groups
             for row in rows
-            if row is rows[0] or f"{group.key}: {row.name}" in CALLS
+            if row is rows[0] or f"{group.key}: {row.name}" in SHORT_CALLS
         ],
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from report.cost import frugal, judged, laws, tables
+from report.cost import frugal, judged, laws, periods, tables
 from report.cost.absent import Absence, is_zero
 from report.cost.callables import available
 from report.cost.case import Group
@@ -17,6 +17,7 @@ from report.page import table
 
 Measured = Sequence[tuple[Group, Sequence[Row]]]
 Counts = Sequence[tuple[Absence, dict[str, int]]]
+Claims = Sequence[tuple[frugal.Claim, float, float, bool]]
 EQUAL = 0.01
 
 TIMES = """\
@@ -42,29 +43,32 @@ def counting(counter: str | None, quick: bool) -> str:
     )
 
 
-def verdicts(found: Sequence[Judged], counts: Counts, claims: Sequence[tuple[frugal.Claim, float, bool]]) -> str:
+def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims) -> str:
     """How many verdicts hold, and which do not."""
-    laws_held = [one for one in found if one.verdict() == "holds"]
+    zero = [is_zero(absence, numbers) for absence, numbers in counts]
+    hold = [holds for *_, holds in claims]
+    laws_hold = [verdict == "holds" for one in found for verdict in (one.verdict(), one.verdict_on_memory())]
     broken = [
         *(f"{absence.name}: counts that must be zero are not" for absence, numbers in counts if not is_zero(absence, numbers)),
-        *(
-            f"{claim.case}: {claim.kind}, {calls:.2f} calls, allowed {claim.words()}"
-            for claim, calls, holds in claims
-            if not holds
-        ),
+        *(f"{c.case}: {c.what()}, {made:.3g} a unit, allowed {c.words()}" for c, _, made, holds in claims if not holds),
         *(f"{one.series.title}: {one.verdict()}" for one in found if one.verdict() != "holds"),
-        *(f"{one.series.title}, memory: {one.verdict_on_memory()}" for one in found if one.verdict_on_memory() == "grows faster"),
+        *(f"{one.series.title}, memory: {one.verdict_on_memory()}" for one in found if one.verdict_on_memory() != "holds"),
     ]
-    held = sum(is_zero(absence, numbers) for absence, numbers in counts)
     lines = [
-        f"- Scenes whose counts are zero where they must be: {held} of {len(counts)}.",
-        f"- Laws of growth that hold: {len(laws_held)} of {len(found)}.",
+        f"- Scenes whose counts are zero where they must be: {sum(zero)} of {len(zero)}.",
+        *([f"- Claims that nothing is spent on what is absent: {sum(hold)} of {len(hold)} hold."] if hold else []),
+        f"- Laws of growth, of cost and of memory: {sum(laws_hold)} of {len(laws_hold)} hold.",
     ]
-    if claims:
-        lines.insert(1, f"- Claims about sines and memory that hold: {sum(holds for *_, holds in claims)} of {len(claims)}.")
     if broken:
         lines += ["- What does not hold, or could not be judged:", *(f"  - {each}" for each in broken)]
     return "\n".join(lines)
+
+
+def composition() -> str:
+    """What a period of the ball that chatters is made of."""
+    kept = periods.of_chatter()
+    parts = ", ".join(f"{kept.kinds[kind]:.2f} of kind `{kind}`" for kind in sorted(kept.kinds))
+    return f"A period of the second kind has {kept.impacts:.1f} impacts on average, and segments: {parts}."
 
 
 def feature_parts(measured: Measured) -> Iterator[str]:
@@ -77,6 +81,8 @@ def feature_parts(measured: Measured) -> Iterator[str]:
         if group.key == "callable" and "C, by its address" not in available():
             yield "No C compiler was found: the C function is left out."
         yield tables.features(group, rows)
+        if group.key == "chatter":
+            yield composition()
     yield "### A call from Python"
     yield (
         "The shortest call: arguments checked, modes found where there are any, buffers made, one unit run, the result handed "
@@ -105,31 +111,32 @@ def rust_parts(measured: Measured, quick: bool) -> Iterator[str]:
         yield f"Equal: {equal} of {len(known)}; the largest difference is {100 * max(known):.1f} %."
 
 
-def absent_parts(
-    measured: Measured, counts: Counts, claims: Sequence[tuple[frugal.Claim, float, bool]], quick: bool
-) -> Iterator[str]:
+def claim_parts(claims: Claims) -> Iterator[str]:
+    """Claims that nothing is spent on what is absent."""
+    yield (
+        "What `stats` does not count is read off callgrind: calls of the C library within a unit, and instructions within those "
+        "functions of the library that serve what is absent (code that the compiler has put into other functions is not seen). "
+        f"Fewer than {frugal.NO_CALLS:g} calls, or {frugal.NO_INSTRUCTIONS:g} instructions, per unit are none; numbers of calls "
+        f"within {100 * frugal.ALIKE:g} % are as many."
+    )
+    header = ["case", "counted", "may be", "that is", "is", "verdict"]
+    yield table(
+        header,
+        [
+            [claim.case, claim.what(), claim.words(), f"{allowed:.2f}", f"{made:.2f}", "holds" if holds else "DOES NOT HOLD"]
+            for claim, allowed, made, holds in claims
+        ],
+    )
+
+
+def absent_parts(measured: Measured, counts: Counts, claims: Claims, quick: bool) -> Iterator[str]:
     """What is absent costs nothing."""
     yield "## What is absent costs nothing"
     yield "`trajectory.stats` counts what ran. What a scene lacks must not have run once."
     yield tables.absent(counts)
     if claims:
-        yield (
-            "Calls of the C library within a unit, counted by callgrind, show what the counts of `stats` do not: sines of a "
-            "forcing that is not there, memory for a motion that is not kept. Fewer than "
-            f"{frugal.NONE:g} calls per unit are none; numbers of calls within {100 * frugal.ALIKE:g} % are as many."
-        )
-        header = ["case", "calls of", "allowed", "allowed, calls", "made, calls", "verdict"]
-        lines = [
-            [claim.case, claim.kind, claim.words(), f"{allowed:.2f}", f"{made:.2f}", "holds" if holds else "DOES NOT HOLD"]
-            for claim, made, holds in claims
-            for allowed in [
-                claim.allowed(
-                    {f"{group.key}: {row.name}": row.counted for group, rows in measured for row in rows if row.counted}
-                )
-            ]
-        ]
-        yield table(header, lines)
-        yield "All calls that were looked at:"
+        yield from claim_parts(claims)
+        yield "Everything that was looked at:"
         yield tables.calls([(group, rows) for group, rows in measured if group.key in ("exact", "rk45", "taylor", "callable")])
     yield from rust_parts(measured, quick)
 
