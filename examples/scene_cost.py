@@ -52,7 +52,7 @@ def effort(task: Job) -> Effort:
         return Effort(5, 5, {}, {}, peaks(True), True)
     features = [name for group in groups() for name in group.names()]
     grown = [f"{one.key} {size}" for one in series() for size in one.sizes if size <= one.most_counted]
-    return Effort(21, 7, counted(features + grown), crate.measured(), peaks(False), False)
+    return Effort(21, 5, counted(features + grown), crate.measured(), peaks(False), False)
 
 
 def feature_rows(measured: Sequence[tuple[Group, Sequence[Row]]]) -> list[dict[str, object]]:

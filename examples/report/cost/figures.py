@@ -12,7 +12,7 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import NullFormatter, NullLocator
 
 from report.cost.case import Group
 from report.cost.judged import Judged
@@ -30,7 +30,9 @@ PANELS = {
     "trajectories at once": ("ensemble",),
     "links of a chain": ("chain",),
 }
-MARKERS = "os^D"
+STYLES = [{"marker": marker, "color": f"C{k}", "markersize": 5} for k, marker in enumerate("os^D")]
+# A ratio of sizes below which each has its number on the axis.
+FEW = 50
 
 
 def save(fig: Any, directory: Path, name: str) -> list[str]:
@@ -93,31 +95,51 @@ def with_law(
         ax.loglog(ends, [scale * fit.at(end) for end in ends], color=style["color"], linewidth=1.0)
 
 
-def widen(ax: Any, room: float) -> None:
-    """Whole decades, and so many more above them for the legend; plain numbers."""
-    low, high = np.log10(ax.get_ylim())
-    ax.set_ylim(10.0 ** math.floor(low), 10.0 ** (math.ceil(high) + room))
+def widen(ax: Any, low: float, high: float) -> None:
+    """Whole decades, from decade to decade, and plain numbers."""
+    ax.set_ylim(10.0 ** math.floor(math.log10(low)), 10.0 ** math.ceil(math.log10(high)))
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_minor_formatter(NullFormatter())
+
+
+def name_sizes(ax: Any, sizes: Sequence[int]) -> None:
+    """Each size by its number, where there are too few decades to tell."""
+    if max(sizes) < FEW * min(sizes):
+        ax.set_xticks(sizes, [f"{size}" for size in sizes])
+        ax.xaxis.set_minor_locator(NullLocator())
+
+
+def costs(ax: Any, judged: Sequence[Judged]) -> None:
+    """Cost of a unit of each series, with room for the legend above."""
+    for one, style in zip(judged, STYLES, strict=False):
+        label = one.series.label + ("" if one.times is None else f": exponent {one.times.power:.2f}")
+        sizes = [point.size for point in one.points]
+        with_law(ax, sizes, [p.nanoseconds / 1000.0 for p in one.points], one.times, 1e-3, {**style, "label": label})
+    ax.set_ylabel(f"one {' or '.join(dict.fromkeys(one.series.unit for one in judged))} [us]")
+    ax.legend(fontsize=9, loc="upper left")
+    low, high = ax.get_ylim()
+    widen(ax, low, high * 10.0 * (high / low) ** 0.3)
+
+
+def peaks(ax: Any, judged: Sequence[Judged], largest: float) -> None:
+    """Memory of each series; what is not told from chance on the dotted line."""
+    for one, style in zip(judged, STYLES, strict=False):
+        known = [(p.size, max(p.memory, LEAST)) for p in one.points if p.memory is not None]
+        with_law(ax, [size for size, _ in known], [peak for _, peak in known], one.memory, 1.0, style)
+    ax.axhline(LEAST, color="0.6", linewidth=0.8, linestyle=":")
+    ax.set(xlabel=judged[0].series.size, ylabel="memory that the run adds [MiB]")
+    widen(ax, 0.5 * LEAST, largest)
 
 
 def growth(judged: Sequence[Judged], directory: Path) -> list[str]:
     """Cost of a unit above, memory of the run below, against each size."""
     fig, axes = plt.subplots(2, len(PANELS), figsize=(4.0 * len(PANELS), 7.5), layout="constrained")
+    largest = max((p.memory for one in judged for p in one.points if p.memory is not None), default=LEAST)
     for (above, below), (title, keys) in zip(axes.T, PANELS.items(), strict=True):
         of_panel = [one for one in judged if one.series.key.startswith(keys)]
-        for k, one in enumerate(of_panel):
-            style = {"marker": MARKERS[k], "color": f"C{k}", "markersize": 5}
-            sizes = [point.size for point in one.points]
-            label = one.series.label + ("" if one.times is None else f": exponent {one.times.power:.2f}")
-            with_law(above, sizes, [p.nanoseconds / 1000.0 for p in one.points], one.times, 1e-3, {**style, "label": label})
-            known = [(p.size, max(p.memory, LEAST)) for p in one.points if p.memory is not None]
-            with_law(below, [s for s, _ in known], [m for _, m in known], one.memory, 1.0, style)
-        units = dict.fromkeys(one.series.unit for one in of_panel)
-        above.set(title=title, ylabel=f"one {' or '.join(units)} [us]")
-        above.legend(fontsize=9, loc="upper left")
-        widen(above, 1.0)
-        below.axhline(LEAST, color="0.6", linewidth=0.8, linestyle=":")
-        below.set(xlabel=of_panel[0].series.size, ylabel="memory that the run adds [MiB]")
-        widen(below, 0.0)
+        costs(above, of_panel)
+        peaks(below, of_panel, 2.0 * largest)
+        above.set_title(title)
+        for ax in (above, below):
+            name_sizes(ax, sorted({point.size for one in of_panel for point in one.points}))
     return save(fig, directory, "scene_cost_growth")

@@ -194,7 +194,7 @@ def modes_series() -> tuple[Series, ...]:
         1.0,
         "each look at a gap is one sum over the modes, and the number of looks is that of one mode",
         (2, 10, 30, 100, 300, 1000, 3000, 10_000),
-        1000,
+        10_000,
         1000,
         modes_in_a_band,
         per_size(30_000, 5),

@@ -35,6 +35,7 @@ MACHINERY = {
     "impacts": re.compile(r"vibroimpact::impact::|EventLoop::(strike|settle|collide|hold)"),
     "integrator": re.compile(r"flow::runge_kutta|flow::step_size|pendulum_series|flow::taylor"),
     "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::shaking"),
+    "clock, for Ctrl-C": re.compile(r"python::interrupt|Timespec|clock_gettime"),
 }
 KINDS = (*CALLS, *MACHINERY)
 

@@ -9,7 +9,7 @@ from report.cost.growth import Series
 from report.cost.laws import SLACK_OF_COUNTS, SLACK_OF_TIMES, Fit, fitted, law, verdict
 from report.cost.measure import Point
 from report.cost.memory import LEAST
-from report.cost.tables import number
+from report.cost.tables import number, whole
 from report.page import table
 
 # Sizes to which a law is fitted: peaks of memory have next to no noise.
@@ -87,6 +87,6 @@ def values(judged: Judged) -> str:
 
     def line(point: Point) -> list[str]:
         count = point.counted.instructions if point.counted else None
-        return [f"{point.size:,}", number(point.nanoseconds / 1000.0), number(count, ""), memory(point.memory)]
+        return [f"{point.size:,}", number(point.nanoseconds / 1000.0), whole(count, ""), memory(point.memory)]
 
     return table(header, map(line, judged.points))

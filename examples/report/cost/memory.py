@@ -1,11 +1,13 @@
 """Peak memory of runs: `python -m report.cost.memory JSON` prints what each case adds to the smallest of its series, in MiB.
 
-The program forks for each case. The fork runs the smallest case first, which loads whatever any run loads; what its peak then
-rises by is the memory of the case.
+The program forks for each case. The fork runs the smallest case first, which loads whatever any run loads, and gives back what
+is free; what its memory then rises by at most is that of the case.
 """
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import json
 import os
 import subprocess
@@ -16,6 +18,8 @@ from pathlib import Path
 from report.cost.instructions import environment
 
 STATUS = Path("/proc/self/status")
+# Where "5" makes the present memory the largest so far.
+RESET = Path("/proc/self/clear_refs")
 # Below this a rise of the peak is not told from chance [MiB].
 LEAST = 0.3
 
@@ -44,11 +48,21 @@ def run(name: str) -> None:
     case.prepare()(case.timed)
 
 
+def forget() -> None:
+    """Give back what is free, and forget the peak so far."""
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
+    RESET.write_text("5")
+
+
 def measure(name: str, smallest: str) -> float:
     """Run two cases in a fork; what the peak rises by in the second."""
     reading, writing = os.pipe()
     if os.fork() == 0:
         run(smallest)
+        forget()
         before = peak()
         run(name)
         os.write(writing, str(peak() - before).encode())

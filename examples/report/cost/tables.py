@@ -11,6 +11,8 @@ from report.cost.measure import Row
 from report.page import table
 
 MISSING = "not counted"
+# From so many times more on, a percentage says less than a factor.
+MANY = 3.0
 # Whose calls are shown beside those of the first case of each group.
 SHORT_CALLS = (
     "exact: forcing",
@@ -30,9 +32,14 @@ def number(value: float | None, missing: str = MISSING) -> str:
     return f"{value:,.0f}" if size >= 1000 else f"{value:.3g}"
 
 
-def signed(value: float | None, missing: str = MISSING) -> str:
+def signed(value: float) -> str:
     """The same with its sign."""
-    return missing if value is None else f"{'+' if value >= 0 else '-'}{number(abs(value))}"
+    return f"{'+' if value >= 0 else '-'}{number(abs(value))}"
+
+
+def whole(value: float | None, missing: str = MISSING) -> str:
+    """A number of instructions."""
+    return missing if value is None else f"{value:,.0f}"
 
 
 def instructions(row: Row) -> float | None:
@@ -47,36 +54,48 @@ def more(row: Row, base: Row) -> float | None:
     return row.counted.instructions - base.counted.instructions
 
 
-def percent(part: float | None, whole: float | None) -> str:
-    """A part in percent, with its sign."""
-    return MISSING if part is None or whole is None else f"{100.0 * part / whole:+.1f} %"
+def percent(part: float | None, base: float | None) -> str:
+    """What is more, in percent of a base; where it is many times the base, how many times the base there are."""
+    if part is None or base is None:
+        return MISSING
+    ratio = part / base
+    return f"{1.0 + ratio:,.1f} times" if ratio >= MANY else f"{100.0 * ratio:+.1f} %"
 
 
 def features(group: Group, rows: Sequence[Row]) -> str:
     """What each feature adds to a unit."""
     base = rows[0]
-    header = [f"one {group.unit}", "time [ns]", "adds [ns]", "adds", "instructions", "adds", "adds"]
+    header = [f"one {group.unit}", "time [ns]", "more [ns]", "more", "instructions", "more", "more"]
 
     def line(row: Row) -> list[str]:
         if row is base:
-            return [row.name, number(row.nanoseconds), "", "", number(instructions(row)), "", ""]
+            return [row.name, number(row.nanoseconds), "", "", whole(instructions(row)), "", ""]
         added, count = more(row, base), instructions(base)
         times = [number(row.nanoseconds), signed(row.added), percent(row.added, base.nanoseconds)]
-        return [row.name, *times, number(instructions(row)), signed(added), percent(added, count)]
+        return [row.name, *times, whole(instructions(row)), whole(added), percent(added, count)]
 
     return table(header, map(line, rows))
 
 
+def plain(group: Group, rows: Sequence[Row]) -> str:
+    """What a unit of each case takes, where none of them is a part of the others."""
+    header = [f"one {group.unit}", "time [ns]", "instructions"]
+    return table(header, [[row.name, number(row.nanoseconds), whole(instructions(row))] for row in rows])
+
+
 def against_rust(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
     """The same scenes from Python and from Rust."""
-    header = ["the same scene", "Python [ns]", "Rust [ns]", "Python [instructions]", "Rust [instructions]", "difference"]
+    clock = "clock, for Ctrl-C"
+    instructed = ["Python [instructions]", "Rust [instructions]", "more", "more", f"of it {clock}"]
+    header = ["the same scene", "Python [ns]", "Rust [ns]", *instructed]
 
     def line(group: Group, row: Row) -> list[str]:
         assert row.rust is not None
         own, other = instructions(row), row.rust.instructions
         apart = None if own is None or other is None else own - other
-        numbers = [number(row.nanoseconds), number(row.rust.nanoseconds), number(own), number(other)]
-        return [f"{group.key}: {row.name}", *numbers, percent(apart, other)]
+        numbers = [number(row.nanoseconds), number(row.rust.nanoseconds), whole(own), whole(other), whole(apart)]
+        looked = whole(row.counted.spent[clock] if row.counted else None)
+        return [f"{group.key}: {row.name}", *numbers, percent(apart, other), looked]
 
     return table(header, [line(group, row) for group, rows in groups for row in rows if row.rust])
 
@@ -101,7 +120,7 @@ def fixed(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
     return table(
         header,
         [
-            [f"{group.key}: {row.name}", number(row.call), number(row.counted.fixed if row.counted else None)]
+            [f"{group.key}: {row.name}", number(row.call), whole(row.counted.fixed if row.counted else None)]
             for group, rows in groups
             for row in rows
             if row is rows[0] or f"{group.key}: {row.name}" in SHORT_CALLS

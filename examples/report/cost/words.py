@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 
 from report.cost import frugal, judged, laws, periods, tables
@@ -19,6 +20,8 @@ Measured = Sequence[tuple[Group, Sequence[Row]]]
 Counts = Sequence[tuple[Absence, dict[str, int]]]
 Claims = Sequence[tuple[frugal.Claim, float, float, bool]]
 EQUAL = 0.01
+# Groups whose cases are no additions to the first.
+APART = ("reading",)
 
 TIMES = """\
 **Times** are medians over rounds in which all cases of a table take turns, so that a slow moment of the machine falls on all of
@@ -71,6 +74,33 @@ def composition() -> str:
     return f"A period of the second kind has {kept.impacts:.1f} impacts on average, and segments: {parts}."
 
 
+def short(measured: Measured) -> str:
+    """The numbers to remember."""
+    rows = {f"{group.key}: {row.name}": row for group, found in measured for row in found}
+
+    def cost(name: str, unit: str) -> str:
+        counted = tables.instructions(rows[name])
+        told = "" if counted is None else f", {counted:,.0f} instructions"
+        return f"- {unit}: {tables.number(rows[name].nanoseconds)} ns{told}."
+
+    def factor(row: Row, base: Row) -> str:
+        more, counted = tables.more(row, base), tables.instructions(base)
+        ratio = row.added / base.nanoseconds if more is None or counted is None else more / counted
+        return f"{row.name} {1.0 + ratio:.3g} times"
+
+    users = next(found for group, found in measured if group.key == "callable")
+    by = "instructions" if tables.instructions(users[0]) is not None else "time"
+    factors = ", ".join(factor(row, users[0]) for row in users[1:])
+    return "\n".join(
+        [
+            cost("exact: one stop", "An impact of an exact flight, two masses, one stop"),
+            cost("rk45: no stop", "A Runge-Kutta step of the same masses, no stop"),
+            cost("taylor: no wall", "A step along the Taylor series of a double pendulum"),
+            f"- A user's right-hand side, against the library's own, in {by}: {factors}.",
+        ]
+    )
+
+
 def feature_parts(measured: Measured) -> Iterator[str]:
     """The tables of the features."""
     yield "## What a feature adds"
@@ -80,7 +110,7 @@ def feature_parts(measured: Measured) -> Iterator[str]:
         yield f"### {group.title}"
         if group.key == "callable" and "C, by its address" not in available():
             yield "No C compiler was found: the C function is left out."
-        yield tables.features(group, rows)
+        yield tables.plain(group, rows) if group.key in APART else tables.features(group, rows)
         if group.key == "chatter":
             yield composition()
     yield "### A call from Python"
@@ -141,6 +171,16 @@ def absent_parts(measured: Measured, counts: Counts, claims: Claims, quick: bool
     yield from rust_parts(measured, quick)
 
 
+def threads(found: Sequence[Judged]) -> Iterator[str]:
+    """What a second worker gains."""
+    last = {one.series.key: one.points[-1] for one in found}
+    alone, both = last["ensemble 1"], last["ensemble 2"]
+    yield (
+        f"With two workers a trajectory of {alone.size:,} takes {alone.nanoseconds / both.nanoseconds:.2f} times less than with "
+        f"one; {os.cpu_count()} cores were there, and nothing is known of what else ran on them."
+    )
+
+
 def growth_parts(found: Sequence[Judged]) -> Iterator[str]:
     """How cost grows."""
     yield "## How cost grows"
@@ -156,6 +196,7 @@ def growth_parts(found: Sequence[Judged]) -> Iterator[str]:
         yield f"### {s.title}"
         yield f"Stated: one {s.unit} costs {laws.law(s.power, s.size)} at most, for {s.reason}."
         yield judged.values(one)
+    yield from threads(found)
 
 
 def page(
@@ -164,6 +205,7 @@ def page(
     """Every part of the page."""
     claims = frugal.checked(counted)
     return [
+        short(measured),
         TIMES,
         counting(counter, quick),
         verdicts(found, counts, claims),
