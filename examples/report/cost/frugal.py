@@ -27,7 +27,7 @@ class Claim:
 
     def what(self) -> str:
         """What is counted."""
-        return f"calls: {self.kind}" if self.kind in CALLS else f"instructions: {self.kind}"
+        return f"calls of {self.kind}" if self.kind in CALLS else f"instructions in {self.kind}"
 
     def made(self, counts: Mapping[str, PerUnit]) -> float:
         """What a unit spends."""

@@ -209,7 +209,7 @@ def modes_series() -> tuple[Series, ...]:
         2.0,
         1.0,
         "the fastest mode bounds the steps proved to hold no impact: up to so many more looks, each one sum over the modes",
-        (2, 5, 10, 20, 50, 100, 200, 500, 1000),
+        (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000),
         200,
         100,
         modes_of_a_bar,

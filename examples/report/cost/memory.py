@@ -6,6 +6,7 @@ is free; what its memory then rises by at most is that of the case.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import gc
 import json
@@ -21,7 +22,7 @@ STATUS = Path("/proc/self/status")
 # Where "5" makes the present memory the largest so far.
 RESET = Path("/proc/self/clear_refs")
 # Below this a rise of the peak is not told from chance [MiB].
-LEAST = 0.3
+LEAST = 0.5
 
 
 def peak() -> float:
@@ -54,7 +55,9 @@ def forget() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)
-    RESET.write_text("5")
+    # Where that is forbidden the peak of the smallest case stays, and hides rises below it.
+    with contextlib.suppress(OSError):
+        RESET.write_text("5")
 
 
 def measure(name: str, smallest: str) -> float:

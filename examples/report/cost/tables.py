@@ -39,7 +39,7 @@ def signed(value: float) -> str:
 
 def whole(value: float | None, missing: str = MISSING) -> str:
     """A number of instructions."""
-    return missing if value is None else f"{value:,.0f}"
+    return missing if value is None else f"{round(value):,}"
 
 
 def instructions(row: Row) -> float | None:
@@ -59,7 +59,7 @@ def percent(part: float | None, base: float | None) -> str:
     if part is None or base is None:
         return MISSING
     ratio = part / base
-    return f"{1.0 + ratio:,.1f} times" if ratio >= MANY else f"{100.0 * ratio:+.1f} %"
+    return f"{1.0 + ratio:,.1f} times" if ratio >= MANY else f"{round(100.0 * ratio, 1) + 0.0:+.1f} %"
 
 
 def features(group: Group, rows: Sequence[Row]) -> str:

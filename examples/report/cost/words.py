@@ -53,7 +53,7 @@ def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims) -> str:
     laws_hold = [verdict == "holds" for one in found for verdict in (one.verdict(), one.verdict_on_memory())]
     broken = [
         *(f"{absence.name}: counts that must be zero are not" for absence, numbers in counts if not is_zero(absence, numbers)),
-        *(f"{c.case}: {c.what()}, {made:.3g} a unit, allowed {c.words()}" for c, _, made, holds in claims if not holds),
+        *(f"{c.case}: {made:.3g} {c.what()} in a unit, may be {c.words()}" for c, _, made, holds in claims if not holds),
         *(f"{one.series.title}: {one.verdict()}" for one in found if one.verdict() != "holds"),
         *(f"{one.series.title}, memory: {one.verdict_on_memory()}" for one in found if one.verdict_on_memory() != "holds"),
     ]
@@ -125,13 +125,13 @@ def rust_parts(measured: Measured, quick: bool) -> Iterator[str]:
     """The same scenes from Rust."""
     yield "### From Python and from Rust"
     if not any(row.rust for _, rows in measured for row in rows):
-        why = "a quick report builds nothing" if quick or is_possible() else "that takes a clone of the repository and cargo"
-        yield f"`cargo bench --bench scene_cost` was not run: {why}."
+        failed = "it failed" if is_possible() else "that takes a clone of the repository and cargo"
+        yield f"`cargo bench --bench scene_cost` told nothing: {'a quick report builds nothing' if quick else failed}."
         return
     yield (
         "`cargo bench --bench scene_cost` runs the same scenes in a build of the crate that cannot have Python, threads or "
-        "Ctrl-C: what a unit takes beyond that is what those cost. Instruction counts within "
-        f"{100 * EQUAL:g} % are equal."
+        "Ctrl-C. What a unit takes beyond that is what those cost, or the compiler's other arrangement of the same code; the last "
+        f"column is what the functions take that look at the clock. Instruction counts within {100 * EQUAL:g} % are equal."
     )
     yield tables.against_rust(measured)
     pairs = [(tables.instructions(row), row.rust.instructions) for _, rows in measured for row in rows if row.rust]
