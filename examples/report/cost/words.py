@@ -130,8 +130,8 @@ def rust_parts(measured: Measured, quick: bool) -> Iterator[str]:
         return
     yield (
         "`cargo bench --bench scene_cost` runs the same scenes in a build of the crate that cannot have Python, threads or "
-        "Ctrl-C. What a unit takes beyond that is what those cost, or the compiler's other arrangement of the same code; the last "
-        f"column is what the functions take that look at the clock. Instruction counts within {100 * EQUAL:g} % are equal."
+        "Ctrl-C. What a unit takes beyond that is what those cost, or the compiler's other arrangement of the same code; the "
+        f"last column is what looking at the clock takes. Instruction counts within {100 * EQUAL:g} % are equal."
     )
     yield tables.against_rust(measured)
     pairs = [(tables.instructions(row), row.rust.instructions) for _, rows in measured for row in rows if row.rust]
