@@ -66,7 +66,8 @@ def tool() -> str | None:
 
 def environment() -> dict[str, str]:
     """One thread of linear algebra and one order of sets: the same instructions at each call."""
-    steady = {"PYTHONPATH": str(EXAMPLES), "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    path = os.pathsep.join(filter(None, [str(EXAMPLES), os.environ.get("PYTHONPATH")]))
+    steady = {"PYTHONPATH": path, "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     return {**os.environ, **steady}
 
 
