@@ -1,0 +1,348 @@
+"""How cost grows: series of scenes that differ in one size."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import vibroimpact as vi
+from report.cost import scenes
+from report.cost.case import Case, Run
+from report.cost.scenes import IMPACT_EVERY, LOOSE, START, STEP_EVERY, pair
+
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+FORCED_EVERY = 2.0 * math.pi / 0.9
+
+
+@dataclass(frozen=True)
+class Series:
+    """Cost of a unit against a size, and the law it should obey: `cost = const * size**power` at most."""
+
+    key: str
+    title: str
+    # The title in the figure.
+    label: str
+    size: str
+    unit: str
+    power: float
+    # Power of the peak memory.
+    memory: float
+    reason: str
+    sizes: tuple[int, ...]
+    # The largest size of which instructions are counted, and the largest of a quick report.
+    most_counted: int
+    quick: int
+    # A run of a size, and the units in a timed and in a counted run.
+    run: Callable[[int], Run]
+    timed: Callable[[int], int]
+    counted: Callable[[int], int]
+
+    def case(self, size: int) -> Case:
+        """The case of one size."""
+        return Case(str(size), lambda: self.run(size), self.timed(size), self.counted(size))
+
+
+def per_size(units: float, at_least: int = 2) -> Callable[[int], int]:
+    """Fewer units the larger the size."""
+    return lambda size: max(at_least, round(units / size))
+
+
+def always(units: int) -> Callable[[int], int]:
+    """The same number of units at each size."""
+    return lambda size: units
+
+
+def forced_modes(frequencies: Any, normal: Any, clearance: float) -> Run:
+    """Modes under a force at the point that hits a stop, counted in impacts."""
+    n = len(frequencies)
+    system = vi.LinearSystem(np.ones(n), 0.04 * frequencies, frequencies**2)
+    scene = vi.Scene(system, vi.Harmonic(0.3 * normal, 0.9), vi.Stop(normal, clearance, 0.7))
+    zero = np.zeros(n)
+
+    def run(units: int) -> int:
+        done = vi.simulate(scene, zero, zero, (0.0, 1e9), keep="final", max_impacts=units)
+        return int(done.stats.n_impacts)
+
+    return run
+
+
+def modes_in_a_band(n: int) -> Run:
+    """Frequencies between 1 and 3, however many: the motion of the point that hits hardly depends on their number."""
+    return forced_modes(np.sort(1.0 + 2.0 * (np.arange(n) * GOLDEN % 1.0)), np.ones(n) / math.sqrt(n), 0.1)
+
+
+def modes_of_a_bar(n: int) -> Run:
+    """Frequencies 1, 2, 3, ...: each mode more is faster than all before, and each impact excites it."""
+    frequencies = np.arange(1.0, n + 1.0)
+    return forced_modes(frequencies, (-1.0) ** np.arange(n) / frequencies, 0.5)
+
+
+def first_held(n: int) -> Run:
+    """A load presses the end of a bar on a stop: the bar's modes while it is held are made, once in each run."""
+    frequencies = np.arange(1.0, n + 1.0)
+    push = (-1.0) ** np.arange(n)
+    system = vi.LinearSystem(np.ones(n), 0.04 * frequencies, frequencies**2, load=push)
+    scene = vi.Scene(system, None, vi.Stop(push, 0.0, 0.0))
+    zero = np.zeros(n)
+
+    def run(units: int) -> int:
+        for _ in range(units):
+            vi.simulate(scene, zero, zero, (0.0, 1e-3), keep="final")
+        return units
+
+    return run
+
+
+def far_stops(method: str, k: int) -> Run:
+    """The pair with one stop that it hits and others that it never reaches."""
+    far = [vi.Stop(1, 50.0 + i, 1.0) for i in range(k - 1)]
+    scene = pair(stops=[*scenes.stops(1), *far])
+
+    def run(units: int) -> int:
+        span = (0.0, IMPACT_EVERY * units)
+        return int(vi.simulate(scene, *START, span, method=method, rtol=LOOSE, keep="final").stats.n_impacts)
+
+    return run
+
+
+def polygon(k: int) -> Run:
+    """A mass in the plane, on two springs, inside a polygon of stops: every one of them is hit."""
+    angles = 2.0 * math.pi * np.arange(k) / k
+    walls = [vi.Stop([math.cos(a), math.sin(a)], 0.5, 1.0) for a in angles]
+    scene = vi.Scene(vi.LinearSystem([1.0, 1.0], [0.0, 0.0], [1.0, 1.7]), None, walls)
+
+    def run(units: int) -> int:
+        done = vi.simulate(scene, [0.1, 0.0], [1.0, 0.7], (0.0, 1e9), keep="final", max_impacts=units)
+        return int(done.stats.n_impacts)
+
+    return run
+
+
+def whole_run(keep: str, impacts: int) -> Run:
+    """Whole runs of so many impacts, the cost of each divided by their number."""
+    scene = pair(stops=scenes.stops(1))
+
+    def run(units: int) -> int:
+        made = 0
+        for _ in range(units):
+            done = vi.simulate(scene, *START, (0.0, 1e12), keep=keep, max_impacts=impacts)
+            made += int(done.stats.n_impacts)
+        return made
+
+    return run
+
+
+def many(workers: int, count: int) -> Run:
+    """So many trajectories of 50 impacts at once; a unit is one of them."""
+    scene = pair(stops=scenes.stops(1))
+    turn = np.linspace(0.0, 0.1, count)[:, None]
+    start = np.zeros((count, 2)), np.array(START[1]) + turn
+
+    def run(units: int) -> int:
+        for _ in range(units):
+            vi.simulate_many(scene, *start, (0.0, 50 * IMPACT_EVERY), workers=workers)
+        return units * count
+
+    return run
+
+
+def chain(method: str, links: int) -> Run:
+    """A hanging chain of links that swings, no wall, counted in steps."""
+    each = np.full(links, 1.0 / links)
+    scene = vi.Scene(vi.PendulumChain(each, each))
+    start = np.full(links, -0.3), np.zeros(links)
+    # The steps shorten with the links as the fastest swing does.
+    pace = STEP_EVERY / links
+
+    def run(units: int) -> int:
+        done = vi.simulate(scene, *start, (0.0, pace * units), method=method, rtol=LOOSE, keep="final")
+        return int(done.stats.n_steps)
+
+    return run
+
+
+def modes_series() -> tuple[Series, ...]:
+    """Cost against the number of modes."""
+    held = Series(
+        "held",
+        "Modes of a bar that is held by a stop for the first time",
+        "of a bar, first lasting contact",
+        "modes",
+        "contact",
+        3.0,
+        2.0,
+        "the stuck system has modes of its own, one dense eigenproblem; they are kept for all later contacts",
+        (5, 10, 20, 50, 100, 200),
+        50,
+        50,
+        first_held,
+        per_size(200, 1),
+        per_size(100, 1),
+    )
+    band = Series(
+        "modes",
+        "Modes in a band of frequencies",
+        "in a band of frequencies",
+        "modes",
+        "impact",
+        1.0,
+        1.0,
+        "each look at a gap is one sum over the modes, and the number of looks is that of one mode",
+        (2, 10, 30, 100, 300, 1000, 3000, 10_000),
+        10_000,
+        1000,
+        modes_in_a_band,
+        per_size(30_000, 5),
+        per_size(3_000, 5),
+    )
+    bar = Series(
+        "bar",
+        "Modes of a bar, each faster than those before",
+        "of a bar",
+        "modes",
+        "impact",
+        2.0,
+        1.0,
+        "the fastest mode bounds the steps proved to hold no impact: up to so many more looks, each one sum over the modes",
+        (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000),
+        200,
+        100,
+        modes_of_a_bar,
+        per_size(20_000, 20),
+        per_size(2_000, 10),
+    )
+    return band, bar, held
+
+
+def stop_series() -> tuple[Series, ...]:
+    """Cost against the number of stops."""
+    sizes = (1, 2, 5, 10, 20, 50, 100)
+    looked = "each look is at every gap"
+    walls = Series(
+        "polygon",
+        "Stops round a mass in the plane, every one hit",
+        "every one hit, exact flights",
+        "stops",
+        "impact",
+        1.0,
+        1.0,
+        looked,
+        (3, 5, 10, 20, 50, 100),
+        100,
+        20,
+        polygon,
+        per_size(20_000),
+        per_size(3_000, 100),
+    )
+    far = [
+        Series(
+            f"stops {method}",
+            f'Stops never reached beside one that is, `method="{method}"`',
+            f"out of reach, {method}",
+            "stops",
+            "impact",
+            1.0,
+            1.0,
+            looked,
+            sizes,
+            100,
+            20,
+            functools.partial(far_stops, method),
+            per_size(units),
+            per_size(0.15 * units, 20),
+        )
+        for method, units in (("exact", 20_000), ("rk45", 4_000))
+    ]
+    return *far, walls
+
+
+def length_series() -> tuple[Series, ...]:
+    """Cost against the length of the run."""
+    kept = {
+        "final": (0.0, (100, 1000, 10_000, 100_000, 1_000_000, 10_000_000), "nothing is kept but the last state"),
+        "impacts": (1.0, (100, 1000, 10_000, 100_000, 1_000_000), "one row is kept per impact"),
+        "motion": (1.0, (100, 1000, 10_000, 100_000, 1_000_000), "one row and one flight are kept per impact"),
+    }
+    return tuple(
+        Series(
+            f"length {keep}",
+            f'Length of the run, `keep="{keep}"`',
+            f'keep="{keep}"',
+            "impacts",
+            "impact",
+            0.0,
+            memory,
+            f"{reason}; an impact costs the same whenever it falls",
+            sizes,
+            10_000,
+            100_000,
+            functools.partial(whole_run, keep),
+            always(1),
+            always(1),
+        )
+        for keep, (memory, sizes, reason) in kept.items()
+    )
+
+
+def ensemble_series() -> tuple[Series, ...]:
+    """Cost against the number of trajectories."""
+    return tuple(
+        Series(
+            f"ensemble {workers}",
+            f"Trajectories of 50 impacts at once, {workers} worker{'s' * (workers > 1)}",
+            f"{workers} worker{'s' * (workers > 1)}",
+            "trajectories",
+            "trajectory",
+            0.0,
+            1.0,
+            "the machinery is made once, and trajectories do not know of each other",
+            (1, 10, 100, 1000, 3000, 10_000),
+            100,
+            1000,
+            functools.partial(many, workers),
+            per_size(100, 1),
+            always(1),
+        )
+        for workers in (1, 2)
+    )
+
+
+def chain_series() -> tuple[Series, ...]:
+    """Cost against the number of links."""
+    return tuple(
+        Series(
+            f"chain {method}",
+            f'Links of a pendulum chain, `method="{method}"`',
+            method,
+            "links",
+            "step",
+            3.0,
+            2.0,
+            reason,
+            (2, 4, 8, 16, 32, 64),
+            32,
+            16,
+            functools.partial(chain, method),
+            per_size(units, 40),
+            per_size(0.1 * units, 20),
+        )
+        for method, units, reason in (
+            (
+                "taylor",
+                8_000,
+                "the mass matrix is factored once a step, O(n^3); each order takes sums over pairs of links, O(n^2)",
+            ),
+            ("rk45", 20_000, "each evaluation of the right-hand side factors the mass matrix, O(n^3)"),
+        )
+    )
+
+
+@functools.cache
+def series() -> tuple[Series, ...]:
+    """Every series."""
+    return (*modes_series(), *stop_series(), *length_series(), *ensemble_series(), *chain_series())
