@@ -28,7 +28,7 @@ pub struct RecoveryAudit {
 /// eigenvalue of `M^-1 R_v^T M R_v`.
 ///
 /// # Errors
-/// Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite.
+/// Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite, a normal that is zero.
 pub fn audit_recovery(
     matrix: &DMatrix<f64>,
     mass: &DMatrix<f64>,
@@ -46,7 +46,15 @@ pub fn audit_recovery(
         return Err(Error::bad_shape("normals", found, format!("({n},) each")));
     }
     for (i, normal) in normals.column_iter().enumerate() {
-        finite_vector(&format!("normals[{i}]"), &normal.into_owned(), n)?;
+        let name = format!("normals[{i}]");
+        finite_vector(&name, &normal.into_owned(), n)?;
+        if normal.amax() == 0.0 {
+            return Err(Error::bad_value(
+                name,
+                "zero",
+                "a normal needs an entry that is not zero",
+            ));
+        }
     }
     let factor = Cholesky::new(mass.clone())
         .filter(|_| (mass - mass.transpose()).amax() <= 1e-12 * mass.amax())

@@ -19,6 +19,8 @@ const MOST_EVENTS_AT_ONCE: usize = 64;
 pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
 const SAFETY: f64 = 4.0;
+/// A flight that rises by no more than so many roundings of the gap has lost the digits of its speed.
+const LOW: f64 = 10.0;
 
 /// How a run ended.
 pub(crate) struct Ending {
@@ -232,7 +234,7 @@ impl EventLoop {
     }
 
     /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
-    /// the tolerance (theory 9).
+    /// the tolerance, or the flights between them lost in rounding (theory 9).
     fn accumulates<M: Mover>(&self, mover: &M, reached: usize) -> bool {
         let e = mover.restitution(reached);
         let state = mover.gap(reached);
@@ -246,6 +248,8 @@ impl EventLoop {
         let regular = self.last_blow.is_some_and(|(stop, before)| {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
         });
+        // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
+        let is_low = 0.5 * (e * speed).powi(2) < LOW * ROUNDING * self.sizes[reached] * -pull;
         let span = 2.0 * e * speed / ((1.0 - e) * pull);
         let stays = |(stop, other): (usize, GapState)| {
             stop == reached
@@ -254,7 +258,7 @@ impl EventLoop {
                     > 0.0
         };
         let others = (0..mover.n_stops()).map(|stop| (stop, mover.gap(stop)));
-        SAFETY * residual < tolerance
+        (SAFETY * residual < tolerance || is_low)
             && regular
             && pull + span * state.jerk.abs() < 0.0
             && others.into_iter().all(stays)
@@ -368,7 +372,7 @@ impl EventLoop {
         let before = std::mem::take(&mut self.held);
         let mut resting = Vec::new();
         for &stop in self.touching.iter().chain(&before) {
-            if self.is_still(mover, stop) {
+            if self.is_still(mover, stop, &before)? {
                 resting.push(stop);
             } else {
                 self.starts[stop] = 1;
@@ -389,12 +393,14 @@ impl EventLoop {
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so
     /// does a flight that would rise by no more than rounding.
-    fn is_still<M: Mover>(&self, mover: &M, stop: usize) -> bool {
-        let state = mover.gap(stop);
+    fn is_still<M: Mover>(&self, mover: &M, stop: usize, held: &[usize]) -> Result<bool> {
+        let mut state = mover.gap(stop);
         let low = ROUNDING * self.sizes[stop];
-        self.still.contains(&stop)
-            || state.speed.abs() <= ROUNDING * mover.speed_size(stop)
-            || (state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low)
+        if self.still.contains(&stop) || state.speed.abs() <= ROUNDING * mover.speed_size(stop) {
+            return Ok(true);
+        }
+        state.acceleration = drawn(mover, stop, held)?;
+        Ok(state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low)
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
@@ -418,6 +424,28 @@ impl EventLoop {
         }
         Ok(Ok(()))
     }
+}
+
+/// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
+fn drawn<M: Mover>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
+    let free = mover.gap(stop).acceleration;
+    let mut all: Vec<usize> = held.iter().copied().filter(|&h| h != stop).collect();
+    let k = all.len();
+    if k == 0 {
+        return Ok(free);
+    }
+    let pulls = DVector::from_iterator(k, all.iter().map(|&stop| mover.gap(stop).acceleration));
+    all.push(stop);
+    let delassus = mover.delassus(&all)?;
+    let slack = DVector::from_element(k, ROUNDING * pulls.amax());
+    let among = delassus.view((0, 0), (k, k)).into_owned();
+    // Contacts without forces are a jam, which is found where it is asked which of them stay.
+    let forces = contact_forces(&among, &pulls, &slack).unwrap_or_default();
+    let added = forces
+        .iter()
+        .enumerate()
+        .map(|(j, force)| delassus[(k, j)] * force.force);
+    Ok(free + added.sum::<f64>())
 }
 
 impl Unresolved {

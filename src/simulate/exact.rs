@@ -300,11 +300,15 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     fn strike(&mut self, stop: usize) -> Result<Blow> {
         let row = &self.velocity_rows[stop];
         let approach = positive_part(along(row, &self.state));
-        let impulse = self.rebounds[stop] * approach;
+        let restitution = self.scene.geometry.restitutions[stop];
+        let (impulse, departure) = (self.rebounds[stop] * approach, restitution * approach);
         self.push(stop, impulse)?;
+        // A small departure is what is left of two large speeds: its rounding is taken off.
+        let left = along(&self.velocity_rows[stop], &self.state) + departure;
+        self.push(stop, left * self.rebounds[stop] / (1.0 + restitution))?;
         Ok(Blow {
             approach,
-            departure: self.scene.geometry.restitutions[stop] * approach,
+            departure,
             impulse,
         })
     }

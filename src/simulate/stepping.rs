@@ -46,6 +46,8 @@ pub(crate) struct StepMover<'a, S, D, F> {
     contacts: Arc<Vec<Contact>>,
     /// The stops held, none in free motion.
     holding: Vec<usize>,
+    /// The largest contact force of each since it is held.
+    pressed: Vec<f64>,
     frequency: f64,
     phase: f64,
     tolerance: Tolerance,
@@ -81,6 +83,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             ahead: none,
             contacts,
             holding: Vec::new(),
+            pressed: Vec::new(),
             frequency,
             phase: scene.forcing().phase(),
             tolerance: Tolerance {
@@ -278,11 +281,18 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         let (normal, reaction) = self.directions(stop)?;
         let approach = positive_part(self.along(&normal));
         let restitution = self.contacts[stop].restitution;
-        let impulse = (1.0 + restitution) * approach / normal.dot(&reaction);
+        let give = normal.dot(&reaction);
+        let (impulse, departure) = (
+            (1.0 + restitution) * approach / give,
+            restitution * approach,
+        );
         self.push_along(&reaction, impulse);
+        // A small departure is what is left of two large speeds: its rounding is taken off.
+        let left = self.along(&normal) + departure;
+        self.push_along(&reaction, left / give);
         Ok(Blow {
             approach,
-            departure: restitution * approach,
+            departure,
             impulse,
         })
     }
@@ -344,6 +354,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     fn hold(&mut self, stops: &[usize]) -> Result<()> {
         self.holding.clear();
         self.holding.extend_from_slice(stops);
+        self.pressed.clear();
+        self.pressed.resize(stops.len(), 0.0);
         if !stops.is_empty() {
             self.settle(stops)?;
         }

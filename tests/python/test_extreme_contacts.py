@@ -370,3 +370,58 @@ def test_a_link_whose_contact_force_falls_through_zero_without_slope_is_let_go(m
     with mp.workdps(20):
         expected = [float(x) for x in mp.odefun(rate, 0, [0, 0, 0, mpf(v)])(after)]
     assert np.concatenate(run.final) == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-11, 1e-13])
+@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.99])
+def test_a_ball_comes_to_rest_at_its_time_whatever_the_tolerance(restitution, rtol, method):
+    """From a height of one: sqrt(2) (1 + 2 e/(1 - e)); a tighter tolerance must not lose the last impacts in rounding."""
+    end = np.sqrt(2.0) * (1 + 2 * restitution / (1 - restitution))
+    scene = vi.Scene(vi.LinearSystem(1, 0, 0, load=-1), None, vi.Stop(0, 0, restitution, side="lower"))
+    run = vi.simulate(scene, 1, 0, (0, 1.5 * end), method=method, rtol=rtol, atol=1e-3 * rtol)
+    assert run.segments["kind"][-2:].tolist() == ["chatter", "stick"]
+    assert run.segments["start"][-1] == pytest.approx(end, rel=1e-12)
+    assert run.final == (0, 0)
+
+
+@LINEAR
+def test_a_contact_force_that_touches_zero_lets_nothing_go_at_any_tolerance(method):
+    """L = 1 + cos t: no release, and no time that goes back."""
+    scene = vi.Scene(vi.LinearSystem(1, 0, 1, load=[1]), vi.Harmonic(1, 1), vi.Stop(0, 0, 0.5))
+    for rtol in (1e-4, 1e-6, 1e-9, 1e-12):
+        run = vi.simulate(scene, 0, 0, (0, 200), method=method, rtol=rtol)
+        assert (run.segments["kind"].tolist(), run.final) == (["stick"], (0, 0))
+        assert (np.diff(run.t) >= 0).all()
+
+
+@LINEAR
+def test_a_contact_force_that_falls_below_zero_by_little_lets_go(method):
+    """L = 1 + (1 + d) cos t, where it first is zero; behind it q = sum of an oscillation and t sin t/2."""
+    for d in (1e-2, 1e-4):
+        scene = vi.Scene(vi.LinearSystem(1, 0, 1, load=[1]), vi.Harmonic(1 + d, 1), vi.Stop(0, 0, 0.5))
+        run = vi.simulate(scene, 0, 0, (0, 3.5), method=method)
+        assert run.segments["end"][0] == pytest.approx(np.arccos(-1 / (1 + d)), abs=1e-6)
+        assert run.segments["kind"][:2].tolist() == ["stick", "flight"]
+
+
+@LINEAR
+def test_links_that_fall_into_a_corner_come_to_rest(method):
+    """One stop is held while the impacts on the other die away: what draws it back is the motion with the first held."""
+    links = vi.PendulumChain([1, 1], [1, 1], damping=0.4, gravity=1).linearise()
+    stops = [vi.Stop(i, -0.2, 0.3, side="lower") for i in (0, 1)]
+    run = vi.simulate(vi.Scene(links, None, stops), [0.3, 0.4], [0, 0], (0, 60), method=method)
+    assert run.status == "finished", run.message
+    assert run.final[0] == pytest.approx([0.2, 0.2], abs=1e-11)
+    assert run.final[1] == pytest.approx([0, 0], abs=1e-11)
+    stuck = run.segments[run.segments["end"] == 60]
+    assert sorted(stuck["stop"]) == [0, 1]
+    # The impacts on the second stop while the first is held shrink by the restitution.
+    late = run.impacts[(run.impacts["stop"] == 1) & (run.impacts["time"] > 1.43)]["speed_before"]
+    assert late[1:6] / late[:5] == pytest.approx(0.3, rel=1e-2)
+
+
+@EVERY
+def test_what_is_left_of_a_speed_after_an_impact_has_its_own_digits(method):
+    run = simulate(body(method, [vi.Stop(0, 1, 1e-12)]), 0, 2, 0.75, method)
+    assert run.final[1][0] == pytest.approx(-2e-12, rel=1e-12, abs=0)

@@ -115,12 +115,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         Ok((there - quintic.value(0.5)).abs())
     }
 
-    /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes. Returns the length;
-    /// the stepper's end is the state there.
+    /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
+    /// at the start is not meant. Returns the length; the stepper's end is the state there.
     pub(super) fn land<E: Dynamics>(
         &mut self,
         dynamics: &E,
-        stop: usize,
+        (stop, order): (usize, usize),
         guess: f64,
         h: f64,
     ) -> Result<f64> {
@@ -139,11 +139,17 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             if speed >= 0.0 {
                 return Ok(s);
             }
-            let first = -gap / speed;
-            let correction = -gap / (speed + 0.5 * acceleration * first);
+            let correction = if order == 0 {
+                -gap / (speed - 0.5 * acceleration * gap / speed)
+            } else {
+                // The root at the start is divided out: else a low flight would land where it began, or before.
+                -gap / (speed - order as f64 * gap / s)
+            };
             if !correction.is_finite() {
                 return Ok(s);
             }
+            // Time does not go back for a stop that was passed by less than its margin when the step began.
+            let correction = correction.max(-s);
             s += correction;
             if correction.abs() <= small {
                 let rate = self.stepper.end_rate().clone();

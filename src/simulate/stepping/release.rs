@@ -44,8 +44,9 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     }
 
     /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
-    /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down.
-    pub(super) fn release_along(&self, h: f64) -> Result<Release> {
+    /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down. A force that
+    /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
+    pub(super) fn release_along(&mut self, h: f64) -> Result<Release> {
         if self.holding.is_empty() {
             return Ok(Release::None);
         }
@@ -65,11 +66,16 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
             let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
             let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
-            if checks.iter().map(miss).fold(0.0, f64::max) > FORCE_TOL * spread {
+            let miss = checks.iter().map(miss).fold(0.0, f64::max);
+            let depth = -force.lowest().1;
+            self.pressed[k] = spread.max(self.pressed[k]);
+            let slack = 10.0 * self.tolerance.relative * self.pressed[k];
+            if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 return Ok(Release::Undecided);
             }
             let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
-            if let Some(x) = force.first_fall().filter(|&x| !is_later(x)) {
+            let falls = (depth > slack).then(|| force.first_fall().unwrap_or(0.0));
+            if let Some(x) = falls.filter(|&x| !is_later(x)) {
                 first = Release::At { stop, x };
             }
         }
@@ -93,6 +99,9 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         };
         let (mut s0, mut s) = (0.0, guess);
         let mut f0 = force(self, s0)?;
+        if guess == 0.0 {
+            return Ok(0.0);
+        }
         let mut f = force(self, s)?;
         for _ in 0..MOST_POLISHES {
             let next = s - f * (s - s0) / (f - f0);

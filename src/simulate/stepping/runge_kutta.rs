@@ -212,8 +212,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 break Arrival::Release { stop };
             }
             if let Some((stop, x)) = found {
-                let s = self.land(dynamics, stop, x * h, h)?;
-                self.keep(s.max(0.0), None, record);
+                let order = starts.map_or(0, |orders| orders[stop]);
+                let s = self.land(dynamics, (stop, order), x * h, h)?;
+                self.keep(s, None, record);
                 self.arrive(s);
                 self.look_on_arrival()?;
                 break Arrival::Contact { stop };

@@ -133,9 +133,10 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
             if let Some((stop, course)) = found {
                 let (at, arrival) = match course {
                     Course::Stalled { at } => (at, Arrival::Stalled { stop }),
-                    Course::Contact { at } => (at.min(h), Arrival::Contact { stop }),
+                    // Time does not go back for a stop that was passed by less than its margin when the step began.
+                    Course::Contact { at } => (at.clamp(0.0, h), Arrival::Contact { stop }),
                 };
-                mover.keep_series(at.max(0.0), None, record);
+                mover.keep_series(at, None, record);
                 mover.arrive_on_series(at);
                 mover.look()?;
                 return Ok(arrival);
