@@ -16,10 +16,10 @@ pub(crate) enum Shapes {
         order: Vec<usize>,
         root_mass: DVector<f64>,
     },
-    /// Columns are modes; with them `M Phi`.
+    /// Columns are modes; with them `Phi^-1`.
     Dense {
         shapes: DMatrix<f64>,
-        mass_shapes: DMatrix<f64>,
+        inverse: DMatrix<f64>,
     },
 }
 
@@ -40,7 +40,7 @@ impl Shapes {
             Self::Diagonal { order, root_mass } => {
                 DVector::from_fn(order.len(), |j, _| x[order[j]] * root_mass[order[j]])
             }
-            Self::Dense { mass_shapes, .. } => mass_shapes.tr_mul(x),
+            Self::Dense { inverse, .. } => inverse * x,
         }
     }
 
@@ -84,7 +84,7 @@ impl Shapes {
                 }
                 inverse
             }
-            Self::Dense { mass_shapes, .. } => mass_shapes.transpose(),
+            Self::Dense { inverse, .. } => inverse.clone(),
         }
     }
 }
@@ -121,16 +121,15 @@ impl RealModes {
             }
         }
         let modal = shapes.transpose() * damping * &shapes;
-        let mass_shapes = system.mass().to_dense() * &shapes;
+        // In numbers `Phi^T M` cancels where the entries of M differ by many orders.
+        let inverse = shapes.clone().try_inverse();
+        let inverse = inverse.unwrap_or_else(|| shapes.tr_mul(&system.mass().to_dense()));
         let largest = modal.diagonal().amax();
         let off_diagonal = &modal - DMatrix::from_diagonal(&modal.diagonal());
         Ok(Some(Self {
             w2,
             eta: modal.diagonal() * 0.5,
-            shapes: Shapes::Dense {
-                shapes,
-                mass_shapes,
-            },
+            shapes: Shapes::Dense { shapes, inverse },
             is_proportional: off_diagonal.amax() <= PROPORTIONAL_TOL * largest,
         }))
     }

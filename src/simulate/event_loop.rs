@@ -20,7 +20,7 @@ pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
 const SAFETY: f64 = 4.0;
 /// A flight that rises by no more than so many roundings of the gap has lost the digits of its speed.
-const LOW: f64 = 10.0;
+const LOW: f64 = 2.5;
 
 /// How a run ended.
 pub(crate) struct Ending {
