@@ -102,8 +102,16 @@ fn method(value: &str) -> PyResult<Method> {
 /// -----
 /// In exact flights each next impact is provably the first one: the gap is followed by cubics with a bound on what they
 /// leave out. Steps of the pair [1]_ carry each gap along as the quintic that has its value, speed and acceleration at both
-/// ends: every contact of the quintic is found, and reached by a step of its own. Chatter, sticking and coupled simultaneous
-/// impacts end the run with status "unresolved_contact" and the reason in ``message``.
+/// ends: every contact of the quintic is found, and reached by a step of its own. Along a Taylor series the gap is a polynomial
+/// with the same proof as in exact flights.
+///
+/// Impacts that accumulate are completed by the limit of their map (a segment "chatter"); a stop that stays in contact is held
+/// (a segment "stick") and let go when its contact force falls through zero; several stops at one instant are resolved by
+/// complementarity. What cannot be resolved, such as a jam, ends the run with status "unresolved_contact" and the reason in
+/// ``message``.
+///
+/// Ctrl-C is answered within 0.2 s, but for one piece of work: in exact flights the first lasting contact of n coordinates
+/// that are damped takes an eigenproblem of order 2 n, at 200 of them a second or more.
 ///
 /// References
 /// ----------

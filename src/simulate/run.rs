@@ -24,7 +24,8 @@ use std::sync::Arc;
 /// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. A pendulum with large motions follows its
 /// Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap is a polynomial.
 /// Other scenes are integrated by the Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`); every contact on its
-/// interpolant is found, and reached by a step of its own.
+/// interpolant is found, and reached by a step of its own. Impacts that accumulate are completed, stops that stay in contact are
+/// held and let go by their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
 ///
 /// # Errors
 /// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, `Method::Exact` for a
@@ -57,7 +58,8 @@ pub fn simulate(
     })
 }
 
-/// [`simulate()`], asking `observer` from time to time, with the time reached, whether to go on.
+/// [`simulate()`], asking `observer` from time to time, with the time reached, whether to go on. The eigenproblem of order 2n at
+/// the first lasting contact of exact flights is one piece of work, in which it is not asked: a second or more for n = 200.
 ///
 /// # Errors
 /// As [`simulate()`]; `Error::Interrupted` when the observer breaks off.
