@@ -216,7 +216,7 @@ pub(crate) fn along_reactions(
 ) -> Result<DVector<f64>> {
     let weights = reaction_weights(normals, reactions, parts)?;
     let weighted = reactions.iter().zip(weights.iter()).map(|(b, w)| b * *w);
-    let none = reactions.first().map_or(0, |b| b.len());
+    let none = reactions.first().map_or(0, DVector::len);
     Ok(weighted.fold(DVector::zeros(none), |sum, b| sum + b))
 }
 
