@@ -1,0 +1,57 @@
+"""The contestants, one file each, all of one form.
+
+A contestant's module has `DISTRIBUTION` (the package whose version the report prints), `methods(problem)` (names of its methods
+for a problem) and `prepare(problem, method, tolerances)`, which compiles whatever it compiles and returns a function without
+arguments that follows the motion and gives an `Outcome`. A package that is not installed is no contestant.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+#: Module here, and the module that it needs.
+NEEDS = {
+    "own": "vibroimpact",
+    "scipy": "scipy",
+    "heyoka": "heyoka",
+    "pydiffsol": "pydiffsol",
+    "numbalsoda": "numbalsoda",
+    "diffrax": "diffrax",
+    "sundae": "sksundae",
+    "siconos": "siconos",
+}
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What a method is asked for: relative, and absolute in the problem's units."""
+
+    relative: float
+    absolute: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found: the state at the end, and every time of impact in order."""
+
+    state: np.ndarray
+    times: np.ndarray
+
+
+Run = Callable[[], Outcome]
+
+
+def available(wanted: Sequence[str] = tuple(NEEDS)) -> list[str]:
+    """Those of the contestants wanted that are installed."""
+    return [name for name in wanted if importlib.util.find_spec(NEEDS[name]) is not None]
+
+
+def contestant(name: str) -> ModuleType:
+    """The module of a contestant."""
+    return importlib.import_module(f"{__name__}.{name}")

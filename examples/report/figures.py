@@ -1,0 +1,102 @@
+"""Figures of the report: error against run time, one pair of axes for each problem, and all of them on one sheet.
+
+Wrong answers have no place on an axis of errors: they are marks in the strip above it. A contestant that was stopped, or that
+raised an exception, is a mark at the right edge of the strip or its left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+
+from .measure import Point
+
+LOWEST, HIGHEST, STRIP = 1e-16, 1.0, 1e2  # errors drawn; wrong answers lie between HIGHEST and STRIP
+COLOURS = {
+    "own": "#c1272d",
+    "scipy": "#3b6fb6",
+    "heyoka": "#222222",
+    "pydiffsol": "#2e8b57",
+    "numbalsoda": "#c98a1b",
+    "diffrax": "#7b4fa3",
+    "sundae": "#0b8f9c",
+    "siconos": "#8a5a44",
+}
+MARKERS = ("o", "s", "^", "D", "v")
+
+
+def draw(ax: plt.Axes, points: Sequence[Point], error: str) -> None:
+    """Draw one error of one problem's points."""
+    for package, colour in COLOURS.items():
+        methods = dict.fromkeys(p.method for p in points if p.package == package)
+        for method, marker in zip(methods, MARKERS, strict=False):
+            mine = [p for p in points if (p.package, p.method) == (package, method)]
+            draw_method(ax, mine, error, colour, marker)
+    ax.axhspan(HIGHEST, STRIP, color="0.93", zorder=0)
+    ax.set(xscale="log", yscale="log", ylim=(LOWEST / 3, STRIP))
+    ax.set_yticks([10.0**k for k in range(-16, 1, 4)])
+    ax.grid(alpha=0.3)
+
+
+def draw_method(ax: plt.Axes, points: Sequence[Point], error: str, colour: str, marker: str) -> None:
+    """Draw one method: its right answers joined in order of tolerance, its wrong ones and its stops in the strip."""
+    is_own = points[0].package == "own"
+    style = {"color": colour, "markersize": 6 if is_own else 4, "linewidth": 2.0 if is_own else 0.9, "zorder": 4 if is_own else 3}
+    right = [p for p in points if p.verdict == "right" and p.ratio is not None]
+    name = f"this library, {points[0].method}" if is_own else points[0].name
+    ax.plot(
+        [p.ratio for p in right], [max(getattr(p, error), LOWEST) for p in right], marker=marker, label=name,
+        markerfacecolor=colour if is_own else "white", **style,
+    )  # fmt: skip
+    wrong = [p.ratio for p in points if p.verdict != "right" and p.ratio is not None]
+    ax.plot(wrong, [math.sqrt(HIGHEST * STRIP)] * len(wrong), "x", color=colour, markersize=6)
+    row = 0.93 - 0.018 * (list(COLOURS).index(points[0].package) % 4)
+    stopped = [p for p in points if p.verdict.startswith(("stopped", "killed"))]
+    failed = [p for p in points if p.ratio is None and p not in stopped and not p.verdict.startswith("not tried")]
+    for found, mark, x in ((stopped, ">", 0.985), (failed, "+", 0.015)):
+        if found:
+            ax.plot([x], [row], mark, color=colour, markersize=6, transform=ax.transAxes, clip_on=False)
+
+
+def save(fig: plt.Figure, stem: Path) -> None:
+    """Write a figure as PNG and SVG, the latter without a date."""
+    fig.savefig(stem.with_suffix(".png"), dpi=110)
+    fig.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
+    plt.close(fig)
+
+
+def of_problem(points: Sequence[Point], title: str, stem: Path) -> None:
+    """Both errors of one problem."""
+    fig, axes = plt.subplots(1, 2, figsize=(12.5, 5), sharey=True, layout="constrained")
+    for ax, error, name in zip(axes, ("state_error", "time_error"), ("final state", "times of impact"), strict=True):
+        draw(ax, points, error)
+        ax.set(xlabel="run time, in runs of SciPy RK45 at rtol 1e-6 [-]", title=f"error of the {name}")
+    axes[0].set_ylabel("error, in the motion's own scale [-]")
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
+    fig.suptitle(title)
+    save(fig, stem)
+
+
+def sheet(points: Sequence[Point], titles: dict[str, str], stem: Path) -> None:
+    """The error of the final state of every problem, on one sheet."""
+    names = list(dict.fromkeys(p.problem for p in points))
+    rows = math.ceil(len(names) / 3)
+    fig, axes = plt.subplots(rows, 3, figsize=(14, 3.6 * rows), sharey=True, layout="constrained", squeeze=False)
+    handles = {}
+    for ax, name in zip(axes.flat, names, strict=False):
+        draw(ax, [p for p in points if p.problem == name], "state_error")
+        ax.set_title(titles[name], fontsize=10)
+        handles |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    for ax in axes.flat[len(names) :]:
+        ax.set_axis_off()
+    for ax in axes[:, 0]:
+        ax.set_ylabel("error of the final state [-]")
+    fig.supxlabel("run time, in runs of SciPy RK45 at rtol 1e-6 [-]")
+    fig.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6, fontsize=9)
+    save(fig, stem)

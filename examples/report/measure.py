@@ -1,0 +1,143 @@
+"""Measurements of one problem: first calls one after another, errors against the reference, times call by call in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
+
+import numpy as np
+
+from .contestants import Outcome, Tolerances, contestant
+from .problems import Problem
+from .reference import Reference
+from .trial import Contestant, Stopped
+
+ROUNDS = 5
+BUDGET = 0.25  # [s] of timed calls of one point: slow points are timed in fewer rounds
+MISSES = 2  # bounds passed in a row after which a method is asked for no finer tolerance
+FELL = 1e-2  # of the motion's scale: deeper in a stop than that at the end, it fell through
+BASE = ("scipy", "RK45", 1e-6)  # times are ratios to this one
+
+
+@dataclass(frozen=True)
+class Point:
+    """One contestant's method at one tolerance on one problem."""
+
+    problem: str
+    package: str
+    method: str
+    rtol: float
+    verdict: str
+    n_impacts: int | None = None
+    state_error: float | None = None
+    time_error: float | None = None
+    preparation: float | None = None
+    first_call: float | None = None
+    seconds: float | None = None
+    ratio: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Package and method."""
+        return f"{self.package} {self.method}"
+
+    @property
+    def error(self) -> float:
+        """The worse of the two errors; infinite for whatever is no right answer."""
+        return max(self.state_error, self.time_error) if self.verdict == "right" else float("inf")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is asked of whom: tolerances, and the bound of a call [s]."""
+
+    tolerances: Sequence[float]
+    bound: float
+    methods: Mapping[str, Sequence[str]]
+
+    def of(self, package: str, problem: Problem) -> list[str]:
+        """Methods of a package for a problem, all if none are named."""
+        every = contestant(package).methods(problem)
+        return [each for each in every if each in self.methods.get(package, every)]
+
+
+def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str, object]:
+    """Verdict and errors of what a run found."""
+    found, wanted = len(outcome.times), len(reference.times)
+    is_complete = found == wanted if problem.first is None else found >= wanted
+    common = min(found, wanted)
+    own_time = reference.scale[0] / reference.scale[-1]
+    state_error = float(np.abs((outcome.state - reference.state) / reference.scale).max())
+    late = np.abs(np.asarray(outcome.times)[:common] - reference.times[:common]) / own_time
+    depth = -min(problem.scene.gaps(outcome.state[: problem.scene.n_dof])) / reference.scale[0]
+    errors = {"n_impacts": found, "state_error": state_error, "time_error": float(late.max(initial=0.0))}
+    if not np.all(np.isfinite(outcome.state)):
+        return {"n_impacts": found, "verdict": "not finite"}
+    if depth > FELL:
+        return {**errors, "verdict": f"through the stop, {found} impacts"}
+    if not is_complete:
+        return {**errors, "verdict": f"{found} of {wanted} impacts"}
+    return {**errors, "verdict": "right"}
+
+
+def tolerances(rtol: float, reference: Reference) -> Tolerances:
+    """Relative tolerance, and a tenth of it in the motion's own positions."""
+    return Tolerances(rtol, 0.1 * rtol * float(reference.scale[0]))
+
+
+def first_calls(problem: Problem, reference: Reference, process: Contestant, plan: Plan) -> list[Point]:
+    """First calls of all methods of a package, from the loosest tolerance on."""
+    points = []
+    for method in plan.of(process.name, problem):
+        misses = 0
+        for rtol in plan.tolerances:
+            point = Point(problem.name, process.name, method, rtol, "not tried: stopped before")
+            if misses < MISSES:
+                point = first_call(point, problem, reference, process, plan.bound)
+                misses = misses + 1 if point.verdict.startswith(("stopped", "killed")) else 0
+            points.append(point)
+    return points
+
+
+def first_call(point: Point, problem: Problem, reference: Reference, process: Contestant, bound: float) -> Point:
+    """The first call of one point, or what went wrong."""
+    try:
+        first = process.first(problem.name, point.method, tolerances(point.rtol, reference), bound)
+    except (Stopped, RuntimeError) as trouble:
+        return replace(point, verdict=str(trouble))
+    found = judged(problem, reference, first.outcome)
+    return replace(point, preparation=first.preparation, first_call=first.call, **found)
+
+
+def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str, Contestant], bound: float) -> list[Point]:
+    """The same points with their times: each round calls every one that has not used its budget up."""
+    running = {point: [] for point in points if point.first_call is not None}
+    repeats: dict[Point, int] = {}
+    for turn in range(ROUNDS):
+        for point, times in running.items():
+            process, arguments = processes[point.package], (point.method, tolerances(point.rtol, reference))
+            if turn and (not times or sum(times) * repeats[point] > BUDGET):
+                continue
+            try:
+                if not turn:
+                    slow = point.first_call > BUDGET
+                    repeats[point] = 1 if slow else process.ask(2 * bound, "repeats", *arguments)
+                times.append(process.ask(2 * bound, "seconds", *arguments, repeats[point]))
+            except (Stopped, RuntimeError):
+                continue  # lost with a process that was killed: its first call stands
+    took = {point: median(times) if times else point.first_call for point, times in running.items()}
+    base = next((t for p, t in took.items() if (p.package, p.method, p.rtol) == BASE), None)
+    return [
+        replace(point, seconds=took[point], ratio=took[point] / base if base else None) if point in took else point
+        for point in points
+    ]
+
+
+def measured(problem: Problem, reference: Reference, processes: Mapping[str, Contestant], plan: Plan) -> list[Point]:
+    """All points of a problem."""
+    points = [point for process in processes.values() for point in first_calls(problem, reference, process, plan)]
+    points = timed(points, reference, processes, plan.bound)
+    for process in processes.values():
+        process.ask(plan.bound, "forget")
+    return points

@@ -1,0 +1,140 @@
+"""The problems of the report: a scene, a start and an end each; what they are is said once, here.
+
+Spans are chosen so that the condition number (`condition.py`, printed in the report) stays below 1e4: a longer chaotic run has
+no digits left at the finest levels, for anybody; and so that SciPy ends within the bound at most tolerances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import vibroimpact as vi
+
+STIFF_DAMPING = 0.02  # C = STIFF_DAMPING * K: the stiff mode is overdamped, as a stiff bearing or a contact layer is
+GRAVITY = 9.81  # [m/s^2]
+DEPTHS = tuple(10.0 ** (-1 - 0.5 * k) for k in range(10))  # overshoots of the shallow contacts, in amplitudes
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What every contestant is asked for: the state at the end, and the times of impact on the way there.
+
+    `first`: None, or the number of impacts that are asked for where the whole number is infinite.
+    """
+
+    name: str
+    title: str
+    scene: vi.Scene
+    q0: tuple[float, ...]
+    v0: tuple[float, ...]
+    end: float
+    first: int | None = None
+
+    @property
+    def start(self) -> np.ndarray:
+        """State at time zero, positions before velocities."""
+        return np.array([*self.q0, *self.v0])
+
+
+def oscillator() -> Problem:
+    """One degree of freedom, forced below its resonance, one stop."""
+    scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic(1, 0.8), vi.Stop(0, 0.5, 0.8))
+    return Problem("oscillator", "One-degree oscillator with a stop", scene, (0.0,), (0.5,), 60.0)
+
+
+def first_kind() -> Problem:
+    """The paper's first kind, driven harder than its orbit needs, so that one pendulum hits and then the other."""
+    scene = vi.paper_scene(kind=1).replace(forcing_scale=1.5, phase=1.3)
+    return Problem("kind_1", "Two linear pendulums, the paper's first kind", scene, (0.7, 0.7), (-0.1, -0.2), 100.0)
+
+
+def second_kind() -> Problem:
+    """The paper's second kind: from nearby onto the orbit on which the upper pendulum hits."""
+    scene = vi.paper_scene(kind=2).replace(phase=0.3)
+    return Problem("kind_2", "Two linear pendulums, the paper's second kind", scene, (0.45, 0.34), (-0.2, 0.1), 150.0)
+
+
+def third_kind() -> Problem:
+    """The paper's third kind: onto the orbit on which the lower pendulum hits."""
+    scene = vi.paper_scene(kind=3)
+    return Problem("kind_3", "Two linear pendulums, the paper's third kind", scene, (0.02, -0.1), (0.0, 0.3), 150.0)
+
+
+def pendulum() -> Problem:
+    """The double pendulum of eq. (3) with angles up to half a radian and a stop for each."""
+    scene = vi.paper_scene(kind=3, linear=False).replace(forcing_scale=3.0, clearance=0.5)
+    return Problem("pendulum", "Nonlinear double pendulum, large angles", scene, (0.1, -0.3), (0.0, 0.6), 100.0)
+
+
+def chain() -> Problem:
+    """Five links, a plane wall for the fourth bob."""
+    system = vi.PendulumChain([1.0, 0.8, 0.7, 0.6, 0.5], [0.5, 0.4, 0.35, 0.3, 0.25], 0.05)
+    scene = vi.Scene(system, vi.BaseMotion(0.1, 4.0), vi.Wall(3, 0.15, 0.6))
+    return Problem("chain", "Chain of five pendulums with a plane wall", scene, (0.1, 0.05, 0.0, -0.1, 0.2), (0.0,) * 5, 10.0)
+
+
+def stiff(ratio: float) -> Problem:
+    """A light mass on a soft spring, a heavy one on a spring `ratio` times as stiff behind it, a stop for the heavy one."""
+    stiffness = np.array([[1.0 + ratio, -ratio], [-ratio, ratio]])
+    system = vi.LinearSystem([[0.1, 0.0], [0.0, 1.0]], STIFF_DAMPING * stiffness, stiffness)
+    scene = vi.Scene(system, vi.Harmonic([1.0, 0.0], 0.6), vi.Stop(1, 0.3, 0.7))
+    title = f"Stiff pair, ratio 1e{round(np.log10(ratio))}, coordinates of the masses"
+    return Problem(f"stiff_{round(np.log10(ratio))}", title, scene, (0.0, 0.0), (0.3, 0.3), 40.0)
+
+
+def stiff_by_elongation(ratio: float) -> Problem:
+    """The same pair, with the elongation of the stiff spring as second coordinate: no entry hides digits of another."""
+    stiffness = np.diag([1.0, ratio])
+    system = vi.LinearSystem([[1.1, 1.0], [1.0, 1.0]], STIFF_DAMPING * stiffness, stiffness)
+    scene = vi.Scene(system, vi.Harmonic([1.0, 0.0], 0.6), vi.Stop([1.0, 1.0], 0.3, 0.7))
+    title = f"Stiff pair, ratio 1e{round(np.log10(ratio))}, coordinate of the stiff spring"
+    return Problem(f"stiff_{round(np.log10(ratio))}_spring", title, scene, (0.0, 0.0), (0.3, 0.0), 40.0)
+
+
+def ball() -> Problem:
+    """A ball dropped from one metre: infinitely many bounces in 8.6 s, then at rest."""
+    system = vi.LinearSystem([1.0], [0.0], [0.0], load=[-GRAVITY])
+    scene = vi.Scene(system, None, vi.Stop(0, 0.0, 0.9, side="lower"))
+    return Problem("ball", "Bouncing ball to rest", scene, (1.0,), (0.0,), 10.0, first=20)
+
+
+def shallow() -> Problem:
+    """Free oscillators side by side, each of which passes its stop once, by a tenth to 3e-6 of its amplitude."""
+    w = 1.0 + 0.13 * np.arange(len(DEPTHS))
+    damping = 0.02
+    stops = [vi.Stop(i, peak(w[i], damping) * (1.0 - depth), 0.8) for i, depth in enumerate(DEPTHS)]
+    scene = vi.Scene(vi.LinearSystem(np.ones(len(w)), 2.0 * damping * w, w**2), None, stops)
+    return Problem("shallow", "Shallow contacts, ten oscillators", scene, (0.0,) * len(w), tuple(w.tolist()), 6.0)
+
+
+def peak(frequency: float, damping: float) -> float:
+    """Height of the first peak of an oscillator that starts from zero at the speed of its frequency."""
+    ring = np.sqrt(1.0 - damping**2)
+    time = np.arctan2(ring, damping) / (frequency * ring)
+    return float(np.exp(-damping * frequency * time) * np.sin(frequency * ring * time) / ring)
+
+
+def sticking() -> Problem:
+    """An oscillator pressed on its stop: in each period it bounces to rest, sticks and is let go."""
+    scene = vi.Scene(vi.LinearSystem(1, 0.2, 1, load=[0.5]), vi.Harmonic(1.5, 0.7), vi.Stop(0, 0.4, 0.5))
+    return Problem("sticking", "Chattering and sticking oscillator", scene, (0.0,), (0.0,), 40.0, first=5)
+
+
+def problems() -> list[Problem]:
+    """All of them, the simplest first."""
+    return [
+        oscillator(),
+        first_kind(),
+        second_kind(),
+        third_kind(),
+        pendulum(),
+        # chain(),
+        stiff(1e4),
+        stiff_by_elongation(1e4),
+        stiff_by_elongation(1e8),
+        ball(),
+        shallow(),
+        sticking(),
+    ]

@@ -1,0 +1,60 @@
+"""The README's block on the report: its first figure and three numbers, read from the report's table of points."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from statistics import median
+
+from .front import OWN, front
+from .measure import BASE, Point
+
+START, END = "<!-- report -->", "<!-- /report -->"
+LEVEL = 1e-9
+NUMBERS = ("n_impacts", "state_error", "time_error", "preparation", "first_call", "seconds", "ratio", "rtol")
+
+
+def read(path: Path) -> list[Point]:
+    """Points of a table written before."""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return [Point(**{key: number(value) if key in NUMBERS else value for key, value in row.items()}) for row in rows]
+
+
+def number(text: str) -> float | None:
+    """A number, None for an empty cell."""
+    return float(text) if text else None
+
+
+def block(points: list[Point]) -> str:
+    """The figure and the three numbers."""
+    leads = front(points)
+    ahead = sum(lead.is_own for lead in leads)
+    ratios = [lead.ratio for lead in leads if lead.ratio is not None]
+    times = [1.0 / lead.own.ratio for lead in leads if lead.level == LEVEL and lead.own and lead.own.ratio]
+    ball = [p for p in points if p.problem == "ball" and not p.verdict.startswith("not tried")]
+    right = {mine: [p.verdict == "right" for p in ball if (p.package == OWN) is mine] for mine in (True, False)}
+    return "\n".join(
+        [
+            START,
+            "![Error of the final state against run time, every problem](docs/report/figures/error_vs_runtime.png)",
+            "",
+            f"- At {ahead} of {len(leads)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster; the fastest peer takes",
+            f"  {median(ratios):.2g} times as long (median; at worst {min(ratios):.2g}).",
+            f"- To an error of {LEVEL:.0e} it takes the {median(times):.3g}th part (median) of the time of SciPy {BASE[1]} at rtol {BASE[2]:g}.",
+            f"- A bouncing ball to rest: right in {sum(right[True])} of {len(right[True])} runs here, in {sum(right[False])} of"
+            f" {len(right[False])} runs of all others.",
+            "",
+            "[Every problem, rule and number](docs/report/error_vs_runtime.md), made by `python examples/error_vs_runtime.py`.",
+            END,
+        ]
+    )
+
+
+def update(readme: Path, table: Path) -> None:
+    """Write the block between its marks; a README without them is left alone."""
+    text = readme.read_text()
+    if START not in text or END not in text:
+        return
+    before, rest = text.split(START, 1)
+    readme.write_text(before + block(read(table)) + rest.split(END, 1)[1])
