@@ -10,7 +10,7 @@ from .many_digits import Flight, Functions
 from .problems import Problem
 
 COLUMNS = 12  # of the extrapolation: order 24
-STEP = 0.1  # longest step, in units of the problem's time
+STEP = 0.02  # longest step, in units of the problem's time
 
 
 def midpoint(functions: Functions, t: Any, x: list[Any], length: Any, count: int) -> list[Any]:

@@ -37,6 +37,11 @@ class Problem:
         """State at time zero, positions before velocities."""
         return np.array([*self.q0, *self.v0])
 
+    @property
+    def is_stiff(self) -> bool:
+        """Whether implicit methods are worth a trial."""
+        return self.name.startswith("stiff")
+
 
 def oscillator() -> Problem:
     """One degree of freedom, forced below its resonance, one stop."""
@@ -130,7 +135,7 @@ def problems() -> list[Problem]:
         second_kind(),
         third_kind(),
         pendulum(),
-        # chain(),
+        chain(),
         stiff(1e4),
         stiff_by_elongation(1e4),
         stiff_by_elongation(1e8),

@@ -1,0 +1,56 @@
+"""scikit-sundae: CVODE of SUNDIALS; terminal events, the impact by hand, a new start after each."""
+
+from __future__ import annotations
+
+import numpy as np
+from sksundae.cvode import CVODE
+
+from ..equations import equations
+from ..problems import Problem
+from . import Outcome, Run, Tolerances
+
+DISTRIBUTION = "scikit-sundae"
+STEPS = 10**7  # allowed in one flight
+
+
+def methods(_: Problem) -> list[str]:
+    """Both families of CVODE."""
+    return ["Adams", "BDF"]
+
+
+def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
+    """Events and restarts."""
+    formulas = equations(problem.scene)
+    n, acceleration = formulas.n_dof, formulas.acceleration.function()
+    gaps, impacts = [each.function() for each in formulas.gaps], [each.function() for each in formulas.impacts]
+
+    def rate(t, x, dx):
+        x = x.tolist()
+        dx[:n] = x[n:]
+        dx[n:] = acceleration(t, *x)
+
+    def distances(_, x, out):
+        q = x[:n].tolist()
+        for k, gap in enumerate(gaps):
+            out[k] = gap(*q)[0]
+
+    distances.terminal, distances.direction = [True] * len(gaps), [-1] * len(gaps)
+    options = {"rtol": tolerances.relative, "atol": tolerances.absolute, "max_num_steps": STEPS}
+    solver = CVODE(rate, method=method, eventsfn=distances, num_events=len(gaps), **options)
+
+    def run() -> Outcome:
+        t, x, times = 0.0, problem.start, []
+        while t < problem.end:
+            flight = solver.solve([t, problem.end], x)
+            if not flight.success:
+                raise RuntimeError(flight.message)
+            t, x = float(flight.t[-1]), flight.y[-1].copy()
+            if t >= problem.end:
+                break
+            for impact, hit in zip(impacts, np.atleast_2d(flight.i_events)[-1], strict=True):
+                if hit:
+                    x[n:] = impact(*x.tolist())
+                    times.append(t)
+        return Outcome(x, np.array(times))
+
+    return run
