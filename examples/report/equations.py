@@ -213,10 +213,11 @@ def equations(scene: vi.Scene, number: Number = float) -> Equations:
     """All formulas of a scene."""
     n = scene.n_dof
     q, v = [f"q{i}" for i in range(n)], [f"v{i}" for i in range(n)]
+    gaps, impacts = ([each(stop, scene, number) for stop in scene.stops] for each in (gap, impact))
     move = accelerations(scene, number)
     return Equations(
         n,
         traced(lambda t, *x: move(t, x[:n], x[n:]), ["t", *q, *v]),
-        tuple(traced(lambda *x, f=gap(stop, scene, number): [f(x)], q) for stop in scene.stops),
-        tuple(traced(lambda *x, f=impact(stop, scene, number): f(x[:n], x[n:]), [*q, *v]) for stop in scene.stops),
+        tuple(traced(lambda *x, each=each: [each(x)], q) for each in gaps),
+        tuple(traced(lambda *x, each=each: each(x[:n], x[n:]), [*q, *v]) for each in impacts),
     )

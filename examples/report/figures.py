@@ -15,7 +15,9 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-from .measure import Point
+from .measure import Point, is_base_stopped
+
+plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "error against run time"})
 
 LOWEST, HIGHEST, STRIP = 1e-16, 1.0, 1e2  # errors drawn; wrong answers lie between HIGHEST and STRIP
 COLOURS = {
@@ -76,7 +78,8 @@ def of_problem(points: Sequence[Point], title: str, stem: Path) -> None:
     fig, axes = plt.subplots(1, 2, figsize=(12.5, 5), sharey=True, layout="constrained")
     for ax, error, name in zip(axes, ("state_error", "time_error"), ("final state", "times of impact"), strict=True):
         draw(ax, points, error)
-        ax.set(xlabel="run time, in runs of SciPy RK45 at rtol 1e-6 [-]", title=f"error of the {name}")
+        base = "the bound" if is_base_stopped(points) else "SciPy RK45 at rtol 1e-6"
+        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {name}")
     axes[0].set_ylabel("error, in the motion's own scale [-]")
     axes[1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
     fig.suptitle(title)
@@ -97,6 +100,8 @@ def sheet(points: Sequence[Point], titles: dict[str, str], stem: Path) -> None:
         ax.set_axis_off()
     for ax in axes[:, 0]:
         ax.set_ylabel("error of the final state [-]")
-    fig.supxlabel("run time, in runs of SciPy RK45 at rtol 1e-6 [-]")
+    for k, ax in enumerate(axes.flat[: len(names)]):
+        if k + 3 >= len(names):
+            ax.set_xlabel("run time / SciPy RK45 at rtol 1e-6 [-]")
     fig.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6, fontsize=9)
     save(fig, stem)

@@ -1,4 +1,4 @@
-"""Formulas as straight lines of operations: written once with plain numbers and symbols, read by every contestant in its own form.
+"""Formulas as straight lines of operations: written once with numbers and symbols, read by every contestant in its own form.
 
 A formula is a Python function of symbols. `traced` runs it and keeps each operation as one line, `x7 = x2 * x5`, and so the
 same formula becomes a function of floats, of arrays, of heyoka's expressions, a Numba function, lines of another language or
@@ -54,29 +54,36 @@ class Symbol:
     name: str
 
     def __add__(self, other: Any) -> Any:
+        """Sum."""
         return self if is_number(other, 0) else self.tape.put("+", self, other)
 
     def __sub__(self, other: Any) -> Any:
+        """Difference."""
         return self if is_number(other, 0) else self.tape.put("-", self, other)
 
     def __mul__(self, other: Any) -> Any:
+        """Product."""
         if is_number(other, 0):
             return other
         return self if is_number(other, 1) else self.tape.put("*", self, other)
 
     def __truediv__(self, other: Any) -> Any:
+        """Quotient."""
         return self if is_number(other, 1) else self.tape.put("/", self, other)
 
     __radd__ = __add__
     __rmul__ = __mul__
 
     def __rsub__(self, other: Any) -> Any:
+        """Difference from a number."""
         return self.tape.put("-", other, self)
 
     def __rtruediv__(self, other: Any) -> Any:
+        """Quotient of a number."""
         return self.tape.put("/", other, self)
 
     def __neg__(self) -> Any:
+        """The value with the other sign."""
         return self * -1
 
 
@@ -120,6 +127,4 @@ def traced(formula: Formula, arguments: Sequence[str]) -> Traced:
     """Write a formula out; it is called with one symbol for each argument."""
     tape = Tape()
     results = formula(*(Symbol(tape, name) for name in arguments))
-    return Traced(
-        tuple(arguments), tuple(tape.lines), tuple(each.name if isinstance(each, Symbol) else each for each in results)
-    )
+    return Traced(tuple(arguments), tuple(tape.lines), tuple(each.name if isinstance(each, Symbol) else each for each in results))

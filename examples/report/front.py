@@ -16,7 +16,7 @@ OWN = "own"
 
 @dataclass(frozen=True)
 class Lead:
-    """Who leads at one level of one problem; `ratio`: the fastest peer's time over the library's, None where either is missing."""
+    """Who leads at one level of one problem: the fastest of the library's points and of the peers'."""
 
     problem: str
     level: float
@@ -25,7 +25,7 @@ class Lead:
 
     @property
     def ratio(self) -> float | None:
-        """How many times as long the fastest peer takes."""
+        """How many times as long the fastest peer takes, None where either is missing."""
         return self.peer.seconds / self.own.seconds if self.own and self.peer else None
 
     @property
@@ -36,9 +36,14 @@ class Lead:
         return label(self.own if self.own.seconds <= self.peer.seconds else self.peer)
 
     @property
-    def is_own(self) -> bool:
-        """Whether no peer is faster."""
-        return self.own is not None and (self.peer is None or self.own.seconds <= self.peer.seconds)
+    def is_reached(self) -> bool:
+        """Whether anybody reaches the level."""
+        return self.own is not None or self.peer is not None
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether a peer is faster, or alone there."""
+        return self.peer is not None and (self.own is None or self.peer.seconds < self.own.seconds)
 
 
 def label(point: Point) -> str:

@@ -27,10 +27,7 @@ def state_matrix(problem: Problem) -> Any:
     phase = mp.mpf(forcing.phase) if forcing else mp.mpf(0)
     crest, rise = (-phase / w, -phase / w - quarter) if forcing else (mp.mpf(0), mp.mpf(0))  # cosine 1; cosine 0
     load = functions.acceleration(rise, *zero)
-    if not forcing:
-        wave = [mp.mpf(0)] * n
-    else:
-        wave = [a - b for a, b in zip(functions.acceleration(crest, *zero), load, strict=True)]
+    wave = [a - b if forcing else mp.mpf(0) for a, b in zip(functions.acceleration(crest, *zero), load, strict=True)]
     a = mp.zeros(2 * n + 3)
     for i in range(n):
         a[i, n + i] = 1

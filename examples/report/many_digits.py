@@ -30,11 +30,17 @@ class Piece(Protocol):
 
     length: Any
 
-    def grid(self) -> np.ndarray: ...
+    def grid(self) -> np.ndarray:
+        """Times at which the gaps are sampled."""
+        ...
 
-    def positions(self, s: np.ndarray) -> np.ndarray: ...
+    def positions(self, s: np.ndarray) -> np.ndarray:
+        """Positions in doubles, (m, n)."""
+        ...
 
-    def state(self, s: Any) -> list[Any]: ...
+    def state(self, s: Any) -> list[Any]:
+        """Positions and velocities in many digits."""
+        ...
 
 
 #: Makes the pieces of the flight from (t, x), one after another, each from the end of the one before.

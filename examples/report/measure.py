@@ -75,7 +75,7 @@ def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str
     if not np.all(np.isfinite(outcome.state)):
         return {"n_impacts": found, "verdict": "not finite"}
     if depth > FELL:
-        return {**errors, "verdict": f"through the stop, {found} impacts"}
+        return {**errors, "verdict": "through the stop"}
     if not is_complete:
         return {**errors, "verdict": f"{found} of {wanted} impacts"}
     return {**errors, "verdict": "right"}
@@ -127,11 +127,13 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
             except (Stopped, RuntimeError):
                 continue  # lost with a process that was killed: its first call stands
     took = {point: median(times) if times else point.first_call for point, times in running.items()}
-    base = next((t for p, t in took.items() if (p.package, p.method, p.rtol) == BASE), None)
-    return [
-        replace(point, seconds=took[point], ratio=took[point] / base if base else None) if point in took else point
-        for point in points
-    ]
+    base = next((t for p, t in took.items() if (p.package, p.method, p.rtol) == BASE), bound)
+    return [replace(point, seconds=took[point], ratio=took[point] / base) if point in took else point for point in points]
+
+
+def is_base_stopped(points: Sequence[Point]) -> bool:
+    """Whether the contestant that times are ratios to was stopped, so that they are ratios to the bound."""
+    return not any((p.package, p.method, p.rtol) == BASE and p.seconds is not None for p in points)
 
 
 def measured(problem: Problem, reference: Reference, processes: Mapping[str, Contestant], plan: Plan) -> list[Point]:

@@ -6,32 +6,32 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import median
 
-from .front import LEVELS, OWN, Lead, label
+from .front import LEVELS, Lead, label
 from .measure import BASE, BUDGET, FELL, MISSES, ROUNDS, Plan, Point
 from .page import table
 from .problems import Problem
 from .reference import Reference
 
-INTRODUCTION = """Who is the fastest at a given error? Each problem below has a reference of many digits. The library and what a user would
-pick instead follow it at relative tolerances from {loosest:.0e} to {finest:.0e}; the absolute tolerance is a tenth of the relative one, in
-the largest position of the motion."""
+INTRODUCTION = """Who is the fastest at a given error? Each problem below has a reference of many digits. The library and what a
+user would pick instead follow it at relative tolerances from {loosest:.0e} to {finest:.0e}; the absolute tolerance is a tenth of
+the relative one, in the largest position of the motion."""
 
 RULES = """## Rules
 
 - *Error of the final state*: the largest component of its difference from the reference, positions in units of the largest
-  position of the motion, velocities in units of its largest velocity. *Error of the impact times*: the largest difference by index, in
-  units of largest position over largest velocity. An answer reaches a level if both errors do.
-- *A wrong answer has no error*: a number of impacts other than the reference's, or a final position deeper than {fell:g} of the
-  motion's size in a stop, is a cross in the grey strip of the figures. Where the impacts accumulate, and their number is infinite,
-  the first ones are asked for, and the state at the end.
-- *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of up to
-  {rounds} rounds (points slower than {budget:g} s a call are timed once or twice). Every run starts from the problem's first state and
-  gives the final state and every impact time. Times are ratios to {package} {method} at rtol {rtol:g} in the same run. Compilation and first
-  calls are apart, in a table of their own.
-- *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; after {misses} of them in a row finer tolerances are not
-  tried. An exception is a plus at the left edge.
-- *Leader* of a level: the fastest point that reaches it. The ratio is the fastest peer's time over the library's: above 1 the library
-  is the faster."""
+  position of the motion, velocities in units of its largest velocity. *Error of the impact times*: the largest difference by
+  index, in units of largest position over largest velocity. An answer reaches a level if both errors do.
+- *A wrong answer has no error*: a number of impacts other than the reference's, or a final position deeper than {fell:g} of
+  the motion's size in a stop, is a cross in the grey strip of the figures. Where the impacts accumulate, and their number is
+  infinite, the first ones are asked for, and the state at the end.
+- *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of
+  up to {rounds} rounds (points slower than {budget:g} s a call are timed once or twice). Every run starts from the problem's
+  first state and gives the final state and every impact time. Times are ratios to {package} {method} at rtol {rtol:g} in the
+  same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table of their own.
+- *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; after {misses} of them in a row finer
+  tolerances are not tried. An exception is a plus at the left edge.
+- *Leader* of a level: the fastest point that reaches it. The ratio is the fastest peer's time over the library's: above 1 the
+  library is the faster."""
 
 
 def sentence(lead: Lead) -> str:
@@ -42,12 +42,18 @@ def sentence(lead: Lead) -> str:
 
 def verdict(leads: Sequence[Lead]) -> str:
     """How often the library leads, and where it does not."""
-    lost = [lead for lead in leads if not lead.is_own]
-    text = f"The library is the fastest at {len(leads) - len(lost)} of {len(leads)} pairs of problem and level."
+    reached, lost = [lead for lead in leads if lead.is_reached], [lead for lead in leads if lead.is_lost]
+    text = f"Of {len(leads)} pairs of problem and level, {len(reached)} are reached by anybody; the library leads {{}} of them."
+    text = text.format(len(reached) - len(lost))
     if not lost:
         return text
-    places = "; ".join(f"{x.problem} at {x.level:.0e} ({x.leader}, ratio {x.ratio or 0:.2f})" for x in lost)
-    return f"{text} It is not at: {places}."
+    places = "; ".join(f"{x.problem} at {x.level:.0e} ({x.leader}, {behind(x)})" for x in lost)
+    return f"{text} It does not at: {places}."
+
+
+def behind(lead: Lead) -> str:
+    """How far behind the library is."""
+    return "which alone reaches it" if lead.ratio is None else f"ratio {lead.ratio:.2f}"
 
 
 def leaders(leads: Sequence[Lead], titles: Mapping[str, str]) -> str:
@@ -78,7 +84,7 @@ def at_a_glance(leads: Sequence[Lead], titles: Mapping[str, str]) -> str:
 def cell(lead: Lead) -> str:
     """A ratio, or who alone reaches the level."""
     if lead.ratio is not None:
-        return f"{lead.ratio:.3g}" if lead.is_own else f"**{lead.ratio:.3g}**"
+        return f"**{lead.ratio:.3g}**" if lead.is_lost else f"{lead.ratio:.3g}"
     if lead.own is not None:
         return "no peer"
     return "**peer alone**" if lead.peer is not None else "nobody"
@@ -162,8 +168,3 @@ def parts(
         f"## Right answers\n\n{scores(points)}",
         f"## Compilation and first calls\n\nMedians over problems and tolerances.\n\n{preparations(points)}",
     ]
-
-
-def own(points: Sequence[Point]) -> list[Point]:
-    """The library's points."""
-    return [point for point in points if point.package == OWN]

@@ -1,6 +1,7 @@
 """numbalsoda: compiled DOP853 and LSODA under Numba; the loop over the flights is compiled too.
 
-`solve_ivp` (DOP853) ends at a change of sign of an event, located to 1e-8; one Taylor step takes the state onto the stop. LSODA has
+`solve_ivp` (DOP853) ends at a change of sign of an event (of several in one step, the first of its list: so there is one, the
+smallest gap), located to 1e-8; one Taylor step takes the state onto the stop. LSODA has
 no events: it gives states at a dozen points in each period of the fastest motion that lasts, and the point of contact is found
 by restarts from the one before it.
 """
@@ -41,6 +42,8 @@ def compiled_formulas(problem: Problem):
     text += [f"    dx[{i}] = x[{n + i}]\n    dx[{n + i}] = a[{i}]" for i in range(n)]
     text += ["def distances(t, x, out, data):"]
     text += [f"    out[{k}] = gap{k}({q})[0]" for k in range(len(formulas.gaps))]
+    closest = ", ".join(f"gap{k}({q})[0]" for k in range(len(formulas.gaps)))
+    text += ["def smallest(t, x, out, data):", f"    out[0] = min(({closest},))"]
     text += ["def turn(k, x):"]
     for k, (gap, impact) in enumerate(zip(formulas.gaps, formulas.impacts, strict=True)):
         exec(gap.source(f"gap_of_{k}") + impact.source(f"impact_of_{k}"), space)
@@ -49,7 +52,7 @@ def compiled_formulas(problem: Problem):
         text += [f"        x[{n + i}] = r[{i}]" for i in range(n)]
     exec("\n".join(text) + "\n", space)
     rate, distances = nb.njit(space["rate"]), nb.njit(space["distances"])
-    return n, rate, distances, nb.njit(space["turn"]), nb.cfunc(lsoda_sig)(space["rate"]), nb.cfunc(lsoda_sig)(space["distances"])
+    return n, rate, distances, nb.njit(space["turn"]), nb.cfunc(lsoda_sig)(space["rate"]), nb.cfunc(lsoda_sig)(space["smallest"])
 
 
 @lru_cache(maxsize=4)
@@ -89,13 +92,16 @@ def loops(problem: Problem):
     @nb.njit
     def by_dop853(start, end, rtol, atol):
         t, x, times, count = 0.0, start.copy(), np.empty(MOST), 0
+        none, out = np.zeros(1), np.empty(n_stops)
         while t < end:
-            flight = solve_ivp(f, np.array([t, end]), x, np.array([end]), "DOP853", n_stops, g, 0, 0.0, 0.0, rtol, atol)
+            flight = solve_ivp(f, np.array([t, end]), x, np.array([end]), "DOP853", 1, g, 0, 0.0, 0.0, rtol, atol)
             if not flight.event_found:
                 if not flight.success:
                     raise RuntimeError("DOP853 failed")
                 return flight.y[-1].copy(), times[:count]
-            t, k, x = flight.t_event, flight.ind_event, flight.y_event.copy()
+            t, x = flight.t_event, flight.y_event.copy()
+            distances(t, x, out, none)
+            k = np.argmin(out)
             v = speed(t, x, k)
             if v < 0.0:
                 s = -distance(t, x, k) / v
