@@ -10,7 +10,7 @@ import numpy as np
 
 import vibroimpact as vi
 
-from .problems import Problem
+from .problems import Ensemble, Problem
 
 STEP = 1e-6  # of the scale: shallow contacts of 3e-6 are not lost
 
@@ -23,7 +23,9 @@ def final_state(problem: Problem, start: np.ndarray) -> np.ndarray:
 
 
 def condition(problem: Problem, scale: np.ndarray) -> float:
-    """Largest column sum of the scaled derivative of the final state by the start."""
+    """Largest entry of the scaled derivative of the final state by the start; of many starts, the median of the sample."""
+    if isinstance(problem, Ensemble):
+        return float(np.median([condition(problem.member(i), scale) for i in problem.sample]))
     columns = []
     for i, size in enumerate(scale):
         change = np.zeros_like(scale)

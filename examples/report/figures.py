@@ -50,7 +50,7 @@ def draw_method(ax: plt.Axes, points: Sequence[Point], error: str, colour: str, 
     """Draw one method: its right answers joined in order of tolerance, its wrong ones and its stops in the strip."""
     is_own = points[0].package == "own"
     style = {"color": colour, "markersize": 6 if is_own else 4, "linewidth": 2.0 if is_own else 0.9, "zorder": 4 if is_own else 3}
-    right = [p for p in points if p.verdict == "right" and p.ratio is not None]
+    right = [p for p in points if p.verdict == "right" and getattr(p, error) is not None]
     name = f"this library, {points[0].method}" if is_own else points[0].name
     ax.plot(
         [p.ratio for p in right], [max(getattr(p, error), LOWEST) for p in right], marker=marker, label=name,

@@ -8,14 +8,14 @@ from statistics import median
 
 import numpy as np
 
-from .contestants import Outcome, Tolerances, contestant
-from .problems import Problem
+from .contestants import Outcome, Tolerances, entrant
+from .contestants.ensembles import Ends
+from .problems import Ensemble, Problem
 from .reference import Reference
 from .trial import Contestant, Stopped
 
 ROUNDS = 5
 BUDGET = 0.25  # [s] of timed calls of one point: slow points are timed in fewer rounds
-MISSES = 2  # bounds passed in a row after which a method is asked for no finer tolerance
 FELL = 1e-2  # of the motion's scale: deeper in a stop than that at the end, it fell through
 BASE = ("scipy", "RK45", 1e-6)  # times are ratios to this one
 
@@ -36,6 +36,7 @@ class Point:
     first_call: float | None = None
     seconds: float | None = None
     ratio: float | None = None
+    share: float = 1.0  # of the work that a call does; times are those of the whole
 
     @property
     def name(self) -> str:
@@ -44,8 +45,8 @@ class Point:
 
     @property
     def error(self) -> float:
-        """The worse of the two errors; infinite for whatever is no right answer."""
-        return max(self.state_error, self.time_error) if self.verdict == "right" else float("inf")
+        """The worse of the two errors, of many starts that of the state; infinite for whatever is no right answer."""
+        return max(self.state_error, self.time_error or 0.0) if self.verdict == "right" else float("inf")
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,8 @@ class Plan:
 
     def of(self, package: str, problem: Problem) -> list[str]:
         """Methods of a package for a problem, all if none are named."""
-        every = contestant(package).methods(problem)
+        module = entrant(package, problem)
+        every = module.methods(problem) if module else []
         return [each for each in every if each in self.methods.get(package, every)]
 
 
@@ -81,6 +83,19 @@ def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str
     return {**errors, "verdict": "right"}
 
 
+def judged_together(problem: Ensemble, reference: Reference, ends: Ends) -> dict[str, object]:
+    """Verdict and median error of many trajectories, from those that have a reference."""
+    _, at, known = np.intersect1d(ends.rows, problem.sample, return_indices=True)
+    errors = np.abs((ends.states[at] - reference.state[known]) / reference.scale).max(axis=1)
+    wrong = int(np.count_nonzero(ends.counts[at] != reference.counts[known]))
+    found = {
+        "n_impacts": int(ends.counts[at].sum()),
+        "share": len(ends.rows) / len(problem.starts),
+        "state_error": float(np.median(errors)),
+    }
+    return {**found, "verdict": f"wrong number of impacts in {wrong} of {len(at)} trajectories" if wrong else "right"}
+
+
 def tolerances(rtol: float, reference: Reference) -> Tolerances:
     """Relative tolerance, and a tenth of it in the motion's own positions."""
     return Tolerances(rtol, 0.1 * rtol * float(reference.scale[0]))
@@ -90,12 +105,12 @@ def first_calls(problem: Problem, reference: Reference, process: Contestant, pla
     """First calls of all methods of a package, from the loosest tolerance on."""
     points = []
     for method in plan.of(process.name, problem):
-        misses = 0
+        is_over = False
         for rtol in plan.tolerances:
             point = Point(problem.name, process.name, method, rtol, "not tried: stopped before")
-            if misses < MISSES:
+            if not is_over:
                 point = first_call(point, problem, reference, process, plan.bound)
-                misses = misses + 1 if point.verdict.startswith(("stopped", "killed")) else 0
+                is_over = point.verdict.startswith(("stopped", "killed"))
             points.append(point)
     return points
 
@@ -106,7 +121,8 @@ def first_call(point: Point, problem: Problem, reference: Reference, process: Co
         first = process.first(problem.name, point.method, tolerances(point.rtol, reference), bound)
     except (Stopped, RuntimeError) as trouble:
         return replace(point, verdict=str(trouble))
-    found = judged(problem, reference, first.outcome)
+    judge = judged_together if isinstance(problem, Ensemble) else judged
+    found = judge(problem, reference, first.outcome)
     return replace(point, preparation=first.preparation, first_call=first.call, **found)
 
 
@@ -126,7 +142,7 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
                 times.append(process.ask(2 * bound, "seconds", *arguments, repeats[point]))
             except (Stopped, RuntimeError):
                 continue  # lost with a process that was killed: its first call stands
-    took = {point: median(times) if times else point.first_call for point, times in running.items()}
+    took = {point: (median(times) if times else point.first_call) / point.share for point, times in running.items()}
     base = next((t for p, t in took.items() if (p.package, p.method, p.rtol) == BASE), bound)
     return [replace(point, seconds=took[point], ratio=took[point] / base) if point in took else point for point in points]
 

@@ -14,6 +14,8 @@ import vibroimpact as vi
 
 STIFF_DAMPING = 0.02  # C = STIFF_DAMPING * K: the stiff mode is overdamped, as a stiff bearing or a contact layer is
 GRAVITY = 9.81  # [m/s^2]
+COUNT = (50, 40)  # starts of the ensembles, in a grid of two angles
+EVERY = 100
 DEPTHS = tuple(10.0 ** (-1 - 0.5 * k) for k in range(10))  # overshoots of the shallow contacts, in amplitudes
 
 
@@ -41,6 +43,23 @@ class Problem:
     def is_stiff(self) -> bool:
         """Whether implicit methods are worth a trial."""
         return self.name.startswith("stiff")
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble(Problem):
+    """One scene from many starts at once, (k, 2 n); each `EVERY`-th trajectory has a reference."""
+
+    starts: np.ndarray | None = None
+
+    @property
+    def sample(self) -> np.ndarray:
+        """Indices of the trajectories that have a reference."""
+        return np.arange(EVERY // 2, len(self.starts), EVERY)
+
+    def member(self, index: int) -> Problem:
+        """One trajectory."""
+        n, start = self.scene.n_dof, tuple(self.starts[index].tolist())
+        return Problem(self.name, self.title, self.scene, start[:n], start[n:], self.end)
 
 
 def oscillator() -> Problem:
@@ -127,6 +146,22 @@ def sticking() -> Problem:
     return Problem("sticking", "Chattering and sticking oscillator", scene, (0.0,), (0.0,), 40.0, first=5)
 
 
+def many(name: str, title: str, scene: vi.Scene) -> Ensemble:
+    """Two thousand starts at rest, ten periods of the forcing each."""
+    grid = np.meshgrid(np.linspace(-0.1, 0.05, COUNT[0]), np.linspace(-0.2, 0.05, COUNT[1]))
+    q = np.column_stack([each.ravel() for each in grid])
+    start = tuple(q[0].tolist())
+    return Ensemble(name, title, scene, start, (0.0, 0.0), 10 * scene.period, starts=np.hstack([q, 0.0 * q]))
+
+
+def ensembles() -> list[Ensemble]:
+    """The paper's third kind from many starts, linear and not."""
+    return [
+        many("many_linear", "2000 starts at once, linear pendulums", vi.paper_scene(kind=3)),
+        many("many_pendulums", "2000 starts at once, nonlinear pendulums", vi.paper_scene(kind=3, linear=False)),
+    ]
+
+
 def problems() -> list[Problem]:
     """All of them, the simplest first."""
     return [
@@ -142,4 +177,5 @@ def problems() -> list[Problem]:
         ball(),
         shallow(),
         sticking(),
+        *ensembles(),
     ]

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 
 from .front import LEVELS, Lead, label
-from .measure import BASE, BUDGET, FELL, MISSES, ROUNDS, Plan, Point
+from .measure import BASE, BUDGET, FELL, ROUNDS, Plan, Point
 from .page import table
-from .problems import Problem
+from .problems import COUNT, Problem
 from .reference import Reference
 
 INTRODUCTION = """Who is the fastest at a given error? Each problem below has a reference of many digits. The library and what a
@@ -28,8 +28,10 @@ RULES = """## Rules
   up to {rounds} rounds (points slower than {budget:g} s a call are timed once or twice). Every run starts from the problem's
   first state and gives the final state and every impact time. Times are ratios to {package} {method} at rtol {rtol:g} in the
   same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table of their own.
-- *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; after {misses} of them in a row finer
-  tolerances are not tried. An exception is a plus at the left edge.
+- *Many starts*: the error is the median over {sample} of the trajectories, which have a reference; a wrong number of impacts
+  in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all.
+- *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; finer tolerances are not tried then. An
+  exception is a plus at the left edge.
 - *Leader* of a level: the fastest point that reaches it. The ratio is the fastest peer's time over the library's: above 1 the
   library is the faster."""
 
@@ -96,13 +98,20 @@ def described(wanted: Mapping[Problem, Reference], conditions: Mapping[str, floa
         (
             problem.title,
             f"{problem.end:g}",
-            f"{len(reference.times)}{' of infinitely many' if problem.first else ''}",
+            impacts(problem, reference),
             f"{conditions[problem.name]:.2g}",
             reference.recipe,
         )
         for problem, reference in wanted.items()
     ]
     return table(["problem", "span", "impacts", "condition", "reference"], rows)
+
+
+def impacts(problem: Problem, reference: Reference) -> str:
+    """How many impacts a problem has."""
+    if len(reference.counts):
+        return f"{reference.counts.sum()} in {len(reference.counts)} of {COUNT[0] * COUNT[1]} trajectories"
+    return f"{len(reference.times)}{' of infinitely many' if problem.first else ''}"
 
 
 def trouble(points: Sequence[Point]) -> str:
@@ -149,8 +158,18 @@ def parts(
     """The parts of the page."""
     titles = {problem.name: problem.title for problem in wanted}
     package, method, rtol = BASE
+    sample = max(len(reference.counts) for reference in wanted.values())
+    few = max((round(p.share * COUNT[0] * COUNT[1]) for p in points if p.share < 1.0), default=0)
     rules = RULES.format(
-        fell=FELL, rounds=ROUNDS, budget=BUDGET, bound=plan.bound, misses=MISSES, package=package, method=method, rtol=rtol
+        sample=sample,
+        few=few,
+        fell=FELL,
+        rounds=ROUNDS,
+        budget=BUDGET,
+        bound=plan.bound,
+        package=package,
+        method=method,
+        rtol=rtol,
     )
     sections = []
     for problem in wanted:

@@ -15,15 +15,20 @@ import numpy as np
 
 FOLDER = Path(__file__).with_name("references")
 DIGITS = 25  # stored
+BALL = "the closed form t_k = sqrt(2 h/g) (1 + 2 (e + ... + e^k))"
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The right answer: times of impact, final state, and the motion's own scale, one number for each entry of the state."""
+    """The right answer: times of impact, final state, and the motion's own scale, one number for each entry of the state.
+
+    Of an ensemble: no times, but the number of impacts of each trajectory of the sample; their states are rows.
+    """
 
     times: np.ndarray
     state: np.ndarray
     scale: np.ndarray
+    counts: np.ndarray
     recipe: str
 
 
@@ -32,10 +37,11 @@ def load(name: str) -> Reference:
     text = (FOLDER / f"{name}.csv").read_text()
     recipe = " ".join(line[2:] for line in text.splitlines() if line.startswith("# "))
     rows = list(csv.reader(io.StringIO("\n".join(line for line in text.splitlines() if not line.startswith("# ")))))
-    found: dict[str, list[float]] = {"impact": [], "state": [], "scale": []}
+    found: dict[str, list[float]] = {"impact": [], "state": [], "scale": [], "count": []}
     for kind, value in rows[1:]:
         found[kind].append(float(value))
-    return Reference(*(np.array(found[kind]) for kind in ("impact", "state", "scale")), recipe)
+    times, state, scale, counts = (np.array(found[kind]) for kind in found)
+    return Reference(times, state.reshape(len(counts), -1) if len(counts) else state, scale, counts.astype(int), recipe)
 
 
 def largest(flights, n: int) -> list[float]:
@@ -45,40 +51,52 @@ def largest(flights, n: int) -> list[float]:
     return [q] * n + [v] * n
 
 
+def followed(problem):
+    """Flights of a problem in many digits, the largest difference of the second way, and the names of both ways."""
+    from mpmath import mp
+
+    from report import extrapolation, linear_flow, many_digits, taylor_flow
+
+    mp.dps = many_digits.DIGITS
+    if problem.name == "ball":
+        flights = many_digits.motion(problem, taylor_flow.TaylorFlow(problem))
+        return flights, by_ball(problem, flights), "Taylor series of the parabola", BALL
+    if hasattr(problem.scene.system, "mass"):
+        flights = many_digits.motion(problem, linear_flow.LinearFlow(problem))
+        difference = linear_flow.by_exponentials(problem, flights)
+        return flights, difference, "eigenvectors of the state matrix", "the matrix exponential of each flight"
+    flights = many_digits.motion(problem, taylor_flow.TaylorFlow(problem))
+    with mp.workdps(40):
+        difference = extrapolation.by_extrapolation(problem, flights)
+    return flights, difference, "Taylor series of order 44", "extrapolated midpoint steps of each flight"
+
+
 def make(name: str) -> None:
     """Compute one reference, check it, store it."""
     from mpmath import mp
 
-    from report import extrapolation, linear_flow, many_digits, problems, taylor_flow
+    from report import many_digits, problems
 
     problem = next(each for each in problems.problems() if each.name == name)
-    mp.dps = many_digits.DIGITS
-    if name == "ball":
-        method, check = "Taylor series of the parabola, exact", "the closed form t_k = sqrt(2 h/g) (1 + 2 (e + ... + e^k))"
-        flights = many_digits.motion(problem, taylor_flow.TaylorFlow(problem))
-        difference = by_ball(problem, flights)
-    elif hasattr(problem.scene.system, "mass"):
-        method, check = "eigenvectors of the state matrix", "the matrix exponential of each flight"
-        flights = many_digits.motion(problem, linear_flow.LinearFlow(problem))
-        difference = linear_flow.by_exponentials(problem, flights)
-    else:
-        method, check = "Taylor series of order 44", "extrapolated midpoint steps of each flight"
-        flights = many_digits.motion(problem, taylor_flow.TaylorFlow(problem))
-        mp.dps = 40
-        difference = extrapolation.by_extrapolation(problem, flights)
-        mp.dps = many_digits.DIGITS
-    times = [flight.end for flight in flights if flight.stop >= 0][: problem.first]
+    is_many = isinstance(problem, problems.Ensemble)
+    members = [problem.member(i) for i in problem.sample] if is_many else [problem]
+    motions = [followed(member) for member in members]
+    _, _, method, check = motions[0]
+    difference = max(motion[1] for motion in motions)
+    times = [[flight.end for flight in motion[0] if flight.stop >= 0][: problem.first] for motion in motions]
+    scale = np.max([largest(motion[0], problem.scene.n_dof) for motion in motions], axis=0)
     lines = [
         f"# {problem.title}: {method}, {many_digits.DIGITS} digits;",
         f"# ends of flights differ by at most {mp.nstr(difference, 2)} from {check}.",
         "kind,value",
-        *(f"impact,{mp.nstr(each, DIGITS)}" for each in times),
-        *(f"state,{mp.nstr(each, DIGITS)}" for each in flights[-1].before),
-        *(f"scale,{each!r}" for each in map(float, largest(flights, problem.scene.n_dof))),
+        *(f"impact,{mp.nstr(each, DIGITS)}" for each in ([] if is_many else times[0])),
+        *(f"count,{len(each)}" for each in (times if is_many else [])),
+        *(f"state,{mp.nstr(each, DIGITS)}" for motion in motions for each in motion[0][-1].before),
+        *(f"scale,{float(each)!r}" for each in scale),
     ]
     FOLDER.mkdir(exist_ok=True)
     (FOLDER / f"{name}.csv").write_text("\n".join(lines) + "\n")
-    print(name, len(times), "impacts,", mp.nstr(difference, 2), flush=True)
+    print(name, sum(map(len, times)), "impacts,", mp.nstr(difference, 2), flush=True)
 
 
 def by_ball(problem, flights):

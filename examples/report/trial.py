@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from .contestants import Outcome, Tolerances, contestant
+from .contestants import Outcome, Tolerances, contestant, entrant
 from .problems import problems
 from .timing import repeats_for, seconds
 
@@ -52,7 +52,8 @@ class Booth:
 
     def __init__(self, name: str) -> None:
         """Load the contestant."""
-        self.module = contestant(name)
+        self.name = name
+        contestant(name)
         self.problems = {problem.name: problem for problem in problems()}
         self.runs: dict[Any, Any] = {}
         self.preparation: dict[Any, float] = {}
@@ -64,7 +65,8 @@ class Booth:
     def prepare(self, name: str, method: str, tolerances: Tolerances) -> float:
         """Make a run ready; its time."""
         start = time.perf_counter()
-        self.runs[method, tolerances] = self.module.prepare(self.problems[name], method, tolerances)
+        problem = self.problems[name]
+        self.runs[method, tolerances] = entrant(self.name, problem).prepare(problem, method, tolerances)
         return time.perf_counter() - start
 
     def first(self, method: str, tolerances: Tolerances) -> tuple[float, Outcome]:
@@ -87,6 +89,7 @@ def serve(connection: Connection, name: str, core: int | None) -> None:
     if core is not None:
         os.sched_setaffinity(0, {core})
     signal.signal(signal.SIGALRM, alarm)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # some contestants print
     booth = Booth(name)
     while True:
         try:

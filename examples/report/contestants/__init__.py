@@ -15,6 +15,8 @@ from types import ModuleType
 
 import numpy as np
 
+from ..problems import Ensemble, Problem
+
 #: Module here, and the module that it needs.
 NEEDS = {
     "own": "vibroimpact",
@@ -55,3 +57,10 @@ def available(wanted: Sequence[str] = tuple(NEEDS)) -> list[str]:
 def contestant(name: str) -> ModuleType:
     """The module of a contestant."""
     return importlib.import_module(f"{__name__}.{name}")
+
+
+def entrant(name: str, problem: Problem) -> ModuleType | None:
+    """The module that a contestant enters for a problem, None if it has none for many starts."""
+    if not isinstance(problem, Ensemble):
+        return contestant(name)
+    return contestant(f"ensembles.{name}") if importlib.util.find_spec(f"{__name__}.ensembles.{name}") else None

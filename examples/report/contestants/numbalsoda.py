@@ -144,8 +144,10 @@ def loops(problem: Problem):
                 if abs(change) < 1e-9:
                     y = moved(t0 + s - change, y, change)
                     break
-                again, success = lsoda(f, low, np.array([t0, t0 + s]), none, rtol, atol, STEPS)
-                y = again[1].copy()
+                y = moved(t0, low, s)
+                if s > OFF:
+                    again, success = lsoda(f, low, np.array([t0, t0 + s]), none, rtol, atol, STEPS)
+                    y = again[1].copy()
             t, x = t0 + s, y
             turn(hit, x)
             times[count] = t

@@ -1,0 +1,65 @@
+"""heyoka in batch mode: as many trajectories at once as the processor has lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import heyoka as hy
+import numpy as np
+
+from ...problems import Ensemble
+from .. import Tolerances
+from ..heyoka import system
+from . import Ends
+
+
+def methods(_: Ensemble) -> list[str]:
+    """One."""
+    return ["Taylor, batch"]
+
+
+class Impact:
+    """The impact on one stop in one lane, counted."""
+
+    def __init__(self, formula, n: int, counts: np.ndarray) -> None:
+        """Take the formula of the velocities afterwards and the counts that all stops share."""
+        self.formula, self.n, self.counts = formula, n, counts
+
+    def __call__(self, integrator, _, lane: int) -> bool:
+        """Turn the velocities and go on."""
+        state = integrator.state
+        state[self.n :, lane] = self.formula(*state[:, lane].tolist())
+        self.counts[lane] += 1
+        return True
+
+
+def prepare(problem: Ensemble, _: str, tolerances: Tolerances) -> Callable[[], Ends]:
+    """One integrator for all batches."""
+    formulas, rates, gaps = system(problem)
+    n, lanes = formulas.n_dof, hy.recommended_simd_size()
+    falling = hy.event_direction.negative
+    events = [
+        hy.t_event_batch(gap, callback=Impact(each.function(), n, np.zeros(lanes, int)), direction=falling)
+        for gap, each in zip(gaps, formulas.impacts, strict=True)
+    ]
+    integrator = hy.taylor_adaptive_batch(
+        rates, np.ascontiguousarray(problem.starts[:lanes].T), tol=tolerances.relative, t_events=events
+    )
+    counts = np.zeros(lanes, int)
+    for event in integrator.t_events:  # callbacks are copied with the events
+        event.callback.counts = counts
+    k = len(problem.starts)
+    batches = [np.arange(i, i + lanes) % k for i in range(0, k, lanes)]
+
+    def run() -> Ends:
+        states, n_impacts = np.empty((k, 2 * n)), np.empty(k, int)
+        for rows in batches:
+            counts[:] = 0
+            integrator.set_time(0.0)
+            integrator.state[:] = problem.starts[rows].T
+            integrator.reset_cooldowns()
+            integrator.propagate_until(problem.end)
+            states[rows], n_impacts[rows] = integrator.state.T, counts
+        return Ends(np.arange(k), states, n_impacts)
+
+    return run
