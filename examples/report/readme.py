@@ -34,30 +34,23 @@ def block(points: list[Point]) -> str:
     ratios = [lead.ratio for lead in leads if lead.ratio is not None]
     times = [1.0 / lead.own.ratio for lead in leads if lead.level == LEVEL and lead.own]
     ball = [p for p in points if p.problem == "ball" and not p.verdict.startswith("not tried")]
-    right, of = (
-        {mine: sum(f(p) for p in ball if (p.package == OWN) is mine) for mine in (True, False)} for f in (is_right, any_)
-    )
+    here, elsewhere = (share_right([p for p in ball if (p.package == OWN) is mine]) for mine in (True, False))
     lines = [
         "![Error of the final state against run time, every problem](docs/report/figures/error_vs_runtime.png)",
         "",
         f"- At {ahead} of {len(reached)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster; where peers get",
         f"  there at all, the fastest takes {median(ratios):.2g} times as long (median; at worst {min(ratios):.2g}).",
         f"- To an error of {LEVEL:.0e}: {median(times):.2g} times as fast (median) as SciPy {BASE[1]} at rtol {BASE[2]:g}.",
-        f"- A bouncing ball to rest: right in {right[True]} of {of[True]} runs here, in {right[False]} of {of[False]} elsewhere.",
+        f"- A bouncing ball to rest: right in {here} runs here, in {elsewhere} of all others.",
         "",
         "[Every problem, rule and number](docs/report/error_vs_runtime.md), made by `python examples/error_vs_runtime.py`.",
     ]
     return "\n".join([START, *lines, END])
 
 
-def is_right(point: Point) -> bool:
-    """Whether an answer was right."""
-    return point.verdict == "right"
-
-
-def any_(_: Point) -> bool:
-    """Every point counts."""
-    return True
+def share_right(points: list[Point]) -> str:
+    """How many of some answers were right."""
+    return f"{sum(point.verdict == 'right' for point in points)} of {len(points)}"
 
 
 def update(readme: Path, table: Path) -> None:

@@ -26,6 +26,8 @@ def prepare(problem: Ensemble, _: str, tolerances: Tolerances) -> Callable[[], E
 
     def run() -> Ends:
         found = vi.simulate_many(problem.scene, q0, v0, (0.0, problem.end), **options)
+        if np.any(found.status != "finished"):
+            raise RuntimeError(f"{np.count_nonzero(found.status != 'finished')} trajectories not finished")
         return Ends(rows, np.hstack([found.q, found.v]), found.n_impacts)
 
     return run
