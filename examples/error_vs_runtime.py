@@ -1,6 +1,6 @@
 """Error against run time: the library's methods and what a user would pick instead, on a dozen problems, front to front.
 
-Each problem has a reference of many digits (examples/report/reference.py). Every contestant follows it at tolerances from
+Each problem has a reference of many digits (examples/report/contest/reference.py). Every contestant follows it at tolerances from
 1e-3 to 1e-13; you will see, in figures and as a list, who is the fastest at each level of error, who misses impacts, who falls
 through the stop and who never ends.
 
@@ -13,17 +13,18 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from report import figures, page, prose
-from report.condition import condition
-from report.contestants import available, contestant
-from report.front import Lead, front
-from report.measure import Plan, Point, measured
-from report.problems import Problem, problems
-from report.readme import update
-from report.reference import Reference, load
-from report.trial import Contestant
+from report import page
+from report.contest import figures, prose
+from report.contest.condition import condition
+from report.contest.contestants import available, contestant
+from report.contest.front import Lead, front
+from report.contest.measure import Plan, Point, measured
+from report.contest.problems import Problem, problems
+from report.contest.readme import update
+from report.contest.reference import Reference, load
+from report.contest.trial import Contestant
 
-WHOLE = Plan([10.0**-k for k in range(3, 14)], 3.0, {})
+WHOLE = Plan([10.0**-k for k in range(3, 14)], 2.0, {})
 QUICK = Plan([1e-3, 1e-6, 1e-9], 0.5, {"scipy": ["RK45", "DOP853"]})
 QUICK_CONTESTANTS = ("own", "scipy")
 

@@ -28,7 +28,6 @@ COLOURS = {
     "numbalsoda": "#c98a1b",
     "diffrax": "#7b4fa3",
     "sundae": "#0b8f9c",
-    "siconos": "#8a5a44",
 }
 MARKERS = ("o", "s", "^", "D", "v")
 

@@ -1,6 +1,6 @@
 """References of the problems: made in many digits, checked a second way, stored beside this file with their recipe.
 
-Run ``python examples/report/reference.py [name ...]`` to make them again. The report only reads them.
+Run ``python examples/report/contest/reference.py [name ...]`` to make them again. The report only reads them.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def load(name: str) -> Reference:
     for kind, value in rows[1:]:
         found[kind].append(float(value))
     times, state, scale, counts = (np.array(found[kind]) for kind in found)
-    return Reference(times, state.reshape(len(counts), -1) if len(counts) else state, scale, counts.astype(int), recipe)
+    state = state.reshape(len(counts), -1) if len(counts) else state
+    return Reference(times, state, scale, counts.astype(int), recipe.partition(": ")[2])
 
 
 def largest(flights, n: int) -> list[float]:
@@ -55,7 +56,7 @@ def followed(problem):
     """Flights of a problem in many digits, the largest difference of the second way, and the names of both ways."""
     from mpmath import mp
 
-    from report import extrapolation, linear_flow, many_digits, taylor_flow
+    from report.contest import extrapolation, linear_flow, many_digits, taylor_flow
 
     mp.dps = many_digits.DIGITS
     if problem.name == "ball":
@@ -75,7 +76,7 @@ def make(name: str) -> None:
     """Compute one reference, check it, store it."""
     from mpmath import mp
 
-    from report import many_digits, problems
+    from report.contest import many_digits, problems
 
     problem = next(each for each in problems.problems() if each.name == name)
     is_many = isinstance(problem, problems.Ensemble)
@@ -110,8 +111,8 @@ def by_ball(problem, flights):
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).parents[1]))
-    from report.problems import problems as every
+    sys.path.insert(0, str(Path(__file__).parents[2]))
+    from report.contest.problems import problems as every
 
     for wanted in sys.argv[1:] or [problem.name for problem in every()]:
         make(wanted)

@@ -15,8 +15,10 @@ from .reference import Reference
 from .trial import Contestant, Stopped
 
 ROUNDS = 5
-BUDGET = 0.25  # [s] of timed calls of one point: slow points are timed in fewer rounds
+BUDGET = 0.15  # [s] of timed calls of one point: slow points are timed in fewer rounds
+SLOW = 0.4  # [s] a call that takes longer is its own time
 FELL = 1e-2  # of the motion's scale: deeper in a stop than that at the end, it fell through
+LOST = 0.1  # of the motion's scale: an answer further off is none
 BASE = ("scipy", "RK45", 1e-6)  # times are ratios to this one
 
 
@@ -80,6 +82,8 @@ def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str
         return {**errors, "verdict": "through the stop"}
     if not is_complete:
         return {**errors, "verdict": f"{found} of {wanted} impacts"}
+    if state_error > LOST:
+        return {**errors, "verdict": f"off by more than {LOST:g} of the motion"}
     return {**errors, "verdict": "right"}
 
 
@@ -128,17 +132,18 @@ def first_call(point: Point, problem: Problem, reference: Reference, process: Co
 
 def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str, Contestant], bound: float) -> list[Point]:
     """The same points with their times: each round calls every one that has not used its budget up."""
-    running = {point: [] for point in points if point.first_call is not None}
+    running: dict[Point, list[float]] = {point: [] for point in points if point.first_call is not None}
     repeats: dict[Point, int] = {}
     for turn in range(ROUNDS):
         for point, times in running.items():
+            if point.first_call > SLOW:
+                continue
             process, arguments = processes[point.package], (point.method, tolerances(point.rtol, reference))
             if turn and (not times or sum(times) * repeats[point] > BUDGET):
                 continue
             try:
                 if not turn:
-                    slow = point.first_call > BUDGET
-                    repeats[point] = 1 if slow else process.ask(2 * bound, "repeats", *arguments)
+                    repeats[point] = process.ask(2 * bound, "repeats", *arguments)
                 times.append(process.ask(2 * bound, "seconds", *arguments, repeats[point]))
             except (Stopped, RuntimeError):
                 continue  # lost with a process that was killed: its first call stands

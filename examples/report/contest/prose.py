@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import median
 
+from ..page import table
 from .front import LEVELS, Lead, label
-from .measure import BASE, BUDGET, FELL, ROUNDS, Plan, Point
-from .page import table
+from .measure import BASE, BUDGET, FELL, LOST, ROUNDS, SLOW, Plan, Point
 from .problems import COUNT, Problem
 from .reference import Reference
 
@@ -21,13 +21,14 @@ RULES = """## Rules
 - *Error of the final state*: the largest component of its difference from the reference, positions in units of the largest
   position of the motion, velocities in units of its largest velocity. *Error of the impact times*: the largest difference by
   index, in units of largest position over largest velocity. An answer reaches a level if both errors do.
-- *A wrong answer has no error*: a number of impacts other than the reference's, or a final position deeper than {fell:g} of
-  the motion's size in a stop, is a cross in the grey strip of the figures. Where the impacts accumulate, and their number is
-  infinite, the first ones are asked for, and the state at the end.
+- *A wrong answer has no error*: a number of impacts other than the reference's, a final position deeper than {fell:g} of the
+  motion's size in a stop, or a final state off by more than {lost:g} of it, is a cross in the grey strip of the figures.
+  Where the impacts accumulate, and their number is infinite, the first ones are asked for, and the state at the end.
 - *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of
-  up to {rounds} rounds (points slower than {budget:g} s a call are timed once or twice). Every run starts from the problem's
-  first state and gives the final state and every impact time. Times are ratios to {package} {method} at rtol {rtol:g} in the
-  same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table of their own.
+  up to {rounds} rounds within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken). Every run starts
+  from the problem's first state and gives the final state and every impact time. Times are ratios to {package} {method} at
+  rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table
+  of their own.
 - *Many starts*: the error is the median over {sample} of the trajectories, which have a reference; a wrong number of impacts
   in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all.
 - *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; finer tolerances are not tried then. An
@@ -164,8 +165,10 @@ def parts(
         sample=sample,
         few=few,
         fell=FELL,
+        lost=LOST,
         rounds=ROUNDS,
         budget=BUDGET,
+        slow=SLOW,
         bound=plan.bound,
         package=package,
         method=method,

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
+from ..timing import repeats_for, seconds
 from .contestants import Outcome, Tolerances, contestant, entrant
 from .problems import problems
-from .timing import repeats_for, seconds
 
 PREPARATION_BOUND = 60.0  # [s], compilation
 GRACE = 3.0  # [s] after a bound until a process that does not answer its alarm is killed

@@ -26,7 +26,6 @@ NEEDS = {
     "numbalsoda": "numbalsoda",
     "diffrax": "diffrax",
     "sundae": "sksundae",
-    "siconos": "siconos",
 }
 
 

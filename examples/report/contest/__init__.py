@@ -1,0 +1,1 @@
+"""Error against run time: problems, their references, contestants, trials, the front."""
