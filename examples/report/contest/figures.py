@@ -73,14 +73,16 @@ def save(fig: plt.Figure, stem: Path) -> None:
 
 
 def of_problem(points: Sequence[Point], title: str, stem: Path) -> None:
-    """Both errors of one problem."""
-    fig, axes = plt.subplots(1, 2, figsize=(12.5, 5), sharey=True, layout="constrained")
-    for ax, error, name in zip(axes, ("state_error", "time_error"), ("final state", "times of impact"), strict=True):
+    """Both errors of one problem; of many starts that of the final state alone."""
+    names = {"state_error": "final state", "time_error": "times of impact"}
+    errors = [error for error in names if any(getattr(p, error) is not None for p in points)]
+    fig, axes = plt.subplots(1, len(errors), figsize=(2.5 + 5 * len(errors), 5), sharey=True, layout="constrained", squeeze=False)
+    for ax, error in zip(axes[0], errors, strict=True):
         draw(ax, points, error)
         base = "the bound" if is_base_stopped(points) else "SciPy RK45 at rtol 1e-6"
-        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {name}")
-    axes[0].set_ylabel("error, in the motion's own scale [-]")
-    axes[1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
+        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {names[error]}")
+    axes[0, 0].set_ylabel("error, in the motion's own scale [-]")
+    axes[0, -1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
     fig.suptitle(title)
     save(fig, stem)
 

@@ -12,7 +12,7 @@ from .contestants import Outcome, Tolerances, entrant
 from .contestants.ensembles import Ends
 from .problems import Ensemble, Problem
 from .reference import Reference
-from .trial import Contestant, Stopped
+from .trial import PREPARATION_BOUND, Contestant, Stopped
 
 ROUNDS = 5
 BUDGET = 0.15  # [s] of timed calls of one point: slow points are timed in fewer rounds
@@ -143,6 +143,7 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
                 continue
             try:
                 if not turn:
+                    process.ask(PREPARATION_BOUND, "prepare", point.problem, *arguments)  # again, if a process was killed
                     repeats[point] = process.ask(2 * bound, "repeats", *arguments)
                 times.append(process.ask(2 * bound, "seconds", *arguments, repeats[point]))
             except (Stopped, RuntimeError):

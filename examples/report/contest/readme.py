@@ -39,9 +39,9 @@ def block(points: list[Point]) -> str:
         "![Error of the final state against run time, every problem](docs/report/figures/error_vs_runtime.png)",
         "",
         f"- At {ahead} of {len(reached)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster; where peers get",
-        f"  there at all, the fastest takes {median(ratios):.2g} times as long (median; at worst {min(ratios):.2g}).",
-        f"- To an error of {LEVEL:.0e}: {median(times):.2g} times as fast (median) as SciPy {BASE[1]} at rtol {BASE[2]:g}.",
-        f"- A bouncing ball to rest: right in {here} runs here, in {elsewhere} of all others.",
+        f"  there at all, the fastest takes {plain(median(ratios))} times as long (median; at worst {plain(min(ratios))}).",
+        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as SciPy {BASE[1]} at rtol {BASE[2]:g}.",
+        f"- A bouncing ball to rest: right in {here} runs here, elsewhere in {elsewhere}.",
         "",
         "[Every problem, rule and number](docs/report/error_vs_runtime.md), made by `python examples/error_vs_runtime.py`.",
     ]
@@ -51,6 +51,11 @@ def block(points: list[Point]) -> str:
 def share_right(points: list[Point]) -> str:
     """How many of some answers were right."""
     return f"{sum(point.verdict == 'right' for point in points)} of {len(points)}"
+
+
+def plain(number: float) -> str:
+    """A number of two digits."""
+    return f"{float(f'{number:.2g}'):g}"
 
 
 def update(readme: Path, table: Path) -> None:

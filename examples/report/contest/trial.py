@@ -63,8 +63,10 @@ class Booth:
         self.runs.clear()
 
     def prepare(self, name: str, method: str, tolerances: Tolerances) -> float:
-        """Make a run ready; its time."""
+        """Make a run ready, if it is not; its time."""
         start = time.perf_counter()
+        if (method, tolerances) in self.runs:
+            return 0.0
         problem = self.problems[name]
         self.runs[method, tolerances] = entrant(self.name, problem).prepare(problem, method, tolerances)
         return time.perf_counter() - start
@@ -82,6 +84,12 @@ class Booth:
     def seconds(self, method: str, tolerances: Tolerances, repeats: int) -> float:
         """Time of one of several calls in a row."""
         return seconds(self.runs[method, tolerances], repeats)
+
+
+def named(error: Exception) -> str:
+    """What went wrong, in one line; a contestant's own failures are runtime errors."""
+    kind = "failed" if isinstance(error, RuntimeError) else type(error).__name__
+    return f"{kind}: {error}".splitlines()[0][:120]
 
 
 def serve(connection: Connection, name: str, core: int | None) -> None:
@@ -102,7 +110,7 @@ def serve(connection: Connection, name: str, core: int | None) -> None:
         except Stopped:
             answer = Stopped(f"stopped at {bound:g} s")
         except Exception as error:  # whatever a contestant raises is its result
-            answer = RuntimeError(f"{type(error).__name__}: {error}".splitlines()[0][:120])
+            answer = RuntimeError(named(error))
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         connection.send(answer)

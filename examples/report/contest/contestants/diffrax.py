@@ -15,6 +15,7 @@ from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
 jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_cpu_enable_async_dispatch", False)  # a run that is stopped does not go on behind the next
 
 DISTRIBUTION = "diffrax"
 MOST = 20_000  # impacts kept

@@ -10,7 +10,6 @@ from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
 DISTRIBUTION = "heyoka"
-LONG = 100  # lines of the accelerations from which on code is made in compact mode, as heyoka advises for long formulas
 
 
 def methods(_: Problem) -> list[str]:
@@ -52,7 +51,6 @@ def prepare(problem: Problem, _: str, tolerances: Tolerances) -> Run:
         rates,
         problem.start,
         tol=tolerances.relative,
-        compact_mode=len(formulas.acceleration.lines) > LONG,
         t_events=[
             hy.t_event(gap, callback=Impact(each.function(), formulas.n_dof, times), direction=hy.event_direction.negative)
             for gap, each in zip(gaps, formulas.impacts, strict=True)

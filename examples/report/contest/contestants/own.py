@@ -25,7 +25,7 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
     def run() -> Outcome:
         motion = vi.simulate(scene, q0, v0, span, method=method, rtol=rtol, atol=atol, keep="impacts")
         if motion.status != "finished":
-            raise RuntimeError(f"{motion.status} {motion.message}")
+            raise RuntimeError(f"{motion.status}, {motion.message}")
         return Outcome(np.concatenate(motion.final), motion.impacts["time"])
 
     return run
