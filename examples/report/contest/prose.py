@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import median
 
-from ..page import table
+from ..page import table, version
+from .contestants import contestant
 from .front import LEVELS, Lead, label
 from .measure import BASE, BUDGET, FELL, LOST, ROUNDS, SLOW, Plan, Point
 from .problems import COUNT, Problem
@@ -108,6 +109,16 @@ def described(wanted: Mapping[Problem, Reference], conditions: Mapping[str, floa
     return table(["problem", "span", "impacts", "condition", "reference"], rows)
 
 
+def contestants(points: Sequence[Point]) -> str:
+    """Who took part: version, and how each was driven, as its file says."""
+    lines = []
+    for name in dict.fromkeys(point.package for point in points):
+        module = contestant(name)
+        methods = ", ".join(dict.fromkeys(p.method for p in points if p.package == name))
+        lines.append(f"- *{module.DISTRIBUTION}* {version(module.DISTRIBUTION)} ({methods}). {' '.join(module.__doc__.split())}")
+    return "\n".join(lines)
+
+
 def impacts(problem: Problem, reference: Reference) -> str:
     """How many impacts a problem has."""
     if len(reference.counts):
@@ -184,6 +195,7 @@ def parts(
         "![Error of the final state against run time, every problem](figures/error_vs_runtime.png)",
         f"## Who leads\n\n{verdict(leads)} Bold: a peer is the faster.\n\n{at_a_glance(leads, titles)}",
         rules,
+        f"## Contestants\n\n{contestants(points)}",
         f"## Problems\n\n{described(wanted, conditions)}",
         *sections,
         f"## Every leader\n\n{leaders(leads, titles)}",

@@ -1,4 +1,7 @@
-"""heyoka: Taylor series, compiled; a terminal event for each stop, the impact in its callback, which goes on."""
+"""heyoka: Taylor series, compiled; a terminal event for each stop, the impact in its callback, which goes on.
+
+It takes one tolerance.
+"""
 
 from __future__ import annotations
 
