@@ -1,6 +1,6 @@
 """Error against run time: the library's methods and what a user would pick instead, on a dozen problems, front to front.
 
-Each problem has a reference of many digits (examples/report/contest/reference.py). Every contestant follows it at tolerances from
+Each problem has a reference of many digits (examples/report/contest/recipe.py). Every contestant follows it at tolerances from
 1e-3 to 1e-13; you will see, in figures and as a list, who is the fastest at each level of error, who misses impacts, who falls
 through the stop and who never ends.
 
@@ -61,7 +61,7 @@ def write(job: page.Job, points: list[Point], leads: list[Lead], wanted: Mapping
 def main() -> None:
     """Measure, write, and print who leads."""
     job = page.job(__doc__.splitlines()[0])
-    wanted = {problem: load(problem.name) for problem in problems()}
+    wanted = {problem: load(problem) for problem in problems()}
     points = measure(job, wanted)
     leads = front(points)
     write(job, points, leads, wanted)
