@@ -94,8 +94,9 @@ def sheet(points: Sequence[Point], titles: dict[str, str], stem: Path) -> None:
     fig, axes = plt.subplots(rows, 3, figsize=(14, 3.6 * rows), sharey=True, layout="constrained", squeeze=False)
     handles = {}
     for ax, name in zip(axes.flat, names, strict=False):
-        draw(ax, [p for p in points if p.problem == name], "state_error")
-        ax.set_title(titles[name], fontsize=10)
+        mine = [p for p in points if p.problem == name]
+        draw(ax, mine, "state_error")
+        ax.set_title(titles[name] + (" (time / bound)" if is_base_stopped(mine) else ""), fontsize=9)
         handles |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     for ax in axes.flat[len(names) :]:
         ax.set_axis_off()

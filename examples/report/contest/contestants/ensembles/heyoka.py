@@ -15,7 +15,7 @@ from . import Ends
 
 def methods(_: Ensemble) -> list[str]:
     """One."""
-    return ["Taylor, batch"]
+    return ["Taylor batch"]
 
 
 class Impact:
