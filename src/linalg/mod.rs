@@ -1,6 +1,7 @@
 //! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve, complementarity, the plane.
 
 mod active_set;
+pub(crate) mod compensated;
 pub(crate) mod complementarity;
 pub(crate) mod eigen;
 pub(crate) mod exponential;

@@ -1,7 +1,7 @@
 //! Real modes (theory 4): M-orthonormal shapes that uncouple a system with symmetric stiffness and proportional damping.
 
 use crate::error::Result;
-use crate::linalg::eigen;
+use crate::linalg::{compensated, eigen};
 use crate::model::LinearSystem;
 use nalgebra::{DMatrix, DVector};
 
@@ -120,7 +120,10 @@ impl RealModes {
                 column.neg_mut();
             }
         }
-        let modal = shapes.transpose() * damping * &shapes;
+        let mut modal = shapes.transpose() * &damping * &shapes;
+        // What slow modes take of large entries cancels.
+        modal.set_diagonal(&compensated::quadratic(&damping, &shapes));
+        let w2 = compensated::quadratic(&system.stiffness().to_dense(), &shapes);
         // In numbers `Phi^T M` cancels where the entries of M differ by many orders.
         let inverse = shapes.clone().try_inverse();
         let inverse = inverse.unwrap_or_else(|| shapes.tr_mul(&system.mass().to_dense()));

@@ -264,13 +264,21 @@ impl EventLoop {
             && others.into_iter().all(stays)
     }
 
-    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero.
+    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. Where holding it alone made
+    /// the force pull, damping having pushed before, the gap has an acceleration.
     fn let_go<M: Mover>(&mut self, mover: &mut M, stop: usize) -> Resolved {
         self.held.retain(|&held| held != stop);
-        self.starts.fill(0);
-        self.starts[stop] = 3;
         let held = self.held.clone();
         mover.hold(&held)?;
+        let GapState {
+            acceleration, jerk, ..
+        } = mover.gap(stop);
+        self.starts.fill(0);
+        self.starts[stop] = if acceleration > 0.0 && jerk <= 0.0 {
+            2
+        } else {
+            3
+        };
         Ok(Ok(()))
     }
 
