@@ -62,6 +62,8 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     jets: Vec<Jet>,
     /// Whether each gap was falling where the search looked before.
     was_falling: Vec<bool>,
+    /// The order of each gap's root at the start of the flight.
+    orders: Vec<usize>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -77,6 +79,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             flow,
             jets: vec![Jet::default(); gaps.len()],
             was_falling: vec![false; gaps.len()],
+            orders: Vec::with_capacity(gaps.len()),
             active: Vec::with_capacity(gaps.len()),
             gaps,
             margins,
@@ -126,6 +129,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         grazes: &mut Vec<Grazed>,
         check: &mut dyn FnMut() -> bool,
     ) -> Next {
+        self.orders.clear();
+        self.orders.extend_from_slice(starts);
         self.active.clear();
         self.active.extend(0..self.gaps.len());
         self.state.clear();
@@ -301,7 +306,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
-            let step = newton_step(&self.look(arrived)[stop]).max(-time);
+            let order = self.orders[stop];
+            let step = newton_step(&self.look(arrived)[stop], order, time).max(-time);
             time += step;
             if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
@@ -317,11 +323,17 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 }
 
-/// The step to the zero of a falling gap, by Newton's method on its cubic.
-fn newton_step(jet: &Jet) -> f64 {
+/// The step to the zero of a falling gap, by Newton's method on its cubic. Behind a contact, whose root of some order lies so far
+/// back, a gap may still rise: Newton's method on `gap/time^order` goes on to where it falls.
+fn newton_step(jet: &Jet, order: usize, time: f64) -> f64 {
     let [a, b, c, d] = jet.c;
     if b >= 0.0 {
-        return 0.0;
+        let ahead = a / (order as f64 * a / time - b);
+        return if order > 0 && ahead > 0.0 && ahead.is_finite() {
+            ahead.min(time)
+        } else {
+            0.0
+        };
     }
     let mut r = -a / b;
     for _ in 0..3 {
