@@ -298,16 +298,23 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 
     /// The time of a contact to rounding: the motion is taken again from the start of the flight until Newton's step is
-    /// no more than a short Taylor step. On return `arrived` is the state there, and the search has looked there.
+    /// no more than a short Taylor step, or the gap zero to rounding, which at a low speed moves the time by more. On return
+    /// `arrived` is the state there, and the search has looked there.
     fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut Vec<Pair>) -> f64 {
         let short = TAYLOR_STEP / self.flow.fastest_rate();
         let mut time = guess.max(0.0);
+        let mut looked = time;
         for _ in 0..MOST_POLISHES {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
             let order = self.orders[stop];
-            let step = newton_step(&self.look(arrived)[stop], order, time).max(-time);
+            let jet = self.look(arrived)[stop];
+            looked = time;
+            if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
+                break;
+            }
+            let step = newton_step(&jet, order, time).max(-time);
             time += step;
             if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
@@ -319,7 +326,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 return time;
             }
         }
-        time
+        looked
     }
 }
 

@@ -425,3 +425,17 @@ def test_links_that_fall_into_a_corner_come_to_rest(method):
 def test_what_is_left_of_a_speed_after_an_impact_has_its_own_digits(method):
     run = simulate(body(method, [vi.Stop(0, 1, 1e-12)]), 0, 2, 0.75, method)
     assert run.final[1][0] == pytest.approx(-2e-12, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("ratio", [1e4, 1e6, 1e7, 1e8])
+def test_a_stiff_pair_that_chatters_does_so_at_every_tolerance(ratio):
+    """Equal masses, damped with their springs: impacts at 1e-6 among rates of 1e6, where time is known to rounding over speed."""
+    spring = np.array([[1 + ratio, -ratio], [-ratio, ratio]])
+    scene = vi.Scene(vi.LinearSystem(np.eye(2), 0.02 * spring, spring), vi.Harmonic([1.0, 0.0], 0.6), vi.Stop(1, 0.3, 0.7))
+    finals = []
+    for rtol in (1e-9, 1e-14):
+        run = vi.simulate(scene, [0, 0], [0.3, 0.3], (0, 60), rtol=rtol, atol=1e-3 * rtol)
+        assert run.status == "finished", run.message
+        assert scene.gaps(run.q).min() > -1e-8
+        finals.append(np.concatenate(run.final))
+    assert finals[0] == pytest.approx(finals[1], abs=1e-8)
