@@ -274,7 +274,7 @@ impl EventLoop {
             acceleration, jerk, ..
         } = mover.gap(stop);
         self.starts.fill(0);
-        self.starts[stop] = if acceleration > 0.0 && jerk <= 0.0 {
+        self.starts[stop] = if acceleration > 0.0 && jerk < 0.0 {
             2
         } else {
             3
