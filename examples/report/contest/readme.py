@@ -40,7 +40,7 @@ def block(points: list[Point]) -> str:
         "",
         f"- At {ahead} of {len(reached)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster; where peers get",
         f"  there at all, the fastest takes {plain(median(ratios))} times as long (median; at worst {plain(min(ratios))}).",
-        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as SciPy {BASE[1]} at rtol {BASE[2]:g}.",
+        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as `{BASE[1]}` of `scipy.integrate` at rtol {BASE[2]:g}.",
         f"- A bouncing ball to rest: right in {here} runs here, elsewhere in {elsewhere}.",
         "",
         "[Every problem, rule and number](docs/report/error_vs_runtime.md), made by `python examples/error_vs_runtime.py`.",
