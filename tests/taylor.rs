@@ -7,10 +7,11 @@ mod random;
 use nalgebra::{Complex, DMatrix, DVector, dvector};
 use random::{Random, number};
 use std::f64::consts::FRAC_PI_2;
+use std::ops::ControlFlow;
 use vibroimpact::{
-    BaseMotion, Constraint, DoublePendulum, Forcing, Harmonic, ImpactSide, Kind, Method,
-    NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, Stop, SweepOptions,
-    Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
+    BaseMotion, Constraint, DoublePendulum, Error, Forcing, Harmonic, ImpactSide, Keep, Kind,
+    Method, NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, Stop,
+    SweepOptions, Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
 };
 
 fn options(method: Method, rtol: f64) -> SimulateOptions {
@@ -308,31 +309,77 @@ fn a_motion_taken_apart_is_the_same_motion() {
     }
 }
 
+/// Many runs of a scene, and each by itself: the same bits of all that is kept.
+fn assert_many_are_each(scene: &Scene, starts: &[DVector<f64>; 2], options: &SimulateOptions) {
+    let n = scene.n_dof();
+    let [q0, v0] = starts
+        .each_ref()
+        .map(|x| DMatrix::from_row_slice(x.len() / n, n, x.as_slice()));
+    let sweep = SweepOptions::default();
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let many = simulate_many(scene, &q0, &v0, SPAN, options, sweep, go_on).expect("runs");
+    for i in 0..q0.nrows() {
+        let (q, v) = (q0.row(i).transpose(), v0.row(i).transpose());
+        let one = simulate(scene, &q, &v, SPAN, options).expect("runs");
+        assert_eq!(many.q.row(i).transpose(), *one.last().0, "{i}");
+        assert_eq!(many.v.row(i).transpose(), *one.last().1, "{i}");
+        assert_eq!(many.n_impacts[i], one.stats().n_impacts, "{i}");
+        assert_eq!(many.status[i], one.status(), "{i}");
+    }
+}
+
+const SPAN: (f64, f64) = (0.3, 12.0);
+
+/// Restitutions from none to full: runs side by side end at once, chatter, rest on the wall and leave it, or fly on.
 #[test]
-fn many_at_once_are_those_one_by_one() {
-    let scene = large_motions();
-    let q0 = DMatrix::from_fn(9, 2, |i, j| 0.01 * (i as f64) - 0.05 * (j as f64));
-    let v0 = DMatrix::from_fn(9, 2, |i, _| 0.02 * i as f64);
+fn runs_abreast_are_those_one_by_one() {
+    let mut random = Random(number("VIBROIMPACT_SEED", 5) as u64);
+    let final_state = |rtol: f64, max_impacts: Option<usize>| SimulateOptions {
+        keep: Keep::Final,
+        max_impacts,
+        ..taylor(rtol)
+    };
+    for (n, restitution) in [(1, 0.3), (2, 0.0), (2, 0.8), (3, 0.5), (5, 1.0)] {
+        let masses = DVector::from_fn(n, |i, _| 1.0 + 0.2 * i as f64);
+        let dampers = DVector::from_element(n, 0.05);
+        let lengths = DVector::from_element(n, 0.7);
+        let chain = PendulumChain::new(masses, lengths, &dampers, 9.81).expect("valid");
+        let base = BaseMotion::new(0.1, 3.0, 0.4).expect("valid");
+        let wall = Wall::new(n - 1, 0.15, restitution, WallSide::Right).expect("valid");
+        let scene = Scene::new(chain, base, [wall]).expect("valid");
+        // More than a tile, and no multiple of those side by side.
+        let starts = [-0.4, 0.5].map(|low| {
+            DVector::from_fn(n * 37, |_, _| 0.5 * low + 0.5 * random.between(-0.4, 0.1))
+        });
+        for most in [None, Some(2)] {
+            assert_many_are_each(&scene, &starts, &final_state(1e-8, most));
+        }
+    }
+    let starts =
+        [0.1, 0.02].map(|scale| DVector::from_fn(18, |i, _| scale * (0.2 * i as f64).sin()));
+    assert_many_are_each(&large_motions(), &starts, &final_state(1e-9, None));
+}
+
+#[test]
+fn an_observer_stops_runs_abreast() {
+    let start = DMatrix::from_element(3, 2, 0.01);
+    let hours = (0.0, 1e9);
     let options = SimulateOptions {
-        keep: vibroimpact::Keep::Final,
+        keep: Keep::Final,
         ..taylor(1e-9)
     };
-    let many = simulate_many(
-        &scene,
-        &q0,
-        &v0,
-        (0.0, 30.0),
+    let stop = &mut |_| ControlFlow::Break(());
+    let sweep = SweepOptions::default();
+    let stopped = simulate_many(
+        &large_motions(),
+        &start,
+        &start,
+        hours,
         &options,
-        SweepOptions::default(),
-        &mut |_| std::ops::ControlFlow::Continue(()),
-    )
-    .expect("runs");
-    for i in 0..9 {
-        let (q, v) = (q0.row(i).transpose(), v0.row(i).transpose());
-        let one = simulate(&scene, &q, &v, (0.0, 30.0), &options).expect("runs");
-        assert_eq!(many.q.row(i).transpose(), *one.last().0);
-        assert_eq!(many.v.row(i).transpose(), *one.last().1);
-    }
+        sweep,
+        stop,
+    );
+    assert_eq!(stopped, Err(Error::Interrupted));
 }
 
 /// `2 - q_0`

@@ -15,6 +15,17 @@ const SHORTEST: f64 = f64::EPSILON;
 /// Newton steps on one root.
 const MOST_POLISHES: usize = 20;
 
+/// `k (k - 1)/20`: what a term of order k adds to the bound of fifth order on the second derivative.
+const GROWTH: [f64; ROWS] = {
+    let mut all = [0.0; ROWS];
+    let mut k = 1;
+    while k < ROWS {
+        all[k] = (k * (k - 1)) as f64 * 0.05;
+        k += 1;
+    }
+    all
+};
+
 /// `sum c_k t^k`, a gap along a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GapSeries {
@@ -129,11 +140,13 @@ impl GapSeries {
     /// `a t^4 + b t^5`, and so are those on the first two derivatives: `k (k - 1) t^(k - 2) <= 20 t^3 (k (k - 1)/20) span^(k - 5)`.
     fn jet(&self, span: f64) -> Jet {
         let c = &self.c[..self.len];
-        let mut power = 1.0;
-        let mut quintic = 0.0;
-        for (k, c) in c.iter().enumerate().skip(5) {
-            quintic += c.abs() * power * (k * (k - 1)) as f64 * 0.05;
-            power *= span;
+        let (square, mut power, mut quintic) = (span * span, 1.0, 0.0);
+        let terms = c.iter().zip(&GROWTH).skip(5);
+        let mut terms = terms.map(|(c, growth)| c.abs() * growth);
+        // Two terms at a time: the powers wait for one another.
+        while let Some(even) = terms.next() {
+            quintic += (even + terms.next().unwrap_or(0.0) * span) * power;
+            power *= square;
         }
         Jet {
             c: [c[0], c[1], c[2], c[3]],
@@ -179,8 +192,10 @@ impl GapSeries {
 
     /// The first contact within a span; `order` is that of the root at the start, zero for an open gap. Touches within the
     /// margin before it are noted, as time and gap.
+    ///
+    /// The series is used up: it ends as that about the last part of the span looked at.
     pub fn first_contact(
-        mut self,
+        &mut self,
         order: usize,
         span: f64,
         margin: f64,

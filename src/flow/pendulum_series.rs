@@ -2,23 +2,24 @@
 //! (theory 8).
 
 use crate::error::Result;
+use crate::flow::registers::{Arithmetic, in_widest};
 use crate::flow::runge_kutta::Tolerance;
-use crate::flow::shaking::{Calm, Excitation, Two, paired};
-use crate::flow::taylor::{Blocks, Coefficients, Lane, MOST_ORDER, expand_lanes};
+use crate::flow::series_of::SeriesOf;
+use crate::flow::shaking::{Excitation, Pair, Two, paired};
+use crate::flow::taylor::{Blocks, Coefficients, Lane, MOST_ORDER};
 use crate::linalg::small;
 use crate::model::{Forcing, Links, singular_mass};
 use nalgebra::DMatrix;
+use pulp::{Simd, WithSimd};
 
 /// The Taylor series of a pendulum's motion about one state after another.
 #[derive(Debug, Clone)]
 pub(crate) struct PendulumSeries {
     n: usize,
-    lanes: Vec<Lane>,
+    of: SeriesOf<1>,
     inertia: DMatrix<f64>,
     coefficients: Coefficients,
     excitation: Excitation,
-    /// The inverse of the mass matrix at the start.
-    inverse: Blocks,
     mass: Vec<f64>,
     column: Vec<f64>,
 }
@@ -30,7 +31,7 @@ impl PendulumSeries {
         let is_damped = links.damping.amax() > 0.0;
         Self {
             n,
-            lanes: vec![Lane::EMPTY; n.div_ceil(2)],
+            of: SeriesOf::new(n),
             coefficients: Coefficients {
                 order: order.min(MOST_ORDER),
                 inertia: Blocks::new(n, |i, j| links.inertia[(i, j)]),
@@ -42,7 +43,6 @@ impl PendulumSeries {
                 weight: paired(&(&links.hanging * links.gravity)),
             },
             excitation: Excitation::new(forcing, &links),
-            inverse: Blocks::new(n, |_, _| 0.0),
             mass: vec![0.0; n * n],
             column: vec![0.0; n],
             inertia: links.inertia,
@@ -59,47 +59,58 @@ impl PendulumSeries {
         self.order() * self.n * (self.n + self.order()) + self.n.pow(3)
     }
 
-    /// Makes the series about a state, at a forcing angle.
+    /// Makes the series from their coefficients of order zero.
+    pub fn expand(&mut self) {
+        self.of.expand(&self.coefficients, &self.excitation);
+    }
+
+    /// Makes the series of several motions of one pendulum together, with the bits of each by itself.
+    pub fn expand_abreast<const K: usize>(together: &mut SeriesOf<K>, all: [Option<&mut Self>; K]) {
+        let mut all = all;
+        for (m, series) in all.iter().enumerate() {
+            if let Some(series) = series {
+                together.take_start(m, &series.of);
+            }
+        }
+        if let Some(one) = all.iter().flatten().next() {
+            together.expand(&one.coefficients, &one.excitation);
+        }
+        for (m, series) in all.iter_mut().enumerate() {
+            if let Some(series) = series {
+                together.hand_over(m, series.order(), &mut series.of);
+            }
+        }
+    }
+
+    /// Sets the coefficients of order zero, by a state and a forcing angle, and what else the others follow from.
     ///
     /// # Errors
     /// A mass matrix that is not positive definite in double precision.
-    pub fn expand(&mut self, angle: f64, q: &[f64], v: &[f64]) -> Result<()> {
+    pub fn begin(&mut self, angle: f64, q: &[f64], v: &[f64]) -> Result<()> {
         for (i, (q, v)) in q.iter().zip(v).enumerate() {
-            let lane = &mut self.lanes[i / 2];
-            (lane.q[0][i % 2], lane.v[0][i % 2]) = (*q, *v);
-            (lane.sin[0][i % 2], lane.cos[0][i % 2]) = q.sin_cos();
+            let lane = &mut self.of.lanes[i / 2];
+            (lane.q[0][i % 2], lane.v[0][i % 2]) = ([*q], [*v]);
+            let (sin, cos) = q.sin_cos();
+            (lane.sin[0][i % 2], lane.cos[0][i % 2]) = ([sin], [cos]);
         }
-        self.invert_mass()?;
-        let Self {
-            lanes,
-            coefficients,
-            inverse,
-            excitation,
-            ..
-        } = self;
-        match excitation {
-            Excitation::None => expand_lanes(lanes, coefficients, inverse, &Calm, angle),
-            Excitation::Base(base) => expand_lanes(lanes, coefficients, inverse, base, angle),
-            Excitation::Forces(forces) => expand_lanes(lanes, coefficients, inverse, forces, angle),
-        }
-        Ok(())
+        self.of.angles = [angle];
+        self.invert_mass()
     }
 
     /// The inverse of the mass matrix at the start.
     fn invert_mass(&mut self) -> Result<()> {
         let Self {
             n,
-            lanes,
+            of: SeriesOf { lanes, inverse, .. },
             inertia,
             mass,
             column,
-            inverse,
             ..
         } = self;
         let n = *n;
         let (sin, cos) = (
-            |i: usize| lanes[i / 2].sin[0][i % 2],
-            |i: usize| lanes[i / 2].cos[0][i % 2],
+            |i: usize| lanes[i / 2].sin[0][i % 2][0],
+            |i: usize| lanes[i / 2].cos[0][i % 2][0],
         );
         let entry = |i: usize, j: usize| inertia[(i, j)] * (cos(i) * cos(j) + sin(i) * sin(j));
         if n == 2 {
@@ -109,8 +120,8 @@ impl PendulumSeries {
                 return Err(singular_mass());
             }
             let scale = 1.0 / det;
-            inverse.0[0] = [d * scale, -b * scale];
-            inverse.0[1] = [-b * scale, a * scale];
+            inverse.0[0] = [[d * scale], [-b * scale]];
+            inverse.0[1] = [[-b * scale], [a * scale]];
             return Ok(());
         }
         for i in 0..n {
@@ -126,16 +137,16 @@ impl PendulumSeries {
             column[j] = 1.0;
             small::solve_factored(mass, column);
             for (i, x) in column.iter().enumerate() {
-                inverse.0[i / 2 * 2 * n.div_ceil(2) + j][i % 2] = *x;
+                inverse.0[i / 2 * 2 * n.div_ceil(2) + j][i % 2] = [*x];
             }
         }
         Ok(())
     }
 
     /// The largest of some numbers of the links; one that is not a number counts as such.
-    fn largest(&self, of: impl Fn(&Lane) -> Two) -> f64 {
-        let all = self.lanes.iter().flat_map(of);
-        all.fold(0.0, |most, x| {
+    fn largest(&self, of: impl Fn(&Lane<1>) -> Pair<1>) -> f64 {
+        let all = self.of.lanes.iter().flat_map(of);
+        all.flatten().fold(0.0, |most, x| {
             if x.abs() > most || x.is_nan() {
                 x.abs()
             } else {
@@ -170,22 +181,19 @@ impl PendulumSeries {
         let (of_q, of_v) = (size(q, v), size(v, a));
         let step = |k: usize, term: f64| {
             let allowed = of_v.min(of_q * (k + 1) as f64 / unit);
-            (allowed / term).powf(1.0 / k as f64)
+            (allowed / term).ln() / k as f64
         };
-        step(p - 1, early).min(step(p, late))
+        step(p - 1, early).min(step(p, late)).exp()
     }
 
     /// The state a time s after the start.
     pub fn state(&self, s: f64, x: &mut [f64]) {
         let (q, v) = x.split_at_mut(self.n);
-        let sum = |rows: &[Two]| {
-            rows.iter().rev().fold([0.0; 2], |sum: Two, c| {
-                [sum[0] * s + c[0], sum[1] * s + c[1]]
-            })
-        };
         let p = self.order();
-        for (lane, (q, v)) in self.lanes.iter().zip(q.chunks_mut(2).zip(v.chunks_mut(2))) {
-            let (at, rate) = (sum(&lane.q[..=p + 1]), sum(&lane.v[..=p]));
+        let parts = q.chunks_mut(2).zip(v.chunks_mut(2));
+        for (lane, (q, v)) in self.of.lanes.iter().zip(parts) {
+            let (rows, rates) = (&lane.q[..=p + 1], &lane.v[..=p]);
+            let [at, rate] = in_widest(Sums { rows, rates, s });
             q.copy_from_slice(&at[..q.len()]);
             v.copy_from_slice(&rate[..v.len()]);
         }
@@ -193,14 +201,45 @@ impl PendulumSeries {
 
     /// The coefficients of a link's angle.
     pub fn angle(&self, link: usize) -> impl Iterator<Item = f64> {
-        let rows = &self.lanes[link / 2].q[..self.order() + 2];
-        rows.iter().map(move |row| row[link % 2])
+        let rows = &self.of.lanes[link / 2].q[..self.order() + 2];
+        rows.iter().map(move |row| row[link % 2][0])
     }
 
     /// The coefficients of the sine of a link's angle.
     pub fn sine(&self, link: usize) -> impl Iterator<Item = f64> {
-        let rows = &self.lanes[link / 2].sin[..self.order() + 2];
-        rows.iter().map(move |row| row[link % 2])
+        let rows = &self.of.lanes[link / 2].sin[..self.order() + 2];
+        rows.iter().map(move |row| row[link % 2][0])
+    }
+}
+
+/// Two polynomials of two links at a time s; the first has no fewer rows than the second.
+struct Sums<'a> {
+    rows: &'a [Pair<1>],
+    rates: &'a [Pair<1>],
+    s: f64,
+}
+
+impl WithSimd for Sums<'_> {
+    type Output = [Two; 2];
+
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [Two; 2] {
+        let raise = |sum: &mut Two, row: &Pair<1>| {
+            for i in 0..2 {
+                sum[i] = S::add_product(sum[i], self.s, row[i][0]);
+            }
+        };
+        let (rows, higher) = self.rows.split_at(self.rates.len());
+        let (mut at, mut rate) = ([0.0; 2], [0.0; 2]);
+        for row in higher.iter().rev() {
+            raise(&mut at, row);
+        }
+        for (row, change) in rows.iter().zip(self.rates).rev() {
+            raise(&mut at, row);
+            raise(&mut rate, change);
+        }
+        [at, rate]
     }
 }
 
@@ -255,8 +294,9 @@ mod tests {
                 let order = 14;
                 let mut series = PendulumSeries::new(links.clone(), scene.forcing(), order);
                 series
-                    .expand(0.9, q.as_slice(), v.as_slice())
+                    .begin(0.9, q.as_slice(), v.as_slice())
                     .expect("regular");
+                series.expand();
                 let residual = |s: f64| {
                     let mut x = vec![0.0; 2 * n];
                     series.state(s, &mut x);
@@ -268,8 +308,8 @@ mod tests {
                     let mut a = vec![0.0; n];
                     with_motion!(&motion, m => m.acceleration(at, q, v, &mut a)).expect("regular");
                     let of_series = |i: usize| {
-                        let terms = series.lanes[i / 2].v[..=order].iter().enumerate().skip(1);
-                        at_time(terms.map(|(k, v)| k as f64 * v[i % 2]), s)
+                        let terms = series.of.lanes[i / 2].v[..=order].iter().enumerate();
+                        at_time(terms.skip(1).map(|(k, v)| k as f64 * v[i % 2][0]), s)
                     };
                     (0..n)
                         .map(|i| (a[i] - of_series(i)).abs())
@@ -296,7 +336,7 @@ mod tests {
     fn the_last_terms_of_the_longest_step_are_within_the_tolerance() {
         let mut series = PendulumSeries::new(chain(2, 0.1).links(), &Forcing::Unforced, 12);
         series
-            .expand(0.0, &[0.5, -0.2], &[1.0, -2.0])
+            .begin(0.0, &[0.5, -0.2], &[1.0, -2.0])
             .expect("regular");
         for relative in [1e-4, 1e-8, 1e-12] {
             let tolerance = Tolerance {
@@ -320,9 +360,11 @@ mod tests {
             relative: 1e-9,
             absolute: 1e-12,
         };
-        series.expand(0.0, &[0.0], &[0.0]).expect("regular");
+        series.begin(0.0, &[0.0], &[0.0]).expect("regular");
+        series.expand();
         assert_eq!(series.longest_step(tolerance, None), f64::INFINITY);
-        series.expand(0.0, &[0.3], &[1e40]).expect("regular");
+        series.begin(0.0, &[0.3], &[1e40]).expect("regular");
+        series.expand();
         assert!(series.longest_step(tolerance, None).is_nan());
     }
 }

@@ -9,26 +9,29 @@ use nalgebra::{Complex, DVector};
 pub(crate) trait Shaking {
     /// The frequency w.
     fn frequency(&self) -> f64;
-    /// The factor of order zero.
-    fn begin(&self, angle: f64) -> Two {
-        let (sin, cos) = angle.sin_cos();
-        [cos, sin]
+    /// The factor of order zero of each motion, its real parts and its imaginary ones.
+    fn begin<const K: usize>(&self, angles: &[f64; K]) -> Pair<K> {
+        let mut factor = [[0.0; K]; 2];
+        for (m, angle) in angles.iter().enumerate() {
+            (factor[1][m], factor[0][m]) = angle.sin_cos();
+        }
+        factor
     }
     /// The factor of the next order, k.
     #[inline]
-    fn raise(&self, [re, im]: Two, k: f64) -> Two {
+    fn raise<const K: usize>(&self, [re, im]: &Pair<K>, k: f64) -> Pair<K> {
         let factor = self.frequency() / k;
-        [-factor * im, factor * re]
+        [im.map(|im| -factor * im), re.map(|re| factor * re)]
     }
     /// The base's push on two links: what is taken off `P`.
     #[inline]
-    fn base(&self, _factor: Two, _r: usize) -> Two {
-        [0.0; 2]
+    fn base<const K: usize>(&self, _factor: &Pair<K>, _r: usize) -> Pair<K> {
+        [[0.0; K]; 2]
     }
     /// The forces on two links.
     #[inline]
-    fn force(&self, _factor: Two, _r: usize) -> Two {
-        [0.0; 2]
+    fn force<const K: usize>(&self, _factor: &Pair<K>, _r: usize) -> Pair<K> {
+        [[0.0; K]; 2]
     }
 }
 
@@ -39,12 +42,12 @@ impl Shaking for Calm {
     fn frequency(&self) -> f64 {
         0.0
     }
-    fn begin(&self, _angle: f64) -> Two {
-        [0.0; 2]
+    fn begin<const K: usize>(&self, _angles: &[f64; K]) -> Pair<K> {
+        [[0.0; K]; 2]
     }
     #[inline]
-    fn raise(&self, factor: Two, _k: f64) -> Two {
-        factor
+    fn raise<const K: usize>(&self, factor: &Pair<K>, _k: f64) -> Pair<K> {
+        *factor
     }
 }
 
@@ -62,8 +65,8 @@ impl Shaking for Shaken {
         self.frequency
     }
     #[inline]
-    fn base(&self, factor: Two, r: usize) -> Two {
-        self.push[r].map(|push| push * factor[0])
+    fn base<const K: usize>(&self, factor: &Pair<K>, r: usize) -> Pair<K> {
+        each(|i, m| self.push[r][i] * factor[0][m])
     }
 }
 
@@ -81,9 +84,9 @@ impl Shaking for Forced {
         self.frequency
     }
     #[inline]
-    fn force(&self, factor: Two, r: usize) -> Two {
+    fn force<const K: usize>(&self, factor: &Pair<K>, r: usize) -> Pair<K> {
         let [re, im] = self.amplitude[r];
-        std::array::from_fn(|i| re[i] * factor[0] - im[i] * factor[1])
+        each(|i, m| re[i] * factor[0][m] - im[i] * factor[1][m])
     }
 }
 
@@ -100,6 +103,21 @@ pub(crate) enum Excitation {
 
 /// The numbers of two links, which processors handle as one.
 pub(crate) type Two = [f64; 2];
+/// The numbers of two links in each of K motions.
+pub(crate) type Pair<const K: usize> = [[f64; K]; 2];
+
+/// The numbers by link of the pair and motion.
+#[allow(clippy::inline_always, reason = "the innermost loops are made of it")]
+#[inline(always)]
+pub(crate) fn each<const K: usize>(number: impl Fn(usize, usize) -> f64) -> Pair<K> {
+    let mut all = [[0.0; K]; 2];
+    for (i, link) in all.iter_mut().enumerate() {
+        for (m, x) in link.iter_mut().enumerate() {
+            *x = number(i, m);
+        }
+    }
+    all
+}
 
 /// Numbers of each link as pairs.
 pub(crate) fn paired(values: &DVector<f64>) -> Vec<Two> {

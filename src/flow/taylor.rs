@@ -5,7 +5,8 @@
 //! combinations of links. Coefficient k of each product is a convolution, in which the unknown acceleration appears with
 //! the mass matrix at the start; `s' = c v` and `c' = -s v` give the rest.
 
-use crate::flow::shaking::{Shaking, Two};
+use crate::flow::registers::Arithmetic;
+use crate::flow::shaking::{Pair, Shaking, Two, each};
 
 /// Highest order of a series.
 pub(crate) const MOST_ORDER: usize = 24;
@@ -23,43 +24,51 @@ const RECIPROCALS: [f64; ROWS] = {
     all
 };
 
-/// The series of two links: coefficient k is that of `t^k`.
+/// The series of two links of K motions: coefficient k is that of `t^k`.
 #[derive(Debug, Clone)]
-pub(crate) struct Lane {
-    pub q: [Two; ROWS],
-    pub v: [Two; ROWS],
-    pub sin: [Two; ROWS],
-    pub cos: [Two; ROWS],
+pub(crate) struct Lane<const K: usize> {
+    pub q: [Pair<K>; ROWS],
+    pub v: [Pair<K>; ROWS],
+    pub sin: [Pair<K>; ROWS],
+    pub cos: [Pair<K>; ROWS],
     /// P and Q of the equations of motion.
-    across: [Two; ROWS],
-    along: [Two; ROWS],
+    across: [Pair<K>; ROWS],
+    along: [Pair<K>; ROWS],
     /// The second derivatives of sine and cosine at the order in work: without the acceleration, then its part alone.
-    bent: [Two; 2],
+    bent: [Pair<K>; 2],
     /// What drives the acceleration of the order in work.
-    rest: Two,
-    acceleration: Two,
+    rest: Pair<K>,
+    acceleration: Pair<K>,
 }
 
-impl Lane {
+impl<const K: usize> Lane<K> {
     /// All zeros.
     pub const EMPTY: Self = Self {
-        q: [[0.0; 2]; ROWS],
-        v: [[0.0; 2]; ROWS],
-        sin: [[0.0; 2]; ROWS],
-        cos: [[0.0; 2]; ROWS],
-        across: [[0.0; 2]; ROWS],
-        along: [[0.0; 2]; ROWS],
-        bent: [[0.0; 2]; 2],
-        rest: [0.0; 2],
-        acceleration: [0.0; 2],
+        q: [[[0.0; K]; 2]; ROWS],
+        v: [[[0.0; K]; 2]; ROWS],
+        sin: [[[0.0; K]; 2]; ROWS],
+        cos: [[[0.0; K]; 2]; ROWS],
+        across: [[[0.0; K]; 2]; ROWS],
+        along: [[[0.0; K]; 2]; ROWS],
+        bent: [[[0.0; K]; 2]; 2],
+        rest: [[0.0; K]; 2],
+        acceleration: [[0.0; K]; 2],
     };
 }
 
 /// A matrix over the links: entries of two rows in one column, block row after block row.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Blocks(pub Vec<Two>);
+pub(crate) struct Blocks<T>(pub Vec<T>);
 
-impl Blocks {
+impl<T> Blocks<T> {
+    /// Block row r of a matrix over so many lanes.
+    #[inline]
+    fn row(&self, r: usize, lanes: usize) -> &[T] {
+        &self.0[2 * r * lanes..2 * (r + 1) * lanes]
+    }
+}
+
+impl Blocks<Two> {
     /// The matrix of n links with these entries.
     pub fn new(n: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
         let lanes = n.div_ceil(2);
@@ -71,22 +80,31 @@ impl Blocks {
                 .collect(),
         )
     }
+}
 
-    /// Block row r of a matrix over so many lanes.
-    #[inline]
-    fn row(&self, r: usize, lanes: usize) -> &[Two] {
-        &self.0[2 * r * lanes..2 * (r + 1) * lanes]
+impl<const K: usize> Blocks<Pair<K>> {
+    /// The matrices of no motions, n links each.
+    pub fn zeros(n: usize) -> Self {
+        let lanes = n.div_ceil(2);
+        Self(vec![[[0.0; K]; 2]; 2 * lanes * lanes])
     }
 }
 
-/// `sum += row x`, x given by lanes.
-#[inline]
-fn add_product(sum: &mut Two, row: &[Two], lanes: &[Lane], of: impl Fn(&Lane) -> Two) {
-    for (columns, lane) in row.chunks_exact(2).zip(lanes) {
+/// `sum += row x`, x given by lanes; `entry(column, i)` is that of the row i of the block for each motion.
+#[allow(clippy::inline_always, reason = "a part of the innermost loop")]
+#[inline(always)]
+fn add_product<A: Arithmetic, const K: usize>(
+    sum: &mut Pair<K>,
+    entry: impl Fn(usize, usize, usize) -> f64,
+    lanes: &[Lane<K>],
+    of: impl Fn(&Lane<K>) -> &Pair<K>,
+) {
+    for (r, lane) in lanes.iter().enumerate() {
         let x = of(lane);
-        for i in 0..2 {
-            sum[i] += columns[0][i] * x[0] + columns[1][i] * x[1];
-        }
+        *sum = each(|i, m| {
+            let first = A::add_product(entry(2 * r, i, m), x[0][m], sum[i][m]);
+            A::add_product(entry(2 * r + 1, i, m), x[1][m], first)
+        });
     }
 }
 
@@ -96,88 +114,96 @@ pub(crate) struct Coefficients {
     /// The order of the velocities.
     pub order: usize,
     /// I
-    pub inertia: Blocks,
+    pub inertia: Blocks<Two>,
     /// C, empty without damping.
-    pub damping: Blocks,
+    pub damping: Blocks<Two>,
     /// `h_i g`
     pub weight: Vec<Two>,
 }
 
-/// Fills the series from their coefficients of order zero.
+/// Fills the series of K motions, each from its coefficients of order zero, the inverse of its mass matrix and its angle of
+/// the forcing.
 #[allow(
     clippy::inline_always,
     reason = "the loops over lanes are written out where their number is known"
 )]
 #[inline(always)]
-fn expand<E: Shaking>(
-    lanes: &mut [Lane],
+pub(crate) fn expand<A: Arithmetic, E: Shaking, const K: usize>(
+    lanes: &mut [Lane<K>],
     c: &Coefficients,
-    inverse: &Blocks,
+    inverse: &Blocks<Pair<K>>,
     excitation: &E,
-    angle: f64,
+    angles: &[f64; K],
 ) {
     let count = lanes.len();
-    let mut factor = excitation.begin(angle);
+    let mut factor = excitation.begin(angles);
     for lane in lanes.iter_mut() {
-        for i in 0..2 {
-            lane.sin[1][i] = lane.cos[0][i] * lane.v[0][i];
-            lane.cos[1][i] = -lane.sin[0][i] * lane.v[0][i];
-        }
+        lane.sin[1] = each(|i, m| lane.cos[0][i][m] * lane.v[0][i][m]);
+        lane.cos[1] = each(|i, m| -lane.sin[0][i][m] * lane.v[0][i][m]);
     }
     for k in 0..c.order {
         let next = (k + 1) as f64;
         for lane in lanes.iter_mut() {
-            known_part(lane, k);
+            known_part::<A, K>(lane, k);
         }
         for r in 0..count {
             let row = c.inertia.row(r, count);
-            let (mut across, mut along) = (excitation.base(factor, r).map(|b| -b), [0.0; 2]);
+            let entry = |column: usize, i: usize, _: usize| row[column][i];
+            let push = excitation.base(&factor, r);
+            let (mut across, mut along) = (each(|i, m| -push[i][m]), [[0.0; K]; 2]);
             if k == 0 {
-                along = c.weight[r].map(|w| -w);
+                along = each(|i, _| -c.weight[r][i]);
             }
-            add_product(&mut across, row, lanes, |lane| lane.bent[0]);
-            add_product(&mut along, row, lanes, |lane| lane.bent[1]);
-            let mut drag = [0.0; 2];
+            add_product::<A, K>(&mut across, entry, lanes, |lane| &lane.bent[0]);
+            add_product::<A, K>(&mut along, entry, lanes, |lane| &lane.bent[1]);
+            let mut drag = [[0.0; K]; 2];
             if !c.damping.0.is_empty() {
-                add_product(&mut drag, c.damping.row(r, count), lanes, |lane| lane.v[k]);
+                let row = c.damping.row(r, count);
+                let entry = |column: usize, i: usize, _: usize| row[column][i];
+                add_product::<A, K>(&mut drag, entry, lanes, |lane| &lane.v[k]);
             }
-            let force = excitation.force(factor, r);
+            let force = excitation.force(&factor, r);
             let lane = &mut lanes[r];
-            for i in 0..2 {
-                lane.rest[i] +=
-                    force[i] - drag[i] - lane.cos[0][i] * across[i] + lane.sin[0][i] * along[i];
-            }
+            let (cos, sin) = (&lane.cos[0], &lane.sin[0]);
+            lane.rest = each(|i, m| {
+                let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);
+                let driven = A::add_product(-cos[i][m], across[i][m], driven);
+                A::add_product(sin[i][m], along[i][m], driven)
+            });
             (lane.across[k], lane.along[k]) = (across, along);
         }
         for r in 0..count {
-            let mut acceleration = [0.0; 2];
-            add_product(&mut acceleration, inverse.row(r, count), lanes, |lane| {
-                lane.rest
-            });
+            let row = inverse.row(r, count);
+            let entry = |column: usize, i: usize, m: usize| row[column][i][m];
+            let mut acceleration = [[0.0; K]; 2];
+            add_product::<A, K>(&mut acceleration, entry, lanes, |lane| &lane.rest);
             lanes[r].acceleration = acceleration;
         }
         let (by_next, by_both) = (RECIPROCALS[k + 1], RECIPROCALS[k + 1] * RECIPROCALS[k + 2]);
         for lane in lanes.iter_mut() {
-            for i in 0..2 {
-                let a = lane.acceleration[i];
-                let turned = [lane.cos[0][i] * a, -lane.sin[0][i] * a];
-                lane.v[k + 1][i] = a * by_next;
-                lane.sin[k + 2][i] = (lane.bent[0][i] + turned[0]) * by_both;
-                lane.cos[k + 2][i] = (lane.bent[1][i] + turned[1]) * by_both;
-                (lane.bent[0][i], lane.bent[1][i]) = (turned[0], turned[1]);
-            }
+            let (a, [sin, cos]) = (&lane.acceleration, &lane.bent);
+            let turned = [
+                each(|i, m| lane.cos[0][i][m] * a[i][m]),
+                each(|i, m| -lane.sin[0][i][m] * a[i][m]),
+            ];
+            lane.v[k + 1] = each(|i, m| a[i][m] * by_next);
+            lane.sin[k + 2] = each(|i, m| (sin[i][m] + turned[0][i][m]) * by_both);
+            lane.cos[k + 2] = each(|i, m| (cos[i][m] + turned[1][i][m]) * by_both);
+            lane.bent = turned;
         }
         for r in 0..count {
             let row = c.inertia.row(r, count);
+            let entry = |column: usize, i: usize, _: usize| row[column][i];
             let (mut across, mut along) = (lanes[r].across[k], lanes[r].along[k]);
-            add_product(&mut across, row, lanes, |lane| lane.bent[0]);
-            add_product(&mut along, row, lanes, |lane| lane.bent[1]);
+            add_product::<A, K>(&mut across, entry, lanes, |lane| &lane.bent[0]);
+            add_product::<A, K>(&mut along, entry, lanes, |lane| &lane.bent[1]);
             (lanes[r].across[k], lanes[r].along[k]) = (across, along);
         }
-        factor = excitation.raise(factor, next);
+        factor = excitation.raise(&factor, next);
     }
     for lane in lanes {
-        lane.q[c.order + 1] = lane.v[c.order].map(|v| v * RECIPROCALS[c.order + 1]);
+        let last = &lane.v[c.order];
+        lane.q[c.order + 1] = each(|i, m| last[i][m] * RECIPROCALS[c.order + 1]);
     }
 }
 
@@ -185,42 +211,29 @@ fn expand<E: Shaking>(
 /// sine and cosine, the products of the equations of motion.
 #[allow(clippy::inline_always, reason = "the innermost loop of the series")]
 #[inline(always)]
-fn known_part(lane: &mut Lane, k: usize) {
+fn known_part<A: Arithmetic, const K: usize>(lane: &mut Lane<K>, k: usize) {
     let next = (k + 1) as f64;
-    let (mut sin, mut cos, mut rest) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    let (mut sin, mut cos, mut rest) = ([[0.0; K]; 2], [[0.0; K]; 2], [[0.0; K]; 2]);
     // The coefficients found last come last: the sum does not wait for them.
     let (c, s, v) = (&lane.cos[1..][..k], &lane.sin[1..][..k], &lane.v[1..][..k]);
     let (p, q) = (&lane.across[..k], &lane.along[..k]);
     for j in 0..k {
         let back = k - 1 - j;
         for i in 0..2 {
-            sin[i] += c[back][i] * v[j][i];
-            cos[i] += s[back][i] * v[j][i];
-            rest[i] += s[back][i] * q[j][i] - c[back][i] * p[j][i];
+            for m in 0..K {
+                let (c, s, v) = (c[back][i][m], s[back][i][m], v[j][i][m]);
+                sin[i][m] = A::add_product(c, v, sin[i][m]);
+                cos[i][m] = A::add_product(s, v, cos[i][m]);
+                let without = A::add_product(-c, p[j][i][m], rest[i][m]);
+                rest[i][m] = A::add_product(s, q[j][i][m], without);
+            }
         }
     }
-    let (c, s, v) = (lane.cos[k + 1], lane.sin[k + 1], lane.v[0]);
-    for i in 0..2 {
-        sin[i] = next * (sin[i] + c[i] * v[i]);
-        cos[i] = -next * (cos[i] + s[i] * v[i]);
-        lane.q[k + 1][i] = lane.v[k][i] * RECIPROCALS[k + 1];
-    }
-    lane.bent = [sin, cos];
+    let (c, s, v) = (&lane.cos[k + 1], &lane.sin[k + 1], &lane.v[0]);
+    lane.bent = [
+        each(|i, m| next * A::add_product(c[i][m], v[i][m], sin[i][m])),
+        each(|i, m| -next * A::add_product(s[i][m], v[i][m], cos[i][m])),
+    ];
+    lane.q[k + 1] = each(|i, m| lane.v[k][i][m] * RECIPROCALS[k + 1]);
     lane.rest = rest;
-}
-
-/// [`expand`] with the number of lanes known at compile time where it is small.
-pub(crate) fn expand_lanes<E: Shaking>(
-    lanes: &mut [Lane],
-    c: &Coefficients,
-    inverse: &Blocks,
-    excitation: &E,
-    angle: f64,
-) {
-    match lanes {
-        [_] => expand(&mut lanes[..1], c, inverse, excitation, angle),
-        [_, _] => expand(&mut lanes[..2], c, inverse, excitation, angle),
-        [_, _, _] => expand(&mut lanes[..3], c, inverse, excitation, angle),
-        _ => expand(lanes, c, inverse, excitation, angle),
-    }
 }

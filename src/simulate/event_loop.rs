@@ -1,13 +1,17 @@
 //! The loop of a simulation: fly to the next contact, strike, go on; complete impacts that accumulate, hold what stays in
 //! contact, let go what is pulled (theory 8, 9).
 
+mod settle;
+
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result, digits};
-use crate::impact::{Impact, Release, contact_forces, resolve_impacts};
+use crate::impact::{Impact, resolve_impacts};
 use crate::quantity::positive_part;
+use crate::simulate::clock::Clock;
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats, Status};
+use crate::watch::stop_if;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
@@ -40,7 +44,7 @@ type Resolved = Result<std::result::Result<(), Unresolved>>;
 #[derive(Default)]
 pub(crate) struct EventLoop {
     /// The order of the root of each gap at the start of the flight.
-    starts: Vec<usize>,
+    pub starts: Vec<usize>,
     /// The largest size of the motion seen at each stop.
     sizes: Vec<f64>,
     /// The stops in contact.
@@ -59,31 +63,37 @@ pub(crate) struct EventLoop {
 }
 
 impl EventLoop {
-    /// Runs a mover from where it is to the end of the span.
-    pub fn run<M: Mover>(
+    /// Flight after flight to the end of the run.
+    pub fn go_on<M: Mover>(
         &mut self,
         mover: &mut M,
-        (t0, t_end): (f64, f64),
+        t_end: f64,
         options: &SimulateOptions,
         record: &mut Record,
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Ending> {
-        let ending = self.go_on(mover, (t0, t_end), options, record, observer)?;
-        if ending.status != Status::Finished {
-            // The last event has a side after it, and the last instant its sample.
-            mover.stay(Some(ending.time), record)?;
+        let goal = mover.clock().at(t_end);
+        loop {
+            let span = match self.depart(mover, goal, options, observer)? {
+                ControlFlow::Break(ending) => return Ok(ending),
+                ControlFlow::Continue(span) => span,
+            };
+            let now = mover.clock().time();
+            let mut check = || observer(now).is_continue();
+            let arrival = mover.fly(&self.starts, span, t_end, record, &mut check)?;
+            if let Some(ending) = self.arrive(mover, arrival, t_end, record)? {
+                return Ok(ending);
+            }
         }
-        Ok(ending)
     }
 
-    fn go_on<M: Mover>(
+    /// Makes ready for a run from where a mover is, at a time; a run that cannot begin has ended.
+    pub fn start<M: Mover>(
         &mut self,
         mover: &mut M,
-        (t0, t_end): (f64, f64),
-        options: &SimulateOptions,
+        t0: f64,
         record: &mut Record,
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Ending> {
+    ) -> Result<Option<Ending>> {
         self.stats = Stats::default();
         self.starts.clear();
         self.starts.resize(mover.n_stops(), 0);
@@ -94,54 +104,65 @@ impl EventLoop {
         self.n_inelastic = 0;
         self.last_blow = None;
         self.events_at = (t0, 0);
-        let end = mover.clock().at(t_end);
-        if let Err(unresolved) = self.begin(mover, record)? {
-            return Ok(unresolved.at(t0));
+        let begun = self.begin(mover, record)?;
+        Ok(begun.err().map(|unresolved| unresolved.at(t0)))
+    }
+
+    /// The span of the next flight, towards a goal; or the end of the run, if there is to be none.
+    pub fn depart<M: Mover>(
+        &mut self,
+        mover: &M,
+        goal: Clock,
+        options: &SimulateOptions,
+        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<Ending, f64>> {
+        let now = mover.clock().time();
+        if options
+            .max_impacts
+            .is_some_and(|most| self.stats.n_impacts >= most)
+        {
+            return Ok(ControlFlow::Break(self.ended(now, Status::MaxImpacts)));
         }
-        let most = options.max_impacts.unwrap_or(usize::MAX);
-        loop {
-            if self.stats.n_impacts >= most {
-                return Ok(self.ended(mover.clock().time(), Status::MaxImpacts));
-            }
-            let now = mover.clock().time();
-            if observer(now).is_break() {
-                return Err(Error::Interrupted);
-            }
-            let span = mover.clock().until(end).max(0.0);
-            self.stats.n_flights += 1;
-            let mut check = || observer(now).is_continue();
-            if self.is_looping(now) {
-                let reason = "contacts open and close without end at one instant".to_owned();
-                return Ok(Unresolved { reason }.at(now));
-            }
-            match mover.fly(&self.starts, span, t_end, record, &mut check)? {
-                Arrival::End => return Ok(self.ended(t_end, Status::Finished)),
-                Arrival::Stalled { stop } => {
-                    let reason = format!(
-                        "the gap to stop {stop} stays within rounding of zero: sustained contact"
-                    );
-                    return Ok(Unresolved { reason }.at(mover.clock().time()));
-                }
-                Arrival::Underflow => {
-                    let time = mover.clock().time();
-                    return Ok(Ending {
-                        time,
-                        status: Status::StepUnderflow,
-                        message: format!("at t = {time}: the steps became too short for the time"),
-                    });
-                }
-                Arrival::Contact { stop } => {
-                    if let Err(unresolved) = self.collide(mover, stop, record)? {
-                        return Ok(unresolved.at(mover.clock().time()));
-                    }
-                }
-                Arrival::Release { stop } => {
-                    if let Err(unresolved) = self.let_go(mover, stop)? {
-                        return Ok(unresolved.at(mover.clock().time()));
-                    }
-                }
-            }
+        stop_if(observer(now))?;
+        self.stats.n_flights += 1;
+        if self.is_looping(now) {
+            let reason = "contacts open and close without end at one instant".to_owned();
+            return Ok(ControlFlow::Break(Unresolved { reason }.at(now)));
         }
+        Ok(ControlFlow::Continue(mover.clock().until(goal).max(0.0)))
+    }
+
+    /// What happens where a flight has ended; the end of the run, if it is that.
+    pub fn arrive<M: Mover>(
+        &mut self,
+        mover: &mut M,
+        arrival: Arrival,
+        t_end: f64,
+        record: &mut Record,
+    ) -> Result<Option<Ending>> {
+        let time = mover.clock().time();
+        let resolved = match arrival {
+            Arrival::End => return Ok(Some(self.ended(t_end, Status::Finished))),
+            Arrival::Underflow => {
+                let message = format!("at t = {time}: the steps became too short for the time");
+                let status = Status::StepUnderflow;
+                return Ok(Some(Ending {
+                    time,
+                    status,
+                    message,
+                }));
+            }
+            Arrival::Stalled { stop } => Err(Unresolved {
+                reason: format!(
+                    "the gap to stop {stop} stays within rounding of zero: sustained contact"
+                ),
+            }),
+            Arrival::Contact { stop } => self.collide(mover, stop, record)?,
+            Arrival::Release { stop } => self.let_go(mover, stop)?,
+        };
+        // A chatter that has been completed has taken time.
+        let time = mover.clock().time();
+        Ok(resolved.err().map(|unresolved| unresolved.at(time)))
     }
 
     fn ended(&self, time: f64, status: Status) -> Ending {
@@ -369,91 +390,6 @@ impl EventLoop {
             });
         }
     }
-
-    /// What each stop in contact does next: it opens with a root of some order, or it is held.
-    fn settle<M: Mover>(&mut self, mover: &mut M) -> Resolved {
-        self.starts.fill(0);
-        for (stop, size) in self.sizes.iter_mut().enumerate() {
-            let state = mover.gap(stop);
-            *size = size.max(state.size).max(0.5 * state.apex());
-        }
-        let before = std::mem::take(&mut self.held);
-        let mut resting = Vec::new();
-        for &stop in self.touching.iter().chain(&before) {
-            if self.is_still(mover, stop, &before)? {
-                resting.push(stop);
-            } else {
-                self.starts[stop] = 1;
-            }
-        }
-        resting.sort_unstable();
-        resting.dedup();
-        if resting.is_empty() && before.is_empty() {
-            return Ok(Ok(()));
-        }
-        if let Err(unresolved) = self.hold_or_open(mover, &resting)? {
-            return Ok(Err(unresolved));
-        }
-        let held = self.held.clone();
-        mover.hold(&held)?;
-        Ok(Ok(()))
-    }
-
-    /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so
-    /// does a flight that would rise by no more than rounding.
-    fn is_still<M: Mover>(&self, mover: &M, stop: usize, held: &[usize]) -> Result<bool> {
-        let mut state = mover.gap(stop);
-        let low = ROUNDING * self.sizes[stop];
-        if self.still.contains(&stop) || state.speed.abs() <= ROUNDING * mover.speed_size(stop) {
-            return Ok(true);
-        }
-        state.acceleration = drawn(mover, stop, held)?;
-        Ok(state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low)
-    }
-
-    /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
-    fn hold_or_open<M: Mover>(&mut self, mover: &M, resting: &[usize]) -> Resolved {
-        if resting.is_empty() {
-            return Ok(Ok(()));
-        }
-        let states = resting.iter().map(|&stop| mover.gap(stop));
-        let pulls = DVector::from_iterator(resting.len(), states.map(|s| s.acceleration));
-        let slack = DVector::from_element(resting.len(), ROUNDING * pulls.amax());
-        let Ok(forces) = contact_forces(&mover.delassus(resting)?, &pulls, &slack) else {
-            let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
-            return Ok(Err(Unresolved { reason }));
-        };
-        for (&stop, force) in resting.iter().zip(&forces) {
-            match force.release {
-                Release::Leaves => self.starts[stop] = 2,
-                Release::Undecided if mover.gap(stop).jerk > 0.0 => self.starts[stop] = 3,
-                Release::Stays | Release::Undecided => self.held.push(stop),
-            }
-        }
-        Ok(Ok(()))
-    }
-}
-
-/// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
-fn drawn<M: Mover>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
-    let free = mover.gap(stop).acceleration;
-    let mut all: Vec<usize> = held.iter().copied().filter(|&h| h != stop).collect();
-    let k = all.len();
-    if k == 0 {
-        return Ok(free);
-    }
-    let pulls = DVector::from_iterator(k, all.iter().map(|&stop| mover.gap(stop).acceleration));
-    all.push(stop);
-    let delassus = mover.delassus(&all)?;
-    let slack = DVector::from_element(k, ROUNDING * pulls.amax());
-    let among = delassus.view((0, 0), (k, k)).into_owned();
-    // Contacts without forces are a jam, which is found where it is asked which of them stay.
-    let forces = contact_forces(&among, &pulls, &slack).unwrap_or_default();
-    let added = forces
-        .iter()
-        .enumerate()
-        .map(|(j, force)| delassus[(k, j)] * force.force);
-    Ok(free + added.sum::<f64>())
 }
 
 impl Unresolved {

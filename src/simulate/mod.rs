@@ -1,5 +1,6 @@
 //! From a scene to a trajectory: flights, contacts, impacts (theory 8, 9).
 
+mod abreast;
 mod clock;
 mod energy;
 mod event_loop;
@@ -15,6 +16,7 @@ mod saved;
 mod stepping;
 mod trajectory;
 
+pub(crate) use abreast::Abreast;
 pub use energy::Energy;
 pub(crate) use event_loop::RATIO_TOL;
 pub(crate) use held::HeldMotion;
@@ -22,8 +24,8 @@ pub use kept::SegmentKind;
 pub(crate) use mover::Mover;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
-pub(crate) use run::{Run, choose, with_series, with_steps};
+pub(crate) use run::{Done, Run, choose, with_series, with_steps};
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
-pub(crate) use stepping::Pendulum;
+pub(crate) use stepping::{Pendulum, StepMover, Taylor};
 pub use trajectory::{Graze, Samples, Segment, Side as ImpactSide, Trajectory};

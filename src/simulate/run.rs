@@ -13,7 +13,7 @@ use crate::simulate::record::Record;
 use crate::simulate::stepping::{
     Pendulum, RungeKutta, StepMover, Taylor, has_series, series_order,
 };
-use crate::simulate::{Method, SimulateOptions, Stats, Trajectory};
+use crate::simulate::{Method, SimulateOptions, Stats, Status, Trajectory};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -209,10 +209,10 @@ pub(crate) struct Done {
 
 /// One run after another of the same scene, with their buffers.
 pub(crate) struct Run<'a, M> {
-    mover: M,
-    events: EventLoop,
-    options: &'a SimulateOptions,
-    n_dof: usize,
+    pub mover: M,
+    pub events: EventLoop,
+    pub options: &'a SimulateOptions,
+    pub n_dof: usize,
 }
 
 impl<'a> Run<'a, ()> {
@@ -276,7 +276,20 @@ impl<'a, M: Mover> Run<'a, M> {
         } = self;
         let mut record = Record::new(options, *n_dof);
         mover.start(q0, v0, t_span.0);
-        let mut ending = events.run(mover, t_span, options, &mut record, observer)?;
+        let ending = match events.start(mover, t_span.0, &mut record)? {
+            Some(ending) => ending,
+            None => events.go_on(mover, t_span.1, options, &mut record, observer)?,
+        };
+        self.finish(ending, record)
+    }
+
+    /// What a run that has ended leaves behind.
+    pub fn finish(&mut self, mut ending: Ending, mut record: Record) -> Result<Done> {
+        let Self { mover, events, .. } = self;
+        if ending.status != Status::Finished {
+            // The last event has a side after it, and the last instant its sample.
+            mover.stay(Some(ending.time), &mut record)?;
+        }
         ending.message = shortened(ending.message + &mover.remarks());
         Ok(Done {
             ending,

@@ -1,18 +1,22 @@
 //! Many trajectories of one scene: the final states, in constant memory for each, on any number of threads.
 
 use crate::error::{Error, Result};
+use crate::flow::runge_kutta::State;
 use crate::flow::{ModalScene, with_flow};
-use crate::model::{Scene, SceneMotion};
+use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{
-    Keep, Method, Mover, Pendulum, Run, SimulateOptions, Status, choose, with_series, with_steps,
+    Abreast, Done, Keep, Method, Mover, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
+    choose, with_series, with_steps,
 };
-use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
 use crate::watch::GoOn;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
 /// Trajectories that a thread takes at a time.
 const TILE: usize = 8;
+/// The same where several run abreast: the last of a tile run with empty places beside them.
+const TILE_ABREAST: usize = 32;
 
 /// The ends of many trajectories, one row each.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +40,8 @@ struct End {
     status: Status,
 }
 
-/// Simulates a scene from many states, rows of `q0` and `v0`, shape `(k, n)` each; the same bits as one by one.
+/// Simulates a scene from many states, rows of `q0` and `v0`, shape `(k, n)` each; the same bits as one by one. Pendulums with
+/// large motions run four abreast, their Taylor series made together.
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///
@@ -114,7 +119,7 @@ pub fn simulate_many(
         Method::Taylor => {
             let pendulum = Pendulum::new(scene)?;
             with_series!(&pendulum, scene, options, make => {
-                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
+                fill_abreast(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }
     }
@@ -136,34 +141,57 @@ fn fill_ends<'a, M: Mover>(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let work = |run: &mut Run<'a, M>, i: usize, go_on: GoOn<'_>| {
-        let row = |m: &DMatrix<f64>| m.row(i).transpose();
-        end_of(run, (&row(q0), &row(v0)), i, t_span, go_on)
+        let (q0, v0) = (row(q0, i), row(v0, i));
+        let done = run.run(&q0, &v0, t_span, &mut |_| go_on());
+        done.map(End::of).map_err(|error| of_row(i, error))
     };
     fill(ends, TILE, sweep, || Ok(make()), work, observer)
 }
 
-fn end_of<M: Mover>(
-    run: &mut Run<'_, M>,
-    (q0, v0): (&DVector<f64>, &DVector<f64>),
-    i: usize,
+/// Fills the ends by runs abreast.
+fn fill_abreast<'a, S: State, D: Dynamics + 'a>(
+    ends: &mut [End],
+    make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>> + Sync,
+    (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
-    go_on: GoOn<'_>,
-) -> Result<End> {
-    let done = run
-        .run(q0, v0, t_span, &mut |_| go_on())
-        .map_err(|error| match error {
-            Error::BadValue {
-                argument,
-                value,
-                rule,
-            } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
-            other => other,
-        })?;
-    let (q, v) = done.last;
-    Ok(End {
-        q,
-        v,
-        n_impacts: done.stats.n_impacts,
-        status: done.ending.status,
-    })
+    sweep: SweepOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<()> {
+    let work = |runs: &mut Abreast<'a, S, D>, first: usize, slots: &mut [End], go_on: GoOn<'_>| {
+        let start = |i: usize| (row(q0, first + i), row(v0, first + i));
+        let n = slots.len();
+        let mut put = |i: usize, done: Done| slots[i] = End::of(done);
+        let done = runs.run(0..n, start, go_on, &mut put);
+        done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
+    };
+    let together = || Ok(Abreast::new(&make, t_span));
+    fill_tiles(ends, TILE_ABREAST, sweep, together, work, observer)
+}
+
+fn row(rows: &DMatrix<f64>, i: usize) -> DVector<f64> {
+    rows.row(i).transpose()
+}
+
+/// An error of a run, with the row that it began from.
+fn of_row(i: usize, error: Error) -> Error {
+    match error {
+        Error::BadValue {
+            argument,
+            value,
+            rule,
+        } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
+        other => other,
+    }
+}
+
+impl End {
+    fn of(done: Done) -> Self {
+        let (q, v) = done.last;
+        Self {
+            q,
+            v,
+            n_impacts: done.stats.n_impacts,
+            status: done.ending.status,
+        }
+    }
 }

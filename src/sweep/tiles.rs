@@ -40,13 +40,13 @@ impl SweepOptions {
     }
 }
 
-/// Fills `out[i]` with `item(&mut workspace, i, go_on)`, a workspace for each thread; the observer is called on the calling
-/// thread, about every 50 ms and at the end. A thread takes `tile` items at a time: many enough to make the handing out
-/// cheap, few enough to share evenly.
+/// What went wrong, and at which item.
+pub(crate) type Failure = (usize, Error);
+
+/// Fills `out[i]` with `item(&mut workspace, i, go_on)`, as [`fill_tiles`].
 ///
 /// # Errors
-/// `Error::Interrupted` if the observer breaks off; else the error of the item of lowest index among those that failed
-/// before the sweep stopped.
+/// As [`fill_tiles`].
 pub(crate) fn fill<T: Send, W>(
     out: &mut [T],
     tile: usize,
@@ -55,19 +55,38 @@ pub(crate) fn fill<T: Send, W>(
     item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T> + Sync,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
+    let items = |workspace: &mut W, first: usize, slots: &mut [T], go_on: GoOn<'_>| {
+        for (i, slot) in (first..).zip(slots) {
+            let value = stop_if(go_on()).and_then(|()| item(workspace, i, go_on));
+            *slot = value.map_err(|error| (i, error))?;
+        }
+        Ok(())
+    };
+    fill_tiles(out, tile, options, workspace, items, observer)
+}
+
+/// Fills `out` tile by tile by `items(&mut workspace, first, slots, go_on)`, `first` being the index of the first slot; a
+/// workspace for each thread. The observer is called on the calling thread, about every 50 ms and at the end. A thread takes
+/// `tile` items at a time: many enough to make the handing out cheap, few enough to share evenly.
+///
+/// # Errors
+/// `Error::Interrupted` if the observer breaks off; else the error of the item of lowest index among those that failed
+/// before the sweep stopped.
+pub(crate) fn fill_tiles<T: Send, W>(
+    out: &mut [T],
+    tile: usize,
+    options: SweepOptions,
+    workspace: impl Fn() -> Result<W> + Sync,
+    items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure> + Sync,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<()> {
     let total = out.len();
-    if options.count(total.div_ceil(tile))? > 1 {
+    let threads = options.count(total.div_ceil(tile))?;
+    if threads > 1 {
         #[cfg(feature = "parallel")]
-        on_threads::fill(
-            out,
-            tile,
-            options.count(total.div_ceil(tile))?,
-            workspace,
-            item,
-            observer,
-        )?;
+        on_threads::fill(out, tile, threads, workspace, items, observer)?;
     } else {
-        alone(out, workspace, item, observer)?;
+        alone(out, tile, workspace, items, observer)?;
     }
     stop_if(observer(Progress { done: total, total }))
 }
@@ -75,30 +94,31 @@ pub(crate) fn fill<T: Send, W>(
 /// On the calling thread.
 fn alone<T, W>(
     out: &mut [T],
+    tile: usize,
     workspace: impl Fn() -> Result<W>,
-    item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T>,
+    items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure>,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let total = out.len();
     let mut workspace = workspace()?;
     let mut last = Instant::now();
-    let mut look = |done: usize| {
-        if last.elapsed() < OBSERVER_INTERVAL {
-            return ControlFlow::Continue(());
-        }
-        last = Instant::now();
-        observer(Progress { done, total })
-    };
-    for (i, slot) in out.iter_mut().enumerate() {
-        *slot = item(&mut workspace, i, &mut || look(i))?;
-        stop_if(look(i + 1))?;
+    for (k, slots) in out.chunks_mut(tile).enumerate() {
+        let done = k * tile;
+        let mut look = || {
+            if last.elapsed() < OBSERVER_INTERVAL {
+                return ControlFlow::Continue(());
+            }
+            last = Instant::now();
+            observer(Progress { done, total })
+        };
+        items(&mut workspace, done, slots, &mut look).map_err(|(_, error)| error)?;
     }
     Ok(())
 }
 
 #[cfg(feature = "parallel")]
 mod on_threads {
-    use super::{OBSERVER_INTERVAL, Progress};
+    use super::{Failure, OBSERVER_INTERVAL, Progress};
     use crate::error::{Error, Result};
     use crate::watch::{GoOn, stop_if};
     use std::ops::ControlFlow;
@@ -136,7 +156,7 @@ mod on_threads {
             &self,
             size: usize,
             workspace: impl Fn() -> Result<W>,
-            item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T>,
+            items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure>,
         ) {
             let mut workspace = match workspace() {
                 Ok(workspace) => workspace,
@@ -149,21 +169,15 @@ mod on_threads {
                     .unwrap_or_else(std::sync::PoisonError::into_inner)
                     .next();
                 let Some((tile, slots)) = next else { return };
-                for (i, slot) in slots.iter_mut().enumerate() {
+                let mut go_on = || {
                     if self.is_stopped.load(Ordering::Relaxed) {
-                        return;
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
                     }
-                    let mut go_on = || {
-                        if self.is_stopped.load(Ordering::Relaxed) {
-                            ControlFlow::Break(())
-                        } else {
-                            ControlFlow::Continue(())
-                        }
-                    };
-                    match item(&mut workspace, tile * size + i, &mut go_on) {
-                        Ok(value) => *slot = value,
-                        Err(error) => return self.fail(tile * size + i, error),
-                    }
+                };
+                if let Err((index, error)) = items(&mut workspace, tile * size, slots, &mut go_on) {
+                    return self.fail(index, error);
                 }
                 self.done.fetch_add(slots.len(), Ordering::Relaxed);
             }
@@ -186,7 +200,7 @@ mod on_threads {
         tile: usize,
         threads: usize,
         workspace: impl Fn() -> Result<W> + Sync,
-        item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T> + Sync,
+        items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure> + Sync,
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<()> {
         let total = out.len();
@@ -209,7 +223,7 @@ mod on_threads {
             for _ in 0..threads {
                 scope.spawn(|_| {
                     let _leaving = Leaving(&shared.working, &caller);
-                    shared.work(tile, &workspace, &item);
+                    shared.work(tile, &workspace, &items);
                 });
             }
             let mut last = std::time::Instant::now();

@@ -11,6 +11,7 @@ use crate::flow::taylor::MOST_ORDER;
 use crate::model::{
     ChainMotion, Constraint, DoublePendulumMotion, Dynamics, Links, Scene, System, contacts,
 };
+use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind, write_series};
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
@@ -22,7 +23,11 @@ use crate::watch::{Watch, answer};
 /// which it is least for about this order on a double pendulum; it is flat there.
 pub(crate) fn series_order(rtol: f64) -> usize {
     let digits = -rtol.max(f64::EPSILON).log10();
-    let order = (8.5 + 1.1 * digits).ceil().max(8.0);
+    let x: f64 = std::env::var("ORD")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(8.5);
+    let order = (x + 1.1 * digits).ceil().max(8.0);
     (order as usize).min(MOST_ORDER)
 }
 
@@ -74,6 +79,8 @@ pub(crate) struct Taylor {
     gaps: Vec<GapTerms>,
     /// The step last taken, where it says how fast the motion changes.
     before: Option<f64>,
+    /// Whether the series about the present state is made already.
+    is_made: bool,
 }
 
 impl Taylor {
@@ -86,6 +93,7 @@ impl Taylor {
                 .filter_map(|contact| GapTerms::new(&contact.surface))
                 .collect(),
             before: None,
+            is_made: false,
         }
     }
 }
@@ -93,6 +101,7 @@ impl Taylor {
 impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
     fn reset(&mut self) {
         self.before = None;
+        self.is_made = false;
     }
 
     fn fly(
@@ -102,50 +111,14 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
         record: &mut Record,
         check: &mut dyn FnMut() -> bool,
     ) -> Result<Arrival> {
-        mover.keep_segment(SegmentKind::Flight);
         let end = mover.clock.after(span);
         let mut starts = Some(starts);
         let mut go_on = answer(check);
         let mut watch = Watch::new(&mut go_on);
         loop {
-            let left = mover.clock.until(end);
-            if left <= 0.0 {
-                Self::keep_nothing(mover, Some(last), record)?;
-                return Ok(Arrival::End);
-            }
-            watch.work(mover.free.series.work())?;
-            mover.expand()?;
-            let Taylor { series, before, .. } = &mut mover.free;
-            let wanted = series.longest_step(mover.tolerance, *before);
-            let is_last = wanted >= left;
-            let h = if is_last { left } else { wanted };
-            if h.is_nan() || mover.clock.local + h == mover.clock.local {
-                return Ok(Arrival::Underflow);
-            }
-            if wanted.is_finite() {
-                *before = Some(wanted);
-            }
-            mover.n_steps += 1;
-            let found = mover.contact_on_series(starts, h);
-            if record.keep != Keep::Final {
-                record.grazes.append(&mut mover.grazes);
-            }
-            if let Some((stop, course)) = found {
-                let (at, arrival) = match course {
-                    Course::Stalled { at } => (at, Arrival::Stalled { stop }),
-                    // Time does not go back for a stop that was passed by less than its margin when the step began.
-                    Course::Contact { at } => (at.clamp(0.0, h), Arrival::Contact { stop }),
-                };
-                mover.keep_series(at, None, record);
-                mover.arrive_on_series(at);
-                mover.look()?;
+            watch.work(mover.work())?;
+            if let Some(arrival) = mover.step_on(starts.take(), (end, last), record)? {
                 return Ok(arrival);
-            }
-            mover.keep_series(h, is_last.then_some(last), record);
-            mover.arrive_on_series(h);
-            starts = None;
-            if is_last {
-                return Ok(Arrival::End);
             }
         }
     }
@@ -162,12 +135,81 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
 }
 
 impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
-    /// Makes the series about the present state.
-    fn expand(&mut self) -> Result<()> {
+    /// A step of a free flight that is to reach the instant `end` of the clock at the time `last`; where it arrives, if it
+    /// does. `starts` are the orders of the gaps' roots where the flight begins with this step.
+    pub fn step_on(
+        &mut self,
+        starts: Option<&[usize]>,
+        (end, last): (Clock, f64),
+        record: &mut Record,
+    ) -> Result<Option<Arrival>> {
+        if starts.is_some() {
+            self.keep_segment(SegmentKind::Flight);
+        }
+        let left = self.clock.until(end);
+        if left <= 0.0 {
+            Taylor::keep_nothing(self, Some(last), record)?;
+            return Ok(Some(Arrival::End));
+        }
+        self.expand()?;
+        let Taylor { series, before, .. } = &mut self.free;
+        let wanted = series.longest_step(self.tolerance, *before);
+        let is_last = wanted >= left;
+        let h = if is_last { left } else { wanted };
+        if h.is_nan() || self.clock.local + h == self.clock.local {
+            return Ok(Some(Arrival::Underflow));
+        }
+        if wanted.is_finite() {
+            *before = Some(wanted);
+        }
+        self.n_steps += 1;
+        let found = self.contact_on_series(starts, h);
+        if record.keep != Keep::Final {
+            record.grazes.append(&mut self.grazes);
+        }
+        if let Some((stop, course)) = found {
+            let (at, arrival) = match course {
+                Course::Stalled { at } => (at, Arrival::Stalled { stop }),
+                // Time does not go back for a stop that was passed by less than its margin when the step began.
+                Course::Contact { at } => (at.clamp(0.0, h), Arrival::Contact { stop }),
+            };
+            self.keep_series(at, None, record);
+            self.arrive_on_series(at);
+            self.look()?;
+            return Ok(Some(arrival));
+        }
+        self.keep_series(h, is_last.then_some(last), record);
+        self.arrive_on_series(h);
+        Ok(is_last.then_some(Arrival::End))
+    }
+
+    /// Operations that a step is, at the most.
+    pub fn work(&self) -> usize {
+        self.free.series.work()
+    }
+
+    /// Whether the next flight, or the rest of this one, is free.
+    pub fn is_free(&self) -> bool {
+        self.holding.is_empty()
+    }
+
+    /// The series about the present state, for the next step, which finds it made: all but the work of making it is done.
+    pub fn begin_series(&mut self) -> Result<&mut PendulumSeries> {
         let angle = self.moment().angle;
         let (q, v) = self.x.slice().split_at(self.dynamics.n_dof());
+        self.free.is_made = true;
+        self.free.series.begin(angle, q, v)?;
+        Ok(&mut self.free.series)
+    }
+
+    /// Makes the series about the present state, where it is not made yet.
+    fn expand(&mut self) -> Result<()> {
         self.stepper.n_rhs += 1;
-        self.free.series.expand(angle, q, v)
+        if !self.free.is_made {
+            self.begin_series()?.expand();
+        }
+        self.free.is_made = false;
+        Ok(())
     }
 
     /// The first stop reached along a step, or where the search stalls; touches before that are noted.
@@ -176,7 +218,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         let mut first = None;
         let mut until = h;
         for stop in 0..self.free.gaps.len() {
-            let gap = self.free.gaps[stop].along(&self.free.series);
+            let mut gap = self.free.gaps[stop].along(&self.free.series);
             let margin = self.margin(stop, gap.size);
             let order = starts.map_or(0, |orders| orders[stop]);
             self.touches.clear();
