@@ -4,5 +4,6 @@ pub(crate) mod ahead;
 pub(crate) mod curvature;
 pub(crate) mod next;
 pub(crate) mod polynomial;
+pub(crate) mod roots;
 pub(crate) mod series;
 pub(crate) mod walk;

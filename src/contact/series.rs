@@ -247,18 +247,7 @@ impl GapSeries {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// `scale (t - r_1) (t - r_2) ...`
-    fn from_roots(roots: &[f64], scale: f64) -> Vec<f64> {
-        roots.iter().fold(vec![scale], |c, root| {
-            let mut next = vec![0.0; c.len() + 1];
-            for (k, c) in c.iter().enumerate() {
-                next[k + 1] += c;
-                next[k] -= root * c;
-            }
-            next
-        })
-    }
+    use crate::contact::roots::from_roots;
 
     fn search(
         c: &[f64],

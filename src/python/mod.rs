@@ -17,6 +17,7 @@ mod orbit;
 mod orbit_facts;
 mod orbits;
 mod pattern;
+mod rows;
 mod run_facts;
 mod simulate;
 mod sweep;

@@ -3,7 +3,7 @@
 use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::model::PyScene;
-use crate::python::orbit::{is_before, out_grazes, out_impacts, out_segments, out_states};
+use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
 use crate::simulate::{ImpactSide, Samples, SavedTrajectory, Trajectory};
 use nalgebra::DVector;

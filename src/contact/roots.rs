@@ -1,0 +1,121 @@
+//! The roots of a polynomial of low order: its derivative's part it into monotone pieces.
+
+/// Coefficients of the longest polynomial, a quintic.
+pub(crate) const SIZE: usize = 6;
+
+/// Real numbers in ascending order, at most five.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Few {
+    values: [f64; SIZE],
+    count: usize,
+}
+
+impl Few {
+    fn push(&mut self, x: f64) {
+        self.values[self.count] = x;
+        self.count += 1;
+    }
+
+    pub fn slice(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+#[inline]
+pub(crate) fn value(c: &[f64], x: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+pub(crate) fn derivative(c: &[f64]) -> ([f64; SIZE], usize) {
+    let mut d = [0.0; SIZE];
+    for (k, c) in c.iter().enumerate().skip(1) {
+        d[k - 1] = k as f64 * c;
+    }
+    (d, c.len() - 1)
+}
+
+/// The root in an interval over whose ends a monotone polynomial changes its sign: Newton's method inside the bracket; a
+/// step of bisection is never taken for a converged one.
+pub(crate) fn bracketed_root(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let (d, size) = derivative(c);
+    let falls = value(c, low) > 0.0;
+    let mut x = 0.5 * (low + high);
+    for _ in 0..200 {
+        let y = value(c, x);
+        if y == 0.0 {
+            return x;
+        }
+        if (y > 0.0) == falls {
+            low = x;
+        } else {
+            high = x;
+        }
+        let newton = x - y / value(&d[..size], x);
+        let inside = newton > low && newton < high;
+        let next = if inside { newton } else { 0.5 * (low + high) };
+        if next == x || (inside && (next - x).abs() <= f64::EPSILON * x.abs()) || high <= low {
+            return next;
+        }
+        x = next;
+    }
+    x
+}
+
+/// The roots of a polynomial inside (0, 1) at which it changes its sign, by way of those of its derivative.
+pub(crate) fn roots(c: &[f64]) -> Few {
+    let mut found = Few::default();
+    if c.len() < 2 {
+        return found;
+    }
+    let (d, size) = derivative(c);
+    let turning = roots(&d[..size]);
+    let mut left = 0.0;
+    for &right in turning.slice().iter().chain(&[1.0]) {
+        if (value(c, left) > 0.0) != (value(c, right) > 0.0) && right > left {
+            found.push(bracketed_root(c, left, right));
+        }
+        left = right;
+    }
+    found
+}
+
+/// `scale (x - r_1) (x - r_2) ...`, for tests.
+#[cfg(test)]
+pub(crate) fn from_roots(at: &[f64], scale: f64) -> Vec<f64> {
+    at.iter().fold(vec![scale], |c, root| {
+        let mut next = vec![0.0; c.len() + 1];
+        for (k, c) in c.iter().enumerate() {
+            next[k + 1] += c;
+            next[k] -= root * c;
+        }
+        next
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sign_change_is_found() {
+        for at in [
+            vec![0.5],
+            vec![0.1, 0.9],
+            vec![0.3, 0.300_01],
+            vec![0.2, 0.4, 0.6, 0.8],
+            vec![0.01, 0.02, 0.5, 0.98, 0.99],
+            vec![-0.5, 0.25, 1.5],
+        ] {
+            let found = roots(&from_roots(&at, 2.0));
+            let inside: Vec<f64> = at
+                .iter()
+                .copied()
+                .filter(|x| (0.0..1.0).contains(x))
+                .collect();
+            assert_eq!(found.count, inside.len(), "{at:?}");
+            for (a, b) in found.slice().iter().zip(&inside) {
+                assert!((a - b).abs() < 1e-10, "{a} {b}");
+            }
+        }
+    }
+}

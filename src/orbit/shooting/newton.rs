@@ -1,0 +1,171 @@
+//! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
+
+use super::{CLOSED, Loop, Shooting, Units};
+use crate::error::{Error, Result};
+use crate::linalg::rank;
+use crate::orbit::chatter::Timed;
+use crate::orbit::pieces::Motion;
+use nalgebra::{DMatrix, DVector};
+
+/// Halvings of a Newton step that does not bring the motion nearer to closing.
+const MOST_HALVINGS: i32 = 12;
+/// Singular values below this, relative to the largest entry, belong to directions in which the orbit may be changed.
+const FREE_DIRECTION: f64 = 1e-12;
+
+/// The equations linearised about a loop: `rows xi = right`, and every flight's corrections `states[k] (xi, 1)` and
+/// `starts[k] (xi, 1)`.
+struct Linearised {
+    rows: DMatrix<f64>,
+    right: DVector<f64>,
+    states: Vec<DMatrix<f64>>,
+    starts: Vec<DVector<f64>>,
+}
+
+impl<M: Motion> Shooting<'_, M> {
+    /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
+    /// times, `xi`, so that these alone are solved for.
+    fn linearised(&self, state: &Loop, units: &Units) -> Result<Linearised> {
+        let flights = state.states.len();
+        let (two_n, n_times) = (state.states[0].len(), self.n_times());
+        let (n, unknowns) = (two_n / 2, two_n + n_times);
+        let scale = |i: usize| {
+            if i < n {
+                units.position
+            } else {
+                units.velocity
+            }
+        };
+        // Columns: the first state, the times, and what the flights do not close by.
+        let mut deviations = DMatrix::zeros(two_n, unknowns + 1);
+        for i in 0..two_n {
+            deviations[(i, i)] = scale(i);
+        }
+        let mut delays = self.shift(0, unknowns, units);
+        let mut rows = Vec::new();
+        let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
+        for k in 0..flights {
+            for stop in self.newly_struck(k) {
+                let (gap, gradient) = self.motion.gap(stop, &state.states[k])?;
+                let mut row = deviations.rows(0, n).tr_mul(&gradient);
+                row[unknowns] += gap;
+                rows.push(row / (gradient.amax() * units.position));
+            }
+            states.push(deviations.clone());
+            starts.push(delays.clone());
+            let (start, end) = (state.starts[k], state.times[k + 1]);
+            let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
+            deviations -= rate * delays.transpose();
+            let mut x = state.states[k].clone();
+            self.motion
+                .fly(self.held(k), (start, end), &mut x, &mut deviations)?;
+            delays = self.shift(k + 1, unknowns, units);
+            deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
+            let mut y = Timed {
+                time: end,
+                state: x,
+                deviations,
+                delays,
+            };
+            if let Some((condition, mut row)) = self.condition(k + 1, units, &y)? {
+                row[unknowns] += condition;
+                rows.push(row);
+            }
+            self.pass(k + 1, units, &mut y)?;
+            (deviations, delays) = (y.deviations, y.delays);
+            let mut open = deviations.column_mut(unknowns);
+            open += y.state - &state.states[(k + 1) % flights];
+            delays[unknowns] += y.time - state.start(k + 1);
+        }
+        for i in 0..two_n {
+            deviations[(i, i)] -= scale(i);
+            rows.push(deviations.row(i).transpose() / scale(i));
+        }
+        let all = DMatrix::from_columns(&rows).transpose();
+        Ok(Linearised {
+            right: -all.column(unknowns).into_owned(),
+            rows: all.columns(0, unknowns).into_owned(),
+            states,
+            starts,
+        })
+    }
+
+    /// What the unknowns make of the time of instant k.
+    fn shift(&self, k: usize, unknowns: usize, units: &Units) -> DVector<f64> {
+        let mut delays = DVector::zeros(unknowns + 1);
+        if let Some(j) = self.time_index(k) {
+            delays[unknowns - self.n_times() + j] = units.time;
+        }
+        delays
+    }
+
+    /// Newton's correction of every time and state; of many the least.
+    pub(super) fn correction(&self, state: &Loop, units: &Units) -> Result<Loop> {
+        let Linearised {
+            rows,
+            right,
+            states,
+            starts,
+        } = self.linearised(state, units)?;
+        let tolerance = FREE_DIRECTION * rows.amax();
+        let xi = rank::solve(&rows, &right, tolerance)?.particular;
+        let two_n = state.states[0].len();
+        let times = (0..state.times.len())
+            .map(|k| {
+                self.time_index(k)
+                    .map_or(0.0, |j| xi[two_n + j] * units.time)
+            })
+            .collect();
+        let with_one = xi.push(1.0);
+        let starts = starts.iter().map(|d| d.dot(&with_one)).collect();
+        let states = states.iter().map(|d| d * &with_one).collect();
+        Ok(Loop {
+            times,
+            starts,
+            states,
+        })
+    }
+
+    /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.
+    pub(super) fn corrected(
+        &self,
+        state: &Loop,
+        correction: &Loop,
+        mismatch: f64,
+        units: &Units,
+    ) -> Result<Option<(Loop, f64)>> {
+        // What is closed is only polished.
+        let tries = if mismatch <= CLOSED { 1 } else { MOST_HALVINGS };
+        for halvings in 0..tries {
+            let part = 0.5f64.powi(halvings);
+            let moved = |times: &[f64], by: &[f64]| -> Vec<f64> {
+                times.iter().zip(by).map(|(t, d)| t + part * d).collect()
+            };
+            let times = moved(&state.times, &correction.times);
+            let starts = moved(&state.starts, &correction.starts);
+            let flights = starts.iter().zip(times.windows(2));
+            if flights.into_iter().any(|(s, w)| *s < w[0] || w[1] <= *s) {
+                continue;
+            }
+            let states = state
+                .states
+                .iter()
+                .zip(&correction.states)
+                .map(|(x, d)| x + d * part)
+                .collect();
+            let next = Loop {
+                times,
+                starts,
+                states,
+            };
+            let left = match self.mismatch(&next, units) {
+                Ok(left) => left,
+                Err(Error::NoConvergence { .. }) => continue,
+                Err(error) => return Err(error),
+            };
+            if left < (1.0 - 0.25 * part) * mismatch {
+                return Ok(Some((next, left)));
+            }
+        }
+        Ok(None)
+    }
+}
