@@ -16,8 +16,8 @@ pub(crate) struct Margin {
 }
 
 impl Margin {
-    pub fn of(self, jet: &Jet) -> f64 {
-        self.absolute + self.relative * jet.size
+    pub fn of(self, size: f64) -> f64 {
+        self.absolute + self.relative * size
     }
 }
 
@@ -203,7 +203,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let jet = &self.jets[stop];
             let has_turned = self.was_falling[stop] && jet.c[1] >= 0.0 && steps > 0;
             let is_noted = || grazes.iter().any(|g| g.stop == stop && g.time >= before);
-            if has_turned && jet.c[0] <= self.margins[stop].of(jet) && !is_noted() {
+            if has_turned && jet.c[0] <= self.margins[stop].of(jet.size) && !is_noted() {
                 let (time, gap) = (time, jet.c[0]);
                 grazes.push(Grazed { stop, time, gap });
             }
@@ -242,7 +242,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         for &stop in &self.active {
             let jet = &self.jets[stop];
             let ahead = match starts.map_or(0, |orders| orders[stop]) {
-                0 => from_open(jet, step, self.margins[stop].of(jet)),
+                0 => from_open(jet, step, self.margins[stop].of(jet.size)),
                 order => from_contact(jet, order, step),
             };
             match ahead {
