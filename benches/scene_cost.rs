@@ -74,10 +74,18 @@ fn harmonic() -> Forcing {
     force.expect("valid").into()
 }
 
-fn linear(damping: Coefficient, forcing: Forcing, stops: Vec<Stop>) -> Scene {
+fn system(damping: Coefficient) -> LinearSystem {
     let (mass, stiffness) = (dmatrix![2.0, 0.5; 0.5, 1.0], dmatrix![5.0, -2.0; -2.0, 3.0]);
-    let system = LinearSystem::new(mass, damping, stiffness).expect("valid");
-    Scene::new(system, forcing, stops).expect("valid")
+    LinearSystem::new(mass, damping, stiffness).expect("valid")
+}
+
+fn linear(damping: Coefficient, forcing: Forcing, stops: Vec<Stop>) -> Scene {
+    Scene::new(system(damping), forcing, stops).expect("valid")
+}
+
+fn loaded(damping: Coefficient, stops: Vec<Stop>) -> Scene {
+    let system = system(damping).with_load(dvector![SMALL, SMALL]);
+    Scene::new(system.expect("valid"), Forcing::Unforced, stops).expect("valid")
 }
 
 fn pendulum(is_walled: bool) -> Scene {
@@ -112,6 +120,13 @@ fn cases() -> Vec<Case> {
             linear(none(), harmonic(), stops(1)),
             last,
         ),
+        exact("exact: and load", loaded(none(), stops(1)), last),
+        exact(
+            "exact: damping, load",
+            loaded(proportional(), stops(1)),
+            last,
+        ),
+        exact("exact: complex, load", loaded(other(), stops(1)), last),
         exact(
             "exact: and damping",
             linear(proportional(), free(), stops(1)),

@@ -7,7 +7,7 @@ mod random;
 use nalgebra::{DMatrix, DVector, dvector};
 use random::{Random, number};
 use vibroimpact::{
-    Constraint, Forcing, Harmonic, Impact, ImpactSide, Keep, Kind, LinearSystem, Method,
+    Change, Constraint, Forcing, Harmonic, Impact, ImpactSide, Keep, Kind, LinearSystem, Method,
     PaperOptions, Scene, Side, SimulateOptions, Status, Stop, Trajectory, paper_scene, simulate,
 };
 
@@ -279,9 +279,17 @@ fn random_case(random: &mut Random) -> Case {
     }
 }
 
+/// The stops of a scene that was drawn.
+fn planes(scene: &Scene) -> impl Iterator<Item = &Stop> {
+    scene.stops().iter().map(|stop| match stop {
+        Constraint::Stop(plane) => plane,
+        _ => unreachable!("only planes were drawn"),
+    })
+}
+
 /// By how much the time and approach of each impact of a motion moves with the state at the start or between any two impacts
-/// before it, per unit; shorter than the impacts where a state 1e-8 away, or a margin half as wide again or two thirds as wide,
-/// makes other ones.
+/// before it, or with the clearances, per unit; shorter than the impacts where a state 1e-8 away, or a gap within 1.5 times the margin
+/// of steps, makes other ones.
 fn condition(case: &Case, truth: &Trajectory, options: &SimulateOptions) -> Vec<f64> {
     const AWAY: f64 = 1e-8;
     let (impacts, n) = (truth.impacts(), case.q0.len());
@@ -297,13 +305,15 @@ fn condition(case: &Case, truth: &Trajectory, options: &SimulateOptions) -> Vec<
             *worst = worst.max(shift);
         }
     };
-    for factor in [2.0 / 3.0, 1.5] {
-        let other = SimulateOptions {
-            rtol: factor * options.rtol,
-            atol: factor * options.atol,
-            ..options.clone()
-        };
-        note(0, case.run(truth.span(), &other).impacts(), 1.0);
+    // Of the size of the terms of a gap in contact, twice the clearance.
+    let clearances: Vec<f64> = planes(&case.scene).map(Stop::clearance).collect();
+    let widest = clearances.iter().copied().fold(0.0, f64::max);
+    let width = 1.5 * margin(options.rtol, widest);
+    for moved in [-width, width] {
+        let there = clearances.iter().map(|c| c + moved).collect();
+        let scene = case.scene.replace(Change::Clearance(there)).expect("valid");
+        let run = simulate(&scene, &case.q0, &case.v0, truth.span(), options).expect("runs");
+        note(0, run.impacts(), width);
     }
     for first in 0..impacts.len() {
         let before = if first == 0 {
@@ -326,8 +336,7 @@ fn condition(case: &Case, truth: &Trajectory, options: &SimulateOptions) -> Vec<
 
 #[test]
 fn steps_agree_with_exact_flights_impact_by_impact() {
-    // Both runs have the same margins. They are compared, within ten tolerances times one and the condition, up to the first
-    // impact of which that leaves 1e-3 unknown: where a contact is near to grazing, as deep as the margin, or at almost the
+    // The runs are compared, within ten tolerances times one and the condition, up to the first impact of which that leaves 1e-3 unknown: where a contact is near to grazing, as deep as the margin, or at almost the
     // same time as one of another stop, the condition says so or is not known. An accumulation is compared down to speeds of
     // 1e-5.
     let mut random = Random(number("VIBROIMPACT_SEED", 17) as u64);
@@ -372,10 +381,7 @@ fn steps_agree_with_exact_flights_impact_by_impact() {
         for (i, time) in times.iter().enumerate() {
             let q = q.row(i).transpose();
             let gaps = case.scene.gaps(&q).expect("planes");
-            for (stop, gap) in case.scene.stops().iter().zip(&gaps) {
-                let Constraint::Stop(plane) = stop else {
-                    unreachable!("only planes were drawn")
-                };
+            for (plane, gap) in planes(&case.scene).zip(&gaps) {
                 let normal = plane.normal_vector(q.len(), "stop").expect("valid");
                 let terms = normal.component_mul(&q).abs().sum() + plane.clearance();
                 let margin = 10.0 * (1e-3 * rtol * normal.abs().sum() + rtol * terms);

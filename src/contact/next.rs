@@ -16,8 +16,8 @@ pub(crate) struct Margin {
 }
 
 impl Margin {
-    pub fn of(self, jet: &Jet) -> f64 {
-        self.absolute + self.relative * jet.size
+    pub fn of(self, size: f64) -> f64 {
+        self.absolute + self.relative * size
     }
 }
 
@@ -62,8 +62,6 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     jets: Vec<Jet>,
     /// Whether each gap was falling where the search looked before.
     was_falling: Vec<bool>,
-    /// The order of each gap's root at the start of the flight.
-    orders: Vec<usize>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -79,7 +77,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             flow,
             jets: vec![Jet::default(); gaps.len()],
             was_falling: vec![false; gaps.len()],
-            orders: Vec::with_capacity(gaps.len()),
             active: Vec::with_capacity(gaps.len()),
             gaps,
             margins,
@@ -129,8 +126,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         grazes: &mut Vec<Grazed>,
         check: &mut dyn FnMut() -> bool,
     ) -> Next {
-        self.orders.clear();
-        self.orders.extend_from_slice(starts);
         self.active.clear();
         self.active.extend(0..self.gaps.len());
         self.state.clear();
@@ -203,7 +198,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let jet = &self.jets[stop];
             let has_turned = self.was_falling[stop] && jet.c[1] >= 0.0 && steps > 0;
             let is_noted = || grazes.iter().any(|g| g.stop == stop && g.time >= before);
-            if has_turned && jet.c[0] <= self.margins[stop].of(jet) && !is_noted() {
+            if has_turned && jet.c[0] <= self.margins[stop].of(jet.size) && !is_noted() {
                 let (time, gap) = (time, jet.c[0]);
                 grazes.push(Grazed { stop, time, gap });
             }
@@ -242,7 +237,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         for &stop in &self.active {
             let jet = &self.jets[stop];
             let ahead = match starts.map_or(0, |orders| orders[stop]) {
-                0 => from_open(jet, step, self.margins[stop].of(jet)),
+                0 => from_open(jet, step, self.margins[stop].of(jet.size)),
                 order => from_contact(jet, order, step),
             };
             match ahead {
@@ -308,13 +303,12 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
-            let order = self.orders[stop];
             let jet = self.look(arrived)[stop];
             looked = time;
             if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
                 break;
             }
-            let step = newton_step(&jet, order, time).max(-time);
+            let step = newton_step(&jet).max(-time);
             time += step;
             if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
@@ -330,17 +324,12 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 }
 
-/// The step to the zero of a falling gap, by Newton's method on its cubic. Behind a contact, whose root of some order lies so far
-/// back, a gap may still rise: Newton's method on `gap/time^order` goes on to where it falls.
-fn newton_step(jet: &Jet, order: usize, time: f64) -> f64 {
+/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. What proves that a
+/// step holds a contact leaves the remainder no room to make the gap rise at the zero of its cubic; only rounding does.
+fn newton_step(jet: &Jet) -> f64 {
     let [a, b, c, d] = jet.c;
     if b >= 0.0 {
-        let ahead = a / (order as f64 * a / time - b);
-        return if order > 0 && ahead > 0.0 && ahead.is_finite() {
-            ahead.min(time)
-        } else {
-            0.0
-        };
+        return 0.0;
     }
     let mut r = -a / b;
     for _ in 0..3 {

@@ -120,10 +120,11 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         propagator
             .parts
             .extend(self.parts.iter().enumerate().map(|(j, part)| {
+                let exponential = part.propagation.over(t);
                 (
-                    part.propagation.over(t),
+                    exponential,
                     self.drive.reply(j, part.block, t),
-                    part.block.loaded(t, part.load),
+                    part.propagation.loaded(t, &exponential, part.load),
                 )
             }));
     }

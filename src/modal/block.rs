@@ -5,7 +5,7 @@
 use crate::linalg::exponential::{phi1, phi1_divided};
 use crate::linalg::plane::Pair;
 use crate::modal::propagation::{Matrix, Propagation};
-use crate::modal::regime::{Regime, load_response, regime, under_one_minus_cp};
+use crate::modal::regime::{Regime, over_load_response, regime, under_one_minus_cp};
 use nalgebra::Complex;
 
 /// The complex response of a pair to `e^{i phase}`.
@@ -84,7 +84,7 @@ impl Block {
                     Regime::Under {
                         damped_frequency: wd,
                     } => under_one_minus_cp(eta, wd, t),
-                    Regime::Over { .. } => w2 * load_response(w2, eta, t),
+                    Regime::Over { l1, l2, .. } => w2 * over_load_response(l1, l2, t),
                 };
                 [[upper, -s], [w2 * s, upper + 2.0 * eta * s]]
             }
@@ -191,20 +191,8 @@ impl Block {
     /// Response from rest over `t` to the constant input `g`.
     #[inline]
     pub fn loaded(self, t: f64, g: Pair) -> Pair {
-        if g == [0.0, 0.0] {
-            return g;
-        }
-        match self {
-            Self::Oscillator { w2, eta } => [
-                g[1] * load_response(w2, eta, t),
-                g[1] * self.propagator(t)[0][1],
-            ],
-            Self::Spiral { sigma, omega } => {
-                let x = Complex::new(g[0], g[1]) * t * phi1(Complex::new(sigma, omega) * t);
-                [x.re, x.im]
-            }
-            Self::Decays { roots } => [0, 1].map(|k| g[k] * t * phi1((roots[k] * t).into()).re),
-        }
+        let propagation = self.propagation();
+        propagation.loaded(t, &propagation.over(t), g)
     }
 
     /// The equilibrium under the constant input `g`: `-A^-1 g`. Infinite for a rigid-body mode under a load.

@@ -33,15 +33,9 @@ pub(super) fn regime(w2: f64, eta: f64) -> Regime {
     Regime::Over { l1, l2, half_gap }
 }
 
-/// `int_0^t S` of an oscillator: its response from rest to a unit load.
-pub(super) fn load_response(w2: f64, eta: f64, t: f64) -> f64 {
-    match regime(w2, eta) {
-        Regime::Under { damped_frequency } if w2 > 0.0 => {
-            under_one_minus_cp(eta, damped_frequency, t) / w2
-        }
-        Regime::Under { .. } => 0.5 * t * t,
-        Regime::Over { l1, l2, .. } => t * t * phi1_divided((l1 * t).into(), (l2 * t).into()).re,
-    }
+/// `int_0^t S` of an overdamped or unstable oscillator: its response from rest to a unit load.
+pub(super) fn over_load_response(l1: f64, l2: f64, t: f64) -> f64 {
+    t * t * phi1_divided((l1 * t).into(), (l2 * t).into()).re
 }
 
 /// `1 - e^{-x}(cos y + x sinc y)`, `x = eta t`, `y = wd t`: a sum of terms that are not negative for `eta >= 0`.

@@ -259,14 +259,19 @@ fn from_trajectory(
             let recorded = ((end - start) / period).floor() as usize;
             let candidates = n_periods.map_or(1..=recorded.min(MOST_PERIODS), |n| n..=n);
             let returns = candidates.filter_map(|n| {
-                let (k, d) = nearest(earlier, last, n as f64 * period, rest)?;
+                let (k, d) = nearest(earlier, last, (n, period), rest)?;
                 Some((k, n, d))
             });
             first_return(returns)
         }
     };
     let Some((first, n_periods)) = found else {
-        let rule = "its last impact must have happened before, one period of the orbit earlier; simulate longer";
+        let earlier = n_periods.map_or("one period of the orbit".to_owned(), |n| {
+            format!("n_periods = {n} forcing periods")
+        });
+        let rule = format!(
+            "its last impact must have happened before, {earlier} earlier; simulate longer"
+        );
         return Err(Error::bad_value(
             "guess",
             "a trajectory without a return",
@@ -311,9 +316,18 @@ fn alike<'a>(
         .filter(|(_, d)| *d < 1.0)
 }
 
-/// The instant most like the last one, `lag` before it.
-fn nearest(earlier: &[Instant], last: &Instant, lag: f64, rest: [f64; 2]) -> Option<(usize, f64)> {
-    alike(earlier, last, Some(lag), rest).min_by(|a, b| a.1.total_cmp(&b.1))
+/// The instant most like the last one, so many periods before it to the nearest whole number: one of another number belongs
+/// to another motion.
+fn nearest(
+    earlier: &[Instant],
+    last: &Instant,
+    (n, period): (usize, f64),
+    rest: [f64; 2],
+) -> Option<(usize, f64)> {
+    let n = n as f64;
+    alike(earlier, last, Some(n * period), rest)
+        .filter(|(k, _)| ((last.time - earlier[*k].time) / period - n).abs() <= 0.5)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The latest return, as near as any.

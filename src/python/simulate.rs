@@ -73,8 +73,10 @@ fn method(value: &str) -> PyResult<Method> {
 ///     Prince, any scene; "taylor": Taylor series whose order grows with the digits asked for, a DoublePendulum or a
 ///     PendulumChain with stops and walls; "auto": the first of exact, taylor, rk45 that the scene allows. Any letter case.
 /// rtol, atol : float, default 1e-9, 1e-12
-///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With either method
-///     they set the margin of contact: a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop is a graze, no impact.
+///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With every method
+///     they set the margin of contact, a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop being a graze, no impact, and say
+///     when impacts that accumulate are completed. The margin of exact flights is narrowed by tolerances stricter than the default,
+///     but not widened by looser ones.
 /// t_eval : array_like, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
@@ -93,8 +95,8 @@ fn method(value: &str) -> PyResult<Method> {
 /// Raises
 /// ------
 /// ValueError
-///     Arrays of the wrong shape or not finite, a span that runs backwards, a start inside a stop, ``method="exact"`` for a
-///     nonlinear scene, a motion that grows beyond the doubles.
+///     Arrays of the wrong shape or not finite, a span that runs backwards, a start deeper inside a stop than the margin,
+///     ``method="exact"`` for a nonlinear scene, a motion that grows beyond the doubles.
 /// TypeError
 ///     An argument of a wrong type.
 ///

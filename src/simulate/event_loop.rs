@@ -265,7 +265,7 @@ impl EventLoop {
             return false;
         }
         let residual = 2.0 * e / (1.0 - e) * speed * speed / -pull;
-        let tolerance = 0.1 * mover.margin(reached, self.sizes[reached]);
+        let tolerance = mover.tolerance(reached, self.sizes[reached]);
         let regular = self.last_blow.is_some_and(|(stop, before)| {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
         });

@@ -34,7 +34,10 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     arrived: Vec<Pair>,
     grazed: Vec<Grazed>,
     kept: Option<Kept>,
+    /// The margins of contacts.
     margins: Vec<Margin>,
+    /// What the tolerances allow as an error of each gap.
+    allowed: Vec<Margin>,
     /// The motions while stops are held, made when first needed.
     held: Vec<Arc<StuckMotion>>,
     /// The one that holds now.
@@ -49,11 +52,17 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         let gaps = stops
             .clone()
             .map(|i| flow.gap_row(&Quantity::gap(g.clearances[i], &scene.position_rows[i])));
-        let margins = stops.clone().map(|i| Margin {
-            absolute: 10.0 * options.atol * g.normals.column(i).lp_norm(1),
-            relative: (10.0 * options.rtol).max(10.0 * ROUNDING),
-        });
-        let margins: Vec<Margin> = margins.collect();
+        // An exact flight has errors of rounding alone: a margin wider than the usual one would save it nothing and lose contacts.
+        let usual = SimulateOptions::default();
+        let (rtol, atol) = (options.rtol.min(usual.rtol), options.atol.min(usual.atol));
+        let widths = |atol: f64, rtol: f64| -> Vec<Margin> {
+            let width = |i: usize| Margin {
+                absolute: atol * g.normals.column(i).lp_norm(1),
+                relative: rtol,
+            };
+            stops.clone().map(width).collect()
+        };
+        let margins = widths(10.0 * atol, 10.0 * rtol.max(ROUNDING));
         let rebound =
             |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
         Self {
@@ -62,6 +71,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             phase,
             search: Search::new(flow, gaps.collect(), margins.clone()),
             margins,
+            allowed: widths(options.atol, options.rtol.max(ROUNDING)),
             held: Vec::new(),
             holding: None,
             velocity_rows: scene
@@ -231,7 +241,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn margin(&self, stop: usize, size: f64) -> f64 {
-        self.margins[stop].absolute + self.margins[stop].relative * size
+        self.margins[stop].of(size)
+    }
+
+    fn tolerance(&self, stop: usize, size: f64) -> f64 {
+        self.allowed[stop].of(size)
     }
 
     fn speed_size(&self, stop: usize) -> f64 {

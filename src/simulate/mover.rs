@@ -79,8 +79,14 @@ pub(crate) trait Mover {
     fn look(&mut self) -> Result<()>;
     /// The gap of a stop at the last look.
     fn gap(&self, stop: usize) -> GapState;
-    /// Distance from zero within which a gap whose terms have the given size counts as closed (theory 8).
+    /// Distance from zero within which a gap whose terms have the given size counts as closed: a touch is no impact, a start
+    /// is in contact (theory 8).
     fn margin(&self, stop: usize, size: f64) -> f64;
+    /// What the user's tolerances allow as an error of a gap whose terms have the given size (theory 9); an integrator's
+    /// margin is ten times it.
+    fn tolerance(&self, stop: usize, size: f64) -> f64 {
+        0.1 * self.margin(stop, size)
+    }
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
     /// Whether an impact on one of two stops changes the normal velocity at the other.

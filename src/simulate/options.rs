@@ -33,7 +33,8 @@ pub enum Keep {
 pub struct SimulateOptions {
     /// How the flights are computed.
     pub method: Method,
-    /// Relative tolerance, default 1e-9; exact flights use it for the margin of grazing alone.
+    /// Relative tolerance, default 1e-9, of each step of an integration. In exact flights it says when impacts that accumulate are
+    /// completed and, where it is stricter than the default, how wide the margin of contact is.
     pub rtol: f64,
     /// Absolute tolerance, default 1e-12; as `rtol`.
     pub atol: f64,

@@ -21,15 +21,16 @@ use std::sync::Arc;
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
 /// A linear scene flies in closed form from impact to impact; each next impact is provably the first one, but for touches
-/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. A pendulum with large motions follows its
-/// Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap is a polynomial.
-/// Other scenes are integrated by the Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`); every contact on its
-/// interpolant is found, and reached by a step of its own. Impacts that accumulate are completed, stops that stay in contact are
-/// held and let go by their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
+/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. Such flights have errors of rounding alone:
+/// tolerances looser than the default do not widen their margin. A pendulum with large motions follows its Taylor series
+/// (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap is a polynomial. Other scenes are
+/// integrated by the Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`); every contact on its interpolant is found, and
+/// reached by a step of its own. Impacts that accumulate are completed, stops that stay in contact are held and let go by
+/// their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
 ///
 /// # Errors
-/// Arrays of the wrong length or not finite, a span that runs backwards, a start inside a stop, `Method::Exact` for a
-/// nonlinear scene or `Method::Taylor` for one without series, a motion that grows beyond the doubles.
+/// Arrays of the wrong length or not finite, a span that runs backwards, a start deeper inside a stop than the margin,
+/// `Method::Exact` for a nonlinear scene or `Method::Taylor` for one without series, a motion that grows beyond the doubles.
 ///
 /// # References
 /// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19; A. Jorba and M. Zou,

@@ -117,3 +117,26 @@ def test_a_pendulum_pressed_against_its_wall_each_period():
     settled = vi.find_orbit(near, vi.simulate(near, orbit.q0, orbit.v0, (0, 12 * scene.period)))
     np.testing.assert_allclose(followed.q0, settled.q0, atol=1e-10)
     np.testing.assert_allclose(followed.v0, settled.v0, atol=1e-10)
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_a_run_that_holds_too_few_periods_is_refused_and_not_stretched(linear):
+    """A settled run of exactly n periods has its last impact n times, n - 1 periods apart: of n_periods = n there is no return."""
+    chain = vi.PendulumChain([1.0, 0.5], [0.5, 0.3], damping=0.02)
+    scene = vi.Scene(chain, vi.BaseMotion(0.03, 5.0), vi.Wall(1, 0.12, 0.7))
+    scene = scene.linearise() if linear else scene
+    settled = vi.simulate(scene, [0, 0], [0, 0], (0, 100 * scene.period))
+    orbit = vi.find_orbit(scene, settled)
+
+    def run(n):
+        start, (q, v) = settled.t[-1], settled.final
+        return vi.simulate(scene, q, v, (start, start + n * scene.period))
+
+    assert orbit.pattern == [(0,)] or orbit.pattern == [0]
+    for n in (1, 2, 3):
+        assert len(run(n).impacts) == n
+        with pytest.raises(ValueError, match=rf"guess is .* n_periods = {n} forcing periods earlier; simulate longer"):
+            vi.find_orbit(scene, run(n), n_periods=n)
+        longer = vi.find_orbit(scene, run(n + 1), n_periods=n)
+        assert (longer.n_periods, len(longer.impacts)) == (n, n)
+        np.testing.assert_allclose(longer.impacts["speed_before"], orbit.impacts["speed_before"][0], rtol=1e-10)

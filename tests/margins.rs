@@ -1,0 +1,174 @@
+//! The margin of exact flights: no loose tolerance widens it, and completion of chatter goes on as the tolerance says
+//! (theory 8, 9).
+
+#[path = "common/random.rs"]
+mod random;
+
+use nalgebra::{DMatrix, DVector, dvector};
+use random::{Random, number};
+use vibroimpact::{
+    Forcing, Harmonic, Impact, LinearSystem, Method, Scene, SegmentKind, Side, SimulateOptions,
+    Stop, Trajectory, simulate,
+};
+
+/// An oscillator of frequency and amplitude 1 from the middle, `q = sin t`, and a stop below its peak by a depth.
+fn swing(depth: f64, options: &SimulateOptions) -> Trajectory {
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
+    let stop = Stop::new(0, 1.0 - depth, 0.8).expect("valid");
+    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    simulate(&scene, &dvector![0.0], &dvector![1.0], (0.0, 3.0), options).expect("runs")
+}
+
+fn with(rtol: f64) -> SimulateOptions {
+    SimulateOptions {
+        rtol,
+        atol: 1e-3 * rtol,
+        ..Default::default()
+    }
+}
+
+fn tolerances() -> impl Iterator<Item = f64> {
+    (3..=12).map(|digits| 0.1f64.powi(digits))
+}
+
+#[test]
+fn shallow_contacts_are_impacts_at_every_tolerance() {
+    for digits in 3..=7 {
+        let depth = 0.1f64.powi(digits);
+        // sin t = 1 - depth, where the speed is cos t.
+        let speed = (depth * (2.0 - depth)).sqrt();
+        let time = speed.acos();
+        let usual = swing(depth, &with(1e-9));
+        for rtol in tolerances() {
+            let run = swing(depth, &with(rtol));
+            assert_eq!(run.impacts().len(), 1, "depth {depth:e}, rtol {rtol:e}");
+            let found = run.impacts()[0];
+            // The rounding of the clearance and of the gap move the speed by as much over itself, and the time with it.
+            let rounding = 4.0 * f64::EPSILON / speed;
+            assert!(
+                (found.time - time).abs() < rounding && (found.approach - speed).abs() < rounding
+            );
+            if rtol >= 1e-9 {
+                assert_eq!(found, usual.impacts()[0]);
+                assert_eq!(run.last(), usual.last());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stricter_tolerance_still_narrows_the_margin() {
+    // 10 (atol + rtol size), the size that of the terms of the gap, 2: a depth of 1e-8 is inside it from 5e-10 on.
+    for rtol in tolerances() {
+        let run = swing(1e-8, &with(rtol));
+        let expected = if rtol > 5e-10 { (1, 0) } else { (0, 1) };
+        assert_eq!(
+            (run.grazes().len(), run.impacts().len()),
+            expected,
+            "{rtol:e}"
+        );
+    }
+}
+
+#[test]
+fn a_start_is_judged_by_the_margin_of_its_flight() {
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
+    let stop = Stop::new(0, 1.0, 0.8).expect("valid");
+    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    let from = |depth: f64, options: &SimulateOptions| {
+        simulate(
+            &scene,
+            &dvector![1.0 + depth],
+            &dvector![1.0],
+            (0.0, 0.1),
+            options,
+        )
+    };
+    for rtol in [1e-3, 1e-6, 1e-9] {
+        let run = from(1e-8, &with(rtol)).expect("in contact");
+        assert_eq!(run.impacts()[0].time, 0.0);
+        let error = from(1e-7, &with(rtol))
+            .expect_err("inside the stop")
+            .to_string();
+        assert!(
+            error.contains("q0") && error.contains("margin, -2"),
+            "{error}"
+        );
+    }
+    // Steps that err by their tolerance judge a start by it.
+    let steps = SimulateOptions {
+        method: Method::Rk45,
+        ..with(1e-3)
+    };
+    assert_eq!(
+        from(1e-3, &steps).expect("in contact").impacts()[0].time,
+        0.0
+    );
+}
+
+/// One to three coupled coordinates at rest between stops, forced or not, with a velocity.
+fn random_scene(random: &mut Random) -> (Scene, DVector<f64>) {
+    let n = 1 + random.below(3);
+    let square = |random: &mut Random, least: f64| {
+        let root = random.matrix(n);
+        root.tr_mul(&root) + DMatrix::from_diagonal_element(n, n, least)
+    };
+    let (mass, stiffness) = (square(random, 0.3), square(random, 0.3));
+    let damping = square(random, 0.0) * random.between(0.0, 0.1);
+    let forcing: Forcing = if random.unit() < 0.5 {
+        Forcing::Unforced
+    } else {
+        let force = random.vector(n).map(Into::into);
+        Harmonic::new(force, random.between(0.5, 2.0), 0.0)
+            .expect("valid")
+            .into()
+    };
+    let stops: Vec<Stop> = (0..1 + random.below(3))
+        .map(|k| {
+            let (clearance, e) = (random.between(0.05, 0.5), random.between(0.3, 1.0));
+            let stop = Stop::new(random.vector(n), clearance, e).expect("valid");
+            stop.on_side(if k % 2 == 0 { Side::Upper } else { Side::Lower })
+        })
+        .collect();
+    let system = LinearSystem::new(mass, damping, stiffness).expect("valid");
+    let scene = Scene::new(system, forcing, stops).expect("valid");
+    (scene, random.vector(n))
+}
+
+/// The impacts before those of some stop are completed, at most so many.
+fn before_rest(run: &Trajectory, most: usize) -> &[Impact] {
+    let segments = run.segments().expect("kept");
+    let rest = segments
+        .iter()
+        .filter(|s| s.kind != SegmentKind::Flight)
+        .map(|s| s.start)
+        .fold(f64::INFINITY, f64::min);
+    let count = run.impacts().iter().take_while(|i| i.time < rest).count();
+    &run.impacts()[..count.min(most)]
+}
+
+#[test]
+fn random_scenes_have_the_same_impacts_at_every_tolerance() {
+    let mut random = Random(number("VIBROIMPACT_SEED", 5) as u64);
+    let mut compared = 0;
+    for case in 0..number("VIBROIMPACT_CASES", 300) {
+        let (scene, v0) = random_scene(&mut random);
+        let q0 = DVector::zeros(v0.len());
+        let run = |rtol: f64| simulate(&scene, &q0, &v0, (0.0, 30.0), &with(rtol)).expect("runs");
+        let (loose, usual, strict) = (run(1e-3), run(1e-9), run(1e-12));
+        // The looser a tolerance, the earlier chatter is completed; up to there nothing tells the runs apart.
+        let known = before_rest(&loose, 20);
+        assert_eq!(
+            known,
+            &before_rest(&usual, 20)[..known.len()],
+            "case {case}"
+        );
+        for (a, b) in known.iter().zip(before_rest(&strict, 20)) {
+            let error = (a.time - b.time).abs().max((a.approach - b.approach).abs());
+            assert!(a.stop == b.stop && error < 1e-7, "case {case}: {error:e}");
+            compared += 1;
+        }
+    }
+    println!("{compared} impacts");
+    assert!(compared > 1000);
+}
