@@ -1,7 +1,8 @@
 """pydiffsol: the model as text, with its stops and what is reset at them, compiled as a whole.
 
-A reset must leave the stop, or the solver falls through it: the position moves back by a distance that is far below every
-tolerance. One text of resets serves all stops: each acts if its own gap is closed, by Heaviside's function.
+A reset must leave the stop, or the solver falls through it; and the root that it found may lie a little behind the stop, from
+where a given step back does not lead out. So the position is put a distance before the stop that is far below every tolerance.
+One text of resets serves all stops: each acts if its own gap is closed, by Heaviside's function.
 """
 
 from __future__ import annotations
@@ -11,15 +12,13 @@ from functools import lru_cache
 import numpy as np
 import pydiffsol as ds
 
-import vibroimpact as vi
-
-from ..equations import Equations, equations
-from ..formulas import Traced
+from ..equations import Equations, equations, gap, normal
+from ..formulas import Traced, traced
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
 DISTRIBUTION = "pydiffsol"
-CLOSED, BACK = 1e-9, 1e-12  # a gap below that is closed; the way back from the stop
+CLOSED, BACK = 1e-9, 1e-12  # a gap below that is closed; the gap after an impact
 METHODS = {"tsit45": ds.tsit45, "bdf": ds.bdf, "tr_bdf2": ds.tr_bdf2, "esdirk34": ds.esdirk34}
 
 
@@ -41,14 +40,13 @@ def scalars(formula: Traced, prefix: str) -> tuple[list[str], list[str]]:
     return lines, [word(each) for each in formula.results]
 
 
-def way_back(problem: Problem, stop: object) -> list[float]:
-    """Small change of the positions that opens a gap by about `BACK`."""
-    n = problem.scene.n_dof
-    if isinstance(stop, vi.Wall) or not isinstance(stop.normal, int):
-        first, sign = 0, stop.side in ("right", "upper")
-    else:
-        first, sign = stop.normal, stop.side == "upper"
-    return [(-BACK if sign else BACK) if i == first else 0.0 for i in range(n)]
+def way_back(problem: Problem, k: int) -> tuple[int, Traced]:
+    """A coordinate, and its change that opens a gap to `BACK` (of a curved gap: up to a product of two small numbers)."""
+    scene, n = problem.scene, problem.scene.n_dof
+    to_gap, to_normal = gap(scene.stops[k], scene, float), normal(scene.stops[k], scene, float)
+    leading = next(i for i, each in enumerate(to_normal(problem.q0)) if each != 0.0)
+    change = traced(lambda *q: [(to_gap(q) - BACK) / to_normal(q)[leading]], [f"q{i}" for i in range(n)])
+    return leading, change
 
 
 def model(problem: Problem) -> str:
@@ -59,19 +57,16 @@ def model(problem: Problem) -> str:
     state = ", ".join(f"{name} = {value!r}" for name, value in zip(names, problem.start.tolist(), strict=True))
     lines, rates = scalars(formulas.acceleration, "a")
     gaps, changes = [], [[name] for name in names]
-    for k, (stop, gap, impact) in enumerate(zip(problem.scene.stops, formulas.gaps, formulas.impacts, strict=True)):
-        for formula, prefix in ((gap, f"g{k}"), (impact, f"r{k}")):
-            more, results = scalars(formula, prefix)
-            lines += more
-            if formula is gap:
-                gaps += results
-                lines.append(f"closed{k} {{ heaviside({CLOSED!r} - ({results[0]})) }}")
-            else:
-                for i in range(n):
-                    changes[n + i].append(f"closed{k} * (({results[i]}) - v{i})")
-        for i, back in enumerate(way_back(problem, stop)):
-            if back:
-                changes[i].append(f"closed{k} * ({back!r})")
+    for k, (distance, impact) in enumerate(zip(formulas.gaps, formulas.impacts, strict=True)):
+        leading, back = way_back(problem, k)
+        (to_gap, found), (to_change, moved), (to_impact, turned) = (
+            scalars(formula, f"{prefix}{k}") for formula, prefix in ((distance, "g"), (back, "b"), (impact, "r"))
+        )
+        lines += [*to_gap, f"closed{k} {{ heaviside({CLOSED!r} - ({found[0]})) }}", *to_change, *to_impact]
+        gaps += found
+        changes[leading].append(f"closed{k} * ({moved[0]})")
+        for i in range(n):
+            changes[n + i].append(f"closed{k} * (({turned[i]}) - v{i})")
     return "\n".join(
         [
             f"u_i {{ {state} }}",
