@@ -15,7 +15,7 @@ from pathlib import Path
 
 from report import page
 from report.contest import figures, prose
-from report.contest.condition import condition
+from report.contest.condition import conditions
 from report.contest.contestants import available, contestant
 from report.contest.front import Lead, front
 from report.contest.measure import Plan, Point, measured
@@ -52,9 +52,8 @@ def write(job: page.Job, points: list[Point], leads: list[Lead], wanted: Mapping
     figures.sheet(points, titles, folder / "error_vs_runtime")
     for name, title in titles.items():
         figures.of_problem([p for p in points if p.problem == name], title, folder / f"error_vs_runtime_{name}")
-    conditions = {problem.name: condition(problem, reference.scale) for problem, reference in wanted.items()}
     packages = [contestant(name).DISTRIBUTION for name in dict.fromkeys(point.package for point in points)]
-    parts = prose.parts(QUICK if job.quick else WHOLE, points, leads, wanted, conditions)
+    parts = prose.parts(QUICK if job.quick else WHOLE, points, leads, wanted, conditions(list(wanted)))
     page.write_page(job.output / "error_vs_runtime.md", "Error against run time", parts, packages)
 
 

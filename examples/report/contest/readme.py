@@ -11,7 +11,19 @@ from .measure import BASE, Point
 
 START, END = "<!-- report -->", "<!-- /report -->"
 LEVEL = 1e-9
-NUMBERS = ("n_impacts", "state_error", "time_error", "preparation", "first_call", "seconds", "ratio", "rtol", "share")
+NUMBERS = (
+    "n_impacts",
+    "state_error",
+    "time_error",
+    "preparation",
+    "first_call",
+    "seconds",
+    "ratio",
+    "rtol",
+    "share",
+    "median_error",
+    "spread",
+)
 
 
 def read(path: Path) -> list[Point]:

@@ -111,6 +111,8 @@ def serve(connection: Connection, name: str, core: int | None) -> None:
             answer = Stopped(f"stopped at {bound:g} s")
         except Exception as error:  # whatever a contestant raises is its result
             answer = RuntimeError(named(error))
+            if isinstance(error.__cause__, Stopped):  # compiled code came to its end before it told of the alarm
+                answer = Stopped(f"stopped at {bound:g} s")
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         connection.send(answer)

@@ -1,8 +1,7 @@
 """pydiffsol: the model as text, with its stops and what is reset at them, compiled as a whole.
 
-A reset must leave the stop, or the solver falls through it; and the root that it found may lie a little behind the stop, from
-where a given step back does not lead out. So the position is put a distance before the stop that is far below every tolerance.
-One text of resets serves all stops: each acts if its own gap is closed, by Heaviside's function.
+A reset must leave the stop, or the solver falls through it: the position is put a little in front of it, to a gap far below every
+tolerance. One text of resets serves all stops: each acts if its own gap is closed, by Heaviside's function.
 """
 
 from __future__ import annotations
@@ -12,13 +11,14 @@ from functools import lru_cache
 import numpy as np
 import pydiffsol as ds
 
-from ..equations import Equations, equations, gap, normal
-from ..formulas import Traced, traced
+from ..equations import Equations, equations
+from ..formulas import Traced
+from ..opening import opening
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
 DISTRIBUTION = "pydiffsol"
-CLOSED, BACK = 1e-9, 1e-12  # a gap below that is closed; the gap after an impact
+CLOSED = 1e-9  # a gap below that is closed
 METHODS = {"tsit45": ds.tsit45, "bdf": ds.bdf, "tr_bdf2": ds.tr_bdf2, "esdirk34": ds.esdirk34}
 
 
@@ -40,15 +40,6 @@ def scalars(formula: Traced, prefix: str) -> tuple[list[str], list[str]]:
     return lines, [word(each) for each in formula.results]
 
 
-def way_back(problem: Problem, k: int) -> tuple[int, Traced]:
-    """A coordinate, and its change that opens a gap to `BACK` (of a curved gap: up to a product of two small numbers)."""
-    scene, n = problem.scene, problem.scene.n_dof
-    to_gap, to_normal = gap(scene.stops[k], scene, float), normal(scene.stops[k], scene, float)
-    leading = next(i for i, each in enumerate(to_normal(problem.q0)) if each != 0.0)
-    change = traced(lambda *q: [(to_gap(q) - BACK) / to_normal(q)[leading]], [f"q{i}" for i in range(n)])
-    return leading, change
-
-
 def model(problem: Problem) -> str:
     """The model's text."""
     formulas: Equations = equations(problem.scene)
@@ -58,7 +49,7 @@ def model(problem: Problem) -> str:
     lines, rates = scalars(formulas.acceleration, "a")
     gaps, changes = [], [[name] for name in names]
     for k, (distance, impact) in enumerate(zip(formulas.gaps, formulas.impacts, strict=True)):
-        leading, back = way_back(problem, k)
+        leading, back = opening(problem, k)
         (to_gap, found), (to_change, moved), (to_impact, turned) = (
             scalars(formula, f"{prefix}{k}") for formula, prefix in ((distance, "g"), (back, "b"), (impact, "r"))
         )
