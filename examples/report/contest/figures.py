@@ -15,6 +15,7 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
 from .measure import Point, is_base_stopped
 
@@ -42,9 +43,18 @@ def draw(ax: plt.Axes, points: Sequence[Point], error: str) -> None:
             mine = [p for p in points if (p.package, p.method) == (package, method)]
             draw_method(ax, mine, error, colour, marker)
     ax.axhspan(HIGHEST, STRIP, color="0.93", zorder=0)
-    ax.set(xscale="log", yscale="log", ylim=(LOWEST / 3, STRIP))
+    ax.set(xscale="log", yscale="log", xlim=times_shown(points), ylim=(LOWEST / 3, STRIP))
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_yticks([10.0**k for k in range(-16, 1, 4)])
     ax.grid(alpha=0.3)
+
+
+def times_shown(points: Sequence[Point]) -> tuple[float, float]:
+    """Limits of the axis of times: what was measured and some room, two decades at least."""
+    ratios = [p.ratio for p in points if p.ratio is not None] or [1.0]
+    low, high = min(ratios) / 2.0, max(ratios) * 2.0
+    more = max(1.0, math.sqrt(100.0 * low / high))
+    return low / more, high * more
 
 
 def draw_method(ax: plt.Axes, points: Sequence[Point], error: str, colour: str, marker: str) -> None:

@@ -125,7 +125,7 @@ def equal_pair(ratio: float) -> Problem:
     stiffness = np.array([[1.0 + ratio, -ratio], [-ratio, 1.0 + ratio]])
     system = vi.LinearSystem(np.eye(2), STIFF_DAMPING * stiffness, stiffness, load=[0.3, 0.0])
     scene = vi.Scene(system, vi.Harmonic([1.5, 0.0], 0.7), vi.Stop(1, 0.3, 0.7))
-    title = f"Stiff pair of equal masses, ratio 1e{round(np.log10(ratio))}, chatter and lasting contact"
+    title = f"Stiff equal masses, ratio 1e{round(np.log10(ratio))}, chattering"
     return Problem(f"stiff_{round(np.log10(ratio))}_chatter", title, scene, (0.0, 0.0), (0.3, 0.3), 40.0, first=5)
 
 
