@@ -25,8 +25,8 @@ class Condition:
     state; None where there are no matrices.
     """
 
-    state: float
-    times: float
+    state: float | None
+    times: float | None
     entries: float | None
 
 
@@ -39,11 +39,14 @@ def stored() -> dict[str, dict[str, str]]:
 
 
 def conditions(wanted: Sequence[Problem]) -> dict[str, Condition]:
-    """Stored conditions; one that was made for other numbers is refused."""
+    """Stored conditions, empty where none is stored; one that was made for other numbers is refused."""
     rows, found = stored(), {}
     for problem in wanted:
-        row = rows.get(problem.name, {})
-        if row.get("fingerprint") != fingerprint(problem):
+        row = rows.get(problem.name)
+        if row is None:
+            found[problem.name] = Condition(None, None, None)
+            continue
+        if row["fingerprint"] != fingerprint(problem):
             message = f"the condition of {problem.name} was made for other numbers; make it again (condition_recipe.py)"
             raise ValueError(message)
         found[problem.name] = Condition(

@@ -44,8 +44,9 @@ RULES = """## Rules
   point and every tolerance between two neighbouring right ones (by the line between them, both axes logarithmic), the library
   the loosest tolerance of each method that reaches the level.
 - *Chosen with first runs in sight*: the problems, their spans (conditions below 1e4; SciPy within the bound at most tolerances),
-  the bound of a call and the limits of a wrong answer. No contestant has settings of its own for a problem, but for the
-  implicit methods, which are tried on stiff scenes alone."""
+  the bound of a call and the limits of a wrong answer. Implicit methods of packages with others are tried on stiff scenes
+  alone. Solvers that look for a change of sign from step to step are given no largest step: how short the shortest visit behind
+  a stop would be is not known before."""
 
 CONDITIONS = """*Conditions* come from motions in many digits, repeated with one number changed by 2^-40 of itself or of the
 motion's scale: the largest factor by which such a change grows from an entry of the start to the final state, and to a time
