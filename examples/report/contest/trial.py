@@ -19,7 +19,7 @@ from .contestants import Outcome, Tolerances, contestant, entrant
 from .problems import problems
 
 PREPARATION_BOUND = 60.0  # [s], compilation
-GRACE = 3.0  # [s] after a bound until a process that does not answer its alarm is killed
+GRACE = 1.0  # [s] after a bound until a process that does not answer its alarm is killed
 LEAST = 1e-3  # [s] of calls in a row that one time is taken from
 ONE_CORE = {
     "OMP_NUM_THREADS": "1",
