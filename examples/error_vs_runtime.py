@@ -1,4 +1,4 @@
-"""Error against run time: the library's methods and what a user would pick instead, on a dozen problems, front to front.
+"""Error against run time: the library's methods and what a user would pick instead, on many problems, front to front.
 
 Each problem has a reference of many digits (examples/report/contest/recipe.py). Every contestant follows it at tolerances from
 1e-3 to 1e-13; you will see, in figures and as a list, who is the fastest at each level of error, who misses impacts, who falls
