@@ -114,7 +114,8 @@ def of_problem(points: Sequence[Point], title: str, stem: Path) -> None:
     for ax, error in zip(axes[0], errors, strict=True):
         draw(ax, points, error)
         base = "the bound" if is_base_stopped(points) else "SciPy RK45 at rtol 1e-6"
-        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {names[error]}")
+        many = ", largest of the sample" if any(p.median_error is not None for p in points) else ""
+        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {names[error]}{many}")
     axes[0, 0].set_ylabel("error, in the motion's own scale [-]")
     handles = [*axes[0, -1].get_legend_handles_labels()[0], *mark_legend()]
     axes[0, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
