@@ -15,6 +15,7 @@ from .measure import BASE, BUDGET, FELL, LOST, ROUNDS, SLOW, Plan, Point
 from .problems import COUNT, Ensemble, Problem
 from .reference import Reference
 
+FORGOTTEN = 1e-30  # a factor that is zero, to the digits of the references: contact that lasts forgets the start
 ROUNDED = 2.0**-53  # relative error of one rounding
 
 INTRODUCTION = """Who is the fastest at a given error? Each problem below has a reference of many digits. The library and what a
@@ -151,7 +152,8 @@ def described(wanted: Mapping[Problem, Reference], conditions: Mapping[str, Cond
 
 def condition_cells(condition: Condition) -> list[str]:
     """The three numbers."""
-    return ["-" if value is None else f"{value:.2g}" for value in (condition.state, condition.times, condition.entries)]
+    values = (condition.state, condition.times, condition.entries)
+    return ["-" if value is None else f"{value if value > FORGOTTEN else 0.0:.2g}" for value in values]
 
 
 def rounding(points: Sequence[Point], titles: Mapping[str, str], conditions: Mapping[str, Condition]) -> str:
