@@ -1,4 +1,4 @@
-"""Error against run time: the library's methods and what a user would pick instead, on a dozen problems, front to front.
+"""Error against run time: the library's methods and what a user would pick instead, on many problems, front to front.
 
 Each problem has a reference of many digits (examples/report/contest/recipe.py). Every contestant follows it at tolerances from
 1e-3 to 1e-13; you will see, in figures and as a list, who is the fastest at each level of error, who misses impacts, who falls
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from report import page
 from report.contest import figures, prose
-from report.contest.condition import condition
+from report.contest.condition import conditions
 from report.contest.contestants import available, contestant
 from report.contest.front import Lead, front
 from report.contest.measure import Plan, Point, measured
@@ -52,9 +52,8 @@ def write(job: page.Job, points: list[Point], leads: list[Lead], wanted: Mapping
     figures.sheet(points, titles, folder / "error_vs_runtime")
     for name, title in titles.items():
         figures.of_problem([p for p in points if p.problem == name], title, folder / f"error_vs_runtime_{name}")
-    conditions = {problem.name: condition(problem, reference.scale) for problem, reference in wanted.items()}
     packages = [contestant(name).DISTRIBUTION for name in dict.fromkeys(point.package for point in points)]
-    parts = prose.parts(QUICK if job.quick else WHOLE, points, leads, wanted, conditions)
+    parts = prose.parts(QUICK if job.quick else WHOLE, points, leads, wanted, conditions(list(wanted)))
     page.write_page(job.output / "error_vs_runtime.md", "Error against run time", parts, packages)
 
 

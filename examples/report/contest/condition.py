@@ -1,35 +1,55 @@
-"""Condition of a problem: the largest factor by which a relative change of the start grows up to the end.
+"""Conditions of the problems: by how much small changes of what is given change the answer.
 
-Changes are measured in the motion's own scale, positions by the largest position, velocities by the largest velocity. The
-derivatives are central differences of the library's finest runs.
+They are made by `condition_recipe.py` from motions in many digits, and so owe nothing to any contestant; stored beside the
+references.
 """
 
 from __future__ import annotations
 
-import numpy as np
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-import vibroimpact as vi
+from .problems import Problem
+from .reference import FOLDER, fingerprint
 
-from .problems import Ensemble, Problem
-
-STEP = 1e-6  # of the scale: shallow contacts of 3e-6 are not lost
-
-
-def final_state(problem: Problem, start: np.ndarray) -> np.ndarray:
-    """State at the end of the library's finest run from a start."""
-    n = problem.scene.n_dof
-    run = vi.simulate(problem.scene, start[:n], start[n:], (0.0, problem.end), rtol=1e-14, atol=1e-16, keep="final")
-    return np.concatenate(run.final)
+TABLE = FOLDER / "conditions.csv"
 
 
-def condition(problem: Problem, scale: np.ndarray) -> float:
-    """Largest entry of the scaled derivative of the final state by the start; of many starts, the median of the sample."""
-    if isinstance(problem, Ensemble):
-        return float(np.median([condition(problem.member(i), scale) for i in problem.sample]))
-    columns = []
-    for i, size in enumerate(scale):
-        change = np.zeros_like(scale)
-        change[i] = STEP * size
-        difference = final_state(problem, problem.start + change) - final_state(problem, problem.start - change)
-        columns.append(np.abs(difference / scale).max() / (2.0 * STEP))
-    return float(max(columns))
+@dataclass(frozen=True)
+class Condition:
+    """Factors by which relative changes grow, in the motion's own scale; of many starts the largest of the sample.
+
+    `state`: from one entry of the start to the final state. `times`: from there to a time of impact. `entries`: from all entries
+    of the mass, damping and stiffness matrices, each changed by the same part of itself in the worst direction, to the final
+    state; None where there are no matrices.
+    """
+
+    state: float | None
+    times: float | None
+    entries: float | None
+
+
+def stored() -> dict[str, dict[str, str]]:
+    """Rows of the table, by problem."""
+    if not TABLE.exists():
+        return {}
+    with TABLE.open(newline="") as file:
+        return {row["problem"]: row for row in csv.DictReader(file)}
+
+
+def conditions(wanted: Sequence[Problem]) -> dict[str, Condition]:
+    """Stored conditions, empty where none is stored; one that was made for other numbers is refused."""
+    rows, found = stored(), {}
+    for problem in wanted:
+        row = rows.get(problem.name)
+        if row is None:
+            found[problem.name] = Condition(None, None, None)
+            continue
+        if row["fingerprint"] != fingerprint(problem):
+            message = f"the condition of {problem.name} was made for other numbers; make it again (condition_recipe.py)"
+            raise ValueError(message)
+        found[problem.name] = Condition(
+            float(row["state"]), float(row["times"]), float(row["entries"]) if row["entries"] else None
+        )
+    return found

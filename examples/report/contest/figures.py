@@ -1,7 +1,7 @@
 """Figures of the report: error against run time, one pair of axes for each problem, and all of them on one sheet.
 
-Wrong answers have no place on an axis of errors: they are marks in the strip above it. A contestant that was stopped, or that
-raised an exception, is a mark at the right edge of the strip or its left.
+Wrong answers have no place on an axis of errors: they are marks in the strip above it, each package in a row of its own. A
+contestant that was stopped, or that raised an exception, is a mark at the right edge of the strip or its left.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
 from .measure import Point, is_base_stopped
 
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "error against run time"})
 
-LOWEST, HIGHEST, STRIP = 1e-16, 1.0, 1e2  # errors drawn; wrong answers lie between HIGHEST and STRIP
+LOWEST, HIGHEST, STRIP = 1e-16, 1.0, 1e4  # errors drawn; wrong answers lie between HIGHEST and STRIP
 COLOURS = {
     "own": "#c1272d",
     "scipy": "#3b6fb6",
@@ -30,6 +32,7 @@ COLOURS = {
     "sundae": "#0b8f9c",
 }
 MARKERS = ("o", "s", "^", "D", "v")
+WRONG = {"x": "wrong number of impacts", "1": "through the stop, or far off", ">": "stopped at the bound", "+": "failed"}
 
 
 def draw(ax: plt.Axes, points: Sequence[Point], error: str) -> None:
@@ -40,9 +43,18 @@ def draw(ax: plt.Axes, points: Sequence[Point], error: str) -> None:
             mine = [p for p in points if (p.package, p.method) == (package, method)]
             draw_method(ax, mine, error, colour, marker)
     ax.axhspan(HIGHEST, STRIP, color="0.93", zorder=0)
-    ax.set(xscale="log", yscale="log", ylim=(LOWEST / 3, STRIP))
+    ax.set(xscale="log", yscale="log", xlim=times_shown(points), ylim=(LOWEST / 3, STRIP))
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_yticks([10.0**k for k in range(-16, 1, 4)])
     ax.grid(alpha=0.3)
+
+
+def times_shown(points: Sequence[Point]) -> tuple[float, float]:
+    """Limits of the axis of times: what was measured and some room, two decades at least."""
+    ratios = [p.ratio for p in points if p.ratio is not None] or [1.0]
+    low, high = min(ratios) / 2.0, max(ratios) * 2.0
+    more = max(1.0, math.sqrt(100.0 * low / high))
+    return low / more, high * more
 
 
 def draw_method(ax: plt.Axes, points: Sequence[Point], error: str, colour: str, marker: str) -> None:
@@ -55,14 +67,36 @@ def draw_method(ax: plt.Axes, points: Sequence[Point], error: str, colour: str, 
         [p.ratio for p in right], [max(getattr(p, error), LOWEST) for p in right], marker=marker, label=name,
         markerfacecolor=colour if is_own else "white", **style,
     )  # fmt: skip
-    wrong = [p.ratio for p in points if p.verdict != "right" and p.ratio is not None]
-    ax.plot(wrong, [math.sqrt(HIGHEST * STRIP)] * len(wrong), "x", color=colour, markersize=6)
-    row = 0.93 - 0.018 * (list(COLOURS).index(points[0].package) % 4)
-    stopped = [p for p in points if p.verdict.startswith(("stopped", "killed"))]
-    failed = [p for p in points if p.ratio is None and p not in stopped and not p.verdict.startswith("not tried")]
-    for found, mark, x in ((stopped, ">", 0.985), (failed, "+", 0.015)):
-        if found:
-            ax.plot([x], [row], mark, color=colour, markersize=6, transform=ax.transAxes, clip_on=False)
+    for mark in WRONG:
+        draw_wrong(ax, [p for p in points if wrong_mark(p) == mark], mark, colour)
+
+
+def wrong_mark(point: Point) -> str | None:
+    """Mark of an answer that is not right; None for a right one, and for a trial that was not made."""
+    if point.verdict == "right" or point.verdict.startswith("not tried"):
+        return None
+    if point.verdict.startswith(("stopped", "killed")):
+        return ">"
+    if point.ratio is None:
+        return "+"
+    return "x" if "impacts" in point.verdict else "1"
+
+
+def draw_wrong(ax: plt.Axes, points: Sequence[Point], mark: str, colour: str) -> None:
+    """Marks in a package's row of the strip: at their time, or at an edge if they have none."""
+    if not points:
+        return
+    row = (list(COLOURS).index(points[0].package) + 1) / (len(COLOURS) + 1)
+    y = HIGHEST * (STRIP / HIGHEST) ** row
+    if mark in ">+":
+        ax.plot([0.985 if mark == ">" else 0.015], [y], mark, color=colour, markersize=5, transform=ax.get_yaxis_transform())
+    else:
+        ax.plot([p.ratio for p in points], [y] * len(points), mark, color=colour, markersize=5 if mark == "x" else 7)
+
+
+def mark_legend() -> list[Line2D]:
+    """What the marks of the strip mean."""
+    return [Line2D([], [], linestyle="", marker=mark, color="0.4", label=text) for mark, text in WRONG.items()]
 
 
 def save(fig: plt.Figure, stem: Path) -> None:
@@ -80,9 +114,11 @@ def of_problem(points: Sequence[Point], title: str, stem: Path) -> None:
     for ax, error in zip(axes[0], errors, strict=True):
         draw(ax, points, error)
         base = "the bound" if is_base_stopped(points) else "SciPy RK45 at rtol 1e-6"
-        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {names[error]}")
+        many = ", largest of the sample" if any(p.median_error is not None for p in points) else ""
+        ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {names[error]}{many}")
     axes[0, 0].set_ylabel("error, in the motion's own scale [-]")
-    axes[0, -1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
+    handles = [*axes[0, -1].get_legend_handles_labels()[0], *mark_legend()]
+    axes[0, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8)
     fig.suptitle(title)
     save(fig, stem)
 
@@ -105,5 +141,5 @@ def sheet(points: Sequence[Point], titles: dict[str, str], stem: Path) -> None:
     for k, ax in enumerate(axes.flat[: len(names)]):
         if k + 3 >= len(names):
             ax.set_xlabel("run time / SciPy RK45 at rtol 1e-6 [-]")
-    fig.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6, fontsize=9)
+    fig.legend(handles=[*handles.values(), *mark_legend()], loc="outside lower center", ncols=6, fontsize=9)
     save(fig, stem)

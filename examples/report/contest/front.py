@@ -5,8 +5,10 @@ An answer reaches a level if its number of impacts is right and the worse of its
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from .measure import Point
 
@@ -64,3 +66,37 @@ def front(points: Sequence[Point]) -> list[Lead]:
         own, peers = [p for p in here if p.package == OWN], [p for p in here if p.package != OWN]
         leads += [Lead(problem, level, fastest(own, level), fastest(peers, level)) for level in LEVELS]
     return leads
+
+
+def methods(points: Iterable[Point]) -> list[list[Point]]:
+    """Points of each method, from the loosest tolerance on."""
+    found: dict[str, list[Point]] = {}
+    for point in points:
+        found.setdefault(point.name, []).append(point)
+    return [sorted(each, key=lambda p: -p.rtol) for each in found.values()]
+
+
+def between(points: Sequence[Point], level: float) -> Iterator[float]:
+    """Times at which one method would reach a level between two of its tolerances, by the line between them, both logarithmic."""
+    for coarse, fine in pairwise(points):
+        if 0.0 < fine.error <= level < coarse.error < math.inf:
+            part = math.log(coarse.error / level) / math.log(coarse.error / fine.error)
+            yield coarse.seconds * (fine.seconds / coarse.seconds) ** part
+
+
+def loosest(points: Sequence[Point], level: float) -> float | None:
+    """Time of one method at the loosest tolerance that reaches a level."""
+    return next((p.seconds for p in points if p.seconds is not None and p.error <= level), None)
+
+
+def is_ahead_at_worst(lead: Lead, points: Sequence[Point]) -> bool:
+    """Whether the library leads by the reading that favours the peers most.
+
+    The library has the loosest tolerance of each method that reaches the level; a peer has its fastest point, and any tolerance
+    between two of its own.
+    """
+    here = [point for point in points if point.problem == lead.problem]
+    own, peers = [p for p in here if p.package == OWN], [p for p in here if p.package != OWN]
+    mine = min((t for each in methods(own) if (t := loosest(each, lead.level)) is not None), default=math.inf)
+    theirs = [t for each in methods(peers) for t in between(each, lead.level)]
+    return mine <= min([*theirs, lead.peer.seconds if lead.peer else math.inf]) and math.isfinite(mine)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
-from .many_digits import Flight, Functions
+from .many_digits import Functions
 from .problems import Problem
 
 SAMPLES = 200  # in a turn of the fastest oscillation
@@ -50,17 +50,19 @@ class LinearPiece:
     """A flight to the end of the motion."""
 
     def __init__(self, values: list[Any], vectors: Any, weights: Any, n: int, length: Any) -> None:
-        """Take eigenvalues, eigenvectors and the weights of the start in them."""
+        """Take eigenvalues, rows of the eigenvectors for positions and velocities, and the weights of the start in them."""
         self.values, self.n, self.length = values, n, length
         self.parts = [[vectors[i, k] * weights[k] for k in range(len(values))] for i in range(2 * n)]
         self.doubles = np.array([[complex(each) for each in row] for row in self.parts[:n]])
         self.rates = np.array([complex(each) for each in values])
+        self.quickest = 1.0 / max(1.0, np.abs(self.rates).max())
 
     def grid(self) -> np.ndarray:
-        """Points close to the start first, then so many in each turn of the fastest oscillation."""
-        step = 2.0 * np.pi / SAMPLES / np.abs(self.rates.imag).max()
-        end = float(self.length)
-        return np.concatenate([np.geomspace(1e-5, 1.0, 100)[:-1] * step, np.arange(step, end + step, step)])
+        """Points close to the start first, a twelfth apart, then so many in each turn of the fastest oscillation."""
+        step = 2.0 * np.pi / SAMPLES / max(1e-2, np.abs(self.rates.imag).max())
+        first, end = 1e-5 * min(step, self.quickest), float(self.length)
+        near = np.geomspace(first, step, int(np.log(step / first) / np.log1p(1.0 / 12.0)))
+        return np.concatenate([near[:-1], np.arange(step, end + step, step)])
 
     def positions(self, s: np.ndarray) -> np.ndarray:
         """Positions in doubles, (m, n)."""
@@ -85,13 +87,3 @@ class LinearFlow:
         """One piece, to the end."""
         weights = self.inverse * extended(self.problem, t, x)
         yield LinearPiece(self.values, self.vectors, weights, self.n, mp.mpf(self.problem.end) - t)
-
-
-def by_exponentials(problem: Problem, flights: list[Flight]) -> Any:
-    """Largest difference of any flight's end from that of the matrix exponential."""
-    a, n = state_matrix(problem), problem.scene.n_dof
-    worst = mp.mpf(0)
-    for flight in flights:
-        z = mp.expm(a * (flight.end - flight.start)) * extended(problem, flight.start, flight.state)
-        worst = max(worst, max(abs(z[i] - flight.before[i]) for i in range(2 * n)))
-    return worst

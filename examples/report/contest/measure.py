@@ -39,6 +39,8 @@ class Point:
     seconds: float | None = None
     ratio: float | None = None
     share: float = 1.0  # of the work that a call does; times are those of the whole
+    median_error: float | None = None  # of many starts; `state_error` is then the largest
+    spread: float | None = None  # of the times of the rounds, slowest less fastest, over their median
 
     @property
     def name(self) -> str:
@@ -88,14 +90,15 @@ def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str
 
 
 def judged_together(problem: Ensemble, reference: Reference, ends: Ends) -> dict[str, object]:
-    """Verdict and median error of many trajectories, from those that have a reference."""
+    """Verdict, largest and median error of many trajectories, from those that have a reference."""
     _, at, known = np.intersect1d(ends.rows, problem.sample, return_indices=True)
     errors = np.abs((ends.states[at] - reference.state[known]) / reference.scale).max(axis=1)
     wrong = int(np.count_nonzero(ends.counts[at] != reference.counts[known]))
     found = {
         "n_impacts": int(ends.counts[at].sum()),
         "share": len(ends.rows) / len(problem.starts),
-        "state_error": float(np.median(errors)),
+        "state_error": float(errors.max()),
+        "median_error": float(np.median(errors)),
     }
     return {**found, "verdict": f"wrong number of impacts in {wrong} of {len(at)} trajectories" if wrong else "right"}
 
@@ -150,7 +153,16 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
                 continue  # lost with a process that was killed: its first call stands
     took = {point: (median(times) if times else point.first_call) / point.share for point, times in running.items()}
     base = next((t for p, t in took.items() if (p.package, p.method, p.rtol) == BASE), bound)
-    return [replace(point, seconds=took[point], ratio=took[point] / base) if point in took else point for point in points]
+    found = {
+        point: replace(point, seconds=took[point], ratio=took[point] / base, spread=spread(times))
+        for point, times in running.items()
+    }
+    return [found.get(point, point) for point in points]
+
+
+def spread(times: Sequence[float]) -> float | None:
+    """How far the times of one point lie apart."""
+    return (max(times) - min(times)) / median(times) if len(times) > 2 else None
 
 
 def is_base_stopped(points: Sequence[Point]) -> bool:

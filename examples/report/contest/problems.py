@@ -117,6 +117,18 @@ def stiff_by_elongation(ratio: float) -> Problem:
     return Problem(f"stiff_{round(np.log10(ratio))}_spring", title, scene, (0.0, 0.0), (0.3, 0.0), 40.0)
 
 
+def equal_pair(ratio: float) -> Problem:
+    """Equal masses on soft springs, one `ratio` times as stiff between them, a stop on which one of them bounces to rest.
+
+    The other mass pushes it back: each hit takes more of the pair's speed than the coefficient of restitution says.
+    """
+    stiffness = np.array([[1.0 + ratio, -ratio], [-ratio, 1.0 + ratio]])
+    system = vi.LinearSystem(np.eye(2), STIFF_DAMPING * stiffness, stiffness, load=[0.3, 0.0])
+    scene = vi.Scene(system, vi.Harmonic([1.5, 0.0], 0.7), vi.Stop(1, 0.3, 0.7))
+    title = f"Stiff equal masses, ratio 1e{round(np.log10(ratio))}, chattering"
+    return Problem(f"stiff_{round(np.log10(ratio))}_chatter", title, scene, (0.0, 0.0), (0.3, 0.3), 40.0, first=5)
+
+
 def ball() -> Problem:
     """A ball dropped from one metre: infinitely many bounces in 8.6 s, then at rest."""
     system = vi.LinearSystem([1.0], [0.0], [0.0], load=[-GRAVITY])
@@ -172,8 +184,11 @@ def problems() -> list[Problem]:
         pendulum(),
         chain(),
         stiff(1e4),
+        stiff(1e8),
         stiff_by_elongation(1e4),
         stiff_by_elongation(1e8),
+        equal_pair(1e4),
+        equal_pair(1e8),
         ball(),
         shallow(),
         sticking(),

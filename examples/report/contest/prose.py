@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import median
 
 from ..page import table, version
-from .contestants import contestant
-from .front import LEVELS, Lead, label
+from .condition import Condition
+from .contestants import contestant, entrant
+from .front import LEVELS, OWN, Lead, is_ahead_at_worst, label
 from .measure import BASE, BUDGET, FELL, LOST, ROUNDS, SLOW, Plan, Point
-from .problems import COUNT, Problem
+from .problems import COUNT, Ensemble, Problem
 from .reference import Reference
+
+FORGOTTEN = 1e-30  # a factor that is zero, to the digits of the references: contact that lasts forgets the start
+ROUNDED = 2.0**-53  # relative error of one rounding
 
 INTRODUCTION = """Who is the fastest at a given error? Each problem below has a reference of many digits. The library and what a
 user would pick instead follow it at relative tolerances from {loosest:.0e} to {finest:.0e}; the absolute tolerance is a tenth of
@@ -22,20 +27,55 @@ RULES = """## Rules
 - *Error of the final state*: the largest component of its difference from the reference, positions in units of the largest
   position of the motion, velocities in units of its largest velocity. *Error of the impact times*: the largest difference by
   index, in units of largest position over largest velocity. An answer reaches a level if both errors do.
-- *A wrong answer has no error*: a number of impacts other than the reference's, a final position deeper than {fell:g} of the
-  motion's size in a stop, or a final state off by more than {lost:g} of it, is a cross in the grey strip of the figures.
-  Where the impacts accumulate, and their number is infinite, the first ones are asked for, and the state at the end.
+- *A wrong answer has no error*: a number of impacts other than the reference's is a cross in the grey strip of the figures; a
+  final position deeper than {fell:g} of the motion's size in a stop, or a final state off by more than {lost:g} of it, a mark of
+  three legs. Where the impacts accumulate, and their number is infinite, the first ones are asked for, and the state at the end.
 - *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of
   up to {rounds} rounds within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken). Every run starts
   from the problem's first state and gives the final state and every impact time. Times are ratios to {package} {method} at
   rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table
-  of their own.
-- *Many starts*: the error is the median over {sample} of the trajectories, which have a reference; a wrong number of impacts
-  in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all.
+  of their own. {scatter}
+- *Many starts*: the error is the largest over {sample} of the trajectories, which have a reference; a wrong number of impacts
+  in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all. Times of impact are not asked
+  for.
 - *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; finer tolerances are not tried then. An
   exception is a plus at the left edge.
-- *Leader* of a level: the fastest point that reaches it. The ratio is the fastest peer's time over the library's: above 1 the
-  library is the faster."""
+- *Leader* of a level: the fastest point that reaches it, nothing interpolated. The ratio is the fastest peer's time over the
+  library's: above 1 the library is the faster. The reading that favours peers most is counted apart: a peer has its fastest
+  point and every tolerance between two neighbouring right ones (by the line between them, both axes logarithmic), the library
+  the loosest tolerance of each method that reaches the level.
+- *Chosen with first runs in sight*: the problems, their spans (conditions below 1e4; SciPy within the bound at most tolerances),
+  the bound of a call and the limits of a wrong answer. Implicit methods of packages with others are tried on stiff scenes
+  alone. Solvers that look for a change of sign from step to step are given no largest step: how short the shortest visit behind
+  a stop would be is not known before."""
+
+CONDITIONS = """*Conditions* come from motions in many digits, repeated with one number changed by 2^-40 of itself or of the
+motion's scale: the largest factor by which such a change grows from an entry of the start to the final state, and to a time
+of impact; and from the entries of the matrices, all changed by the same part of themselves in the worst direction, to the final
+state. Of many starts it is the largest of the sample."""
+
+ROUNDING = """## What rounding leaves
+
+Where a stiff spring and soft ones stand in the same entries of a matrix, what the soft ones do is a small difference of large
+numbers: one rounding of each entry, 2^-53 of itself, may move the answer by the third column. Reference and contestants have the
+same doubles, so nothing forbids a smaller error; but no method that rounds these entries or their products with the positions
+can promise it. Listed are the problems in which this is above the finest level, {finest:.0e}."""
+
+
+def scatter(points: Sequence[Point]) -> str:
+    """How far times taken in different rounds lie apart."""
+    spreads = sorted(p.spread for p in points if p.spread is not None)
+    if not spreads:
+        return ""
+    typical, most = median(spreads), spreads[int(0.9 * (len(spreads) - 1))]
+    return f"Rounds of a point lie {typical:.0%} of its median apart (median over points; nine in ten: below {most:.0%})."
+
+
+def doubtful(leads: Sequence[Lead], points: Sequence[Point]) -> str:
+    """How often the library leads by the reading that favours peers most."""
+    reached = [lead for lead in leads if lead.is_reached]
+    ahead = sum(is_ahead_at_worst(lead, points) for lead in reached)
+    return f"By the reading that favours peers most (see the rules) it leads {ahead} of these {len(reached)}."
 
 
 def sentence(lead: Lead) -> str:
@@ -94,28 +134,74 @@ def cell(lead: Lead) -> str:
     return "**peer alone**" if lead.peer is not None else "nobody"
 
 
-def described(wanted: Mapping[Problem, Reference], conditions: Mapping[str, float]) -> str:
+def described(wanted: Mapping[Problem, Reference], conditions: Mapping[str, Condition]) -> str:
     """What the problems are: spans, impacts, condition, reference."""
     rows = [
         (
             problem.title,
             f"{problem.end:g}",
             impacts(problem, reference),
-            f"{conditions[problem.name]:.2g}",
+            *condition_cells(conditions[problem.name]),
             reference.recipe,
         )
         for problem, reference in wanted.items()
     ]
-    return table(["problem", "span", "impacts", "condition", "reference"], rows)
+    names = ["condition: start to end", "start to times", "matrices to end"]
+    return table(["problem", "span", "impacts", *names, "reference"], rows)
 
 
-def contestants(points: Sequence[Point]) -> str:
+def condition_cells(condition: Condition) -> list[str]:
+    """The three numbers."""
+    values = (condition.state, condition.times, condition.entries)
+    return ["-" if value is None else f"{value if value > FORGOTTEN else 0.0:.2g}" for value in values]
+
+
+def rounding(points: Sequence[Point], titles: Mapping[str, str], conditions: Mapping[str, Condition]) -> str:
+    """Problems whose matrices, rounded, do not define the finest level, and the smallest errors there."""
+    rows = []
+    for name, title in titles.items():
+        entries = conditions[name].entries
+        if entries is not None and entries * ROUNDED > min(LEVELS):
+            here = [p for p in points if p.problem == name]
+            rows.append(
+                (title, f"{entries:.2g}", f"{entries * ROUNDED:.1e}", *(smallest(here, is_own) for is_own in (True, False)))
+            )
+    header = [
+        "problem",
+        "condition, matrices to end",
+        "one rounding of each entry",
+        "smallest error here",
+        "smallest error of a peer",
+    ]
+    return f"{ROUNDING.format(finest=min(LEVELS))}\n\n{table(header, rows)}"
+
+
+def smallest(points: Sequence[Point], is_own: bool) -> str:
+    """The smallest error of the library or of its peers, and whose it is."""
+    best = min((p for p in points if (p.package == OWN) is is_own), key=lambda p: p.error, default=None)
+    return "-" if best is None or best.error == float("inf") else f"{best.error:.1e} ({label(best)} at {best.rtol:.0e})"
+
+
+def worst_of_many(points: Sequence[Point]) -> str:
+    """How far the largest error of many trajectories is above the median one; nothing for one trajectory."""
+    factors = [p.state_error / p.median_error for p in points if p.verdict == "right" and p.median_error]
+    if not factors:
+        return ""
+    return (
+        f"The largest error of the sample is {median(factors):.2g} times the median one (median over {len(factors)} right "
+        f"points; at most {max(factors):.2g})."
+    )
+
+
+def contestants(points: Sequence[Point], wanted: Iterable[Problem]) -> str:
     """Who took part: version, and how each was driven, as its file says."""
     lines = []
     for name in dict.fromkeys(point.package for point in points):
         module = contestant(name)
         methods = ", ".join(dict.fromkeys(p.method for p in points if p.package == name))
         lines.append(f"- *{module.DISTRIBUTION}* {version(module.DISTRIBUTION)} ({methods}). {' '.join(module.__doc__.split())}")
+        many = next((entrant(name, each) for each in wanted if isinstance(each, Ensemble)), None)
+        lines[-1] += f" Many starts: {' '.join(many.__doc__.split())}" if many else ""
     return "\n".join(lines)
 
 
@@ -137,9 +223,16 @@ def trouble(points: Sequence[Point]) -> str:
 
 
 def at(points: Sequence[Point]) -> str:
-    """Tolerances of points, as a range if there are many."""
-    values = [f"{p.rtol:.0e}" for p in points]
-    return ", ".join(values) if len(values) < 3 else f"{values[0]} to {values[-1]} ({len(values)})"
+    """Tolerances of points, as ranges of decades where they are neighbours."""
+    powers = [round(math.log10(p.rtol)) for p in points]
+    runs: list[list[int]] = []
+    for power in powers:
+        if runs and runs[-1][-1] == power + 1:
+            runs[-1].append(power)
+        else:
+            runs.append([power])
+    ends = [(run[0], run[-1]) if len(run) > 1 else (run[0],) for run in runs]
+    return ", ".join(" to ".join(f"{10.0**power:.0e}" for power in end) for end in ends)
 
 
 def preparations(points: Sequence[Point]) -> str:
@@ -165,7 +258,7 @@ def parts(
     points: Sequence[Point],
     leads: Sequence[Lead],
     wanted: Mapping[Problem, Reference],
-    conditions: Mapping[str, float],
+    conditions: Mapping[str, Condition],
 ) -> list[str]:
     """The parts of the page."""
     titles = {problem.name: problem.title for problem in wanted}
@@ -184,19 +277,22 @@ def parts(
         package=package,
         method=method,
         rtol=rtol,
+        scatter=scatter(points),
     )
     sections = []
     for problem in wanted:
         here = [p for p in points if p.problem == problem.name]
         picture = f"![{problem.title}](figures/error_vs_runtime_{problem.name}.png)"
-        sections.append(f"## {problem.title}\n\n{problem.scene.plan()}.\n\n{picture}\n\n{trouble(here)}")
+        pieces = [f"## {problem.title}", f"{problem.scene.plan()}.", picture, worst_of_many(here), trouble(here)]
+        sections.append("\n\n".join(piece for piece in pieces if piece))
     return [
         INTRODUCTION.format(loosest=max(plan.tolerances), finest=min(plan.tolerances)),
         "![Error of the final state against run time, every problem](figures/error_vs_runtime.png)",
-        f"## Who leads\n\n{verdict(leads)} Bold: a peer is the faster.\n\n{at_a_glance(leads, titles)}",
+        f"## Who leads\n\n{verdict(leads)} {doubtful(leads, points)} Bold: a peer is the faster.\n\n{at_a_glance(leads, titles)}",
         rules,
-        f"## Contestants\n\n{contestants(points)}",
-        f"## Problems\n\n{described(wanted, conditions)}",
+        f"## Contestants\n\n{contestants(points, wanted)}",
+        f"## Problems\n\n{CONDITIONS}\n\n{described(wanted, conditions)}",
+        rounding(points, titles, conditions),
         *sections,
         f"## Every leader\n\n{leaders(leads, titles)}",
         f"## Right answers\n\n{scores(points)}",

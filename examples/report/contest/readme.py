@@ -11,7 +11,19 @@ from .measure import BASE, Point
 
 START, END = "<!-- report -->", "<!-- /report -->"
 LEVEL = 1e-9
-NUMBERS = ("n_impacts", "state_error", "time_error", "preparation", "first_call", "seconds", "ratio", "rtol", "share")
+NUMBERS = (
+    "n_impacts",
+    "state_error",
+    "time_error",
+    "preparation",
+    "first_call",
+    "seconds",
+    "ratio",
+    "rtol",
+    "share",
+    "median_error",
+    "spread",
+)
 
 
 def read(path: Path) -> list[Point]:
@@ -40,7 +52,8 @@ def block(points: list[Point]) -> str:
         "",
         f"- At {ahead} of {len(reached)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster; where peers get",
         f"  there at all, the fastest takes {plain(median(ratios))} times as long (median; at worst {plain(min(ratios))}).",
-        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as `{BASE[1]}` of `scipy.integrate` at rtol {BASE[2]:g}.",
+        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as `{BASE[1]}` of `scipy.integrate` at",
+        f"  rtol {BASE[2]:g}.",
         f"- A bouncing ball to rest: right in {here} runs here, elsewhere in {elsewhere}.",
         "",
         "[Every problem, rule and number](docs/report/error_vs_runtime.md), made by `python examples/error_vs_runtime.py`.",

@@ -10,7 +10,8 @@ import sys
 import numpy as np
 from mpmath import mp
 
-from . import extrapolation, linear_flow, many_digits, taylor_flow
+from . import extrapolation, lasting, linear_flow, many_digits, taylor_flow
+from .motion import motion
 from .problems import Ensemble, problems
 from .reference import FOLDER, fingerprint
 
@@ -28,10 +29,10 @@ def largest(flights, n: int) -> list[float]:
 def followed(problem):
     """Flights of a problem in many digits, and the name of the way."""
     if problem.name == "ball":
-        return many_digits.motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of the parabola"
+        return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of the parabola"
     if hasattr(problem.scene.system, "mass"):
-        return many_digits.motion(problem, linear_flow.LinearFlow(problem)), "eigenvectors of the state matrix"
-    return many_digits.motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of order 44"
+        return motion(problem, linear_flow.LinearFlow(problem)), "eigenvectors of the state matrix"
+    return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of order 44"
 
 
 def checked(problem, flights):
@@ -39,7 +40,10 @@ def checked(problem, flights):
     if problem.name == "ball":
         return by_ball(problem, flights), "the closed form t_k = sqrt(2 h/g) (1 + 2 (e + ... + e^k))"
     if hasattr(problem.scene.system, "mass"):
-        return linear_flow.by_exponentials(problem, flights), "the matrix exponential of each flight"
+        way = "the matrix exponential of each flight"
+        if any(flight.held >= 0 for flight in flights):
+            way += " and each contact that lasts, limits of impacts from those taken one impact earlier"
+        return lasting.by_exponentials(problem, flights), way
     with mp.workdps(40):
         return extrapolation.by_extrapolation(problem, flights), "extrapolated midpoint steps of each flight"
 

@@ -115,6 +115,7 @@ class TaylorPiece:
         last = max(max(abs(row[-1]), abs(row[-2]) ** (mp.mpf(ORDER) / (ORDER - 1)), mp.mpf("1e-60")) for row in self.series)
         self.length = min((mp.mpf(10) ** -ACCURACY / last) ** (mp.mpf(1) / ORDER), mp.mpf(2))
         self.doubles = np.array([[float(each) for each in row] for row in self.series[: self.n]])
+        self.quickest = 1.0
 
     def grid(self) -> np.ndarray:
         """Points of the step; close to the start first."""

@@ -19,7 +19,7 @@ from .contestants import Outcome, Tolerances, contestant, entrant
 from .problems import problems
 
 PREPARATION_BOUND = 60.0  # [s], compilation
-GRACE = 3.0  # [s] after a bound until a process that does not answer its alarm is killed
+GRACE = 1.0  # [s] after a bound until a process that does not answer its alarm is killed
 LEAST = 1e-3  # [s] of calls in a row that one time is taken from
 ONE_CORE = {
     "OMP_NUM_THREADS": "1",
@@ -86,6 +86,11 @@ class Booth:
         return seconds(self.runs[method, tolerances], repeats)
 
 
+def is_alarm(error: BaseException | None) -> bool:
+    """Whether an alarm is behind an error."""
+    return error is not None and (isinstance(error, Stopped) or is_alarm(error.__cause__))
+
+
 def named(error: Exception) -> str:
     """What went wrong, in one line; a contestant's own failures are runtime errors."""
     kind = "failed" if isinstance(error, RuntimeError) else type(error).__name__
@@ -111,6 +116,8 @@ def serve(connection: Connection, name: str, core: int | None) -> None:
             answer = Stopped(f"stopped at {bound:g} s")
         except Exception as error:  # whatever a contestant raises is its result
             answer = RuntimeError(named(error))
+            if is_alarm(error):  # compiled code came to its end before it told of the alarm
+                answer = Stopped(f"stopped at {bound:g} s")
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         connection.send(answer)

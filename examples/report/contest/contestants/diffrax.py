@@ -1,4 +1,7 @@
-"""diffrax: a compiled loop over solves that end at an event; one condition, the smallest gap, by bisection."""
+"""diffrax: a compiled loop over solves that end at an event; one condition, the smallest gap, by bisection.
+
+Each new solve starts a little in front of the stop, at a gap far below every tolerance.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import optimistix as optx
 from jax import numpy as jnp
 
 from ..equations import equations
+from ..opening import opening
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
@@ -42,8 +46,13 @@ def pieces(problem: Problem):
     def distances(x):
         return jnp.stack([gap(*x[:n])[0] for gap in gaps])
 
+    openings = [opening(problem, k) for k in range(len(impacts))]
+    leading = jnp.array([i for i, _ in openings])
+    changes = [change.function(functions) for _, change in openings]
+
     def turned(k, x):
-        return jnp.concatenate([x[:n], jnp.stack([jnp.stack(impact(*x)) for impact in impacts])[k]])
+        q = x[:n].at[leading[k]].add(jnp.stack([change(*x[:n])[0] for change in changes])[k])
+        return jnp.concatenate([q, jnp.stack([jnp.stack(impact(*x)) for impact in impacts])[k]])
 
     return rate, distances, turned
 

@@ -23,14 +23,13 @@ def methods(_: Problem) -> list[str]:
 class Impact:
     """The impact on one stop."""
 
-    def __init__(self, formula, n: int, times: list[float]) -> None:
-        """Take the formula of the velocities afterwards and the list of times that all stops share."""
-        self.formula, self.n, self.times = formula, n, times
+    def __init__(self, formula) -> None:
+        """Take the formula of the velocities afterwards; `state`, `velocities`, `times` are set with the integrator."""
+        self.formula = formula
 
     def __call__(self, integrator, _) -> bool:
         """Turn the velocities and go on."""
-        state = integrator.state
-        state[self.n :] = self.formula(*state.tolist())
+        self.velocities[:] = self.formula(*self.state.tolist())
         self.times.append(integrator.time)
         return True
 
@@ -55,22 +54,22 @@ def prepare(problem: Problem, _: str, tolerances: Tolerances) -> Run:
         problem.start,
         tol=tolerances.relative,
         t_events=[
-            hy.t_event(gap, callback=Impact(each.function(), formulas.n_dof, times), direction=hy.event_direction.negative)
+            hy.t_event(gap, callback=Impact(each.function()), direction=hy.event_direction.negative)
             for gap, each in zip(gaps, formulas.impacts, strict=True)
         ],
     )
-    shared = integrator.t_events[0].callback.times  # callbacks are copied with the events
+    state = integrator.state  # a view, which the callbacks, copied with the events, keep: made anew, it costs as much as they do
     for event in integrator.t_events:
-        event.callback.times = shared
+        event.callback.state, event.callback.velocities, event.callback.times = state, state[formulas.n_dof :], times
 
     def run() -> Outcome:
-        shared.clear()
+        times.clear()
         integrator.time = 0.0
-        integrator.state[:] = problem.start
+        state[:] = problem.start
         integrator.reset_cooldowns()
         outcome = integrator.propagate_until(problem.end)[0]
         if outcome != hy.taylor_outcome.time_limit:
             raise RuntimeError(str(outcome))
-        return Outcome(integrator.state.copy(), np.array(shared))
+        return Outcome(state.copy(), np.array(times))
 
     return run

@@ -1,9 +1,9 @@
 """numbalsoda: compiled DOP853 and LSODA under Numba; the loop over the flights is compiled too.
 
 `solve_ivp` (DOP853) ends at a change of sign of an event (of several in one step, the first of its list: so there is one, the
-smallest gap), located to 1e-8; one Taylor step takes the state onto the stop. LSODA has
-no events: it gives states at a dozen points in each period of the fastest motion that lasts, and the point of contact is found
-by restarts from the one before it.
+smallest gap), located to 1e-8; one Taylor step takes the state onto the stop, another off it by 1e-9 of time. LSODA has no
+events: it gives states at 24 points in each period of the forcing, or in each unit of time where that is shorter, and the point
+of contact is found by restarts from the one before it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """pydiffsol: the model as text, with its stops and what is reset at them, compiled as a whole.
 
-A reset must leave the stop, or the solver falls through it: the position moves back by a distance that is far below every
+A reset must leave the stop, or the solver falls through it: the position is put a little in front of it, to a gap far below every
 tolerance. One text of resets serves all stops: each acts if its own gap is closed, by Heaviside's function.
 """
 
@@ -11,15 +11,14 @@ from functools import lru_cache
 import numpy as np
 import pydiffsol as ds
 
-import vibroimpact as vi
-
 from ..equations import Equations, equations
 from ..formulas import Traced
+from ..opening import opening
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
 DISTRIBUTION = "pydiffsol"
-CLOSED, BACK = 1e-9, 1e-12  # a gap below that is closed; the way back from the stop
+CLOSED = 1e-9  # a gap below that is closed
 METHODS = {"tsit45": ds.tsit45, "bdf": ds.bdf, "tr_bdf2": ds.tr_bdf2, "esdirk34": ds.esdirk34}
 
 
@@ -41,16 +40,6 @@ def scalars(formula: Traced, prefix: str) -> tuple[list[str], list[str]]:
     return lines, [word(each) for each in formula.results]
 
 
-def way_back(problem: Problem, stop: object) -> list[float]:
-    """Small change of the positions that opens a gap by about `BACK`."""
-    n = problem.scene.n_dof
-    if isinstance(stop, vi.Wall) or not isinstance(stop.normal, int):
-        first, sign = 0, stop.side in ("right", "upper")
-    else:
-        first, sign = stop.normal, stop.side == "upper"
-    return [(-BACK if sign else BACK) if i == first else 0.0 for i in range(n)]
-
-
 def model(problem: Problem) -> str:
     """The model's text."""
     formulas: Equations = equations(problem.scene)
@@ -59,19 +48,16 @@ def model(problem: Problem) -> str:
     state = ", ".join(f"{name} = {value!r}" for name, value in zip(names, problem.start.tolist(), strict=True))
     lines, rates = scalars(formulas.acceleration, "a")
     gaps, changes = [], [[name] for name in names]
-    for k, (stop, gap, impact) in enumerate(zip(problem.scene.stops, formulas.gaps, formulas.impacts, strict=True)):
-        for formula, prefix in ((gap, f"g{k}"), (impact, f"r{k}")):
-            more, results = scalars(formula, prefix)
-            lines += more
-            if formula is gap:
-                gaps += results
-                lines.append(f"closed{k} {{ heaviside({CLOSED!r} - ({results[0]})) }}")
-            else:
-                for i in range(n):
-                    changes[n + i].append(f"closed{k} * (({results[i]}) - v{i})")
-        for i, back in enumerate(way_back(problem, stop)):
-            if back:
-                changes[i].append(f"closed{k} * ({back!r})")
+    for k, (distance, impact) in enumerate(zip(formulas.gaps, formulas.impacts, strict=True)):
+        leading, back = opening(problem, k)
+        (to_gap, found), (to_change, moved), (to_impact, turned) = (
+            scalars(formula, f"{prefix}{k}") for formula, prefix in ((distance, "g"), (back, "b"), (impact, "r"))
+        )
+        lines += [*to_gap, f"closed{k} {{ heaviside({CLOSED!r} - ({found[0]})) }}", *to_change, *to_impact]
+        gaps += found
+        changes[leading].append(f"closed{k} * ({moved[0]})")
+        for i in range(n):
+            changes[n + i].append(f"closed{k} * (({turned[i]}) - v{i})")
     return "\n".join(
         [
             f"u_i {{ {state} }}",

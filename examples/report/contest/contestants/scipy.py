@@ -1,11 +1,18 @@
-"""SciPy's `solve_ivp`: a terminal event for each stop, the impact by hand, a new start after each."""
+"""SciPy's `solve_ivp`: a terminal event for each stop, the impact by hand, a new start after each.
+
+It starts again a little in front of the stop, at a gap far below every tolerance. `Radau` is given the constant Jacobian of a
+linear scene.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import vibroimpact as vi
+
 from ..equations import equations
+from ..opening import opening
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
@@ -17,11 +24,30 @@ def methods(_: Problem) -> list[str]:
     return ["RK45", "DOP853", "Radau", "LSODA"]
 
 
+def after_impact(problem: Problem, k: int, impact):
+    """What an impact does to a state, in place."""
+    n, (leading, change) = problem.scene.n_dof, opening(problem, k)
+    moved = change.function()
+
+    def act(x: np.ndarray) -> None:
+        values = x.tolist()
+        x[n:] = impact(*values)
+        x[leading] += moved(*values[:n])[0]
+
+    return act
+
+
+def jacobian(rate, n: int) -> np.ndarray:
+    """Constant Jacobian of a linear scene, from unit states."""
+    zero = np.array(rate(0.0, np.zeros(2 * n)))
+    return np.column_stack([np.array(rate(0.0, unit)) - zero for unit in np.eye(2 * n)])
+
+
 def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
     """Events and restarts; the right-hand side is straight lines of Python floats, faster than small NumPy arrays."""
     formulas = equations(problem.scene)
     n, acceleration = formulas.n_dof, formulas.acceleration.function()
-    impacts = [each.function() for each in formulas.impacts]
+    stops = [after_impact(problem, k, impact.function()) for k, impact in enumerate(formulas.impacts)]
 
     def rate(t, x):
         x = x.tolist()
@@ -36,6 +62,8 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
 
     events = [event(each.function()) for each in formulas.gaps]
     options = {"method": method, "rtol": tolerances.relative, "atol": tolerances.absolute, "events": events}
+    if method == "Radau" and isinstance(problem.scene.system, vi.LinearSystem):
+        options["jac"] = jacobian(rate, n)
 
     def run() -> Outcome:
         t, x, times = 0.0, problem.start, []
@@ -44,9 +72,9 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
             if flight.status < 0:
                 raise RuntimeError(flight.message)
             t, x = flight.t[-1], flight.y[:, -1].copy()
-            for impact, hits in zip(impacts, flight.t_events, strict=True):
+            for stop, hits in zip(stops, flight.t_events, strict=True):
                 if len(hits):
-                    x[n:] = impact(*x.tolist())
+                    stop(x)
                     times.append(t)
         return Outcome(x, np.array(times))
 

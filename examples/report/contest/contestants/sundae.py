@@ -1,4 +1,4 @@
-"""scikit-sundae: CVODE of SUNDIALS; terminal events, the impact by hand, a new start after each."""
+"""scikit-sundae: CVODE of SUNDIALS; terminal events, the impact by hand, a new start a little in front of the stop after each."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from sksundae.cvode import CVODE
 from ..equations import equations
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
+from .scipy import after_impact
 
 DISTRIBUTION = "scikit-sundae"
 STEPS = 10**7  # allowed in one flight
@@ -22,7 +23,8 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
     """Events and restarts."""
     formulas = equations(problem.scene)
     n, acceleration = formulas.n_dof, formulas.acceleration.function()
-    gaps, impacts = [each.function() for each in formulas.gaps], [each.function() for each in formulas.impacts]
+    gaps = [each.function() for each in formulas.gaps]
+    stops = [after_impact(problem, k, impact.function()) for k, impact in enumerate(formulas.impacts)]
 
     def rate(t, x, dx):
         x = x.tolist()
@@ -47,9 +49,9 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
             t, x = float(flight.t[-1]), flight.y[-1].copy()
             if t >= problem.end:
                 break
-            for impact, hit in zip(impacts, np.atleast_2d(flight.i_events)[-1], strict=True):
+            for stop, hit in zip(stops, np.atleast_2d(flight.i_events)[-1], strict=True):
                 if hit:
-                    x[n:] = impact(*x.tolist())
+                    stop(x)
                     times.append(t)
         return Outcome(x, np.array(times))
 

@@ -21,14 +21,13 @@ def methods(_: Ensemble) -> list[str]:
 class Impact:
     """The impact on one stop in one lane, counted."""
 
-    def __init__(self, formula, n: int, counts: np.ndarray) -> None:
-        """Take the formula of the velocities afterwards and the counts that all stops share."""
-        self.formula, self.n, self.counts = formula, n, counts
+    def __init__(self, formula, n: int) -> None:
+        """Take the formula of the velocities afterwards; `state` and `counts` are set when there is an integrator."""
+        self.formula, self.n = formula, n
 
-    def __call__(self, integrator, _, lane: int) -> bool:
+    def __call__(self, _, __, lane: int) -> bool:
         """Turn the velocities and go on."""
-        state = integrator.state
-        state[self.n :, lane] = self.formula(*state[:, lane].tolist())
+        self.state[self.n :, lane] = self.formula(*self.state[:, lane].tolist())
         self.counts[lane] += 1
         return True
 
@@ -39,15 +38,15 @@ def prepare(problem: Ensemble, _: str, tolerances: Tolerances) -> Callable[[], E
     n, lanes = formulas.n_dof, hy.recommended_simd_size()
     falling = hy.event_direction.negative
     events = [
-        hy.t_event_batch(gap, callback=Impact(each.function(), n, np.zeros(lanes, int)), direction=falling)
+        hy.t_event_batch(gap, callback=Impact(each.function(), n), direction=falling)
         for gap, each in zip(gaps, formulas.impacts, strict=True)
     ]
     integrator = hy.taylor_adaptive_batch(
         rates, np.ascontiguousarray(problem.starts[:lanes].T), tol=tolerances.relative, t_events=events
     )
-    counts = np.zeros(lanes, int)
+    state, counts = integrator.state, np.zeros(lanes, int)  # the state is a view
     for event in integrator.t_events:  # callbacks are copied with the events
-        event.callback.counts = counts
+        event.callback.state, event.callback.counts = state, counts
     k = len(problem.starts)
     batches = [np.arange(i, i + lanes) % k for i in range(0, k, lanes)]
 
@@ -56,10 +55,10 @@ def prepare(problem: Ensemble, _: str, tolerances: Tolerances) -> Callable[[], E
         for rows in batches:
             counts[:] = 0
             integrator.set_time(0.0)
-            integrator.state[:] = problem.starts[rows].T
+            state[:] = problem.starts[rows].T
             integrator.reset_cooldowns()
             integrator.propagate_until(problem.end)
-            states[rows], n_impacts[rows] = integrator.state.T, counts
+            states[rows], n_impacts[rows] = state.T, counts
         return Ends(np.arange(k), states, n_impacts)
 
     return run
