@@ -49,6 +49,9 @@ const MOST_POLISHES: usize = 12;
 /// leaves out is below rounding.
 const TAYLOR_STEP: f64 = 1e-4;
 
+/// A step of Newton's method up to this part of the time since the start of a flight is near its zero.
+const NEAR: f64 = 0.25;
+
 /// The search along one flight after another, with its buffers.
 pub(crate) struct Search<'f, F: LinearFlow> {
     flow: &'f F,
@@ -62,6 +65,8 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     jets: Vec<Jet>,
     /// Whether each gap was falling where the search looked before.
     was_falling: Vec<bool>,
+    /// The order of each gap's root at the start of the flight.
+    orders: Vec<usize>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -77,6 +82,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             flow,
             jets: vec![Jet::default(); gaps.len()],
             was_falling: vec![false; gaps.len()],
+            orders: Vec::with_capacity(gaps.len()),
             active: Vec::with_capacity(gaps.len()),
             gaps,
             margins,
@@ -126,6 +132,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         grazes: &mut Vec<Grazed>,
         check: &mut dyn FnMut() -> bool,
     ) -> Next {
+        self.orders.clear();
+        self.orders.extend_from_slice(starts);
         self.active.clear();
         self.active.extend(0..self.gaps.len());
         self.state.clear();
@@ -153,11 +161,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 }
             };
             if let Some((stop, at)) = reached {
-                grazes.retain(|g| g.time < time + at);
-                return Next::Contact {
-                    stop,
-                    time: time + at,
-                };
+                // A gap that has passed zero by less than its margin may point back beyond the start of the flight.
+                let at = if time + at > 0.0 { time + at } else { time };
+                grazes.retain(|g| g.time < at);
+                return Next::Contact { stop, time: at };
             }
             time += self.ladder.step(self.level);
             let work = self.ladder.advance(self.flow, self.level, &mut self.state);
@@ -308,7 +315,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
                 break;
             }
-            let step = newton_step(&jet).max(-time);
+            let step = newton_step(&jet, self.orders[stop], time).max(-time);
             time += step;
             if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
@@ -324,10 +331,20 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 }
 
-/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. What proves that a
-/// step holds a contact leaves the remainder no room to make the gap rise at the zero of its cubic; only rounding does.
-fn newton_step(jet: &Jet) -> f64 {
+/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose root
+/// of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
+/// flight, all of it within the margin, is found from beyond its end without falling back to its start.
+fn newton_step(jet: &Jet, order: usize, time: f64) -> f64 {
     let [a, b, c, d] = jet.c;
+    let is_far = b >= 0.0 || (a / b).abs() > NEAR * time;
+    if order > 0 && is_far && time > 0.0 {
+        let ahead = -a / (b - order as f64 * a / time);
+        return if ahead.is_finite() {
+            ahead.clamp(-0.5 * time, time)
+        } else {
+            0.0
+        };
+    }
     if b >= 0.0 {
         return 0.0;
     }
