@@ -6,7 +6,8 @@ from report.cost.bare.change import NEVER, Change
 
 SCENE, BLOCK = "src/flow/scene.rs", "src/flow/block.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
-LOOP, EXACT, NEXT = "src/simulate/event_loop.rs", "src/simulate/exact.rs", "src/contact/next.rs"
+LOOP, SETTLE = "src/simulate/event_loop.rs", "src/simulate/event_loop/settle.rs"
+EXACT, NEXT = "src/simulate/exact.rs", "src/contact/next.rs"
 
 # One type of flow, without inputs.
 INPUTS = (
@@ -83,16 +84,15 @@ REST = (
         "        }\n        self.strike_all(mover, record)",
     ),
     Change(
-        LOOP,
+        SETTLE,
         "        if let Err(unresolved) = self.hold_or_open(mover, &resting)? {",
         f"        {NEVER}\n",
         "    }\n\n    /// Whether a stop in contact has no",
     ),
     Change(
         LOOP,
-        "                    if let Err(unresolved) = self.let_go(mover, stop)? {",
-        f"                    let _ = stop;\n                    {NEVER};\n",
-        "                }\n            }\n        }\n    }",
+        "            Arrival::Release { stop } => self.let_go(mover, stop)?,",
+        f"            Arrival::Release {{ .. }} => {NEVER},",
     ),
     Change(EXACT, "        if let Some(motion) = self.holding.clone() {", "", "        self.grazed.clear();\n        let next"),
     Change(EXACT, "        self.holding = Some(motion);", f"        {NEVER};"),
@@ -101,12 +101,12 @@ REST = (
 # Nothing is kept but the state.
 KEPT = (
     Change(EXACT, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps a segment of one piece"),
-    Change(LOOP, "        if record.keep != Keep::Final {", "", "    }\n\n    /// What each stop in contact does next"),
+    Change(LOOP, "        if record.keep != Keep::Final {", "", "    }\n}\n\nimpl Unresolved"),
 )
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(LOOP, "            if observer(now).is_break() {", "", "            let span = mover.clock().until(end)"),
+    Change(LOOP, "        stop_if(observer(now))?;", ""),
     Change(NEXT, "            if watch.work(work).is_err() {", "", "            if self.level == first_level {"),
 )
 

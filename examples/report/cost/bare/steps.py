@@ -10,7 +10,7 @@ STEPPING, RUNGE_KUTTA, SERIES = (
     "src/simulate/stepping/series.rs",
 )
 DYNAMICS, LINEAR, STEPPER = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/flow/runge_kutta.rs"
-TAYLOR, PENDULUM = "src/flow/taylor.rs", "src/flow/pendulum_series.rs"
+TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
 RELEASE = "src/simulate/stepping/release.rs"
 
 # No force, no base motion, no load; no angle of theirs is carried along.
@@ -36,10 +36,10 @@ INPUTS = (
     ),
     Change(LINEAR, "        a.copy_from_slice(self.load.as_slice());", "        a.fill(0.0);"),
     Change(
-        PENDULUM,
-        "            Excitation::Base(base) => expand_lanes(",
+        SERIES_OF,
+        "            Excitation::Base(base) => self.expand_shaken(coefficients, base),",
         f"            _ => {NEVER},\n",
-        "        }\n        Ok(())",
+        "        }\n    }\n",
     ),
 )
 
@@ -64,11 +64,7 @@ DAMPING = (
         "    }\n}\n\nimpl OverMass for Diagonals",
     ),
     Change(TAYLOR, "            if !c.damping.0.is_empty() {", "", "            let force = excitation.force"),
-    Change(
-        TAYLOR,
-        "force[i] - drag[i] - lane.cos[0][i] * across[i] + lane.sin[0][i] * along[i];",
-        "lane.sin[0][i] * along[i] - lane.cos[0][i] * across[i];",
-    ),
+    Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
 )
 
 # No stop: no gap is looked at, no contact or release searched for along a step.
@@ -81,19 +77,19 @@ STOPS = (
     Change(RUNGE_KUTTA, "            self.look_ahead(h)?;\n            let undecided", "", "            halvings = 0;"),
     Change(RUNGE_KUTTA, "            if let Some((stop, x)) = released.filter(", "", "            self.keep(h, is_last"),
     Change(RUNGE_KUTTA, "            std::mem::swap(&mut self.gaps, &mut self.ahead);", ""),
-    Change(SERIES, "            let found = mover.contact_on_series(starts, h);", "", "            mover.keep_series(h, is_last"),
+    Change(SERIES, "        let found = self.contact_on_series(starts, h);", "", "        self.keep_series(h, is_last"),
 )
 
 # Nothing is kept but the state.
 KEPT = (
     Change(RUNGE_KUTTA, "            self.keep(h, is_last.then_some(last), record);", ""),
-    Change(SERIES, "            mover.keep_series(h, is_last.then_some(last), record);", ""),
+    Change(SERIES, "        self.keep_series(h, is_last.then_some(last), record);", ""),
 )
 
 # Nobody is asked whether to go on.
 WATCH = (
     Change(RUNGE_KUTTA, "            watch.work(self.n().pow(2))?;", ""),
-    Change(SERIES, "            watch.work(mover.free.series.work())?;", ""),
+    Change(SERIES, "            watch.work(mover.work())?;", ""),
 )
 
 APART = ()
