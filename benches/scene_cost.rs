@@ -264,17 +264,17 @@ fn instructions(case: &Case) -> Option<(f64, f64)> {
 /// Makes runs of a case; prints the units of all of them, and the bits of the state in which the last ends.
 fn make(case: &Case, units: usize, times: usize) {
     let mut total = 0;
-    let mut bits = String::new();
+    let mut bits: Vec<String> = Vec::new();
     for k in 1..=times {
         let run = case.run(units);
         total += case.units(&run);
         if k == times {
             let (q, v) = run.last();
             let numbers = q.iter().chain(v.iter());
-            bits = numbers.map(|x| format!(" {:016x}", x.to_bits())).collect();
+            bits = numbers.map(|x| format!("{:016x}", x.to_bits())).collect();
         }
     }
-    println!("{total}{bits}");
+    println!("{total} {}", bits.join(" "));
 }
 
 fn main() {
