@@ -26,7 +26,7 @@ INPUTS = (
         f"        Form::Dense(_) => {NEVER},\n",
         "    }\n}\n",
     ),
-    Change(BLOCK, "part.block.loaded(t, part.load),", "(),"),
+    Change(BLOCK, "part.propagation.loaded(t, &exponential, part.load),", "(),"),
     Change(BLOCK, "    parts: Vec<([Pair; 2], D::Reply, Pair)>,", "    parts: Vec<([Pair; 2], D::Reply, ())>,"),
     Change(BLOCK, "*z = plus(plus(times(matrix, *z), D::added(*reply, u)), *loaded);", "*z = times(matrix, *z);"),
     Change(BLOCK, "let d1 = plus(plus(times(a, z), f0), part.load);", "let d1 = times(a, z);"),
@@ -38,7 +38,15 @@ INPUTS = (
 DAMPING = (
     Change(PROPAGATION, "    Over {\n        w2: f64,", "", "}\n\nimpl Propagation"),
     Change(PROPAGATION, "                if eta == 0.0 {", "                {"),
-    Change(PROPAGATION, "                let decay = (-eta * t).exp();", "            }\n", "        }\n    }\n}"),
+    Change(
+        PROPAGATION, "                let decay = (-eta * t).exp();", "            }\n", "        }\n    }\n\n    /// Response"
+    ),
+    Change(
+        PROPAGATION,
+        "        let [[first, s], [cross, second]] = *exponential;",
+        f"        {NEVER}\n",
+        "    }\n}\n\n/// From this distance",
+    ),
     Change(
         MODAL_BLOCK,
         "                Regime::Under { damped_frequency } => Propagation::Under {",
