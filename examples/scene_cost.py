@@ -4,16 +4,18 @@ Each feature of a scene (forcing, damping, stops, chatter, a motion that is kept
 scene without it, and its instructions are counted where callgrind is installed. Scenes that lack something must not use its
 machinery. Cost and memory are followed over modes, stops, impacts, trajectories and links, and held against a stated law.
 
-Writes `scene_cost.md`, two CSV files and two figures. Run: python examples/scene_cost.py [--quick] [--output DIRECTORY]
+Writes `scene_cost.md`, three CSV files and two figures. Run: python examples/scene_cost.py [--quick] [--output DIRECTORY]
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from report.cost import absent, crate, figures, memory, tables
+from report.cost.bare import compare, copies
 from report.cost.case import Group
 from report.cost.catalogue import groups
 from report.cost.growth import Series, series
@@ -33,6 +35,7 @@ class Effort:
     counts: Mapping[str, PerUnit]
     rust: Mapping[str, crate.Measured]
     memory: Mapping[str, float]
+    builds: compare.Found
     is_quick: bool
 
 
@@ -49,10 +52,11 @@ def peaks(is_quick: bool) -> dict[str, float]:
 def effort(task: Job) -> Effort:
     """A quick report takes few rounds, counts nothing and builds nothing."""
     if task.quick:
-        return Effort(5, 5, {}, {}, peaks(True), True)
+        return Effort(5, 5, {}, {}, peaks(True), compare.Found(faults=compare.stale()), True)
     features = [name for group in groups() for name in group.names()]
     grown = [f"{one.key} {size}" for one in series() for size in one.sizes if size <= one.most_counted]
-    return Effort(21, 5, counted(features + grown), crate.measured(), peaks(False), False)
+    bench = copies.built("whole", ()) if copies.is_possible() else None
+    return Effort(21, 5, counted(features + grown), crate.measured(bench), peaks(False), compare.compared(bench), False)
 
 
 def feature_rows(measured: Sequence[tuple[Group, Sequence[Row]]]) -> list[dict[str, object]]:
@@ -72,6 +76,8 @@ def feature_rows(measured: Sequence[tuple[Group, Sequence[Row]]]) -> list[dict[s
             "call_instructions": count.fixed if count else "",
             "rust_ns": rust.nanoseconds if rust else "",
             "rust_instructions": rust.instructions if rust else "",
+            "rust_call_us": rust.call if rust else "",
+            "rust_call_instructions": rust.fixed if rust else "",
             "sines": count.spent["sine, cosine"] if count else "",
             "allocations": count.spent["allocation"] if count else "",
         }
@@ -101,6 +107,23 @@ def growth_rows(judged: Sequence[Judged]) -> list[dict[str, object]]:
     ]
 
 
+def bare_rows(found: compare.Found) -> list[dict[str, object]]:
+    """One line of the CSV for each scene of each bare build."""
+    return [
+        {
+            "case": pair.case,
+            "build": pair.bare.key,
+            "units": pair.units,
+            "is_same_motion": pair.is_same,
+            "whole_instructions": pair.whole,
+            "bare_instructions": pair.left,
+            "more": pair.more(),
+            "holds": pair.holds(),
+        }
+        for pair in found.pairs
+    ]
+
+
 def write(task: Job, much: Effort) -> Path:
     """Measure, draw and write."""
     measured = [(group, rows(group, much.rounds, much.counts, much.rust)) for group in groups()]
@@ -112,17 +135,23 @@ def write(task: Job, much: Effort) -> Path:
     figures.growth(judged, task.output)
     write_csv(task.output / "scene_cost.csv", feature_rows(measured))
     write_csv(task.output / "scene_cost_growth.csv", growth_rows(judged))
+    if much.builds.pairs:
+        write_csv(task.output / "scene_cost_bare.csv", bare_rows(much.builds))
     target = task.output / "scene_cost.md"
     counter = tool() if much.counts else None
-    write_page(target, "What a scene costs", page(measured, judged, counts, much.counts, counter, task.quick), ("numba",))
+    parts = page(measured, judged, counts, much.counts, much.builds, counter, task.quick)
+    write_page(target, "What a scene costs", parts, ("numba",))
     return target
 
 
 def main() -> None:
     """Measure what is asked for and write it."""
     task = job(str(__doc__).splitlines()[0])
-    target = write(task, effort(task))
-    print(f"report in {target}")
+    much = effort(task)
+    print(f"report in {write(task, much)}")
+    wrong = [*much.builds.faults, *much.builds.failed]
+    if wrong:
+        sys.exit("the bare builds must follow the sources again:\n" + "\n".join(wrong))
 
 
 if __name__ == "__main__":

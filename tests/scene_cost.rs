@@ -205,6 +205,51 @@ fn what_is_not_asked_for_is_not_kept() {
     }
 }
 
+/// Without damping none of it is read; damping too small to change a number leaves the same bits.
+#[test]
+fn no_damping_is_damping_of_no_size() {
+    const LEAST: f64 = 1e-300;
+    let end = |scene: &Scene, method| {
+        let options = SimulateOptions {
+            method,
+            ..Default::default()
+        };
+        let run = run_with(scene, &options);
+        (run.last().0.clone(), run.last().1.clone(), run.stats())
+    };
+    // Proportional: complex modes would round in another way.
+    let full = |size: f64| {
+        linear(
+            dmatrix![5.0, -2.0; -2.0, 3.0] * size,
+            harmonic(),
+            vec![stop()],
+        )
+    };
+    let diagonal = |size: f64| {
+        let (mass, stiffness) = (dvector![2.0, 0.3], dvector![5.0, 1.1]);
+        let system = LinearSystem::new(mass, dvector![size, size], stiffness).expect("valid");
+        Scene::new(system, harmonic(), [stop()]).expect("valid")
+    };
+    let pendulum = |size: f64| {
+        let system = DoublePendulum::new(1.0, 2.0, (size, size)).expect("valid");
+        let wall = Wall::new(1, 0.1, 0.7, WallSide::Right).expect("valid");
+        Scene::new(system, harmonic(), [wall]).expect("valid")
+    };
+    let linear_scenes: [&dyn Fn(f64) -> Scene; 2] = [&full, &diagonal];
+    for scene in linear_scenes {
+        for method in [Method::Exact, Method::Rk45] {
+            let (without, with) = (end(&scene(0.0), method), end(&scene(LEAST), method));
+            assert!(without.2.n_impacts > 0);
+            assert_eq!(without, with);
+        }
+    }
+    for method in [Method::Taylor, Method::Rk45] {
+        let (without, with) = (end(&pendulum(0.0), method), end(&pendulum(LEAST), method));
+        assert!(without.2.n_impacts > 0);
+        assert_eq!(without, with);
+    }
+}
+
 #[test]
 fn ten_thousand_diagonal_modes_are_stepped_one_by_one() {
     const N: usize = 10_000;

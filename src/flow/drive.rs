@@ -39,6 +39,10 @@ pub(crate) trait Drive {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Undriven;
 
+/// What is added for no forcing: minus zero leaves every number as it is, the sign of zero too, so that the compiler takes the
+/// addition out, which it may not do with zero.
+const NOTHING: Pair = [-0.0, -0.0];
+
 impl Drive for Undriven {
     type Phasor = ();
     type Reply = ();
@@ -54,11 +58,11 @@ impl Drive for Undriven {
     fn reply(&self, _j: usize, _block: Block, _t: f64) {}
     #[inline]
     fn added((): (), (): ()) -> Pair {
-        [0.0, 0.0]
+        NOTHING
     }
     #[inline]
     fn inputs(&self, _j: usize, (): ()) -> [Pair; 3] {
-        [[0.0, 0.0]; 3]
+        [NOTHING; 3]
     }
     #[inline]
     fn turning(&self, (): ()) -> Option<Derivatives> {

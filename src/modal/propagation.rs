@@ -42,14 +42,20 @@ impl Propagation {
                 eta,
                 damped_frequency: wd,
             } => {
-                let decay = (-eta * t).exp();
                 let (sin, cos) = (wd * t).sin_cos();
-                let s = if (wd * t).abs() < 1e-4 {
-                    decay * t * sinc(wd * t)
-                } else {
-                    decay * sin / wd
+                let s = |decay: f64| {
+                    if (wd * t).abs() < 1e-4 {
+                        decay * t * sinc(wd * t)
+                    } else {
+                        decay * sin / wd
+                    }
                 };
-                let c = decay * cos;
+                if eta == 0.0 {
+                    let s = s(1.0);
+                    return [[cos, s], [-w2 * s, cos]];
+                }
+                let decay = (-eta * t).exp();
+                let (s, c) = (s(decay), decay * cos);
                 [[c + eta * s, s], [-w2 * s, c - eta * s]]
             }
             Self::Over {

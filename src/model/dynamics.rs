@@ -80,7 +80,8 @@ pub(crate) struct DoublePendulumMotion {
     second: f64,
     /// `1/(1 + m)`
     gravity: f64,
-    damping: [f64; 4],
+    /// By rows, `None` without damping.
+    damping: Option<[f64; 4]>,
     base: Base,
     force: Force,
 }
@@ -91,11 +92,12 @@ impl DoublePendulumMotion {
         let (m, mu) = (system.mass_ratio(), system.length_ratio());
         let alpha = m / (1.0 + m) / mu;
         let c = system.damping();
+        let damping = [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]];
         Self {
             alpha,
             second: alpha / mu,
             gravity: 1.0 / (1.0 + m),
-            damping: [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]],
+            damping: (damping != [0.0; 4]).then_some(damping),
             base: Base::new(forcing),
             force: Force::new(forcing),
         }
@@ -107,7 +109,11 @@ impl Dynamics for DoublePendulumMotion {
         2
     }
 
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "four numbers that stay in registers where the caller's state is an array"
+    )]
+    #[inline(always)]
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         let (q, v) = ([q[0], q[1]], [v[0], v[1]]);
         let ((s0, c0), (s1, c1)) = (q[0].sin_cos(), q[1].sin_cos());
@@ -115,15 +121,13 @@ impl Dynamics for DoublePendulumMotion {
         let (sin, cos) = (s0 * c1 - c0 * s1, c0 * c1 + s0 * s1);
         let base = self.base.at(at);
         let mut f = [
-            base * c0
-                - self.gravity * s0
-                - self.alpha * sin * v[1] * v[1]
-                - self.damping[0] * v[0]
-                - self.damping[1] * v[1],
-            self.alpha * (base * c1 - self.gravity * s1 + sin * v[0] * v[0])
-                - self.damping[2] * v[0]
-                - self.damping[3] * v[1],
+            base * c0 - self.gravity * s0 - self.alpha * sin * v[1] * v[1],
+            self.alpha * (base * c1 - self.gravity * s1 + sin * v[0] * v[0]),
         ];
+        if let Some(c) = &self.damping {
+            f[0] = f[0] - c[0] * v[0] - c[1] * v[1];
+            f[1] = f[1] - c[2] * v[0] - c[3] * v[1];
+        }
         self.force.add(at, &mut f);
         let coupling = self.alpha * cos;
         let det = self.second - coupling * coupling;

@@ -24,6 +24,7 @@ pub(crate) struct LinearMotion<O> {
 #[derive(Debug, Clone)]
 pub(crate) struct Full {
     stiffness: DMatrix<f64>,
+    /// Empty without damping.
     damping: DMatrix<f64>,
 }
 
@@ -31,6 +32,7 @@ pub(crate) struct Full {
 #[derive(Debug, Clone)]
 pub(crate) struct Diagonals {
     stiffness: DVector<f64>,
+    /// Empty without damping.
     damping: DVector<f64>,
 }
 
@@ -45,9 +47,14 @@ impl Full {
                 .collect();
             DMatrix::from_columns(&columns)
         };
+        let damping = over_mass(system.damping());
         Self {
             stiffness: over_mass(system.stiffness()),
-            damping: over_mass(system.damping()),
+            damping: if damping.amax() == 0.0 {
+                DMatrix::zeros(0, 0)
+            } else {
+                damping
+            },
         }
     }
 }
@@ -56,9 +63,14 @@ impl Diagonals {
     /// The diagonals of a system; `None` if one of its matrices is not diagonal.
     pub fn of(system: &LinearSystem) -> Option<Self> {
         system.mass().diagonal()?;
+        let damping = system.solve_mass(&system.damping().diagonal()?);
         Some(Self {
             stiffness: system.solve_mass(&system.stiffness().diagonal()?),
-            damping: system.solve_mass(&system.damping().diagonal()?),
+            damping: if damping.amax() == 0.0 {
+                DVector::zeros(0)
+            } else {
+                damping
+            },
         })
     }
 }
@@ -72,6 +84,15 @@ impl OverMass for Full {
     fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]) {
         let n = a.len();
         let (stiffness, damping) = (self.stiffness.as_slice(), self.damping.as_slice());
+        if damping.is_empty() {
+            for j in 0..n {
+                let k = &stiffness[j * n..(j + 1) * n];
+                for i in 0..n {
+                    a[i] -= k[i] * q[j];
+                }
+            }
+            return;
+        }
         for j in 0..n {
             let column = j * n..(j + 1) * n;
             let (k, c) = (&stiffness[column.clone()], &damping[column]);
@@ -89,11 +110,14 @@ impl OverMass for Diagonals {
     )]
     #[inline(always)]
     fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]) {
-        let rows = self
-            .stiffness
-            .as_slice()
-            .iter()
-            .zip(self.damping.as_slice());
+        let (stiffness, damping) = (self.stiffness.as_slice(), self.damping.as_slice());
+        if damping.is_empty() {
+            for (a, (k, q)) in a.iter_mut().zip(stiffness.iter().zip(q)) {
+                *a -= k * q;
+            }
+            return;
+        }
+        let rows = stiffness.iter().zip(damping);
         for (a, ((k, c), (q, v))) in a.iter_mut().zip(rows.zip(q.iter().zip(v))) {
             *a -= k * q + c * v;
         }

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).parents[3]
-LINE = re.compile(r"^(?P<name>\S.*?)\s{2,}(?P<ns>\d+)\s+(?P<instructions>\d+|-)$")
+LINE = re.compile(r"^(?P<name>\S.*?)\s{2,}(?P<ns>\d+)\s+(?P<instructions>\d+|-)\s+(?P<call>\d+)\s+(?P<fixed>-?\d+|-)$")
 # Lines of the bench by the cases of the catalogue that run the same scene.
 SAME = {
     "exact: one stop": "exact: one stop",
@@ -30,20 +28,24 @@ SAME = {
     "rk45: a stop, a second and a third one": "rk45: 3 stops",
     "rk45: four stops": "rk45: 4 stops",
     'rk45: keep="motion"': "rk45: motion kept",
+    "taylor: no wall": "taylor: no wall",
+    "taylor: base motion": "taylor: base motion",
+    "taylor: joint dampers": "taylor: joint dampers",
+    "taylor: a wall": "taylor: 1 wall",
+    "taylor: a wall and a second one": "taylor: 2 walls",
+    "taylor: three walls": "taylor: 3 walls",
+    'taylor: keep="motion"': "taylor: motion kept",
 }
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Nanoseconds and instructions of a unit, from Rust."""
+    """Nanoseconds and instructions of a unit from Rust, microseconds of a call with one, and its instructions beside that."""
 
     nanoseconds: float
     instructions: float | None
-
-
-def is_possible() -> bool:
-    """Whether this is a clone of the repository and cargo is installed."""
-    return (ROOT / "benches" / "scene_cost.rs").exists() and shutil.which("cargo") is not None
+    call: float
+    fixed: float | None
 
 
 def read(printed: str) -> dict[str, Measured]:
@@ -52,16 +54,14 @@ def read(printed: str) -> dict[str, Measured]:
     lines = {match["name"]: match for match in found if match}
 
     def measured(match: re.Match[str]) -> Measured:
-        count = match["instructions"]
-        return Measured(float(match["ns"]), None if count == "-" else float(count))
+        count, fixed = (None if match[name] == "-" else float(match[name]) for name in ("instructions", "fixed"))
+        return Measured(float(match["ns"]), count, float(match["call"]) / 1000.0, fixed)
 
     return {name: measured(lines[line]) for name, line in SAME.items() if line in lines}
 
 
-def measured() -> dict[str, Measured]:
-    """What the bench prints; empty where it cannot be built."""
-    if not is_possible():
+def measured(bench: Path | None) -> dict[str, Measured]:
+    """What the bench prints; nothing where there is none."""
+    if bench is None:
         return {}
-    command = ["cargo", "bench", "--quiet", "--bench", "scene_cost"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    return read(done.stdout) if done.returncode == 0 else {}
+    return read(subprocess.run([bench], capture_output=True, text=True, check=True).stdout)

@@ -116,11 +116,22 @@ def calls(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
 
 def fixed(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
     """What a call takes whatever its length."""
-    header = ["a call of", "with one unit [us]", "beside its units [instructions]"]
+    counts = ["beside its units, from Python [instructions]", "from Rust [instructions]"]
+    header = ["a call of", "with one unit, from Python [us]", "from Rust [us]", *counts]
+
+    def of_rust(row: Row) -> tuple[str, str]:
+        if row.rust is None:
+            return "", ""
+        return number(row.rust.call), whole(row.rust.fixed)
+
+    def line(group: Group, row: Row) -> list[str]:
+        (call, count), fixed = of_rust(row), row.counted.fixed if row.counted else None
+        return [f"{group.key}: {row.name}", number(row.call), call, whole(fixed), count]
+
     return table(
         header,
         [
-            [f"{group.key}: {row.name}", number(row.call), whole(row.counted.fixed if row.counted else None)]
+            line(group, row)
             for group, rows in groups
             for row in rows
             if row is rows[0] or f"{group.key}: {row.name}" in SHORT_CALLS

@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from report.cost import frugal, judged, laws, periods, tables
 from report.cost.absent import Absence, is_zero
+from report.cost.bare import words as bare
+from report.cost.bare.compare import Found
+from report.cost.bare.copies import is_possible
 from report.cost.callables import available
 from report.cost.case import Group
-from report.cost.crate import is_possible
 from report.cost.instructions import MARK, PerUnit
 from report.cost.judged import Judged
 from report.cost.measure import Row
@@ -46,7 +48,7 @@ def counting(counter: str | None, quick: bool) -> str:
     )
 
 
-def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims) -> str:
+def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims, builds: Found) -> str:
     """How many verdicts hold, and which do not."""
     zero = [is_zero(absence, numbers) for absence, numbers in counts]
     hold = [holds for *_, holds in claims]
@@ -54,12 +56,14 @@ def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims) -> str:
     broken = [
         *(f"{absence.name}: counts that must be zero are not" for absence, numbers in counts if not is_zero(absence, numbers)),
         *(f"{c.case}: {made:.3g} {c.what()} in a unit, may be {c.words()}" for c, _, made, holds in claims if not holds),
+        *bare.broken(builds),
         *(f"{one.series.title}: {one.verdict()}" for one in found if one.verdict() != "holds"),
         *(f"{one.series.title}, memory: {one.verdict_on_memory()}" for one in found if one.verdict_on_memory() != "holds"),
     ]
     lines = [
         f"- Scenes whose counts are zero where they must be: {sum(zero)} of {len(zero)}.",
         *([f"- Claims that nothing is spent on what is absent: {sum(hold)} of {len(hold)} hold."] if hold else []),
+        *bare.short(builds),
         f"- Laws of growth, of cost and of memory: {sum(laws_hold)} of {len(laws_hold)} hold.",
     ]
     if broken:
@@ -116,7 +120,7 @@ def feature_parts(measured: Measured) -> Iterator[str]:
     yield "### A call from Python"
     yield (
         "The shortest call: arguments checked, modes found where there are any, buffers made, one unit run, the result handed "
-        "over; and the instructions that such a call takes beside its units."
+        "over; and the instructions that such a call takes beside its units. From Rust the result is handed over as it is."
     )
     yield tables.fixed([(group, rows) for group, rows in measured if group.key in ("exact", "rk45", "taylor", "callable")])
 
@@ -159,7 +163,7 @@ def claim_parts(claims: Claims) -> Iterator[str]:
     )
 
 
-def absent_parts(measured: Measured, counts: Counts, claims: Claims, quick: bool) -> Iterator[str]:
+def absent_parts(measured: Measured, counts: Counts, claims: Claims, builds: Found, quick: bool) -> Iterator[str]:
     """What is absent costs nothing."""
     yield "## What is absent costs nothing"
     yield "`trajectory.stats` counts what ran. What a scene lacks must not have run once."
@@ -168,6 +172,7 @@ def absent_parts(measured: Measured, counts: Counts, claims: Claims, quick: bool
         yield from claim_parts(claims)
         yield "Everything that was looked at:"
         yield tables.calls([(group, rows) for group, rows in measured if group.key in ("exact", "rk45", "taylor", "callable")])
+    yield from bare.parts(builds, quick)
     yield from rust_parts(measured, quick)
 
 
@@ -200,7 +205,13 @@ def growth_parts(found: Sequence[Judged]) -> Iterator[str]:
 
 
 def page(
-    measured: Measured, found: Sequence[Judged], counts: Counts, counted: Mapping[str, PerUnit], counter: str | None, quick: bool
+    measured: Measured,
+    found: Sequence[Judged],
+    counts: Counts,
+    counted: Mapping[str, PerUnit],
+    builds: Found,
+    counter: str | None,
+    quick: bool,
 ) -> list[str]:
     """Every part of the page."""
     claims = frugal.checked(counted)
@@ -208,8 +219,8 @@ def page(
         short(measured),
         TIMES,
         counting(counter, quick),
-        verdicts(found, counts, claims),
+        verdicts(found, counts, claims, builds),
         *feature_parts(measured),
-        *absent_parts(measured, counts, claims, quick),
+        *absent_parts(measured, counts, claims, builds, quick),
         *growth_parts(found),
     ]

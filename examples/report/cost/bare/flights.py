@@ -1,0 +1,135 @@
+"""The crate with exact flights of an undamped, unforced scene with one stop that is never at rest, and nothing else."""
+
+from __future__ import annotations
+
+from report.cost.bare.change import NEVER, Change
+
+SCENE, BLOCK = "src/flow/scene.rs", "src/flow/block.rs"
+MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
+LOOP, SETTLE = "src/simulate/event_loop.rs", "src/simulate/event_loop/settle.rs"
+EXACT, NEXT = "src/simulate/exact.rs", "src/contact/next.rs"
+
+# One type of flow, without inputs.
+INPUTS = (
+    Change(
+        SCENE, "            $crate::flow::SceneFlow::Split($flow) => $body,", f"            _ => {NEVER},\n", "        }\n    };"
+    ),
+    Change(
+        SCENE,
+        "        Form::Blocks(blocks) if frequency > 0.0 => {",
+        f"        _ if frequency > 0.0 => {NEVER},\n        _ if load.iter().flatten().any(|g| *g != 0.0) => {NEVER},\n",
+        "        Form::Blocks(blocks) => SceneFlow::Free",
+    ),
+    Change(
+        SCENE,
+        "        Form::Dense(matrix) => {\n            SceneFlow::Dense",
+        f"        Form::Dense(_) => {NEVER},\n",
+        "    }\n}\n",
+    ),
+    Change(BLOCK, "part.propagation.loaded(t, &exponential, part.load),", "(),"),
+    Change(BLOCK, "    parts: Vec<([Pair; 2], D::Reply, Pair)>,", "    parts: Vec<([Pair; 2], D::Reply, ())>,"),
+    Change(BLOCK, "*z = plus(plus(times(matrix, *z), D::added(*reply, u)), *loaded);", "*z = times(matrix, *z);"),
+    Change(BLOCK, "let d1 = plus(plus(times(a, z), f0), part.load);", "let d1 = times(a, z);"),
+    Change(BLOCK, "let d2 = plus(times(a, d1), f1);", "let d2 = times(a, d1);"),
+    Change(BLOCK, "let d3 = plus(times(a, d2), f2);", "let d3 = times(a, d2);"),
+)
+
+# One kind of block: an oscillator that neither decays nor grows.
+DAMPING = (
+    Change(PROPAGATION, "    Over {\n        w2: f64,", "", "}\n\nimpl Propagation"),
+    Change(PROPAGATION, "                if eta == 0.0 {", "                {"),
+    Change(
+        PROPAGATION, "                let decay = (-eta * t).exp();", "            }\n", "        }\n    }\n\n    /// Response"
+    ),
+    Change(
+        PROPAGATION,
+        "        let [[first, s], [cross, second]] = *exponential;",
+        f"        {NEVER}\n",
+        "    }\n}\n\n/// From this distance",
+    ),
+    Change(
+        MODAL_BLOCK,
+        "                Regime::Under { damped_frequency } => Propagation::Under {",
+        "                Regime::Under { damped_frequency } if eta == 0.0 => Propagation::Under {",
+    ),
+    Change(
+        MODAL_BLOCK,
+        "                Regime::Over { l1, l2, half_gap } => Propagation::Over {",
+        f"                _ => {NEVER},\n",
+        "            },\n            Self::Spiral",
+    ),
+    Change(
+        MODAL_BLOCK,
+        "            Self::Spiral { sigma, omega } => Propagation::Spiral { sigma, omega },",
+        f"            _ => {NEVER},\n",
+        "        }\n    }\n",
+    ),
+)
+
+# Impacts of one stop at a time.
+SEVERAL = (
+    Change(
+        EXACT,
+        "        let stops = 0..scene.n_stops();",
+        "        assert!(scene.n_stops() == 1);\n        let stops = 0..scene.n_stops();",
+    ),
+    Change(LOOP, " self.is_coupled(mover) {", " false {"),
+    Change(
+        NEXT,
+        "        for _ in 1..self.gaps.len() {",
+        "        (stop, time)\n",
+        "    }\n\n    /// The time of a contact to rounding",
+    ),
+)
+
+# Whether impacts accumulate or contact lasts is asked, for an answer that is taken for granted would be a wrong one; what then
+# follows is taken out.
+REST = (
+    Change(
+        LOOP,
+        "            mover.accumulate(reached, record)?;",
+        f"            {NEVER};\n",
+        "        }\n        self.strike_all(mover, record)",
+    ),
+    Change(
+        SETTLE,
+        "        if let Err(unresolved) = self.hold_or_open(mover, &resting)? {",
+        f"        {NEVER}\n",
+        "    }\n\n    /// Whether a stop in contact has no",
+    ),
+    Change(
+        LOOP,
+        "            Arrival::Release { stop } => self.let_go(mover, stop)?,",
+        f"            Arrival::Release {{ .. }} => {NEVER},",
+    ),
+    Change(EXACT, "        if let Some(motion) = self.holding.clone() {", "", "        self.grazed.clear();\n        let next"),
+    Change(EXACT, "        self.holding = Some(motion);", f"        {NEVER};"),
+)
+
+# Nothing is kept but the state.
+KEPT = (
+    Change(EXACT, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps a segment of one piece"),
+    Change(LOOP, "        if record.keep != Keep::Final {", "", "    }\n}\n\nimpl Unresolved"),
+)
+
+# Nobody is asked whether to go on.
+WATCH = (
+    Change(LOOP, "        stop_if(observer(now))?;", ""),
+    Change(NEXT, "            if watch.work(work).is_err() {", "", "            if self.level == first_level {"),
+)
+
+RUN = "src/simulate/run.rs"
+# What the compiler keeps apart in the whole crate it would put into its callers where less is left of them.
+APART = tuple(
+    Change(path, start, f"{indent}#[inline(never)]\n{start}")
+    for path, indent, start in (
+        (NEXT, "    ", "    pub fn next(\n"),
+        (NEXT, "    ", "    fn polish("),
+        (NEXT, "    ", "    pub fn arrive("),
+        (NEXT, "", "fn newton_step("),
+        (EXACT, "    ", "    fn fly(\n"),
+        (EXACT, "    ", "    fn keep("),
+        (BLOCK, "    ", "    fn prepare("),
+        (RUN, "    ", "    pub fn run(\n"),
+    )
+)

@@ -1,0 +1,30 @@
+"""The crate whose stops never come to rest in contact, and which keeps nothing; everything else is there."""
+
+from __future__ import annotations
+
+from report.cost.bare import flights, steps
+from report.cost.bare.change import NEVER, Change
+
+# Contact that lasts, and with it a motion along held stops.
+REST = (
+    *flights.REST,
+    Change(
+        steps.STEPPING,
+        "        self.is_begun = false;\n        let held = self.held_motion();",
+        f"        {NEVER}\n",
+        "    }\n\n    fn stay(",
+    ),
+    Change(steps.RELEASE, "        self.release_of_held(h)\n", f"        {NEVER}\n"),
+)
+KEPT = (
+    *flights.KEPT,
+    *steps.KEPT,
+    Change(
+        steps.RUNGE_KUTTA,
+        "let s = self.land(dynamics, (stop, order), x * h, h)?;\n                self.keep(s, None, record);",
+        "let s = self.land(dynamics, (stop, order), x * h, h)?;",
+    ),
+    Change(steps.SERIES, "            self.keep_series(at, None, record);", ""),
+)
+WATCH = (*flights.WATCH, *steps.WATCH)
+APART = (*flights.APART, *steps.APART)
