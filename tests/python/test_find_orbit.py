@@ -121,7 +121,7 @@ def test_a_pendulum_pressed_against_its_wall_each_period():
 
 @pytest.mark.parametrize("linear", [True, False])
 def test_a_run_that_holds_too_few_periods_is_refused_and_not_stretched(linear):
-    """A settled run of exactly n periods has its last impact n times, n - 1 periods apart: of n_periods = n there is no return."""
+    """A settled run of exactly n periods has n impacts, the first and last n - 1 periods apart: of n there is no return."""
     chain = vi.PendulumChain([1.0, 0.5], [0.5, 0.3], damping=0.02)
     scene = vi.Scene(chain, vi.BaseMotion(0.03, 5.0), vi.Wall(1, 0.12, 0.7))
     scene = scene.linearise() if linear else scene
