@@ -17,10 +17,22 @@ struct Expansion<'a, E, const K: usize> {
 impl<E: Shaking, const K: usize> WithSimd for Expansion<'_, E, K> {
     type Output = ();
 
-    /// [`expand`] with the number of lanes known at compile time where it is small.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
+        if self.coefficients.damping.0.is_empty() {
+            self.expand_by_number::<S, false>();
+        } else {
+            self.expand_by_number::<S, true>();
+        }
+    }
+}
+
+impl<E: Shaking, const K: usize> Expansion<'_, E, K> {
+    /// [`expand`] with the number of lanes known at compile time where it is small.
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn expand_by_number<S: Simd, const IS_DAMPED: bool>(self) {
         let (c, inverse, e, at) = (
             self.coefficients,
             self.inverse,
@@ -28,10 +40,10 @@ impl<E: Shaking, const K: usize> WithSimd for Expansion<'_, E, K> {
             self.angles,
         );
         match self.lanes {
-            lanes @ [_] => expand::<S, E, K>(&mut lanes[..1], c, inverse, e, at),
-            lanes @ [_, _] => expand::<S, E, K>(&mut lanes[..2], c, inverse, e, at),
-            lanes @ [_, _, _] => expand::<S, E, K>(&mut lanes[..3], c, inverse, e, at),
-            lanes => expand::<S, E, K>(lanes, c, inverse, e, at),
+            lanes @ [_] => expand::<S, E, K, IS_DAMPED>(&mut lanes[..1], c, inverse, e, at),
+            lanes @ [_, _] => expand::<S, E, K, IS_DAMPED>(&mut lanes[..2], c, inverse, e, at),
+            lanes @ [_, _, _] => expand::<S, E, K, IS_DAMPED>(&mut lanes[..3], c, inverse, e, at),
+            lanes => expand::<S, E, K, IS_DAMPED>(lanes, c, inverse, e, at),
         }
     }
 }

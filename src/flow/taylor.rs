@@ -121,14 +121,14 @@ pub(crate) struct Coefficients {
     pub weight: Vec<Two>,
 }
 
-/// Fills the series of K motions, each from its coefficients of order zero, the inverse of its mass matrix and its angle of
+/// Fills the series of K motions, damped or not, each from its coefficients of order zero, the inverse of its mass matrix and its angle of
 /// the forcing.
 #[allow(
     clippy::inline_always,
     reason = "the loops over lanes are written out where their number is known"
 )]
 #[inline(always)]
-pub(crate) fn expand<A: Arithmetic, E: Shaking, const K: usize>(
+pub(crate) fn expand<A: Arithmetic, E: Shaking, const K: usize, const IS_DAMPED: bool>(
     lanes: &mut [Lane<K>],
     c: &Coefficients,
     inverse: &Blocks<Pair<K>>,
@@ -157,7 +157,7 @@ pub(crate) fn expand<A: Arithmetic, E: Shaking, const K: usize>(
             add_product::<A, K>(&mut across, entry, lanes, |lane| &lane.bent[0]);
             add_product::<A, K>(&mut along, entry, lanes, |lane| &lane.bent[1]);
             let mut drag = [[0.0; K]; 2];
-            if !c.damping.0.is_empty() {
+            if IS_DAMPED {
                 let row = c.damping.row(r, count);
                 let entry = |column: usize, i: usize, _: usize| row[column][i];
                 add_product::<A, K>(&mut drag, entry, lanes, |lane| &lane.v[k]);

@@ -307,7 +307,7 @@ impl EventLoop {
     /// of several stops at one instant.
     fn strike_all<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
         self.still.clear();
-        if self.is_coupled(mover) {
+        if self.touching.len() > 1 && self.is_coupled(mover) {
             if let Err(unresolved) = self.strike_together(mover, record)? {
                 return Ok(Err(unresolved));
             }

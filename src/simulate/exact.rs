@@ -104,7 +104,14 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     }
 
     /// Keeps what is asked for of a flight from the present state; `last` is the time at which the run ends with it.
+    #[inline]
     fn keep(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
+        if !record.keeps_nothing() {
+            self.keep_flight(span, last, record);
+        }
+    }
+
+    fn keep_flight(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
         if record.keep != Keep::Final {
             for i in 0..self.grazed.len() {
                 let graze = self.sharpened(self.grazed[i]);

@@ -39,6 +39,12 @@ impl Record {
         }
     }
 
+    /// Whether nothing is kept beside the end of the run.
+    #[inline]
+    pub fn keeps_nothing(&self) -> bool {
+        self.keep == Keep::Final && self.samples.is_none()
+    }
+
     /// Whether samples are wanted before the end of a piece, or at it if the run ends there, at `last`.
     pub fn wants_samples(&self, end: f64, last: Option<f64>) -> bool {
         let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));

@@ -439,3 +439,19 @@ def test_a_stiff_pair_that_chatters_does_so_at_every_tolerance(ratio):
         assert scene.gaps(run.q).min() > -1e-8
         finals.append(np.concatenate(run.final))
     assert finals[0] == pytest.approx(finals[1], abs=1e-8)
+
+
+@pytest.mark.parametrize(("force", "frequency", "clearance", "load"), [(1.0, 0.6, 0.2, 0.0), (2.0, 0.5, 0.3, 0.5)])
+def test_flights_lower_than_the_margin_end_where_they_end(force, frequency, clearance, load):
+    """Impacts of an overdamped stiff pair, the flights between them a hundredth of the margin high and 1e-6 long."""
+    spring = np.array([[1 + 1e8, -1e8], [-1e8, 1 + 1e8]])
+    system = vi.LinearSystem(np.eye(2), 0.02 * spring, spring, load=[load, 0.0])
+    scene = vi.Scene(system, vi.Harmonic([force, 0.0], frequency), vi.Stop(1, clearance, 0.7))
+    finals = []
+    for rtol in (1e-3, 1e-9, 1e-14):
+        run = vi.simulate(scene, [0, 0], [0.3, 0.3], (0, 12), rtol=rtol, atol=1e-3 * rtol)
+        assert run.status == "finished", run.message
+        assert scene.gaps(run.q).min() > -1e-7
+        finals.append(np.concatenate(run.final))
+    assert finals[1] == pytest.approx(finals[2], abs=1e-8)
+    assert finals[0] == pytest.approx(finals[2], abs=1e-3)

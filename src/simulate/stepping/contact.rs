@@ -28,7 +28,11 @@ pub(super) enum Found {
 
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "a scene without stops has nothing of it"
+    )]
+    #[inline(always)]
     pub(super) fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
         if self.contacts.is_empty() {
             return Ok(Found::Nothing);

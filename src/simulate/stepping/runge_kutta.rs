@@ -86,7 +86,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// The gaps at the end of the step last taken, of length h.
+    #[inline]
     pub(super) fn look_ahead(&mut self, h: f64) -> Result<()> {
+        if self.contacts.is_empty() {
+            return Ok(());
+        }
         let n = self.n();
         let (q, v) = self.stepper.end.slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
@@ -115,6 +119,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
     /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
     fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
+        if record.keeps_nothing() {
+            return;
+        }
         let clock = self.clock;
         let wants_samples = record.wants_samples(clock.after(s).time(), last);
         if self.kept.is_none() && !wants_samples {

@@ -260,6 +260,9 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
 
     /// Keeps what is asked for of the series up to a time s; `last` is the time at which the run ends with it.
     fn keep_series(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
+        if record.keeps_nothing() {
+            return;
+        }
         let series = &self.free.series;
         if let Some(kept) = &mut self.kept {
             let clock = self.clock;

@@ -63,7 +63,8 @@ DAMPING = (
         "        }\n",
         "    }\n}\n\nimpl OverMass for Diagonals",
     ),
-    Change(TAYLOR, "            if !c.damping.0.is_empty() {", "", "            let force = excitation.force"),
+    Change(SERIES_OF, "self.coefficients.damping.0.is_empty()", "true"),
+    Change(TAYLOR, "            if IS_DAMPED {", "", "            let force = excitation.force"),
     Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
 )
 
