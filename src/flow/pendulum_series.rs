@@ -338,6 +338,7 @@ mod tests {
         series
             .begin(0.0, &[0.5, -0.2], &[1.0, -2.0])
             .expect("regular");
+        series.expand();
         for relative in [1e-4, 1e-8, 1e-12] {
             let tolerance = Tolerance {
                 relative,

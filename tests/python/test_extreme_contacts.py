@@ -455,3 +455,16 @@ def test_flights_lower_than_the_margin_end_where_they_end(force, frequency, clea
         finals.append(np.concatenate(run.final))
     assert finals[1] == pytest.approx(finals[2], abs=1e-8)
     assert finals[0] == pytest.approx(finals[2], abs=1e-3)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-6, 1e-7, 1e-8])
+def test_steps_that_left_a_stop_from_inside_return_to_where_they_left(rtol):
+    """A stop passed by less than its margin is struck inside it; the low flights from there never reach its zero."""
+    spring = np.array([[1 + 1e4, -1e4], [-1e4, 1 + 1e4]])
+    system = vi.LinearSystem(np.eye(2), 0.02 * spring, spring, load=[0.3, 0.0])
+    scene = vi.Scene(system, vi.Harmonic([1.5, 0.0], 0.7), vi.Stop(1, 0.3, 0.7))
+    start = [0, 0], [0.3, 0.3], (0, 40)
+    run = vi.simulate(scene, *start, method="rk45", rtol=rtol, atol=0.03 * rtol)
+    truth = vi.simulate(scene, *start)
+    assert run.status == "finished", run.message
+    assert np.concatenate(run.final) == pytest.approx(np.concatenate(truth.final), abs=10 * rtol)

@@ -51,7 +51,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
             let margin = self.margin_of(start).max(self.margin_of(end));
             let order = starts.map_or(0, |orders| orders[stop]);
-            let ends = Ends::new(known(start), known(end), h, order);
+            let mut ends = [known(start), known(end)];
+            ends[1][0] -= self.departed(stop, order);
+            let ends = Ends::new(ends[0], ends[1], h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
             let is_clear = ends.are_clear(order, 2.0 * margin);
             if is_clear && self.contacts[stop].surface.bounded().is_none() {
@@ -127,6 +129,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         Ok((there - quintic.value(0.5)).abs())
     }
 
+    /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the stop had been passed before it
+    /// was found. It returns to that: to zero it would have no way, if it is lower.
+    fn departed(&self, stop: usize, order: usize) -> f64 {
+        if order > 0 { self.gaps[stop].gap } else { 0.0 }
+    }
+
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
     /// at the start is not meant. Returns the length; the stepper's end is the state there.
     pub(super) fn land<E: Dynamics>(
@@ -138,6 +146,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     ) -> Result<f64> {
         let n = self.n();
         let mut s = guess;
+        let departed = self.departed(stop, order);
         let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
             self.step(dynamics, s)?;
@@ -151,6 +160,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             if speed >= 0.0 {
                 return Ok(s);
             }
+            let gap = gap - departed;
             let correction = if order == 0 {
                 -gap / (speed - 0.5 * acceleration * gap / speed)
             } else {
