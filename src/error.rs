@@ -121,6 +121,9 @@ impl PartialEq for FunctionError {
 /// The crate's result.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// What went wrong, and at which of many items.
+pub(crate) type Failure = (usize, Error);
+
 impl Error {
     /// Bad input: `argument` is `value`, but `rule`. Numbers of more than 22 digits are shown in scientific form.
     pub fn bad_value(

@@ -1,6 +1,6 @@
 //! Runs of one pendulum abreast: each goes its own way, in steps of its own, but their Taylor series are made together.
 
-use crate::error::{Error, Result};
+use crate::error::{Failure, Result};
 use crate::flow::runge_kutta::State;
 use crate::flow::{PendulumSeries, SeriesOf};
 use crate::model::Dynamics;
@@ -33,9 +33,6 @@ pub(crate) struct Abreast<'a, S, D> {
     series: SeriesOf<ABREAST>,
     t_span: (f64, f64),
 }
-
-/// What went wrong, and in which run.
-pub(crate) type Failure = (usize, Error);
 
 impl<'a, S: State, D: Dynamics> Abreast<'a, S, D> {
     /// Runs over a span, made one by one.

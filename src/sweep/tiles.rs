@@ -1,7 +1,7 @@
 //! Work in pieces: independent items computed by index, so that the result has the same bits on any number of threads;
 //! an observer on the calling thread hears of the progress from time to time and may stop it all.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Failure, Result};
 use crate::watch::{GoOn, stop_if};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -39,9 +39,6 @@ impl SweepOptions {
         })
     }
 }
-
-/// What went wrong, and at which item.
-pub(crate) type Failure = (usize, Error);
 
 /// Fills `out[i]` with `item(&mut workspace, i, go_on)`, as [`fill_tiles`].
 ///
@@ -118,8 +115,8 @@ fn alone<T, W>(
 
 #[cfg(feature = "parallel")]
 mod on_threads {
-    use super::{Failure, OBSERVER_INTERVAL, Progress};
-    use crate::error::{Error, Result};
+    use super::{OBSERVER_INTERVAL, Progress};
+    use crate::error::{Error, Failure, Result};
     use crate::watch::{GoOn, stop_if};
     use std::ops::ControlFlow;
     use std::sync::Mutex;
