@@ -23,11 +23,7 @@ use crate::watch::{Watch, answer};
 /// which it is least for about this order on a double pendulum; it is flat there.
 pub(crate) fn series_order(rtol: f64) -> usize {
     let digits = -rtol.max(f64::EPSILON).log10();
-    let x: f64 = std::env::var("ORD")
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or(8.5);
-    let order = (x + 1.1 * digits).ceil().max(8.0);
+    let order = (8.5 + 1.1 * digits).ceil().max(8.0);
     (order as usize).min(MOST_ORDER)
 }
 
