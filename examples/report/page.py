@@ -7,6 +7,7 @@ import csv
 import datetime
 import importlib.metadata
 import platform
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,11 +36,12 @@ def job(description: str, arguments: Sequence[str] | None = None) -> Job:
 
 
 def version(package: str) -> str | None:
-    """Version of an installed package, None where there is none."""
+    """Version of an installed package; without metadata, what the package says once it is imported; None where there is none."""
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
-        return None
+        said = getattr(sys.modules.get(package), "version", None)
+        return said if isinstance(said, str) else None
 
 
 def processor() -> str:

@@ -30,6 +30,7 @@ COLOURS = {
     "numbalsoda": "#c98a1b",
     "diffrax": "#7b4fa3",
     "sundae": "#0b8f9c",
+    "siconos": "#d6559b",
 }
 MARKERS = ("o", "s", "^", "D", "v")
 WRONG = {"x": "wrong number of impacts", "1": "through the stop, or far off", ">": "stopped at the bound", "+": "failed"}

@@ -2,13 +2,16 @@
 
 A contestant's module has `DISTRIBUTION` (the package whose version the report prints), `methods(problem)` (names of its methods
 for a problem) and `prepare(problem, method, tolerances)`, which compiles whatever it compiles and returns a function without
-arguments that follows the motion and gives an `Outcome`. A package that is not installed is no contestant.
+arguments that follows the motion and gives an `Outcome`. A package that is not installed is no contestant, nor is one that was
+compiled for another interpreter or NumPy and so cannot be imported.
 """
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
@@ -26,7 +29,10 @@ NEEDS = {
     "numbalsoda": "numbalsoda",
     "diffrax": "diffrax",
     "sundae": "sksundae",
+    "siconos": "siconos.kernel",
 }
+#: Of these, the ones that come from elsewhere than a package index, compiled for one interpreter and one NumPy.
+FOREIGN = {"siconos"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,18 @@ Run = Callable[[], Outcome]
 
 def available(wanted: Sequence[str] = tuple(NEEDS)) -> list[str]:
     """Those of the contestants wanted that are installed."""
-    return [name for name in wanted if importlib.util.find_spec(NEEDS[name]) is not None]
+    return [name for name in wanted if is_found(NEEDS[name]) and (name not in FOREIGN or is_importable(NEEDS[name]))]
+
+
+def is_found(module: str) -> bool:
+    """Whether a module's package is there."""
+    return importlib.util.find_spec(module.partition(".")[0]) is not None
+
+
+def is_importable(module: str) -> bool:
+    """Whether a module can be imported: tried in a process of its own, which may complain, or crash."""
+    trial = subprocess.run([sys.executable, "-c", f"import {module}"], capture_output=True, check=False)
+    return trial.returncode == 0
 
 
 def contestant(name: str) -> ModuleType:
