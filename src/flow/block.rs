@@ -15,9 +15,11 @@ struct Part {
     propagation: Propagation,
     matrix: [Pair; 2],
     load: Pair,
+    /// Where the load holds it at rest; the origin where it never rests.
+    equilibrium: Pair,
     /// Weight of the first unknown in the block's norm.
     weight: f64,
-    /// Whether the norm of the free block never grows.
+    /// Whether the norm of the unforced block about its equilibrium never grows.
     is_bounded: bool,
     /// Growth of the third derivative's norm over the longest step.
     growth: f64,
@@ -64,13 +66,16 @@ impl<D: Drive> BlockFlow<D> {
         let longest_step = (1.0 / softest).min(0.7 / fastest_growth);
         let part = |(j, (&block, &load)): (usize, (&Block, &Pair))| {
             let norm = block.norm(softest);
+            let rest = block.equilibrium(load);
+            let has_rest = rest.iter().all(|x| x.is_finite());
             Part {
                 block,
                 propagation: block.propagation(),
                 matrix: block.matrix(),
                 load,
+                equilibrium: if has_rest { rest } else { [0.0, 0.0] },
                 weight: norm.weight,
-                is_bounded: norm.growth == 0.0,
+                is_bounded: norm.growth == 0.0 && has_rest,
                 growth: (growth(j) * longest_step).exp(),
             }
         };
@@ -182,6 +187,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         } = quantity;
         let w = self.drive.frequency();
         let (mut cells, mut forced, mut forced_growth) = (Vec::with_capacity(row.len()), 0.0, 0.0);
+        let (mut rest, mut rest_size) = (*constant, *known_size);
         for (j, (r, part)) in row.iter().zip(&self.parts).enumerate() {
             let a = &part.matrix;
             // row A, and its dual norm: |row A z| <= weight |z|
@@ -195,7 +201,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             let size = (f[1].norm_sqr() + part.weight * f[0].norm_sqr()).sqrt();
             forced += (f[0] * r[0] + f[1] * r[1]).norm() * w.powi(3);
             forced_growth += weight * size * w.powi(3);
-            let is_bounded = part.is_bounded && part.load == [0.0, 0.0] && size == 0.0;
+            let is_bounded = part.is_bounded && size == 0.0;
+            let terms = [r[0] * part.equilibrium[0], r[1] * part.equilibrium[1]];
+            rest -= terms[0] + terms[1];
+            rest_size += terms[0].abs() + terms[1].abs();
             let reach = if is_bounded || *r == [0.0, 0.0] {
                 dual(*r)
             } else {
@@ -215,6 +224,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         GapRow::new(
             cells.into_iter(),
             (*constant, *known_size),
+            (rest, rest_size),
             (forced, forced_growth),
         )
     }
@@ -225,7 +235,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     fn norms(&self, state: &[Pair], norms: &mut Vec<f64>) {
         norms.clear();
-        let norm = |(z, part): (&Pair, &Part)| (z[1] * z[1] + part.weight * z[0] * z[0]).sqrt();
+        let norm = |(z, part): (&Pair, &Part)| {
+            let [x, y] = [0, 1].map(|c| z[c] - part.equilibrium[c]);
+            (y * y + part.weight * x * x).sqrt()
+        };
         norms.extend(state.iter().zip(&self.parts).map(norm));
     }
 

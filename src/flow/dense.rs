@@ -190,6 +190,7 @@ impl LinearFlow for DenseFlow {
         GapRow::new(
             cells.chain([turning]),
             (*constant, *known_size),
+            (*constant, *known_size),
             (forced, weight * size * w3),
         )
     }

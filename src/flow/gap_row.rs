@@ -66,6 +66,8 @@ pub(crate) struct GapRow {
     clearance: f64,
     /// Size of the terms that the clearance was summed from.
     size: f64,
+    /// The gap where every pair rests, and the size of its terms.
+    rest: (f64, f64),
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
     forced: f64,
     forced_growth: f64,
@@ -73,11 +75,13 @@ pub(crate) struct GapRow {
 
 impl GapRow {
     /// A gap from one `(row, weight, reach)` for each pair: the weight in the bound on the fourth derivative, that in the
-    /// bound on the gap over all times to come; `forced` the bounds on the forcing's own part of the fourth derivative,
-    /// constant and growing with time.
+    /// bound on the gap over all times to come. A gap and the size of its terms where every pair is zero, and `rest` the same where
+    /// every norm is zero; `forced` the bounds on the forcing's own part of the fourth derivative, constant and
+    /// growing with time.
     pub fn new(
         cells: impl Iterator<Item = (Pair, f64, f64)>,
         (clearance, size): (f64, f64),
+        rest: (f64, f64),
         (forced, forced_growth): (f64, f64),
     ) -> Self {
         let cells = cells.map(|(row, weight, reach)| Cell { row, weight, reach });
@@ -85,6 +89,7 @@ impl GapRow {
             cells: cells.collect(),
             clearance,
             size,
+            rest,
             forced,
             forced_growth,
         }
@@ -94,7 +99,7 @@ impl GapRow {
     /// its terms.
     pub fn least(&self, norms: &[f64]) -> (f64, f64) {
         let moved: f64 = self.cells.iter().zip(norms).map(|(c, x)| c.reach * x).sum();
-        (self.clearance - moved, self.size + moved)
+        (self.rest.0 - moved, self.rest.1 + moved)
     }
 
     /// The gap's jet.

@@ -17,44 +17,33 @@ const NEAR_RESONANCE: f64 = 1e-2;
 pub(crate) struct SplitFlow {
     flow: BlockFlow<Undriven>,
     steady: Vec<Response>,
-    equilibrium: Vec<Pair>,
 }
 
 impl SplitFlow {
-    /// The split flow of blocks under a load and a force at frequency w, `None` where a block is near resonance or has
-    /// no equilibrium.
+    /// The split flow of blocks under a load and a force at frequency w, `None` where a block is near resonance. The load stays
+    /// with the free motion: an equilibrium may lie far beyond what the motion reaches.
     pub fn new(blocks: &[Block], load: &[Pair], w: f64, force: &[Response]) -> Option<Self> {
-        let mut steady = Vec::with_capacity(blocks.len());
-        let mut equilibrium = Vec::with_capacity(blocks.len());
-        for ((&block, &load), &force) in blocks.iter().zip(load).zip(force) {
-            if is_near_resonance(block, w) {
-                return None;
-            }
-            let rest = block.equilibrium(load);
-            if !(rest[0].is_finite() && rest[1].is_finite()) {
-                return None;
-            }
-            steady.push(block.steady(w, force));
-            equilibrium.push(rest);
+        if blocks.iter().any(|&block| is_near_resonance(block, w)) {
+            return None;
         }
+        let steady = blocks.iter().zip(force);
+        let steady = steady.map(|(block, &force)| block.steady(w, force));
         let rotation = Block::Spiral {
             sigma: 0.0,
             omega: w,
         };
         let all: Vec<Block> = blocks.iter().copied().chain([rotation]).collect();
-        let unloaded = vec![[0.0, 0.0]; all.len()];
+        let load: Vec<Pair> = load.iter().copied().chain([[0.0, 0.0]]).collect();
         Some(Self {
-            flow: BlockFlow::new(&all, &unloaded, Undriven),
-            steady,
-            equilibrium,
+            flow: BlockFlow::new(&all, &load, Undriven),
+            steady: steady.collect(),
         })
     }
 
-    /// Steady response and equilibrium of block j when the rotation is at `u`.
+    /// Steady response of block j when the rotation is at `u`.
     #[inline]
-    fn rest(&self, j: usize, u: Pair) -> Pair {
-        let (y, e) = (self.steady[j], self.equilibrium[j]);
-        [0, 1].map(|c| e[c] + (y[c].re * u[0] - y[c].im * u[1]))
+    fn response(&self, j: usize, u: Pair) -> Pair {
+        self.steady[j].map(|y| y.re * u[0] - y.im * u[1])
     }
 
     /// A row of the whole motion as one of the enlarged state.
@@ -76,8 +65,8 @@ impl LinearFlow for SplitFlow {
         let u = [cos, sin];
         state.clear();
         state.extend(whole.iter().enumerate().map(|(j, z)| {
-            let rest = self.rest(j, u);
-            [z[0] - rest[0], z[1] - rest[1]]
+            let forced = self.response(j, u);
+            [z[0] - forced[0], z[1] - forced[1]]
         }));
         state.push(u);
     }
@@ -86,8 +75,8 @@ impl LinearFlow for SplitFlow {
         whole.clear();
         if let Some((&u, free)) = state.split_last() {
             whole.extend(free.iter().enumerate().map(|(j, z)| {
-                let rest = self.rest(j, u);
-                [z[0] + rest[0], z[1] + rest[1]]
+                let forced = self.response(j, u);
+                [z[0] + forced[0], z[1] + forced[1]]
             }));
         }
     }
@@ -120,24 +109,18 @@ impl LinearFlow for SplitFlow {
             row,
             forcing,
         } = quantity;
-        let rest: f64 = row
-            .iter()
-            .zip(&self.equilibrium)
-            .map(|(r, e)| r[0] * e[0] + r[1] * e[1])
-            .sum();
         let mut enlarged = self.enlarged(row);
         if let Some(turning) = enlarged.last_mut() {
             *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
         }
         self.flow.gap_row(&Quantity {
-            constant: constant - rest,
-            size: size + rest.abs(),
+            constant: *constant,
+            size: *size,
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
         })
     }
 
-    /// At an equilibrium nothing moves, so that the load leaves no trace here.
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
         self.enlarged(row)
     }
@@ -208,6 +191,48 @@ mod tests {
                 assert!((a - b).abs() < 1e-14, "{a} {b}");
             }
         }
+    }
+
+    /// `y'' + k y = 1 + cos(w t)` from rest: the equilibrium lies at 1/k, far beyond what the motion reaches.
+    #[test]
+    fn a_load_on_a_soft_spring_keeps_its_digits_beside_a_force() {
+        let (w, t) = (0.8, 20.0);
+        for k in [1e-2, 1e-4, 1e-8, 1e-12] {
+            let block = Block::Oscillator { w2: k, eta: 0.0 };
+            let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
+            let split = SplitFlow::new(&[block], &[[0.0, 1.0]], w, &force).expect("no resonance");
+            let mut z = vec![[0.0, 0.0]];
+            carry(&split, 0.0, t, &mut z);
+            // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines
+            let r = f64::sqrt(k);
+            let loaded = 2.0 * (0.5 * r * t).sin().powi(2) / k;
+            let forced = 2.0 * (0.5 * (r + w) * t).sin() * (0.5 * (r - w) * t).sin() / (k - w * w);
+            let error = (z[0][0] / (loaded + forced) - 1.0).abs();
+            assert!(error < 1e-14, "{k:e}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn a_stop_beyond_reach_of_the_motion_about_a_loaded_equilibrium_is_known_to_be() {
+        let block = Block::Oscillator { w2: 4.0, eta: 0.1 };
+        let force = [[0.0.into(), Complex::new(0.3, 0.0)]];
+        // At rest under the load at -50; the motion about it reaches 0.4.
+        let split = SplitFlow::new(&[block], &[[0.0, -200.0]], 0.8, &force).expect("no resonance");
+        let (mut state, mut norms) = (Vec::new(), Vec::new());
+        split.enter(&[[-49.8, 0.1]], 0.0, &mut state);
+        split.norms(&state, &mut norms);
+        let least = |clearance: f64| {
+            split
+                .gap_row(&Quantity::gap(clearance, &[[1.0, 0.0]]))
+                .least(&norms)
+                .0
+        };
+        assert!(
+            least(-49.0) > 0.0 && least(-49.9) < 0.0,
+            "{} {}",
+            least(-49.0),
+            least(-49.9)
+        );
     }
 
     #[test]
