@@ -308,3 +308,25 @@ fn a_pendulum_comes_to_rest_against_a_wall_that_it_leans_on() {
         200.0
     );
 }
+
+/// Two equal masses that a stiff spring couples, one of which bounces to rest on a stop: at a loose tolerance the margin of a
+/// stop is wide, and a step may begin behind a stop that it leaves again.
+#[test]
+fn time_goes_forward_however_wide_the_margin() {
+    let stiffness = dmatrix![10_001.0, -10_000.0; -10_000.0, 10_001.0];
+    let system = LinearSystem::new(dvector![1.0, 1.0], &stiffness * 0.02, stiffness);
+    let system = system.expect("valid").with_load(dvector![0.3, 0.0]);
+    let force = Harmonic::new(dvector![1.5.into(), 0.0.into()], 0.7, 0.0).expect("valid");
+    let stop = Stop::new(1, 0.3, 0.7).expect("valid");
+    let scene = Scene::new(system.expect("valid"), force, [stop]).expect("valid");
+    for rtol in [1e-2, 1e-3, 1e-4, 1e-5] {
+        let (q0, v0) = (dvector![0.0, 0.0], dvector![0.3, 0.3]);
+        let run = simulate(&scene, &q0, &v0, (0.0, 11.0), &with(Method::Rk45, rtol));
+        let run = run.expect("runs");
+        for segment in run.segments().expect("kept") {
+            assert!(segment.end >= segment.start, "{rtol:e}: {segment:?}");
+        }
+        let times: Vec<f64> = run.impacts().iter().map(|impact| impact.time).collect();
+        assert!(times.is_sorted(), "{rtol:e}: {times:?}");
+    }
+}

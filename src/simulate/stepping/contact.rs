@@ -145,7 +145,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         h: f64,
     ) -> Result<f64> {
         let n = self.n();
-        let mut s = guess;
+        // Time does not go back for a stop that was passed by less than its margin when the step began.
+        let mut s = guess.max(0.0);
         let departed = self.departed(stop, order);
         let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
