@@ -10,17 +10,6 @@ pub(crate) type GoOn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 /// Work between two questions, in units of some nanoseconds: below a millisecond.
 const WORK_PER_QUESTION: usize = 1 << 14;
 
-/// A check that says whether to go on, as a watch asks it.
-pub(crate) fn answer(check: &mut dyn FnMut() -> bool) -> impl FnMut() -> ControlFlow<()> {
-    move || {
-        if check() {
-            ControlFlow::Continue(())
-        } else {
-            ControlFlow::Break(())
-        }
-    }
-}
-
 /// `Error::Interrupted` where the answer is to break off.
 pub(crate) fn stop_if(answer: ControlFlow<()>) -> Result<()> {
     match answer {

@@ -230,7 +230,7 @@ def simulate_many(
     Parameters
     ----------
     scene : Scene
-        Any scene; pendulums with stops and walls run four abreast.
+        Any scene; pendulums with stops and walls run four or eight abreast.
     q0, v0 : array_like, shape (k, n)
         Positions and velocities at the start, one row each.
     t_span : pair of float

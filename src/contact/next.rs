@@ -6,7 +6,7 @@ use crate::contact::walk::{DEEPEST, Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
-use crate::watch::{Watch, answer};
+use crate::watch::Watch;
 
 /// Distance from zero within which a gap's minimum is a graze: `absolute + relative * size of the gap's terms`.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +39,7 @@ pub(crate) enum Next {
     Contact { stop: usize, time: f64 },
     /// The steps became too short to go on.
     Stalled { stop: usize, time: f64 },
-    /// The caller's check asked to stop.
+    /// The watch said to stop.
     Interrupted,
 }
 
@@ -123,14 +123,14 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 
     /// The next contact within `span` of the state, at which the search must have looked. `starts[i]` is the order of the
-    /// root of gap i at the start, zero for an open gap; `check` is asked from time to time whether to go on.
+    /// root of gap i at the start, zero for an open gap.
     pub fn next(
         &mut self,
         start: &[Pair],
         starts: &[usize],
         span: f64,
         grazes: &mut Vec<Grazed>,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Next {
         self.orders.clear();
         self.orders.extend_from_slice(starts);
@@ -141,8 +141,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.leave_out(Some(starts));
         let mut time = 0.0;
         let mut steps = 0usize;
-        let mut go_on = answer(check);
-        let mut watch = Watch::new(&mut go_on);
         while !self.active.is_empty() {
             let first_level = self.level;
             let reached = loop {

@@ -3,7 +3,7 @@
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::walk::ROUNDING;
-use crate::flow::PendulumSeries;
+use crate::flow::Motion;
 use crate::flow::jet::Jet;
 use crate::flow::taylor::ROWS;
 use crate::model::Surface;
@@ -93,21 +93,18 @@ impl GapTerms {
         })
     }
 
-    /// The gap along a series.
-    pub fn along(&self, series: &PendulumSeries) -> GapSeries {
-        let mut gap = GapSeries {
-            c: [0.0; ROWS],
-            len: series.order() + 2,
-            size: self.constant.abs(),
-        };
+    /// Makes a gap that along a motion.
+    pub fn along<const K: usize>(&self, motion: Motion<'_, K>, gap: &mut GapSeries) {
+        gap.len = motion.order() + 2;
+        gap.size = self.constant.abs();
+        gap.c[..gap.len].fill(0.0);
         for &(link, weight) in &self.weights {
             match self.of {
-                Term::Angle => gap.take_off(weight, series.angle(link)),
-                Term::Sine => gap.take_off(weight, series.sine(link)),
+                Term::Angle => gap.take_off(weight, motion.angle(link)),
+                Term::Sine => gap.take_off(weight, motion.sine(link)),
             }
         }
         gap.c[0] += self.constant;
-        gap
     }
 }
 
@@ -119,6 +116,13 @@ fn value_and_slope(c: &[f64], t: f64) -> (f64, f64) {
 }
 
 impl GapSeries {
+    /// None yet.
+    pub const EMPTY: Self = Self {
+        c: [0.0; ROWS],
+        len: 0,
+        size: 0.0,
+    };
+
     fn take_off(&mut self, weight: f64, series: impl Iterator<Item = f64>) {
         let before = self.c[0];
         for (c, x) in self.c.iter_mut().zip(series) {

@@ -21,6 +21,18 @@ impl<S: Simd> Arithmetic for S {
     }
 }
 
+/// How many numbers the widest registers hold.
+pub(crate) fn width() -> usize {
+    struct Width;
+    impl WithSimd for Width {
+        type Output = usize;
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            S::F64_LANES
+        }
+    }
+    in_widest(Width)
+}
+
 /// Does some work, which must be inlined as a whole, in code compiled for the widest registers.
 #[inline]
 pub(crate) fn in_widest<W: WithSimd>(work: W) -> W::Output {

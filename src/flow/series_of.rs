@@ -1,7 +1,9 @@
-//! The Taylor series of K motions of one pendulum, made at one time in the widest registers.
+//! The Taylor series of K motions of one pendulum, made at one time in the widest registers: how far each reaches, and the
+//! states along them (theory 8).
 
-use crate::flow::registers::in_widest;
-use crate::flow::shaking::{Calm, Excitation, Pair, Shaking};
+use crate::flow::registers::{Arithmetic, in_widest};
+use crate::flow::runge_kutta::Tolerance;
+use crate::flow::shaking::{Calm, Excitation, Pair, Shaking, each};
 use crate::flow::taylor::{Blocks, Coefficients, Lane, expand};
 use pulp::{Simd, WithSimd};
 
@@ -56,15 +58,18 @@ pub(crate) struct SeriesOf<const K: usize> {
     pub inverse: Blocks<Pair<K>>,
     /// The angles of the forcing at the start.
     pub angles: [f64; K],
+    /// Order of the velocities; the positions have one more.
+    pub order: usize,
 }
 
 impl<const K: usize> SeriesOf<K> {
     /// Series of n links, all zero.
-    pub fn new(n: usize) -> Self {
+    pub fn new(n: usize, order: usize) -> Self {
         Self {
             lanes: vec![Lane::EMPTY; n.div_ceil(2)],
             inverse: Blocks::zeros(n),
             angles: [0.0; K],
+            order,
         }
     }
 
@@ -77,32 +82,19 @@ impl<const K: usize> SeriesOf<K> {
         }
     }
 
-    /// Takes the start of one motion as the m-th here.
-    pub fn take_start(&mut self, m: usize, one: &SeriesOf<1>) {
-        for (lane, from) in self.lanes.iter_mut().zip(&one.lanes) {
-            for i in 0..2 {
-                lane.q[0][i][m] = from.q[0][i][0];
-                lane.v[0][i][m] = from.v[0][i][0];
-                lane.sin[0][i][m] = from.sin[0][i][0];
-                lane.cos[0][i][m] = from.cos[0][i][0];
-            }
-        }
-        for (entry, from) in self.inverse.0.iter_mut().zip(&one.inverse.0) {
-            for i in 0..2 {
-                entry[i][m] = from[i][0];
-            }
-        }
-        self.angles[m] = one.angles[0];
+    /// One of the motions.
+    pub fn motion(&self, m: usize) -> Motion<'_, K> {
+        Motion { of: self, m }
     }
 
-    /// Hands the series of the m-th motion over: what is asked of them once they are made.
-    pub fn hand_over(&self, m: usize, order: usize, one: &mut SeriesOf<1>) {
-        for (from, lane) in self.lanes.iter().zip(&mut one.lanes) {
-            for k in 1..order + 2 {
-                for i in 0..2 {
-                    lane.q[k][i] = [from.q[k][i][m]];
-                    lane.v[k][i] = [from.v[k][i][m]];
-                    lane.sin[k][i] = [from.sin[k][i][m]];
+    /// The state of each motion a time of its own after its start: `put` takes the link, the motion, its position and velocity.
+    pub fn states(&self, times: &[f64; K], mut put: impl FnMut(usize, usize, [f64; 2])) {
+        for (r, lane) in self.lanes.iter().enumerate() {
+            let (rows, rates) = (&lane.q[..=self.order + 1], &lane.v[..=self.order]);
+            let [q, v] = in_widest(Sums { rows, rates, times });
+            for i in 0..2 {
+                for m in 0..K {
+                    put(2 * r + i, m, [q[i][m], v[i][m]]);
                 }
             }
         }
@@ -116,5 +108,125 @@ impl<const K: usize> SeriesOf<K> {
             excitation,
             angles: &self.angles,
         });
+    }
+}
+
+impl SeriesOf<1> {
+    /// The state of the one motion a time after its start.
+    pub fn state(&self, time: f64, x: &mut [f64]) {
+        let n = x.len() / 2;
+        self.states(&[time], |link, _, state| {
+            if link < n {
+                [x[link], x[n + link]] = state;
+            }
+        });
+    }
+}
+
+/// One motion of several whose series are made together.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion<'a, const K: usize> {
+    of: &'a SeriesOf<K>,
+    m: usize,
+}
+
+impl<'a, const K: usize> Motion<'a, K> {
+    /// Order of the velocities; the positions have one more.
+    pub fn order(self) -> usize {
+        self.of.order
+    }
+
+    /// The coefficients of a link's angle.
+    #[inline]
+    pub fn angle(self, link: usize) -> impl Iterator<Item = f64> + 'a {
+        self.coefficients(link, |lane| &lane.q)
+    }
+
+    /// The coefficients of the sine of a link's angle.
+    #[inline]
+    pub fn sine(self, link: usize) -> impl Iterator<Item = f64> + 'a {
+        self.coefficients(link, |lane| &lane.sin)
+    }
+
+    #[inline]
+    fn coefficients(
+        self,
+        link: usize,
+        of: impl Fn(&'a Lane<K>) -> &'a [Pair<K>],
+    ) -> impl Iterator<Item = f64> + 'a {
+        let rows = &of(&self.of.lanes[link / 2])[..self.of.order + 2];
+        rows.iter().map(move |row| row[link % 2][self.m])
+    }
+
+    /// The largest of some numbers of the links; one that is not a number counts as such.
+    pub fn largest(self, of: impl Fn(&Lane<K>) -> &Pair<K>) -> f64 {
+        let all = self.of.lanes.iter().flat_map(|lane| of(lane).iter());
+        all.map(|link| link[self.m]).fold(0.0, |most, x| {
+            if x.abs() > most || x.is_nan() {
+                x.abs()
+            } else {
+                most
+            }
+        })
+    }
+
+    /// The longest step whose last two terms are below the tolerance; `before` is the length of a step nearby, if one is
+    /// known. Not a number where the series overflows, infinite where it has no such terms.
+    pub fn longest_step(self, tolerance: Tolerance, before: Option<f64>) -> f64 {
+        let p = self.order();
+        let [q, v, a] = [
+            self.largest(|lane| &lane.q[0]),
+            self.largest(|lane| &lane.v[0]),
+            self.largest(|lane| &lane.v[1]),
+        ];
+        let [early, late] = [p - 1, p].map(|k| self.largest(|lane| &lane.v[k]));
+        if !(early + late).is_finite() {
+            return f64::NAN;
+        }
+        let radius = || {
+            let by_term = |k: usize, term: f64| {
+                (v / term)
+                    .powf(1.0 / k as f64)
+                    .max((a / term).powf(1.0 / (k - 1) as f64))
+            };
+            by_term(p - 1, early).min(by_term(p, late))
+        };
+        let unit = before.unwrap_or_else(radius).min(f64::MAX);
+        let size = |x: f64, rate: f64| tolerance.absolute + tolerance.relative * x.max(unit * rate);
+        let (of_q, of_v) = (size(q, v), size(v, a));
+        let step = |k: usize, term: f64| {
+            let allowed = of_v.min(of_q * (k + 1) as f64 / unit);
+            (allowed / term).ln() / k as f64
+        };
+        step(p - 1, early).min(step(p, late)).exp()
+    }
+}
+
+/// Two polynomials of two links in each of K motions, at a time of each; the first has no fewer rows than the second.
+struct Sums<'a, const K: usize> {
+    rows: &'a [Pair<K>],
+    rates: &'a [Pair<K>],
+    times: &'a [f64; K],
+}
+
+impl<const K: usize> WithSimd for Sums<'_, K> {
+    type Output = [Pair<K>; 2];
+
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [Pair<K>; 2] {
+        let raise = |sum: &mut Pair<K>, row: &Pair<K>| {
+            *sum = each(|i, m| S::add_product(sum[i][m], self.times[m], row[i][m]));
+        };
+        let (rows, higher) = self.rows.split_at(self.rates.len());
+        let (mut at, mut rate) = ([[0.0; K]; 2], [[0.0; K]; 2]);
+        for row in higher.iter().rev() {
+            raise(&mut at, row);
+        }
+        for (row, change) in rows.iter().zip(self.rates).rev() {
+            raise(&mut at, row);
+            raise(&mut rate, change);
+        }
+        [at, rate]
     }
 }

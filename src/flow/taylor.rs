@@ -24,8 +24,9 @@ const RECIPROCALS: [f64; ROWS] = {
     all
 };
 
-/// The series of two links of K motions: coefficient k is that of `t^k`.
+/// The series of two links of K motions: coefficient k is that of `t^k`. A register is filled from one line of the cache.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub(crate) struct Lane<const K: usize> {
     pub q: [Pair<K>; ROWS],
     pub v: [Pair<K>; ROWS],

@@ -2,20 +2,17 @@
 
 use crate::error::{Failure, Result};
 use crate::flow::runge_kutta::State;
-use crate::flow::{PendulumSeries, SeriesOf};
+use crate::flow::{Motion, SeriesOf};
 use crate::model::Dynamics;
 use crate::simulate::clock::Clock;
 use crate::simulate::event_loop::Ending;
-use crate::simulate::mover::Mover;
+use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
-use crate::simulate::stepping::{StepMover, Taylor};
+use crate::simulate::stepping::{Leg, StepMover, Taylor};
 use crate::watch::{GoOn, Watch};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
-
-/// Runs at a time: what fills the widest registers of most processors.
-const ABREAST: usize = 4;
 
 /// One of the runs.
 struct Runner<'a, S, D> {
@@ -23,25 +20,33 @@ struct Runner<'a, S, D> {
     record: Record,
     /// The number of the run; none where there is none left to do.
     item: Option<usize>,
-    /// Where the flight under way is to end.
-    goal: Option<Clock>,
+    flight: Option<Flight>,
 }
 
-/// Runs abreast, with their buffers.
-pub(crate) struct Abreast<'a, S, D> {
-    runners: [Runner<'a, S, D>; ABREAST],
-    series: SeriesOf<ABREAST>,
+/// A free flight under way.
+struct Flight {
+    /// Where it is to end.
+    goal: Clock,
+    is_new: bool,
+    /// The step that it takes.
+    leg: Option<Leg>,
+}
+
+/// K runs abreast, with their buffers.
+pub(crate) struct Abreast<'a, S, D, const K: usize> {
+    runners: [Runner<'a, S, D>; K],
+    series: SeriesOf<K>,
     t_span: (f64, f64),
 }
 
-impl<'a, S: State, D: Dynamics> Abreast<'a, S, D> {
+impl<'a, S: State, D: Dynamics, const K: usize> Abreast<'a, S, D, K> {
     /// Runs over a span, made one by one.
     pub fn new(
         make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>>,
         t_span: (f64, f64),
     ) -> Self {
         let runners = std::array::from_fn(|_| Runner::new(make()));
-        let series = SeriesOf::new(runners[0].run.n_dof);
+        let series = runners[0].run.mover.pendulum().room();
         Self {
             runners,
             series,
@@ -60,48 +65,53 @@ impl<'a, S: State, D: Dynamics> Abreast<'a, S, D> {
         go_on: GoOn<'_>,
         put: &mut dyn FnMut(usize, Done),
     ) -> std::result::Result<(), Failure> {
+        let (t0, t_end) = self.t_span;
         for runner in &mut self.runners {
-            runner.item = None;
+            (runner.item, runner.flight) = (None, None);
         }
         let work = self.runners[0].run.mover.work();
         let mut watch = Watch::new(go_on);
         loop {
-            for runner in &mut self.runners {
+            for (m, runner) in self.runners.iter_mut().enumerate() {
                 while runner.item.is_none()
                     && let Some(item) = items.next()
                 {
                     runner.item = Some(item);
-                    let ended = runner.begin(&start(item), self.t_span.0);
+                    let ended = runner.begin(&start(item), t0);
+                    runner.put_down(ended, put)?;
+                }
+                if let Some(item) = runner.item {
+                    watch.work(work).map_err(|error| (item, error))?;
+                    let ended = runner.depart(&mut self.series, m, t_end, &mut watch);
                     runner.put_down(ended, put)?;
                 }
             }
             if self.runners.iter().all(|runner| runner.item.is_none()) {
                 return Ok(());
             }
-            self.expand()?;
+            self.step();
             for runner in &mut self.runners {
-                if let Some(item) = runner.item {
-                    watch.work(work).map_err(|error| (item, error))?;
-                    let ended = runner.step(self.t_span.1, &mut watch);
-                    runner.put_down(ended, put)?;
-                }
+                let ended = runner.arrive(t_end);
+                runner.put_down(ended, put)?;
             }
         }
     }
 
-    /// Makes the series of all runs in free flight.
-    fn expand(&mut self) -> std::result::Result<(), Failure> {
-        let mut all = [const { None }; ABREAST];
-        for (series, runner) in all.iter_mut().zip(&mut self.runners) {
-            if let Some(item) = runner.item
-                && runner.run.mover.is_free()
-            {
-                let begun = runner.run.mover.begin_series();
-                *series = Some(begun.map_err(|error| (item, error))?);
-            }
+    /// A step of all runs in free flight.
+    fn step(&mut self) {
+        let Self {
+            runners, series, ..
+        } = self;
+        runners[0].run.mover.pendulum().expand(series);
+        let mut spans = [0.0; K];
+        for (m, (span, runner)) in spans.iter_mut().zip(runners.iter_mut()).enumerate() {
+            *span = runner.look_along(series.motion(m));
         }
-        PendulumSeries::expand_abreast(&mut self.series, all);
-        Ok(())
+        series.states(&spans, |link, m, state| {
+            if spans[m] > 0.0 {
+                runners[m].run.mover.put_link(link, state);
+            }
+        });
     }
 }
 
@@ -111,7 +121,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
             record: Record::new(run.options, run.n_dof),
             run,
             item: None,
-            goal: None,
+            flight: None,
         }
     }
 
@@ -121,50 +131,75 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
         (q0, v0): &(DVector<f64>, DVector<f64>),
         t0: f64,
     ) -> Result<Option<Ending>> {
-        let Run {
-            mover,
-            events,
-            options,
-            n_dof,
-        } = &mut self.run;
-        self.record = Record::new(options, *n_dof);
-        self.goal = None;
+        let Run { mover, events, .. } = &mut self.run;
         mover.start(q0, v0, t0);
         events.start(mover, t0, &mut self.record)
     }
 
-    /// A step of a free flight, or all of one with stops held; the end of the run, if it is that.
-    fn step(&mut self, t_end: f64, watch: &mut Watch<'_>) -> Result<Option<Ending>> {
+    /// Begins the m-th series for the next step of a free flight; goes through one with stops held. The end of the run, if it
+    /// is that.
+    fn depart<const K: usize>(
+        &mut self,
+        series: &mut SeriesOf<K>,
+        m: usize,
+        t_end: f64,
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<Ending>> {
         let Run {
             mover,
             events,
             options,
             ..
         } = &mut self.run;
-        let record = &mut self.record;
-        let arrival = if let Some(goal) = self.goal {
-            mover.step_on(None, (goal, t_end), record)?
-        } else {
+        if self.flight.is_none() {
             let end = mover.clock().at(t_end);
-            // The watch has been asked for each step.
-            match events.depart(mover, end, options, &mut |_| ControlFlow::Continue(()))? {
+            match events.depart(mover, end, options) {
                 ControlFlow::Break(ending) => return Ok(Some(ending)),
                 ControlFlow::Continue(span) if mover.is_free() => {
-                    let goal = mover.clock().after(span);
-                    self.goal = Some(goal);
-                    mover.step_on(Some(&events.starts), (goal, t_end), record)?
+                    self.flight = Some(Flight {
+                        goal: mover.clock().after(span),
+                        is_new: true,
+                        leg: None,
+                    });
                 }
                 ControlFlow::Continue(span) => {
-                    let mut check = || watch.look().is_ok();
-                    Some(mover.fly(&events.starts, span, t_end, record, &mut check)?)
+                    let record = &mut self.record;
+                    let arrival = mover.fly(&events.starts, span, t_end, record, watch)?;
+                    return events.arrive(mover, arrival, t_end, record);
                 }
             }
+        }
+        mover.begin_series(series, m)?;
+        Ok(None)
+    }
+
+    /// The length of the next step along its series, zero if it is not in free flight.
+    fn look_along<const K: usize>(&mut self, motion: Motion<'_, K>) -> f64 {
+        let Some(flight) = &mut self.flight else {
+            return 0.0;
+        };
+        let Run { mover, events, .. } = &mut self.run;
+        let starts = flight.is_new.then_some(events.starts.as_slice());
+        flight.leg = mover.look_along(motion, starts, flight.goal, &mut self.record);
+        flight.is_new = false;
+        flight.leg.as_ref().map_or(0.0, |leg| leg.span)
+    }
+
+    /// Ends a step; the end of the run, if it is that.
+    fn arrive(&mut self, t_end: f64) -> Result<Option<Ending>> {
+        let Some(flight) = &mut self.flight else {
+            return Ok(None);
+        };
+        let Run { mover, events, .. } = &mut self.run;
+        let arrival = match flight.leg.take() {
+            Some(leg) => mover.end_leg(leg)?,
+            None => Some(Arrival::Underflow),
         };
         let Some(arrival) = arrival else {
             return Ok(None);
         };
-        self.goal = None;
-        events.arrive(mover, arrival, t_end, record)
+        self.flight = None;
+        events.arrive(mover, arrival, t_end, &mut self.record)
     }
 
     /// Puts down what the run leaves behind, if it has ended.

@@ -11,14 +11,17 @@ use crate::simulate::clock::Clock;
 use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats, Status};
-use crate::watch::stop_if;
+use crate::watch::Watch;
 use nalgebra::DVector;
+use std::cell::Cell;
 use std::ops::ControlFlow;
 
 /// A gap this near zero, relative to the size of its terms, is closed.
 const CLOSED: f64 = 10.0 * ROUNDING;
 /// Events at one instant after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
+/// What a flight is in the units of a watch, at the least.
+const WORK_OF_FLIGHT: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
 pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
@@ -73,14 +76,18 @@ impl EventLoop {
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Ending> {
         let goal = mover.clock().at(t_end);
+        let now = Cell::new(mover.clock().time());
+        let mut ask = || observer(now.get());
+        let mut watch = Watch::new(&mut ask);
+        watch.look()?;
         loop {
-            let span = match self.depart(mover, goal, options, observer)? {
+            watch.work(WORK_OF_FLIGHT)?;
+            let span = match self.depart(mover, goal, options) {
                 ControlFlow::Break(ending) => return Ok(ending),
                 ControlFlow::Continue(span) => span,
             };
-            let now = mover.clock().time();
-            let mut check = || observer(now).is_continue();
-            let arrival = mover.fly(&self.starts, span, t_end, record, &mut check)?;
+            let arrival = mover.fly(&self.starts, span, t_end, record, &mut watch)?;
+            now.set(mover.clock().time());
             if let Some(ending) = self.arrive(mover, arrival, t_end, record)? {
                 return Ok(ending);
             }
@@ -114,22 +121,20 @@ impl EventLoop {
         mover: &M,
         goal: Clock,
         options: &SimulateOptions,
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<ControlFlow<Ending, f64>> {
+    ) -> ControlFlow<Ending, f64> {
         let now = mover.clock().time();
         if options
             .max_impacts
             .is_some_and(|most| self.stats.n_impacts >= most)
         {
-            return Ok(ControlFlow::Break(self.ended(now, Status::MaxImpacts)));
+            return ControlFlow::Break(self.ended(now, Status::MaxImpacts));
         }
-        stop_if(observer(now))?;
         self.stats.n_flights += 1;
         if self.is_looping(now) {
             let reason = "contacts open and close without end at one instant".to_owned();
-            return Ok(ControlFlow::Break(Unresolved { reason }.at(now)));
+            return ControlFlow::Break(Unresolved { reason }.at(now));
         }
-        Ok(ControlFlow::Continue(mover.clock().until(goal).max(0.0)))
+        ControlFlow::Continue(mover.clock().until(goal).max(0.0))
     }
 
     /// What happens where a flight has ended; the end of the run, if it is that.
@@ -140,10 +145,10 @@ impl EventLoop {
         t_end: f64,
         record: &mut Record,
     ) -> Result<Option<Ending>> {
-        let time = mover.clock().time();
         let resolved = match arrival {
             Arrival::End => return Ok(Some(self.ended(t_end, Status::Finished))),
             Arrival::Underflow => {
+                let time = mover.clock().time();
                 let message = format!("at t = {time}: the steps became too short for the time");
                 let status = Status::StepUnderflow;
                 return Ok(Some(Ending {
@@ -161,8 +166,8 @@ impl EventLoop {
             Arrival::Release { stop } => self.let_go(mover, stop)?,
         };
         // A chatter that has been completed has taken time.
-        let time = mover.clock().time();
-        Ok(resolved.err().map(|unresolved| unresolved.at(time)))
+        let time = || mover.clock().time();
+        Ok(resolved.err().map(|unresolved| unresolved.at(time())))
     }
 
     fn ended(&self, time: f64, status: Status) -> Ending {

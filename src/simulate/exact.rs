@@ -15,6 +15,7 @@ use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
+use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -90,11 +91,6 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
 
     fn angle(&self, clock: Clock) -> f64 {
         self.scene.frequency * clock.local + self.phase
-    }
-
-    /// Whether a time from now is no later than the end of the run, as the doubles that a user sees.
-    fn is_within(&self, time: f64, last: f64) -> bool {
-        self.clock.after(time).time() <= last
     }
 
     fn whole(&self, state: &[Pair]) -> Vec<Pair> {
@@ -191,6 +187,11 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     }
 }
 
+/// Whether an instant is no later than the end of the run, as the doubles that a user sees.
+fn is_within(then: Clock, last: f64) -> bool {
+    then.time() <= last
+}
+
 impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
         self.search.restart();
@@ -273,17 +274,17 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         span: f64,
         last: f64,
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         if let Some(motion) = self.holding.clone() {
             return with_flow!(&motion.flow, f => {
-                self.fly_held(f, &motion, starts, span, last, record, check)
+                self.fly_held(f, &motion, starts, span, last, record, watch)
             });
         }
         self.grazed.clear();
         let next = self
             .search
-            .next(&self.state, starts, span, &mut self.grazed, check);
+            .next(&self.state, starts, span, &mut self.grazed, watch);
         match next {
             Next::Interrupted => return Err(Error::Interrupted),
             Next::End => {}
@@ -296,9 +297,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                 let (stop, time) = self
                     .search
                     .arrive(stop, time, &self.state, &mut self.arrived);
-                if self.is_within(time, last) {
+                let then = self.clock.after(time);
+                if is_within(then, last) {
                     self.keep(time, None, record);
-                    self.clock = self.clock.after(time);
+                    self.clock = then;
                     std::mem::swap(&mut self.state, &mut self.arrived);
                     let angle = self.angle(self.clock);
                     self.flow.set_angle(&mut self.state, angle);

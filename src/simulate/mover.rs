@@ -7,6 +7,7 @@ use crate::simulate::Stats;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
 use crate::simulate::record::Record;
+use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -100,7 +101,7 @@ pub(crate) trait Mover {
         span: f64,
         last: f64,
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival>;
     /// Keeps a flight of no length: the state before an impact at the start of the run, or that after the last event of a run
     /// that ends with it, at `last`.

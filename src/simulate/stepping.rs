@@ -10,7 +10,7 @@ mod series;
 
 pub(crate) use free::FreeFlight;
 pub(crate) use runge_kutta::RungeKutta;
-pub(crate) use series::{Pendulum, Taylor, has_series, series_order};
+pub(crate) use series::{Leg, Pendulum, Taylor, has_series, series_order};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
@@ -26,6 +26,7 @@ use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
+use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -260,14 +261,14 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         span: f64,
         last: f64,
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         if self.holding.is_empty() {
-            return F::fly(self, starts, (span, last), record, check);
+            return F::fly(self, starts, (span, last), record, watch);
         }
         self.is_begun = false;
         let held = self.held_motion();
-        self.fly_along(&held, starts, (span, last), record, check)
+        self.fly_along(&held, starts, (span, last), record, watch)
     }
 
     fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
-use crate::flow::{ModalScene, with_flow};
+use crate::flow::{ModalScene, registers, with_flow};
 use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{
     Abreast, Done, Keep, Method, Mover, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
@@ -41,7 +41,7 @@ struct End {
 }
 
 /// Simulates a scene from many states, rows of `q0` and `v0`, shape `(k, n)` each; the same bits as one by one. Pendulums with
-/// large motions run four abreast, their Taylor series made together.
+/// large motions run four or eight abreast, as wide as the registers are, their Taylor series made together.
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///
@@ -119,7 +119,11 @@ pub fn simulate_many(
         Method::Taylor => {
             let pendulum = Pendulum::new(scene)?;
             with_series!(&pendulum, scene, options, make => {
-                fill_abreast(&mut ends, make, (q0, v0), t_span, sweep, observer)
+                if registers::width() < 8 {
+                    fill_abreast::<4, _, _>(&mut ends, make, (q0, v0), t_span, sweep, observer)
+                } else {
+                    fill_abreast::<8, _, _>(&mut ends, make, (q0, v0), t_span, sweep, observer)
+                }
             })?;
         }
     }
@@ -148,8 +152,8 @@ fn fill_ends<'a, M: Mover>(
     fill(ends, TILE, sweep, || Ok(make()), work, observer)
 }
 
-/// Fills the ends by runs abreast.
-fn fill_abreast<'a, S: State, D: Dynamics + 'a>(
+/// Fills the ends by K runs abreast.
+fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
     ends: &mut [End],
     make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
@@ -157,13 +161,14 @@ fn fill_abreast<'a, S: State, D: Dynamics + 'a>(
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
-    let work = |runs: &mut Abreast<'a, S, D>, first: usize, slots: &mut [End], go_on: GoOn<'_>| {
-        let start = |i: usize| (row(q0, first + i), row(v0, first + i));
-        let n = slots.len();
-        let mut put = |i: usize, done: Done| slots[i] = End::of(done);
-        let done = runs.run(0..n, start, go_on, &mut put);
-        done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
-    };
+    let work =
+        |runs: &mut Abreast<'a, S, D, K>, first: usize, slots: &mut [End], go_on: GoOn<'_>| {
+            let start = |i: usize| (row(q0, first + i), row(v0, first + i));
+            let n = slots.len();
+            let mut put = |i: usize, done: Done| slots[i] = End::of(done);
+            let done = runs.run(0..n, start, go_on, &mut put);
+            done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
+        };
     let together = || Ok(Abreast::new(&make, t_span));
     fill_tiles(ends, TILE_ABREAST, sweep, together, work, observer)
 }

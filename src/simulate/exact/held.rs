@@ -1,7 +1,7 @@
 //! Exact flights with stops held: the motion left over has modes of its own, and its contact forces are searched as gaps
 //! are (theory 9).
 
-use super::ExactMover;
+use super::{ExactMover, is_within};
 use crate::contact::next::{Margin, Next, Search};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
@@ -12,6 +12,7 @@ use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
+use crate::watch::Watch;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -52,7 +53,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         span: f64,
         last: f64,
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let angle = self.angle(self.clock);
@@ -79,14 +80,14 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             })
             .collect();
         self.grazed.clear();
-        let (event, time) = match search.next(&state, &orders, span, &mut self.grazed, check) {
+        let (event, time) = match search.next(&state, &orders, span, &mut self.grazed, watch) {
             Next::Interrupted => return Err(Error::Interrupted),
             Next::End => (None, span),
             Next::Stalled { stop, time } => (Some(events.list[stop].0), time),
             Next::Contact { stop, time } => {
                 let mut arrived = Vec::new();
                 let (stop, time) = search.arrive(stop, time, &state, &mut arrived);
-                if self.is_within(time, last) {
+                if is_within(self.clock.after(time), last) {
                     (Some(events.list[stop].0), time)
                 } else {
                     (None, span)

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::Arrival;
 use crate::simulate::record::Record;
+use crate::watch::Watch;
 
 /// What moves a motion where no stop is held.
 pub(crate) trait FreeFlight<S, D>: Sized {
@@ -17,7 +18,7 @@ pub(crate) trait FreeFlight<S, D>: Sized {
         starts: &[usize],
         ends: (f64, f64),
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival>;
 
     /// Keeps a piece of no length at the present state; `last` is the time at which the run ends with it.

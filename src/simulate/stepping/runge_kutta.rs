@@ -12,7 +12,7 @@ use crate::simulate::Keep;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
-use crate::watch::{Watch, answer};
+use crate::watch::Watch;
 
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
@@ -28,9 +28,9 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
         starts: &[usize],
         ends: (f64, f64),
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
-        mover.fly_along(mover.dynamics, starts, ends, record, check)
+        mover.fly_along(mover.dynamics, starts, ends, record, watch)
     }
 
     fn keep_nothing(
@@ -143,7 +143,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         starts: &[usize],
         (span, last): (f64, f64),
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
         self.keep_segment(if self.holding.is_empty() {
@@ -154,8 +154,6 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let end = self.clock.after(span);
         let mut starts = Some(starts);
         let mut halvings = 0;
-        let mut go_on = answer(check);
-        let mut watch = Watch::new(&mut go_on);
         let arrival = loop {
             self.begin(dynamics)?;
             let left = self.clock.until(end);

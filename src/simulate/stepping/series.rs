@@ -3,11 +3,11 @@
 
 use super::StepMover;
 use super::free::FreeFlight;
-use crate::contact::series::{Course, GapTerms};
+use crate::contact::series::{Course, GapSeries, GapTerms};
 use crate::error::{Error, Result};
-use crate::flow::PendulumSeries;
 use crate::flow::runge_kutta::State;
 use crate::flow::taylor::MOST_ORDER;
+use crate::flow::{Motion, PendulumSeries, SeriesOf};
 use crate::model::{
     ChainMotion, Constraint, DoublePendulumMotion, Dynamics, Links, Scene, System, contacts,
 };
@@ -17,7 +17,7 @@ use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
-use crate::watch::{Watch, answer};
+use crate::watch::Watch;
 
 /// The order of a series for a tolerance. A step of order p is as long as `tolerance^(1/p)` and its work `a + b p + c p^2`, of
 /// which it is least for about this order on a double pendulum; it is flat there.
@@ -71,25 +71,26 @@ impl Pendulum {
 
 /// Flights along Taylor series.
 pub(crate) struct Taylor {
-    series: PendulumSeries,
+    pendulum: PendulumSeries,
+    series: SeriesOf<1>,
     gaps: Vec<GapTerms>,
     /// The step last taken, where it says how fast the motion changes.
     before: Option<f64>,
-    /// Whether the series about the present state is made already.
-    is_made: bool,
 }
 
 impl Taylor {
     /// Flights of a scene's pendulum.
     pub fn new(links: Links, scene: &Scene, options: &SimulateOptions) -> Self {
+        let order = series_order(options.rtol);
+        let pendulum = PendulumSeries::new(links, scene.forcing(), order);
         Self {
-            series: PendulumSeries::new(links, scene.forcing(), series_order(options.rtol)),
+            series: pendulum.room(),
+            pendulum,
             gaps: contacts(scene)
                 .iter()
                 .filter_map(|contact| GapTerms::new(&contact.surface))
                 .collect(),
             before: None,
-            is_made: false,
         }
     }
 }
@@ -97,7 +98,6 @@ impl Taylor {
 impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
     fn reset(&mut self) {
         self.before = None;
-        self.is_made = false;
     }
 
     fn fly(
@@ -105,12 +105,10 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
         starts: &[usize],
         (span, last): (f64, f64),
         record: &mut Record,
-        check: &mut dyn FnMut() -> bool,
+        watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         let end = mover.clock.after(span);
         let mut starts = Some(starts);
-        let mut go_on = answer(check);
-        let mut watch = Watch::new(&mut go_on);
         loop {
             watch.work(mover.work())?;
             if let Some(arrival) = mover.step_on(starts.take(), (end, last), record)? {
@@ -130,58 +128,107 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
     }
 }
 
+/// A step along a series: how far, and what is at its end.
+pub(crate) struct Leg {
+    /// A leg of no length leaves the state as it is.
+    pub span: f64,
+    arrival: Option<Arrival>,
+}
+
 impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
     /// A step of a free flight that is to reach the instant `end` of the clock at the time `last`; where it arrives, if it
     /// does. `starts` are the orders of the gaps' roots where the flight begins with this step.
-    pub fn step_on(
+    fn step_on(
         &mut self,
         starts: Option<&[usize]>,
         (end, last): (Clock, f64),
         record: &mut Record,
     ) -> Result<Option<Arrival>> {
+        self.expand()?;
+        // The series is lent by the mover, which takes notes of the search along it.
+        let series = std::mem::replace(&mut self.free.series, SeriesOf::new(0, 0));
+        let leg = self.look_along(series.motion(0), starts, end, record);
+        self.free.series = series;
+        let Some(leg) = leg else {
+            return Ok(Some(Arrival::Underflow));
+        };
+        let is_last = matches!(leg.arrival, Some(Arrival::End));
+        self.keep_series(leg.span, is_last.then_some(last), record);
+        if leg.span > 0.0 {
+            self.free.series.state(leg.span, self.x.slice_mut());
+        }
+        self.end_leg(leg)
+    }
+
+    /// The next step along the series about the present state, towards the instant `end`; none where it would be too short for
+    /// the time. `starts` as in `step_on`.
+    pub fn look_along<const K: usize>(
+        &mut self,
+        motion: Motion<'_, K>,
+        starts: Option<&[usize]>,
+        end: Clock,
+        record: &mut Record,
+    ) -> Option<Leg> {
         if starts.is_some() {
             self.keep_segment(SegmentKind::Flight);
         }
         let left = self.clock.until(end);
         if left <= 0.0 {
-            Taylor::keep_nothing(self, Some(last), record)?;
-            return Ok(Some(Arrival::End));
+            let arrival = Some(Arrival::End);
+            return Some(Leg { span: 0.0, arrival });
         }
-        self.expand()?;
-        let Taylor { series, before, .. } = &mut self.free;
-        let wanted = series.longest_step(self.tolerance, *before);
+        let before = &mut self.free.before;
+        let wanted = motion.longest_step(self.tolerance, *before);
         let is_last = wanted >= left;
         let h = if is_last { left } else { wanted };
         if h.is_nan() || self.clock.local + h == self.clock.local {
-            return Ok(Some(Arrival::Underflow));
+            return None;
         }
         if wanted.is_finite() {
             *before = Some(wanted);
         }
         self.n_steps += 1;
-        let found = self.contact_on_series(starts, h);
+        let found = self.contact_on_series(motion, starts, h);
         if record.keep != Keep::Final {
             record.grazes.append(&mut self.grazes);
         }
-        if let Some((stop, course)) = found {
-            let (at, arrival) = match course {
-                Course::Stalled { at } => (at, Arrival::Stalled { stop }),
-                // Time does not go back for a stop that was passed by less than its margin when the step began.
-                Course::Contact { at } => (at.clamp(0.0, h), Arrival::Contact { stop }),
-            };
-            self.keep_series(at, None, record);
-            self.arrive_on_series(at);
-            self.look()?;
-            return Ok(Some(arrival));
+        let (span, arrival) = match found {
+            None => (h, is_last.then_some(Arrival::End)),
+            Some((stop, Course::Stalled { at })) => (at, Some(Arrival::Stalled { stop })),
+            // Time does not go back for a stop that was passed by less than its margin when the step began.
+            Some((stop, Course::Contact { at })) => {
+                (at.clamp(0.0, h), Some(Arrival::Contact { stop }))
+            }
+        };
+        Some(Leg { span, arrival })
+    }
+
+    /// Makes a position and velocity of a link, if there is that link, the present ones.
+    #[inline]
+    pub fn put_link(&mut self, link: usize, [q, v]: [f64; 2]) {
+        let n = self.n();
+        if link < n {
+            let x = self.x.slice_mut();
+            (x[link], x[n + link]) = (q, v);
         }
-        self.keep_series(h, is_last.then_some(last), record);
-        self.arrive_on_series(h);
-        Ok(is_last.then_some(Arrival::End))
+    }
+
+    /// Ends a leg at whose end the present state is; where it arrived, if it did.
+    pub fn end_leg(&mut self, leg: Leg) -> Result<Option<Arrival>> {
+        self.clock = self.clock.after(leg.span);
+        self.is_begun = false;
+        if matches!(
+            leg.arrival,
+            Some(Arrival::Contact { .. } | Arrival::Stalled { .. })
+        ) {
+            self.look()?;
+        }
+        Ok(leg.arrival)
     }
 
     /// Operations that a step is, at the most.
     pub fn work(&self) -> usize {
-        self.free.series.work()
+        self.free.pendulum.work()
     }
 
     /// Whether the next flight, or the rest of this one, is free.
@@ -189,32 +236,49 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         self.holding.is_empty()
     }
 
-    /// The series about the present state, for the next step, which finds it made: all but the work of making it is done.
-    pub fn begin_series(&mut self) -> Result<&mut PendulumSeries> {
+    /// Begins the m-th of some series at the present state.
+    pub fn begin_series<const K: usize>(
+        &mut self,
+        series: &mut SeriesOf<K>,
+        m: usize,
+    ) -> Result<()> {
+        self.stepper.n_rhs += 1;
         let angle = self.moment().angle;
         let (q, v) = self.x.slice().split_at(self.dynamics.n_dof());
-        self.free.is_made = true;
-        self.free.series.begin(angle, q, v)?;
-        Ok(&mut self.free.series)
+        self.free.pendulum.begin(series, m, (angle, q, v))
     }
 
-    /// Makes the series about the present state, where it is not made yet.
+    /// What makes the series of the motion.
+    pub fn pendulum(&self) -> &PendulumSeries {
+        &self.free.pendulum
+    }
+
+    /// Makes the series about the present state.
     fn expand(&mut self) -> Result<()> {
         self.stepper.n_rhs += 1;
-        if !self.free.is_made {
-            self.begin_series()?.expand();
-        }
-        self.free.is_made = false;
+        let angle = self.moment().angle;
+        let (q, v) = self.x.slice().split_at(self.dynamics.n_dof());
+        let Taylor {
+            pendulum, series, ..
+        } = &mut self.free;
+        pendulum.begin(series, 0, (angle, q, v))?;
+        pendulum.expand(series);
         Ok(())
     }
 
     /// The first stop reached along a step, or where the search stalls; touches before that are noted.
-    fn contact_on_series(&mut self, starts: Option<&[usize]>, h: f64) -> Option<(usize, Course)> {
+    fn contact_on_series<const K: usize>(
+        &mut self,
+        motion: Motion<'_, K>,
+        starts: Option<&[usize]>,
+        h: f64,
+    ) -> Option<(usize, Course)> {
         self.grazes.clear();
+        let mut gap = GapSeries::EMPTY;
         let mut first = None;
         let mut until = h;
         for stop in 0..self.free.gaps.len() {
-            let mut gap = self.free.gaps[stop].along(&self.free.series);
+            self.free.gaps[stop].along(motion, &mut gap);
             let margin = self.margin(stop, gap.size);
             let order = starts.map_or(0, |orders| orders[stop]);
             self.touches.clear();
@@ -237,9 +301,12 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
                 .gaps
                 .iter()
                 .enumerate()
-                .filter_map(|(other, gap)| {
+                .filter_map(|(other, terms)| {
                     let is_open = starts.is_none_or(|orders| orders[other] == 0);
-                    let gap = (other != stop && is_open).then(|| gap.along(&self.free.series))?;
+                    if other == stop || !is_open {
+                        return None;
+                    }
+                    terms.along(motion, &mut gap);
                     Some((other, gap.passed_before(until)?))
                 });
             if let Some((other, at)) = earlier.min_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -265,17 +332,15 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             kept.pieces.push(Piece { clock, span });
             let unit = if span > 0.0 { span } else { 1.0 };
             let n = self.dynamics.n_dof();
-            write_series(unit, |link| series.angle(link), n, &mut kept.numbers);
+            write_series(
+                unit,
+                |link| series.motion(0).angle(link),
+                n,
+                &mut kept.numbers,
+            );
         }
         self.sample(span, last, record, |local, x| {
             self.free.series.state(local, x);
         });
-    }
-
-    /// Makes the state a time s along the series the present one.
-    fn arrive_on_series(&mut self, s: f64) {
-        self.free.series.state(s, self.x.slice_mut());
-        self.clock = self.clock.after(s);
-        self.is_begun = false;
     }
 }

@@ -114,7 +114,7 @@ KEPT = (
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(LOOP, "        stop_if(observer(now))?;", ""),
+    Change(LOOP, "            watch.work(WORK_OF_FLIGHT)?;\n", ""),
     Change(NEXT, "            if watch.work(work).is_err() {", "", "            if self.level == first_level {"),
 )
 

@@ -24,7 +24,6 @@ KEPT = (
         "let s = self.land(dynamics, (stop, order), x * h, h)?;\n                self.keep(s, None, record);",
         "let s = self.land(dynamics, (stop, order), x * h, h)?;",
     ),
-    Change(steps.SERIES, "            self.keep_series(at, None, record);", ""),
 )
 WATCH = (*flights.WATCH, *steps.WATCH)
 APART = (*flights.APART, *steps.APART)

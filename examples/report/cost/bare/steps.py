@@ -78,13 +78,21 @@ STOPS = (
     Change(RUNGE_KUTTA, "            self.look_ahead(h)?;\n            let undecided", "", "            halvings = 0;"),
     Change(RUNGE_KUTTA, "            if let Some((stop, x)) = released.filter(", "", "            self.keep(h, is_last"),
     Change(RUNGE_KUTTA, "            std::mem::swap(&mut self.gaps, &mut self.ahead);", ""),
-    Change(SERIES, "        let found = self.contact_on_series(starts, h);", "", "        self.keep_series(h, is_last"),
+    Change(
+        SERIES,
+        "        let found = self.contact_on_series(motion, starts, h);",
+        "        let (span, arrival) = (h, is_last.then_some(Arrival::End));\n",
+        "        Some(Leg { span, arrival })",
+    ),
+    Change(
+        SERIES, "        if matches!(\n            leg.arrival,\n            Some(Arrival::Contact", "", "        Ok(leg.arrival)"
+    ),
 )
 
 # Nothing is kept but the state.
 KEPT = (
     Change(RUNGE_KUTTA, "            self.keep(h, is_last.then_some(last), record);", ""),
-    Change(SERIES, "        self.keep_series(h, is_last.then_some(last), record);", ""),
+    Change(SERIES, "        self.keep_series(leg.span, is_last.then_some(last), record);", ""),
 )
 
 # Nobody is asked whether to go on.
