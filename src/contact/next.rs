@@ -329,8 +329,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 }
 
-/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose root
-/// of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
+/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose
+/// root of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
 /// flight, all of it within the margin, is found from beyond its end without falling back to its start.
 fn newton_step(jet: &Jet, order: usize, time: f64) -> f64 {
     let [a, b, c, d] = jet.c;

@@ -122,8 +122,8 @@ pub(crate) struct Coefficients {
     pub weight: Vec<Two>,
 }
 
-/// Fills the series of K motions, damped or not, each from its coefficients of order zero, the inverse of its mass matrix and its angle of
-/// the forcing.
+/// Fills the series of K motions, damped or not, each from its coefficients of order zero, the inverse of its mass matrix and
+/// its angle of the forcing.
 #[allow(
     clippy::inline_always,
     reason = "the loops over lanes are written out where their number is known"

@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, DVector};
 /// Solves `0 <= x perp w = M x + q >= 0` where `q_i` is known up to `slack_i`: `w_i` that near zero is zero, and where the
 /// problem has no solution, that of `q + slack` is taken: it has one if any within the slack has.
 ///
-/// `None` where no solution was found: with up to 12 unknowns none exists (where w misses zero by less than 1e-7 of its terms), with
-/// more Lemke's method ended on a ray, which proves the same for a positive semidefinite M. Nor is there one where numbers are
-/// not finite, or overflow. A positive semidefinite M has one w whatever x; of many x (dependent columns) the one of least
+/// `None` where no solution was found: with up to 12 unknowns none exists (where w misses zero by less than 1e-7 of its terms),
+/// with more Lemke's method ended on a ray, which proves the same for a positive semidefinite M. Nor is there one where numbers
+/// are not finite, or overflow. A positive semidefinite M has one w whatever x; of many x (dependent columns) the one of least
 /// norm is taken. Another M may have several w: the first found is taken, sets of low indices before others.
 ///
 /// # References

@@ -21,8 +21,8 @@
 //! `dx* - f_held dt*`, two of 2n directions are gone. Each completed chatter so gives two zero multipliers, and so does each
 //! impact with e = 0 behind which a stop is held.
 //!
-//! The end t* is known to rounding over the speed of the last impact, 1e-9, but the state at a fixed time is known to rounding: a later
-//! contact brings a larger impulse, by just what the contact force would have given.
+//! The end t* is known to rounding over the speed of the last impact, 1e-9, but the state at a fixed time is known to rounding:
+//! a later contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
 use crate::model::along_reactions;

@@ -23,9 +23,10 @@ use std::sync::Arc;
 /// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
 ///
 /// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times
-/// and the states after the impacts, regular also where an impact has no speed. The pattern is the guess's. `n_periods` is the number of forcing periods; without it,
-/// that of the orbit, or the least one after which the trajectory comes back. Without forcing the period is found too.
-/// Where the orbits form a family, the member nearest the guess is returned. The result may be inadmissible, and says so.
+/// and the states after the impacts, regular also where an impact has no speed. The pattern is the guess's. `n_periods` is the
+/// number of forcing periods; without it, that of the orbit, or the least one after which the trajectory comes back. Without
+/// forcing the period is found too. Where the orbits form a family, the member nearest the guess is returned. The result may be
+/// inadmissible, and says so.
 ///
 /// A motion may chatter, stay on stops and be let go ([`PeriodicOrbit::segments`]): impacts that accumulate are gone through until
 /// what is left of them is 1e-12 of the motion, whatever the tolerances of the guess, and completed there; t = 0 is then right

@@ -78,8 +78,8 @@ pub(crate) struct Stretch {
     pub is_released: bool,
 }
 
-/// Searches a quantity along a flight for what lies below the margin. A gap that opens at a release has `h = h' = h'' = 0` there: the search
-/// begins where `h''' s^3/6` has brought it out of the margin, which is returned too.
+/// Searches a quantity along a flight for what lies below the margin. A gap that opens at a release has `h = h' = h'' = 0`
+/// there: the search begins where `h''' s^3/6` has brought it out of the margin, which is returned too.
 pub(crate) fn search_stretch<F: LinearFlow>(
     flow: &F,
     row: &GapRow,

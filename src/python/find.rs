@@ -48,8 +48,8 @@ use pyo3::prelude::*;
 /// Multiple shooting: unknown are the states after the impacts and the times of the impacts, each with the gap of the stop
 /// hit as its equation. Which stop is met first is not asked, so that nothing is singular at a grazing impact. Impacts that
 /// accumulate are one instant: they are gone through until what is left of them is 1e-12 of the motion, whatever the
-/// tolerances of the guess, and completed there [1]_; a release is an instant whose contact force is zero. Each chatter that ends in
-/// lasting contact has two zero multipliers, and so has each impact with e = 0 that does.
+/// tolerances of the guess, and completed there [1]_; a release is an instant whose contact force is zero. Each chatter that
+/// ends in lasting contact has two zero multipliers, and so has each impact with e = 0 that does.
 ///
 /// References
 /// ----------

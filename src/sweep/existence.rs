@@ -135,8 +135,9 @@ impl ExistenceMap {
 /// threads.
 ///
 /// # Errors
-/// Before anything is computed: a scene or pattern that [`periodic_orbits`](crate::periodic_orbits) refuses, a value that breaks the rule of its
-/// parameter, an axis without values, two axes that vary the same number. `Error::Interrupted` from the observer;
+/// Before anything is computed: a scene or pattern that [`periodic_orbits`](crate::periodic_orbits) refuses, a value that
+/// breaks the rule of its parameter, an axis without values, two axes that vary the same number. `Error::Interrupted` from the
+/// observer;
 /// `Error::NoConvergence` if an eigenvalue iteration fails.
 ///
 /// # Examples

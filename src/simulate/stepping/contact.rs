@@ -129,8 +129,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         Ok((there - quintic.value(0.5)).abs())
     }
 
-    /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the stop had been passed before it
-    /// was found. It returns to that: to zero it would have no way, if it is lower.
+    /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the stop had been passed
+    /// before it was found. It returns to that: to zero it would have no way, if it is lower.
     fn departed(&self, stop: usize, order: usize) -> f64 {
         if order > 0 { self.gaps[stop].gap } else { 0.0 }
     }
