@@ -1,6 +1,8 @@
 //! The widest registers that the processor has, chosen as the program runs: numbers of several motions, or of two links, are
 //! handled as one.
 
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use pulp::Scalar;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Arithmetic in registers of some kind.
@@ -26,15 +28,32 @@ pub(crate) fn width() -> usize {
     struct Width;
     impl WithSimd for Width {
         type Output = usize;
+        #[inline]
         fn with_simd<S: Simd>(self, _: S) -> usize {
             S::F64_LANES
         }
     }
-    in_widest(Width)
+    Arch::new().dispatch(Width)
 }
 
-/// Does some work, which must be inlined as a whole, in code compiled for the widest registers.
+/// Does some work on K numbers at a time, which must be inlined as a whole, in code compiled for the widest registers that K
+/// numbers fill. There is none for four in registers of eight, nor for eight in narrower ones.
+///
+/// # Panics
+/// For K above 4 on a processor without registers of eight ([`width`] says).
 #[inline]
-pub(crate) fn in_widest<W: WithSimd>(work: W) -> W::Output {
-    Arch::new().dispatch(work)
+pub(crate) fn in_registers_of<const K: usize, W: WithSimd>(work: W) -> W::Output {
+    match Arch::new() {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Arch::V4(simd) if const { K > 4 } => Simd::vectorize(simd, work),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Arch::V4(simd) if const { K <= 4 } => Simd::vectorize(*simd, work),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Arch::V3(simd) if const { K <= 4 } => Simd::vectorize(simd, work),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Arch::Scalar if const { K <= 4 } => work.with_simd(Scalar),
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        arch if const { K <= 4 } => arch.dispatch(work),
+        _ => unreachable!("{K} numbers at a time ask for registers of eight"),
+    }
 }

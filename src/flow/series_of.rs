@@ -1,7 +1,7 @@
 //! The Taylor series of K motions of one pendulum, made at one time in the widest registers: how far each reaches, and the
 //! states along them (theory 8).
 
-use crate::flow::registers::{Arithmetic, in_widest};
+use crate::flow::registers::{Arithmetic, in_registers_of};
 use crate::flow::runge_kutta::Tolerance;
 use crate::flow::shaking::{Calm, Excitation, Pair, Shaking, each};
 use crate::flow::taylor::{Blocks, Coefficients, Lane, expand};
@@ -91,7 +91,7 @@ impl<const K: usize> SeriesOf<K> {
     pub fn states(&self, times: &[f64; K], mut put: impl FnMut(usize, usize, [f64; 2])) {
         for (r, lane) in self.lanes.iter().enumerate() {
             let (rows, rates) = (&lane.q[..=self.order + 1], &lane.v[..=self.order]);
-            let [q, v] = in_widest(Sums { rows, rates, times });
+            let [q, v] = in_registers_of::<K, _>(Sums { rows, rates, times });
             for i in 0..2 {
                 for m in 0..K {
                     put(2 * r + i, m, [q[i][m], v[i][m]]);
@@ -101,7 +101,7 @@ impl<const K: usize> SeriesOf<K> {
     }
 
     fn expand_shaken<E: Shaking>(&mut self, coefficients: &Coefficients, excitation: &E) {
-        in_widest(Expansion {
+        in_registers_of::<K, _>(Expansion {
             lanes: &mut self.lanes,
             coefficients,
             inverse: &self.inverse,

@@ -9,7 +9,7 @@ from statistics import median
 
 from ..page import table, version
 from .condition import Condition
-from .contestants import contestant, entrant
+from .contestants import NEEDS, contestant, entrant
 from .front import LEVELS, OWN, Lead, is_ahead_at_worst, label
 from .measure import BASE, BUDGET, FELL, LOST, ROUNDS, SLOW, Plan, Point
 from .problems import COUNT, Ensemble, Problem
@@ -194,14 +194,18 @@ def worst_of_many(points: Sequence[Point]) -> str:
 
 
 def contestants(points: Sequence[Point], wanted: Iterable[Problem]) -> str:
-    """Who took part: version, and how each was driven, as its file says."""
+    """Who took part: version, and how each was driven, as its file says; who did not."""
     lines = []
-    for name in dict.fromkeys(point.package for point in points):
+    present = list(dict.fromkeys(point.package for point in points))
+    for name in present:
         module = contestant(name)
         methods = ", ".join(dict.fromkeys(p.method for p in points if p.package == name))
         lines.append(f"- *{module.DISTRIBUTION}* {version(module.DISTRIBUTION)} ({methods}). {' '.join(module.__doc__.split())}")
         many = next((entrant(name, each) for each in wanted if isinstance(each, Ensemble)), None)
         lines[-1] += f" Many starts: {' '.join(many.__doc__.split())}" if many else ""
+    absent = [name for name in NEEDS if name not in present]
+    if absent:
+        lines.append(f"\nNot installed, or not asked for, where this was made: {', '.join(absent)}.")
     return "\n".join(lines)
 
 
