@@ -17,15 +17,28 @@ const NEAR_RESONANCE: f64 = 1e-2;
 pub(crate) struct SplitFlow {
     flow: BlockFlow<Undriven>,
     steady: Vec<Response>,
+    /// Where the load holds each block; zero where the load stays with the free motion.
+    equilibrium: Vec<Pair>,
 }
 
 impl SplitFlow {
-    /// The split flow of blocks under a load and a force at frequency w, `None` where a block is near resonance. The load stays
-    /// with the free motion: an equilibrium may lie far beyond what the motion reaches.
+    /// The split flow of blocks under a load and a force at frequency w, `None` where a block is near resonance. A block that is
+    /// soft beside the forcing keeps its load: its equilibrium may lie far beyond what the motion reaches.
     pub fn new(blocks: &[Block], load: &[Pair], w: f64, force: &[Response]) -> Option<Self> {
         if blocks.iter().any(|&block| is_near_resonance(block, w)) {
             return None;
         }
+        let none = [0.0, 0.0];
+        let split = |(&block, &load): (&Block, &Pair)| {
+            if is_soft(block, w) {
+                (none, load)
+            } else {
+                (block.equilibrium(load), none)
+            }
+        };
+        let (equilibrium, mut load): (Vec<Pair>, Vec<Pair>) =
+            blocks.iter().zip(load).map(split).unzip();
+        load.push(none);
         let steady = blocks.iter().zip(force);
         let steady = steady.map(|(block, &force)| block.steady(w, force));
         let rotation = Block::Spiral {
@@ -33,17 +46,18 @@ impl SplitFlow {
             omega: w,
         };
         let all: Vec<Block> = blocks.iter().copied().chain([rotation]).collect();
-        let load: Vec<Pair> = load.iter().copied().chain([[0.0, 0.0]]).collect();
         Some(Self {
             flow: BlockFlow::new(&all, &load, Undriven),
             steady: steady.collect(),
+            equilibrium,
         })
     }
 
-    /// Steady response of block j when the rotation is at `u`.
+    /// Steady response and equilibrium of block j when the rotation is at `u`.
     #[inline]
-    fn response(&self, j: usize, u: Pair) -> Pair {
-        self.steady[j].map(|y| y.re * u[0] - y.im * u[1])
+    fn rest(&self, j: usize, u: Pair) -> Pair {
+        let (y, e) = (self.steady[j], self.equilibrium[j]);
+        [0, 1].map(|c| e[c] + (y[c].re * u[0] - y[c].im * u[1]))
     }
 
     /// A row of the whole motion as one of the enlarged state.
@@ -65,8 +79,8 @@ impl LinearFlow for SplitFlow {
         let u = [cos, sin];
         state.clear();
         state.extend(whole.iter().enumerate().map(|(j, z)| {
-            let forced = self.response(j, u);
-            [z[0] - forced[0], z[1] - forced[1]]
+            let rest = self.rest(j, u);
+            [z[0] - rest[0], z[1] - rest[1]]
         }));
         state.push(u);
     }
@@ -75,8 +89,8 @@ impl LinearFlow for SplitFlow {
         whole.clear();
         if let Some((&u, free)) = state.split_last() {
             whole.extend(free.iter().enumerate().map(|(j, z)| {
-                let forced = self.response(j, u);
-                [z[0] + forced[0], z[1] + forced[1]]
+                let rest = self.rest(j, u);
+                [z[0] + rest[0], z[1] + rest[1]]
             }));
         }
     }
@@ -109,18 +123,24 @@ impl LinearFlow for SplitFlow {
             row,
             forcing,
         } = quantity;
+        let rest: f64 = row
+            .iter()
+            .zip(&self.equilibrium)
+            .map(|(r, e)| r[0] * e[0] + r[1] * e[1])
+            .sum();
         let mut enlarged = self.enlarged(row);
         if let Some(turning) = enlarged.last_mut() {
             *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
         }
         self.flow.gap_row(&Quantity {
-            constant: *constant,
-            size: *size,
+            constant: constant - rest,
+            size: size + rest.abs(),
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
         })
     }
 
+    /// At an equilibrium nothing moves, so that the load leaves no trace here.
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
         self.enlarged(row)
     }
@@ -142,13 +162,22 @@ impl LinearFlow for SplitFlow {
     }
 }
 
-fn is_near_resonance(block: Block, w: f64) -> bool {
+/// Trace and determinant of a block.
+fn invariants(block: Block) -> (f64, f64) {
     let [[a, b], [c, d]] = block.matrix();
-    let product = a * d - b * c;
-    let at_forcing = Complex::new(product - w * w, -w * (a + d));
+    (a + d, a * d - b * c)
+}
+
+fn is_soft(block: Block, w: f64) -> bool {
+    invariants(block).1.abs() < NEAR_RESONANCE * w * w
+}
+
+fn is_near_resonance(block: Block, w: f64) -> bool {
+    let (trace, product) = invariants(block);
+    let at_forcing = Complex::new(product - w * w, -w * trace);
     let (distance, scale) = (at_forcing.norm(), w * w + product.abs());
     // Slow forcing moves a rigid body along by 1/w^2, whatever its motion is: what has no scale of its own is near resonance.
-    let is_rigid = product.abs() <= f64::EPSILON * (a + d).powi(2);
+    let is_rigid = product.abs() <= f64::EPSILON * trace.powi(2);
     is_rigid || distance.is_nan() || distance <= NEAR_RESONANCE * scale
 }
 

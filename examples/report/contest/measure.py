@@ -15,6 +15,7 @@ from .reference import Reference
 from .trial import PREPARATION_BOUND, Contestant, Stopped
 
 ROUNDS = 5
+LEAST_ROUNDS = 3  # a median wants that many
 BUDGET = 0.15  # [s] of timed calls of one point: slow points are timed in fewer rounds
 SLOW = 0.4  # [s] a call that takes longer is its own time
 FELL = 1e-2  # of the motion's scale: deeper in a stop than that at the end, it fell through
@@ -142,7 +143,7 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
             if point.first_call > SLOW:
                 continue
             process, arguments = processes[point.package], (point.method, tolerances(point.rtol, reference))
-            if turn and (not times or sum(times) * repeats[point] > BUDGET):
+            if turn and (not times or (turn >= LEAST_ROUNDS and sum(times) * repeats[point] > BUDGET)):
                 continue
             try:
                 if not turn:

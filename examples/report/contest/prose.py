@@ -11,7 +11,7 @@ from ..page import table, version
 from .condition import Condition
 from .contestants import NEEDS, contestant, entrant
 from .front import LEVELS, OWN, Lead, is_ahead_at_worst, label
-from .measure import BASE, BUDGET, FELL, LOST, ROUNDS, SLOW, Plan, Point
+from .measure import BASE, BUDGET, FELL, LEAST_ROUNDS, LOST, ROUNDS, SLOW, Plan, Point
 from .problems import COUNT, Ensemble, Problem
 from .reference import Reference
 
@@ -31,9 +31,9 @@ RULES = """## Rules
   final position deeper than {fell:g} of the motion's size in a stop, or a final state off by more than {lost:g} of it, a mark of
   three legs. Where the impacts accumulate, and their number is infinite, the first ones are asked for, and the state at the end.
 - *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of
-  up to {rounds} rounds within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken). Every run starts
-  from the problem's first state and gives the final state and every impact time. Times are ratios to {package} {method} at
-  rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table
+  {least} rounds, and up to {rounds} within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken). Every
+  run starts from the problem's first state and gives the final state and every impact time. Times are ratios to {package}
+  {method} at rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table
   of their own. {scatter}
 - *Many starts*: the error is the largest over {sample} of the trajectories, which have a reference; a wrong number of impacts
   in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all. Times of impact are not asked
@@ -274,6 +274,7 @@ def parts(
         few=few,
         fell=FELL,
         lost=LOST,
+        least=LEAST_ROUNDS,
         rounds=ROUNDS,
         budget=BUDGET,
         slow=SLOW,
