@@ -33,8 +33,8 @@ RULES = """## Rules
 - *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of
   {least} rounds, and up to {rounds} within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken). Every
   run starts from the problem's first state and gives the final state and every impact time. Times are ratios to {package}
-  {method} at rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart, in a table
-  of their own. {scatter}
+  {method} at rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart,
+  in a table of their own. {scatter}
 - *Many starts*: the error is the largest over {sample} of the trajectories, which have a reference; a wrong number of impacts
   in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all. Times of impact are not asked
   for.
