@@ -3,8 +3,7 @@
 //!
 //! The motion on the step is the quartic `q(x)`, `0 <= x <= 1`, which is the true one to the tolerance of the step. With
 //! `|q'| <= V` and `|q''| <= A` there, the sums of its coefficients, and with a curvature K, `|hess h| <= K`, the gradient is
-//! at most
-//! `G = |grad h(q(0))| + K V` on the step, and the gap `g(x) = h(q(x))` has
+//! at most `G = |grad h(q(0))| + K V` on the step, and the gap `g(x) = h(q(x))` has
 //!
 //! `|g''| = |grad h.q'' + q'.(hess h) q'| <= G A + K V^2 =: B`.
 //!

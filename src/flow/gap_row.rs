@@ -75,9 +75,9 @@ pub(crate) struct GapRow {
 
 impl GapRow {
     /// A gap from one `(row, weight, reach)` for each pair: the weight in the bound on the fourth derivative, that in the
-    /// bound on the gap over all times to come. A gap and the size of its terms where every pair is zero, and `rest` the same where
-    /// every norm is zero; `forced` the bounds on the forcing's own part of the fourth derivative, constant and
-    /// growing with time.
+    /// bound on the gap over all times to come. `clearance` and `size` are the gap and the size of its terms where every pair is
+    /// zero, `rest` the same where every norm is zero; `forced` are the bounds on the forcing's own part of the fourth
+    /// derivative, constant and growing with time.
     pub fn new(
         cells: impl Iterator<Item = (Pair, f64, f64)>,
         (clearance, size): (f64, f64),

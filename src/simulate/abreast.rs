@@ -28,7 +28,7 @@ struct Flight {
     /// Where it is to end.
     goal: Clock,
     is_new: bool,
-    /// The step that it takes.
+    /// The step that it takes, once the series has been looked along; none then where it would be too short for the time.
     leg: Option<Leg>,
 }
 
