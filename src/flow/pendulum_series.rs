@@ -201,7 +201,7 @@ mod tests {
                         angle: 0.9 + frequency * s,
                     };
                     let mut a = vec![0.0; n];
-                    with_motion!(&motion, m => m.acceleration(at, q, v, &mut a)).expect("regular");
+                    motion.acceleration(at, q, v, &mut a).expect("regular");
                     let of_series = |i: usize| {
                         let terms = series.lanes[i / 2].v[..=order].iter().enumerate();
                         at_time(terms.skip(1).map(|(k, v)| k as f64 * v[i % 2][0]), s)

@@ -2,9 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::small;
-use crate::model::linear_motion::{Diagonals, Full, LinearMotion};
-use crate::model::{DoublePendulum, Forcing, Links, NonlinearSystem, PendulumChain, Scene, System};
-use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
+use crate::model::{
+    DoublePendulum, Driven, Forcing, Input, Links, NonlinearSystem, PendulumChain, System,
+};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,59 +22,9 @@ pub(crate) trait Dynamics {
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
 }
 
-/// Motion of the base `A cos(angle)`: what enters the equations is `A w^2 cos(angle)`, its acceleration towards the
-/// pendulum; zero at rest.
-#[derive(Debug, Clone, Copy, Default)]
-struct Base {
-    acceleration: f64,
-}
-
-impl Base {
-    fn new(forcing: &Forcing) -> Self {
-        match forcing {
-            Forcing::BaseMotion(base) => Self {
-                acceleration: base.amplitude() * base.frequency().powi(2),
-            },
-            Forcing::Harmonic(_) | Forcing::Unforced => Self::default(),
-        }
-    }
-
-    #[inline]
-    fn at(self, moment: Moment) -> f64 {
-        if self.acceleration == 0.0 {
-            0.0
-        } else {
-            self.acceleration * moment.angle.cos()
-        }
-    }
-}
-
-/// A generalised force `Re(f e^{i angle})`, if there is one.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Force(pub(super) Option<DVector<Complex<f64>>>);
-
-impl Force {
-    fn new(forcing: &Forcing) -> Self {
-        match forcing {
-            Forcing::Harmonic(force) => Self(Some(force.amplitude().clone())),
-            Forcing::BaseMotion(_) | Forcing::Unforced => Self(None),
-        }
-    }
-
-    /// Adds the force to `f`.
-    #[inline]
-    pub(super) fn add(&self, moment: Moment, f: &mut [f64]) {
-        let Some(amplitude) = &self.0 else { return };
-        let (sin, cos) = moment.angle.sin_cos();
-        for (f, a) in f.iter_mut().zip(amplitude.as_slice()) {
-            *f += a.re * cos - a.im * sin;
-        }
-    }
-}
-
 /// Eq. (3), the large motions of the double pendulum, in its symmetric form `M(q) q'' = f`.
 #[derive(Debug, Clone)]
-pub(crate) struct DoublePendulumMotion {
+pub(crate) struct DoublePendulumMotion<I> {
     /// `xi/mu`
     alpha: f64,
     /// `alpha/mu`, the second entry of the mass matrix's diagonal.
@@ -82,13 +33,12 @@ pub(crate) struct DoublePendulumMotion {
     gravity: f64,
     /// By rows, `None` without damping.
     damping: Option<[f64; 4]>,
-    base: Base,
-    force: Force,
+    input: I,
 }
 
-impl DoublePendulumMotion {
-    /// The motion of a double pendulum under a forcing.
-    pub fn new(system: &DoublePendulum, forcing: &Forcing) -> Self {
+impl<I: Input> DoublePendulumMotion<I> {
+    /// The motion of a double pendulum on which something acts.
+    pub fn new(system: &DoublePendulum, input: I) -> Self {
         let (m, mu) = (system.mass_ratio(), system.length_ratio());
         let alpha = m / (1.0 + m) / mu;
         let c = system.damping();
@@ -98,13 +48,12 @@ impl DoublePendulumMotion {
             second: alpha / mu,
             gravity: 1.0 / (1.0 + m),
             damping: (damping != [0.0; 4]).then_some(damping),
-            base: Base::new(forcing),
-            force: Force::new(forcing),
+            input,
         }
     }
 }
 
-impl Dynamics for DoublePendulumMotion {
+impl<I: Input> Dynamics for DoublePendulumMotion<I> {
     fn n_dof(&self) -> usize {
         2
     }
@@ -119,16 +68,16 @@ impl Dynamics for DoublePendulumMotion {
         let ((s0, c0), (s1, c1)) = (q[0].sin_cos(), q[1].sin_cos());
         // sine and cosine of the difference of the angles
         let (sin, cos) = (s0 * c1 - c0 * s1, c0 * c1 + s0 * s1);
-        let base = self.base.at(at);
         let mut f = [
-            base * c0 - self.gravity * s0 - self.alpha * sin * v[1] * v[1],
-            self.alpha * (base * c1 - self.gravity * s1 + sin * v[0] * v[0]),
+            -self.gravity * s0 - self.alpha * sin * v[1] * v[1],
+            self.alpha * (sin * v[0] * v[0] - self.gravity * s1),
         ];
         if let Some(c) = &self.damping {
             f[0] = f[0] - c[0] * v[0] - c[1] * v[1];
             f[1] = f[1] - c[2] * v[0] - c[3] * v[1];
         }
-        self.force.add(at, &mut f);
+        let levers = [c0, self.alpha * c1];
+        self.input.add(at, |i| levers[i], &mut f);
         let coupling = self.alpha * cos;
         let det = self.second - coupling * coupling;
         a[0] = (self.second * f[0] - coupling * f[1]) / det;
@@ -146,8 +95,7 @@ pub(crate) struct ChainMotion {
     hanging: Vec<f64>,
     damping: Vec<f64>,
     gravity: f64,
-    base: Base,
-    force: Force,
+    input: Option<Driven>,
 }
 
 impl ChainMotion {
@@ -160,8 +108,7 @@ impl ChainMotion {
             hanging: links.hanging.as_slice().to_vec(),
             damping: by_rows(&links.damping),
             gravity: links.gravity,
-            base: Base::new(forcing),
-            force: Force::new(forcing),
+            input: Driven::new(forcing),
         }
     }
 }
@@ -174,11 +121,10 @@ impl Dynamics for ChainMotion {
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         let n = self.hanging.len();
         let turns: Vec<(f64, f64)> = q.iter().map(|q| q.sin_cos()).collect();
-        let base = self.base.at(at);
         let mut mass = vec![0.0; n * n];
         for i in 0..n {
             let (si, ci) = turns[i];
-            let mut f = self.hanging[i] * (base * ci - self.gravity * si);
+            let mut f = -self.hanging[i] * self.gravity * si;
             for j in 0..n {
                 let (sj, cj) = turns[j];
                 let inertia = self.inertia[i * n + j];
@@ -187,7 +133,7 @@ impl Dynamics for ChainMotion {
             }
             a[i] = f;
         }
-        self.force.add(at, a);
+        self.input.add(at, |i| self.hanging[i] * turns[i].1, a);
         if small::solve_positive(&mut mass, a) {
             Ok(())
         } else {
@@ -209,14 +155,15 @@ pub(crate) fn singular_mass() -> Error {
 #[derive(Debug, Clone)]
 pub(crate) struct NonlinearMotion {
     system: NonlinearSystem,
-    force: Force,
+    force: Option<Driven>,
 }
 
 impl NonlinearMotion {
-    fn new(system: &NonlinearSystem, forcing: &Forcing) -> Self {
+    /// The motion of a system under a force.
+    pub fn new(system: &NonlinearSystem, forcing: &Forcing) -> Self {
         Self {
             system: system.clone(),
-            force: Force::new(forcing),
+            force: Driven::new(forcing),
         }
     }
 }
@@ -228,11 +175,12 @@ impl Dynamics for NonlinearMotion {
 
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         self.system.acceleration(at.time, q, v, a)?;
-        if self.force.0.is_none() {
+        let Some(force) = &self.force else {
             return Ok(());
-        }
+        };
         let mut f = vec![0.0; a.len()];
-        self.force.add(at, &mut f);
+        // There is no base to move: scenes of such systems are refused one.
+        force.add(at, |_| 0.0, &mut f);
         // The matrix is symmetric: its rows are its columns.
         if !small::solve_positive(self.system.mass(q)?.as_mut_slice(), &mut f) {
             return Err(singular_mass());
@@ -243,48 +191,6 @@ impl Dynamics for NonlinearMotion {
         Ok(())
     }
 }
-
-/// The motion of a scene's system.
-#[derive(Debug, Clone)]
-pub(crate) enum SceneMotion {
-    Linear(LinearMotion<Full>),
-    Diagonal(LinearMotion<Diagonals>),
-    DoublePendulum(DoublePendulumMotion),
-    Chain(ChainMotion),
-    Nonlinear(NonlinearMotion),
-}
-
-impl SceneMotion {
-    /// The motion of a scene.
-    pub fn new(scene: &Scene) -> Self {
-        let forcing = scene.forcing();
-        match scene.system() {
-            System::Linear(system) => match Diagonals::of(system) {
-                Some(diagonals) => Self::Diagonal(LinearMotion::new(diagonals, system, forcing)),
-                None => Self::Linear(LinearMotion::new(Full::new(system), system, forcing)),
-            },
-            System::DoublePendulum(system) => {
-                Self::DoublePendulum(DoublePendulumMotion::new(system, forcing))
-            }
-            System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, forcing)),
-            System::Nonlinear(system) => Self::Nonlinear(NonlinearMotion::new(system, forcing)),
-        }
-    }
-}
-
-/// Runs a block of code with the motion of a scene, whatever its type.
-macro_rules! with_motion {
-    ($scene_motion:expr, $motion:ident => $body:expr) => {
-        match $scene_motion {
-            $crate::model::SceneMotion::Linear($motion) => $body,
-            $crate::model::SceneMotion::Diagonal($motion) => $body,
-            $crate::model::SceneMotion::DoublePendulum($motion) => $body,
-            $crate::model::SceneMotion::Chain($motion) => $body,
-            $crate::model::SceneMotion::Nonlinear($motion) => $body,
-        }
-    };
-}
-pub(crate) use with_motion;
 
 /// The mass matrix of a system at a position.
 ///

@@ -2,22 +2,22 @@
 //! over the mass kept full, or as diagonals where all three are diagonal.
 
 use crate::error::Result;
-use crate::model::dynamics::{Dynamics, Force, Moment};
-use crate::model::{Coefficient, Forcing, LinearSystem};
+use crate::model::{Coefficient, Dynamics, Input, LinearSystem, Moment};
 use nalgebra::{DMatrix, DVector};
 
 /// `M^-1 K` and `M^-1 C`.
 pub(crate) trait OverMass {
+    /// Number of degrees of freedom.
+    fn n_dof(&self) -> usize;
     /// Subtracts `M^-1 (K q + C v)` from a.
     fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]);
 }
 
-/// A linear system in motion.
+/// A linear system in motion, with what acts on it over its mass.
 #[derive(Debug, Clone)]
-pub(crate) struct LinearMotion<O> {
+pub(crate) struct LinearMotion<O, I> {
     over_mass: O,
-    load: DVector<f64>,
-    force: Force,
+    input: I,
 }
 
 /// Full matrices.
@@ -75,72 +75,78 @@ impl Diagonals {
     }
 }
 
+/// `a -= m x` for a full matrix by columns.
+#[allow(
+    clippy::inline_always,
+    reason = "the loops are written out where the caller's state is an array"
+)]
+#[inline(always)]
+fn subtract_product(m: &DMatrix<f64>, x: &[f64], a: &mut [f64]) {
+    let n = a.len();
+    for j in 0..n {
+        let column = &m.as_slice()[j * n..(j + 1) * n];
+        for i in 0..n {
+            a[i] -= column[i] * x[j];
+        }
+    }
+}
+
+/// The same for a diagonal matrix.
+#[allow(
+    clippy::inline_always,
+    reason = "the loop is written out where the caller's state is an array"
+)]
+#[inline(always)]
+fn subtract_each(m: &DVector<f64>, x: &[f64], a: &mut [f64]) {
+    for (a, (m, x)) in a.iter_mut().zip(m.as_slice().iter().zip(x)) {
+        *a -= m * x;
+    }
+}
+
 impl OverMass for Full {
+    fn n_dof(&self) -> usize {
+        self.stiffness.nrows()
+    }
+
     #[allow(
         clippy::inline_always,
         reason = "the loops are written out where the caller's state is an array"
     )]
     #[inline(always)]
     fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]) {
-        let n = a.len();
-        let (stiffness, damping) = (self.stiffness.as_slice(), self.damping.as_slice());
-        if damping.is_empty() {
-            for j in 0..n {
-                let k = &stiffness[j * n..(j + 1) * n];
-                for i in 0..n {
-                    a[i] -= k[i] * q[j];
-                }
-            }
-            return;
-        }
-        for j in 0..n {
-            let column = j * n..(j + 1) * n;
-            let (k, c) = (&stiffness[column.clone()], &damping[column]);
-            for i in 0..n {
-                a[i] -= k[i] * q[j] + c[i] * v[j];
-            }
+        subtract_product(&self.stiffness, q, a);
+        if !self.damping.is_empty() {
+            subtract_product(&self.damping, v, a);
         }
     }
 }
 
 impl OverMass for Diagonals {
+    fn n_dof(&self) -> usize {
+        self.stiffness.len()
+    }
+
     #[allow(
         clippy::inline_always,
-        reason = "the loop is written out where the caller's state is an array"
+        reason = "the loops are written out where the caller's state is an array"
     )]
     #[inline(always)]
     fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]) {
-        let (stiffness, damping) = (self.stiffness.as_slice(), self.damping.as_slice());
-        if damping.is_empty() {
-            for (a, (k, q)) in a.iter_mut().zip(stiffness.iter().zip(q)) {
-                *a -= k * q;
-            }
-            return;
-        }
-        let rows = stiffness.iter().zip(damping);
-        for (a, ((k, c), (q, v))) in a.iter_mut().zip(rows.zip(q.iter().zip(v))) {
-            *a -= k * q + c * v;
-        }
+        subtract_each(&self.stiffness, q, a);
+        subtract_each(&self.damping, v, a);
     }
 }
 
-impl<O> LinearMotion<O> {
-    /// The motion of a system under its forcing.
-    pub fn new(over_mass: O, system: &LinearSystem, forcing: &Forcing) -> Self {
-        let force = forcing
-            .frequency()
-            .map(|_| system.solve_mass_complex(&forcing.force_on(system)));
-        Self {
-            over_mass,
-            load: system.solve_mass(system.load()),
-            force: Force(force),
-        }
+impl<O, I> LinearMotion<O, I> {
+    /// The motion of a system on which something acts.
+    pub fn new(over_mass: O, input: I) -> Self {
+        Self { over_mass, input }
     }
 }
 
-impl<O: OverMass> Dynamics for LinearMotion<O> {
+impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
     fn n_dof(&self) -> usize {
-        self.load.len()
+        self.over_mass.n_dof()
     }
 
     #[allow(
@@ -149,9 +155,10 @@ impl<O: OverMass> Dynamics for LinearMotion<O> {
     )]
     #[inline(always)]
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        a.copy_from_slice(self.load.as_slice());
+        a.fill(0.0);
         self.over_mass.resist(q, v, a);
-        self.force.add(at, a);
+        // A moving base acts by forces.
+        self.input.add(at, |_| 0.0, a);
         Ok(())
     }
 }
@@ -159,7 +166,7 @@ impl<O: OverMass> Dynamics for LinearMotion<O> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Harmonic;
+    use crate::model::{Driven, Forcing, Harmonic};
     use nalgebra::dvector;
 
     #[test]
@@ -181,13 +188,14 @@ mod tests {
             angle: 0.48,
         };
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
+        let input = Driven::over_mass(&diagonal, &forcing).expect("driven");
         let diagonals = Diagonals::of(&diagonal).expect("diagonal");
-        LinearMotion::new(diagonals, &diagonal, &forcing)
+        let diagonals = LinearMotion::new(diagonals, input.clone());
+        let full = LinearMotion::new(Full::new(&diagonal), input);
+        diagonals
             .acceleration(at, &q, &v, &mut one)
             .expect("linear");
-        LinearMotion::new(Full::new(&diagonal), &diagonal, &forcing)
-            .acceleration(at, &q, &v, &mut other)
-            .expect("linear");
+        full.acceleration(at, &q, &v, &mut other).expect("linear");
         assert_eq!(one, other);
         let full = DMatrix::from_element(3, 3, 1.0);
         let coupled = LinearSystem::new(dvector![1.0, 1.0, 1.0], full, dvector![1.0, 1.0, 1.0]);

@@ -7,6 +7,7 @@ mod difference;
 mod dynamics;
 mod energy;
 mod forcing;
+mod input;
 mod linear;
 mod linear_motion;
 mod linearise;
@@ -15,6 +16,7 @@ mod nonlinear_stop;
 mod paper;
 mod pendulum;
 mod scene;
+mod scene_motion;
 mod stop;
 mod system;
 
@@ -23,11 +25,10 @@ pub(crate) use contact::{
     Contact, GapValue, Surface, along_reactions, are_coupled, contacts, reaction_weights,
 };
 pub(crate) use contact_geometry::ContactGeometry;
-pub(crate) use dynamics::{
-    ChainMotion, DoublePendulumMotion, Dynamics, Moment, SceneMotion, singular_mass, with_motion,
-};
+pub(crate) use dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, Moment, singular_mass};
 pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
+pub(crate) use input::{Driven, Input, Undriven};
 pub use linear::{Coefficient, LinearSystem};
 pub use linearise::linearise;
 pub(crate) use nonlinear::no_mass;
@@ -37,5 +38,6 @@ pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
 pub use scene::Scene;
+pub(crate) use scene_motion::SceneMotion;
 pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 pub use system::System;

@@ -8,7 +8,6 @@ use crate::flow::runge_kutta::{Dense, Tolerance, later};
 use crate::impact::Impact;
 use crate::model::{
     Contact, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts, reaction_weights,
-    with_motion,
 };
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Breach, Rule, Touch, judge_impacts};
@@ -29,23 +28,16 @@ const TOLERANCE: Tolerance = Tolerance {
 /// Margin within which a gap counts as touching, relative to the motion's size: what the flights are known to.
 const MARGIN: f64 = 1e-10;
 
-/// Runs a block of code with the motion of a scene while stops are held, whatever its type.
+/// Runs a block of code with the motion of a scene while stops are held, if there are any.
 macro_rules! with_held {
     ($stepped:expr, $held:expr, $dynamics:ident => $body:expr) => {
-        with_motion!(&$stepped.motion, motion => {
-            if $held.is_empty() {
-                let $dynamics = motion;
-                $body
-            } else {
-                let $dynamics = &HeldMotion {
-                    dynamics: motion,
-                    system: &$stepped.system,
-                    contacts: Arc::clone(&$stepped.contacts),
-                    stops: $held.to_vec(),
-                };
-                $body
-            }
-        })
+        if $held.is_empty() {
+            let $dynamics = &$stepped.motion;
+            $body
+        } else {
+            let $dynamics = &$stepped.held_motion($held);
+            $body
+        }
     };
 }
 
@@ -74,6 +66,16 @@ impl SteppedMotion {
         Moment {
             time: t,
             angle: self.frequency * t + self.phase,
+        }
+    }
+
+    /// The motion while some stops are held.
+    fn held_motion(&self, stops: &[usize]) -> HeldMotion<'_, SceneMotion> {
+        HeldMotion {
+            dynamics: &self.motion,
+            system: &self.system,
+            contacts: Arc::clone(&self.contacts),
+            stops: stops.to_vec(),
         }
     }
 
@@ -115,15 +117,7 @@ impl SteppedMotion {
     fn forces(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(x.len() / 2);
         let mut a = vec![0.0; q.len()];
-        with_motion!(&self.motion, motion => {
-            let held = HeldMotion {
-                dynamics: motion,
-                system: &self.system,
-                contacts: Arc::clone(&self.contacts),
-                stops: held.to_vec(),
-            };
-            held.forces(at, q, v, &mut a)
-        })
+        self.held_motion(held).forces(at, q, v, &mut a)
     }
 
     /// The reaction of a stop at a position.

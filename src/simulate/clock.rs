@@ -67,7 +67,11 @@ impl Clock {
         .normalised()
     }
 
+    #[inline]
     fn normalised(mut self) -> Self {
+        if self.local >= 0.0 && self.local < self.period {
+            return self;
+        }
         let turns = (self.local / self.period).floor();
         if turns != 0.0 {
             self.local -= turns * self.period;

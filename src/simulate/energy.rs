@@ -2,7 +2,7 @@
 //! The powers are integrated along the motion that was kept, by Gauss's rule on each piece.
 
 use crate::error::Result;
-use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts, with_motion};
+use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts};
 use crate::simulate::Trajectory;
 use crate::simulate::held::HeldMotion;
 use crate::simulate::kept::SegmentKind;
@@ -61,15 +61,14 @@ impl Trajectory {
     /// A trajectory that does not keep its motion; a system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
         let points = self.points()?;
-        with_motion!(&SceneMotion::new(self.scene()), motion => {
-            Ledger::new(self, motion)?.fill(&points)
-        })
+        let motion = SceneMotion::new(self.scene());
+        Ledger::new(self, &motion)?.fill(&points)
     }
 }
 
-struct Ledger<'a, D> {
+struct Ledger<'a> {
     trajectory: &'a Trajectory,
-    dynamics: &'a D,
+    dynamics: &'a SceneMotion,
     energetics: Energetics,
     contacts: Arc<Vec<Contact>>,
     frequency: f64,
@@ -77,8 +76,8 @@ struct Ledger<'a, D> {
     longest: f64,
 }
 
-impl<'a, D: Dynamics> Ledger<'a, D> {
-    fn new(trajectory: &'a Trajectory, dynamics: &'a D) -> Result<Self> {
+impl<'a> Ledger<'a> {
+    fn new(trajectory: &'a Trajectory, dynamics: &'a SceneMotion) -> Result<Self> {
         let scene = trajectory.scene();
         Ok(Self {
             trajectory,

@@ -24,7 +24,7 @@ pub use kept::SegmentKind;
 pub(crate) use mover::Mover;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
-pub(crate) use run::{Done, Run, choose, with_series, with_steps};
+pub(crate) use run::{Done, Run, choose, with_series, with_state, with_steps};
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
 pub(crate) use stepping::{Pendulum, StepMover, Taylor};

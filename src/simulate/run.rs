@@ -148,26 +148,41 @@ pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
     }
 }
 
-/// Runs a block of code with what makes runs in steps of a scene: the state in an array of fixed length where there are few
-/// coordinates.
+/// Runs a block of code with the type of a state of so many coordinates: an array for those numbers that are named.
+macro_rules! with_state {
+    ($n_dof:expr, [$($n:literal),*], $state:ident => $body:expr) => {
+        match $n_dof {
+            $($n => {
+                type $state = [f64; 2 * $n];
+                $body
+            })*
+            _ => {
+                type $state = Vec<f64>;
+                $body
+            }
+        }
+    };
+}
+pub(crate) use with_state;
+
+/// Runs a block of code with what makes runs in steps of a scene, for every kind of motion and the states that it may have.
 macro_rules! with_steps {
     ($motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
-        $crate::model::with_motion!($motion, motion => {
-            match $crate::model::Dynamics::n_dof(motion) {
-                1 => {
-                    let $make = || $crate::simulate::Run::stepped::<[f64; 2], _>(motion, $scene, $options);
+        $crate::simulate::with_steps!(
+            @each $motion, $scene, $options, $make => $body,
+            Linear [2], DrivenLinear [2], Diagonal [1, 2], DrivenDiagonal [1, 2], DoublePendulum [2],
+            DrivenDoublePendulum [2], Chain [], Nonlinear [1, 2]
+        )
+    };
+    (@each $motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr, $($kind:ident $sizes:tt),*) => {
+        match $motion {
+            $($crate::model::SceneMotion::$kind(motion) => {
+                $crate::simulate::with_state!($crate::model::Dynamics::n_dof(motion), $sizes, State => {
+                    let $make = || $crate::simulate::Run::stepped::<State, _>(motion, $scene, $options);
                     $body
-                }
-                2 => {
-                    let $make = || $crate::simulate::Run::stepped::<[f64; 4], _>(motion, $scene, $options);
-                    $body
-                }
-                _ => {
-                    let $make = || $crate::simulate::Run::stepped::<Vec<f64>, _>(motion, $scene, $options);
-                    $body
-                }
-            }
-        })
+                })
+            })*
+        }
     };
 }
 pub(crate) use with_steps;

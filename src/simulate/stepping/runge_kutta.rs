@@ -9,6 +9,7 @@ use crate::flow::runge_kutta::{Dense, State};
 use crate::flow::step_size::{first_step, trial_step};
 use crate::model::Dynamics;
 use crate::simulate::Keep;
+use crate::simulate::clock::Clock;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
@@ -20,6 +21,18 @@ const MOST_HALVINGS: usize = 12;
 /// Steps of the Dormand-Prince pair.
 pub(crate) struct RungeKutta;
 
+/// What became of a step that was tried.
+enum Trial {
+    /// A step of length h, `next` what the next one may be; the last one where it reaches the end.
+    Accepted { h: f64, next: f64, is_last: bool },
+    /// Its error was too large: a shorter one is to be tried.
+    Rejected,
+    /// There is nothing left to go.
+    AtEnd,
+    /// It would be too short for the time.
+    TooShort,
+}
+
 impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
     fn reset(&mut self) {}
 
@@ -30,6 +43,9 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
         record: &mut Record,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
+        if mover.contacts.is_empty() && record.keeps_nothing() {
+            return mover.step_through(mover.dynamics, ends.0, watch);
+        }
         mover.fly_along(mover.dynamics, starts, ends, record, watch)
     }
 
@@ -136,6 +152,84 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let still = Dense::line(&self.x, &self.x, 1.0);
         self.keep_dense(&still, 0.0, last, record);
     }
+    /// Tries the next step towards an instant: its length is what the step before left, and its error is judged.
+    #[allow(
+        clippy::inline_always,
+        reason = "a part of the innermost loop of two callers"
+    )]
+    #[inline(always)]
+    fn try_step<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<Trial> {
+        let left = self.clock.until(end);
+        if left <= 0.0 {
+            return Ok(Trial::AtEnd);
+        }
+        let wanted = match self.h {
+            Some(h) => h,
+            None => self.first_step(dynamics, left)?,
+        };
+        // A step that would leave a crumb takes it along.
+        let is_last = wanted >= 0.999 * left;
+        let h = if is_last { left } else { wanted };
+        if self.clock.local + h == self.clock.local {
+            return Ok(Trial::TooShort);
+        }
+        self.step(dynamics, h)?;
+        let error = self.stepper.error(&self.x, h, self.tolerance);
+        let verdict = self.controller.judge(h, error);
+        if !verdict.is_accepted {
+            self.h = Some(verdict.next);
+            return Ok(Trial::Rejected);
+        }
+        // A step cut short by the end says nothing about the next one.
+        let next = if is_last {
+            verdict.next.max(wanted)
+        } else {
+            verdict.next
+        };
+        Ok(Trial::Accepted { h, next, is_last })
+    }
+
+    /// Takes note of a step of length h that was accepted.
+    #[inline]
+    fn accept(&mut self, h: f64, next: f64) {
+        self.h = Some(next);
+        self.controller.note_stiffness(self.stepper.stiffness(h));
+        self.n_steps += 1;
+    }
+
+    /// A segment along some equations of motion where there is no stop, and nothing to keep of it but its end.
+    fn step_through<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        span: f64,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival> {
+        let end = self.clock.after(span);
+        let work = self.work_of_step();
+        self.begin(dynamics)?;
+        loop {
+            watch.work(work)?;
+            match self.try_step(dynamics, end)? {
+                Trial::Accepted { h, next, is_last } => {
+                    self.accept(h, next);
+                    self.arrive(h);
+                    self.stepper.go_on();
+                    if is_last {
+                        return Ok(Arrival::End);
+                    }
+                }
+                Trial::Rejected => {}
+                Trial::AtEnd => return Ok(Arrival::End),
+                Trial::TooShort => return Ok(Arrival::Underflow),
+            }
+        }
+    }
+
+    /// Operations that a step is: its right-hand side may be full matrices.
+    fn work_of_step(&self) -> usize {
+        self.n().pow(2)
+    }
+
     /// A segment along some equations of motion: free, or with stops held.
     pub(super) fn fly_along<E: Dynamics>(
         &mut self,
@@ -152,34 +246,21 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             SegmentKind::Stick
         });
         let end = self.clock.after(span);
+        let work = self.work_of_step();
         let mut starts = Some(starts);
         let mut halvings = 0;
+        self.begin(dynamics)?;
         let arrival = loop {
-            self.begin(dynamics)?;
-            let left = self.clock.until(end);
-            if left <= 0.0 {
-                self.keep_no_step(Some(last), record);
-                break Arrival::End;
-            }
-            // The right-hand side of a step may be full matrices.
-            watch.work(self.n().pow(2))?;
-            let wanted = match self.h {
-                Some(h) => h,
-                None => self.first_step(dynamics, left)?,
+            watch.work(work)?;
+            let (h, next, is_last) = match self.try_step(dynamics, end)? {
+                Trial::Accepted { h, next, is_last } => (h, next, is_last),
+                Trial::Rejected => continue,
+                Trial::AtEnd => {
+                    self.keep_no_step(Some(last), record);
+                    break Arrival::End;
+                }
+                Trial::TooShort => break Arrival::Underflow,
             };
-            // A step that would leave a crumb takes it along.
-            let is_last = wanted >= 0.999 * left;
-            let h = if is_last { left } else { wanted };
-            if self.clock.local + h == self.clock.local {
-                break Arrival::Underflow;
-            }
-            self.step(dynamics, h)?;
-            let error = self.stepper.error(&self.x, h, self.tolerance);
-            let verdict = self.controller.judge(h, error);
-            if !verdict.is_accepted {
-                self.h = Some(verdict.next);
-                continue;
-            }
             self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
             let found = match self.contact_along(starts, h)? {
@@ -201,14 +282,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 Release::At { stop, x } => Some((stop, x)),
             };
             halvings = 0;
-            // A step cut short by the end says nothing about the next one.
-            self.h = Some(if is_last {
-                verdict.next.max(wanted)
-            } else {
-                verdict.next
-            });
-            self.controller.note_stiffness(self.stepper.stiffness(h));
-            self.n_steps += 1;
+            self.accept(h, next);
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
                 let s = self.let_go(dynamics, stop, x * h, h)?;
                 self.keep(s, None, record);

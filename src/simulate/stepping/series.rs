@@ -9,7 +9,7 @@ use crate::flow::runge_kutta::State;
 use crate::flow::taylor::MOST_ORDER;
 use crate::flow::{Motion, PendulumSeries, SeriesOf};
 use crate::model::{
-    ChainMotion, Constraint, DoublePendulumMotion, Dynamics, Links, Scene, System, contacts,
+    ChainMotion, Constraint, DoublePendulumMotion, Driven, Dynamics, Links, Scene, System, contacts,
 };
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind, write_series};
@@ -40,7 +40,7 @@ pub(crate) fn has_series(scene: &Scene) -> bool {
 /// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
 pub(crate) enum Pendulum {
     /// Two links.
-    Double(DoublePendulumMotion, Links),
+    Double(DoublePendulumMotion<Option<Driven>>, Links),
     /// N links.
     Chain(ChainMotion, Links),
 }
@@ -54,7 +54,7 @@ impl Pendulum {
         let forcing = scene.forcing();
         match scene.system() {
             System::DoublePendulum(s) if has_series(scene) => Ok(Self::Double(
-                DoublePendulumMotion::new(s, forcing),
+                DoublePendulumMotion::new(s, Driven::new(forcing)),
                 s.links(),
             )),
             System::PendulumChain(s) if has_series(scene) => {
@@ -109,12 +109,19 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
     ) -> Result<Arrival> {
         let end = mover.clock.after(span);
         let mut starts = Some(starts);
-        loop {
-            watch.work(mover.work())?;
-            if let Some(arrival) = mover.step_on(starts.take(), (end, last), record)? {
-                return Ok(arrival);
+        let work = mover.work();
+        mover.lend_series(|mover, series| {
+            if mover.contacts.is_empty() && record.keeps_nothing() {
+                return mover.go_through(series, end, watch);
             }
-        }
+            loop {
+                watch.work(work)?;
+                let arrival = mover.step_on(series, starts.take(), (end, last), record)?;
+                if let Some(arrival) = arrival {
+                    return Ok(arrival);
+                }
+            }
+        })
     }
 
     fn keep_nothing(
@@ -122,10 +129,22 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
         last: Option<f64>,
         record: &mut Record,
     ) -> Result<()> {
-        mover.expand()?;
-        mover.keep_series(0.0, last, record);
-        Ok(())
+        mover.lend_series(|mover, series| {
+            mover.expand(series)?;
+            mover.keep_series(series, 0.0, last, record);
+            Ok(())
+        })
     }
+}
+
+/// How far a step along a series goes.
+enum Reach {
+    /// There is nothing left to go.
+    AtEnd,
+    /// It would be too short for the time, or is no number.
+    TooShort,
+    /// A length; the last step where it reaches the end.
+    To { h: f64, is_last: bool },
 }
 
 /// A step along a series: how far, and what is at its end.
@@ -136,28 +155,80 @@ pub(crate) struct Leg {
 }
 
 impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
+    /// Lends the series of the mover, which takes notes of the search along it.
+    fn lend_series<R>(&mut self, borrow: impl FnOnce(&mut Self, &mut SeriesOf<1>) -> R) -> R {
+        let mut series = std::mem::replace(&mut self.free.series, SeriesOf::new(0, 0));
+        let done = borrow(self, &mut series);
+        self.free.series = series;
+        done
+    }
+
+    /// A flight to the instant `end` where there is no stop, and nothing to keep of it but its end.
+    fn go_through(
+        &mut self,
+        series: &mut SeriesOf<1>,
+        end: Clock,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival> {
+        let work = self.work();
+        self.is_begun = false;
+        loop {
+            watch.work(work)?;
+            self.expand(series)?;
+            match self.reach(series.motion(0), end) {
+                Reach::To { h, is_last } => {
+                    series.state(h, self.x.slice_mut());
+                    self.clock = self.clock.after(h);
+                    if is_last {
+                        return Ok(Arrival::End);
+                    }
+                }
+                Reach::AtEnd => return Ok(Arrival::End),
+                Reach::TooShort => return Ok(Arrival::Underflow),
+            }
+        }
+    }
+
     /// A step of a free flight that is to reach the instant `end` of the clock at the time `last`; where it arrives, if it
     /// does. `starts` are the orders of the gaps' roots where the flight begins with this step.
     fn step_on(
         &mut self,
+        series: &mut SeriesOf<1>,
         starts: Option<&[usize]>,
         (end, last): (Clock, f64),
         record: &mut Record,
     ) -> Result<Option<Arrival>> {
-        self.expand()?;
-        // The series is lent by the mover, which takes notes of the search along it.
-        let series = std::mem::replace(&mut self.free.series, SeriesOf::new(0, 0));
-        let leg = self.look_along(series.motion(0), starts, end, record);
-        self.free.series = series;
-        let Some(leg) = leg else {
+        self.expand(series)?;
+        let Some(leg) = self.look_along(series.motion(0), starts, end, record) else {
             return Ok(Some(Arrival::Underflow));
         };
         let is_last = matches!(leg.arrival, Some(Arrival::End));
-        self.keep_series(leg.span, is_last.then_some(last), record);
+        self.keep_series(series, leg.span, is_last.then_some(last), record);
         if leg.span > 0.0 {
-            self.free.series.state(leg.span, self.x.slice_mut());
+            series.state(leg.span, self.x.slice_mut());
         }
         self.end_leg(leg)
+    }
+
+    /// How far the next step along the series about the present state goes, towards the instant `end`.
+    #[inline]
+    fn reach<const K: usize>(&mut self, motion: Motion<'_, K>, end: Clock) -> Reach {
+        let left = self.clock.until(end);
+        if left <= 0.0 {
+            return Reach::AtEnd;
+        }
+        let before = &mut self.free.before;
+        let wanted = motion.longest_step(self.tolerance, *before);
+        let is_last = wanted >= left;
+        let h = if is_last { left } else { wanted };
+        if h.is_nan() || self.clock.local + h == self.clock.local {
+            return Reach::TooShort;
+        }
+        if wanted.is_finite() {
+            *before = Some(wanted);
+        }
+        self.n_steps += 1;
+        Reach::To { h, is_last }
     }
 
     /// The next step along the series about the present state, towards the instant `end`; none where it would be too short for
@@ -172,22 +243,14 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         if starts.is_some() {
             self.keep_segment(SegmentKind::Flight);
         }
-        let left = self.clock.until(end);
-        if left <= 0.0 {
-            let arrival = Some(Arrival::End);
-            return Some(Leg { span: 0.0, arrival });
-        }
-        let before = &mut self.free.before;
-        let wanted = motion.longest_step(self.tolerance, *before);
-        let is_last = wanted >= left;
-        let h = if is_last { left } else { wanted };
-        if h.is_nan() || self.clock.local + h == self.clock.local {
-            return None;
-        }
-        if wanted.is_finite() {
-            *before = Some(wanted);
-        }
-        self.n_steps += 1;
+        let (h, is_last) = match self.reach(motion, end) {
+            Reach::To { h, is_last } => (h, is_last),
+            Reach::AtEnd => {
+                let arrival = Some(Arrival::End);
+                return Some(Leg { span: 0.0, arrival });
+            }
+            Reach::TooShort => return None,
+        };
         let found = self.contact_on_series(motion, starts, h);
         if record.keep != Keep::Final {
             record.grazes.append(&mut self.grazes);
@@ -254,15 +317,9 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
     }
 
     /// Makes the series about the present state.
-    fn expand(&mut self) -> Result<()> {
-        self.stepper.n_rhs += 1;
-        let angle = self.moment().angle;
-        let (q, v) = self.x.slice().split_at(self.dynamics.n_dof());
-        let Taylor {
-            pendulum, series, ..
-        } = &mut self.free;
-        pendulum.begin(series, 0, (angle, q, v))?;
-        pendulum.expand(series);
+    fn expand(&mut self, series: &mut SeriesOf<1>) -> Result<()> {
+        self.begin_series(series, 0)?;
+        self.pendulum().expand(series);
         Ok(())
     }
 
@@ -322,11 +379,16 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
     }
 
     /// Keeps what is asked for of the series up to a time s; `last` is the time at which the run ends with it.
-    fn keep_series(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
+    fn keep_series(
+        &mut self,
+        series: &SeriesOf<1>,
+        span: f64,
+        last: Option<f64>,
+        record: &mut Record,
+    ) {
         if record.keeps_nothing() {
             return;
         }
-        let series = &self.free.series;
         if let Some(kept) = &mut self.kept {
             let clock = self.clock;
             kept.pieces.push(Piece { clock, span });
@@ -340,7 +402,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             );
         }
         self.sample(span, last, record, |local, x| {
-            self.free.series.state(local, x);
+            series.state(local, x);
         });
     }
 }

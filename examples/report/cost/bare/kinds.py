@@ -50,8 +50,7 @@ BARE = (
         {
             CONSTANT: steps.INPUTS,
             "damping": steps.DAMPING,
-            "stops, contacts and their search": steps.STOPS,
-            KEPT: steps.KEPT,
+            f"stops, contacts and their search; {KEPT}": steps.STOPS,
             WATCH: steps.WATCH,
         },
         ("rk45: no stop", "rk45: pendulum", "taylor: no wall"),

@@ -18,12 +18,22 @@ REST = (
 )
 KEPT = (
     *flights.KEPT,
-    *steps.KEPT,
+    Change(steps.RUNGE_KUTTA, "            self.keep(h, is_last.then_some(last), record);", ""),
+    Change(steps.SERIES, "        self.keep_series(series, leg.span, is_last.then_some(last), record);", ""),
     Change(
         steps.RUNGE_KUTTA,
         "let s = self.land(dynamics, (stop, order), x * h, h)?;\n                self.keep(s, None, record);",
         "let s = self.land(dynamics, (stop, order), x * h, h)?;",
     ),
 )
-WATCH = (*flights.WATCH, *steps.WATCH)
+WATCH = (
+    *flights.WATCH,
+    *steps.WATCH,
+    Change(
+        steps.RUNGE_KUTTA,
+        "            watch.work(work)?;\n            let (h, next, is_last) =",
+        "            let (h, next, is_last) =",
+    ),
+    Change(steps.SERIES, "                watch.work(work)?;\n                let arrival =", "                let arrival ="),
+)
 APART = (*flights.APART, *steps.APART)

@@ -10,31 +10,27 @@ STEPPING, RUNGE_KUTTA, SERIES = (
     "src/simulate/stepping/series.rs",
 )
 DYNAMICS, LINEAR, STEPPER = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/flow/runge_kutta.rs"
+RUN = "src/simulate/run.rs"
 TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
 RELEASE = "src/simulate/stepping/release.rs"
 
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
     Change(STEPPER, "        angle: at.angle + frequency * s,", "        angle: 0.0,"),
-    Change(DYNAMICS, "        let Some(amplitude) = &self.0 else { return };", "", "    }\n}\n"),
     Change(
-        DYNAMICS,
-        "            Forcing::Harmonic(force) => Self(Some(force",
-        f"            Forcing::Harmonic(_) => {NEVER},\n",
-        "            Forcing::BaseMotion(_) | Forcing::Unforced",
+        RUN,
+        "            Linear [2], DrivenLinear [2],",
+        "            Linear [2], Diagonal [1, 2], DoublePendulum [2], Chain [], Nonlinear [1, 2]\n",
+        "        )\n    };\n    (@each",
     ),
     Change(
-        DYNAMICS,
-        "            Forcing::BaseMotion(base) => Self {",
-        f"            Forcing::BaseMotion(_) => {NEVER},\n",
-        "            Forcing::Harmonic(_) | Forcing::Unforced",
+        RUN,
+        "            $($crate::model::SceneMotion::$kind(motion) => {",
+        f"            $crate::model::SceneMotion::DrivenLinear(_) => {NEVER},\n"
+        f"            $crate::model::SceneMotion::DrivenDiagonal(_) => {NEVER},\n"
+        f"            $crate::model::SceneMotion::DrivenDoublePendulum(_) => {NEVER},\n"
+        "            $($crate::model::SceneMotion::$kind(motion) => {",
     ),
-    Change(DYNAMICS, "            base * c0 - self.gravity * s0", "            -(self.gravity * s0)"),
-    Change(DYNAMICS, "self.alpha * (base * c1 - self.gravity * s1", "self.alpha * (-(self.gravity * s1)"),
-    Change(
-        LINEAR, "            .map(|_| system.solve_mass_complex(&forcing.force_on(system)));", f"            .map(|_| {NEVER});"
-    ),
-    Change(LINEAR, "        a.copy_from_slice(self.load.as_slice());", "        a.fill(0.0);"),
     Change(
         SERIES_OF,
         "            Excitation::Base(base) => self.expand_shaken(coefficients, base),",
@@ -45,7 +41,7 @@ INPUTS = (
 
 # No damper, no damping matrix.
 DAMPING = (
-    Change(DYNAMICS, "        if let Some(c) = &self.damping {", "", "        self.force.add(at, &mut f);"),
+    Change(DYNAMICS, "        if let Some(c) = &self.damping {", "", "        let levers ="),
     Change(
         DYNAMICS,
         "            damping: (damping != [0.0; 4]).then_some(damping),",
@@ -56,49 +52,27 @@ DAMPING = (
         "DMatrix::zeros(0, 0)\n            } else {\n                damping",
         f"DMatrix::zeros(0, 0)\n            }} else {{\n                {NEVER}",
     ),
-    Change(LINEAR, "        if damping.is_empty() {\n            for j in 0..n {", "        {\n            for j in 0..n {"),
-    Change(
-        LINEAR,
-        "            return;\n        }\n        for j in 0..n {",
-        "        }\n",
-        "    }\n}\n\nimpl OverMass for Diagonals",
-    ),
+    Change(LINEAR, "        if !self.damping.is_empty() {", "", "    }\n}\n\nimpl OverMass for Diagonals"),
     Change(SERIES_OF, "self.coefficients.damping.0.is_empty()", "true"),
     Change(TAYLOR, "            if IS_DAMPED {", "", "            let force = excitation.force"),
     Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
 )
 
-# No stop: no gap is looked at, no contact or release searched for along a step.
+# No stop, and nothing kept but the state: flights are gone through.
 STOPS = (
     Change(
         STEPPING,
         "        let contacts = Arc::new(contacts(scene));",
         "        assert!(scene.stops().is_empty());\n        let contacts = Arc::new(contacts(scene));",
     ),
-    Change(RUNGE_KUTTA, "            self.look_ahead(h)?;\n            let undecided", "", "            halvings = 0;"),
-    Change(RUNGE_KUTTA, "            if let Some((stop, x)) = released.filter(", "", "            self.keep(h, is_last"),
-    Change(RUNGE_KUTTA, "            std::mem::swap(&mut self.gaps, &mut self.ahead);", ""),
-    Change(
-        SERIES,
-        "        let found = self.contact_on_series(motion, starts, h);",
-        "        let (span, arrival) = (h, is_last.then_some(Arrival::End));\n",
-        "        Some(Leg { span, arrival })",
-    ),
-    Change(
-        SERIES, "        if matches!(\n            leg.arrival,\n            Some(Arrival::Contact", "", "        Ok(leg.arrival)"
-    ),
-)
-
-# Nothing is kept but the state.
-KEPT = (
-    Change(RUNGE_KUTTA, "            self.keep(h, is_last.then_some(last), record);", ""),
-    Change(SERIES, "        self.keep_series(leg.span, is_last.then_some(last), record);", ""),
+    Change(RUNGE_KUTTA, "        self.grazes.clear();\n        self.keep_segment(", f"        {NEVER}\n", "    }\n}\n"),
+    Change(SERIES, "            loop {\n                watch.work(work)?;\n                let arrival = mover.step_on(", f"            {NEVER}\n", "        })\n    }\n"),
 )
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(RUNGE_KUTTA, "            watch.work(self.n().pow(2))?;", ""),
-    Change(SERIES, "            watch.work(mover.work())?;", ""),
+    Change(RUNGE_KUTTA, "            watch.work(work)?;\n            match self.try_step(", "            match self.try_step("),
+    Change(SERIES, "            watch.work(work)?;\n            self.expand(", "            self.expand("),
 )
 
 APART = ()

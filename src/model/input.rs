@@ -1,0 +1,91 @@
+//! What acts on a system from outside: a constant load, a harmonic force, a motion of the base. A motion on which nothing acts
+//! compiles to code without any of it.
+
+use crate::model::{Forcing, LinearSystem, Moment};
+use nalgebra::{Complex, DVector};
+
+/// What acts on the coordinates from outside.
+pub(crate) trait Input {
+    /// Adds it to `f`; an acceleration of the base adds `lever(i)` times itself to coordinate i.
+    fn add(&self, at: Moment, lever: impl Fn(usize) -> f64, f: &mut [f64]);
+}
+
+/// Nothing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Undriven;
+
+/// Any of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Driven {
+    /// Empty where there is none.
+    load: DVector<f64>,
+    /// `A w^2` of a base displaced by `A cos(angle)`: its acceleration towards the system is `A w^2 cos(angle)`.
+    base: f64,
+    /// f of `Re(f e^{i angle})`, empty where there is none.
+    force: DVector<Complex<f64>>,
+}
+
+impl Driven {
+    /// What acts on a pendulum, or on a system given by functions; `None` where nothing does.
+    pub fn new(forcing: &Forcing) -> Option<Self> {
+        let (load, none) = (DVector::zeros(0), DVector::zeros(0));
+        let (base, force) = match forcing {
+            Forcing::Unforced => return None,
+            Forcing::Harmonic(force) => (0.0, force.amplitude().clone()),
+            Forcing::BaseMotion(base) => (base.amplitude() * base.frequency().powi(2), none),
+        };
+        Some(Self { load, base, force })
+    }
+
+    /// What acts on a linear system, over its mass: the base moves it by forces. `None` where nothing does.
+    pub fn over_mass(system: &LinearSystem, forcing: &Forcing) -> Option<Self> {
+        let is_loaded = system.load().amax() > 0.0;
+        let force = forcing
+            .frequency()
+            .map(|_| system.solve_mass_complex(&forcing.force_on(system)));
+        (is_loaded || force.is_some()).then(|| Self {
+            load: if is_loaded {
+                system.solve_mass(system.load())
+            } else {
+                DVector::zeros(0)
+            },
+            base: 0.0,
+            force: force.unwrap_or_else(|| DVector::zeros(0)),
+        })
+    }
+}
+
+impl Input for Undriven {
+    #[inline]
+    fn add(&self, _at: Moment, _lever: impl Fn(usize) -> f64, _f: &mut [f64]) {}
+}
+
+impl<I: Input> Input for Option<I> {
+    #[inline]
+    fn add(&self, at: Moment, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
+        if let Some(input) = self {
+            input.add(at, lever, f);
+        }
+    }
+}
+
+impl Input for Driven {
+    #[inline]
+    fn add(&self, at: Moment, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
+        for (f, load) in f.iter_mut().zip(self.load.as_slice()) {
+            *f += load;
+        }
+        if self.base != 0.0 {
+            let base = self.base * at.angle.cos();
+            for (i, f) in f.iter_mut().enumerate() {
+                *f += base * lever(i);
+            }
+        }
+        if !self.force.is_empty() {
+            let (sin, cos) = at.angle.sin_cos();
+            for (f, a) in f.iter_mut().zip(self.force.as_slice()) {
+                *f += a.re * cos - a.im * sin;
+            }
+        }
+    }
+}
