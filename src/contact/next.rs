@@ -140,7 +140,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.state.extend_from_slice(start);
         self.leave_out(Some(starts));
         let mut time = 0.0;
-        let mut steps = 0usize;
+        let (mut steps, mut work) = (0usize, 0);
         while !self.active.is_empty() {
             let first_level = self.level;
             let reached = loop {
@@ -165,15 +165,15 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 return Next::Contact { stop, time: at };
             }
             time += self.ladder.step(self.level);
-            let work = self.ladder.advance(self.flow, self.level, &mut self.state);
-            if watch.work(work).is_err() {
-                return Next::Interrupted;
-            }
+            work += self.ladder.advance(self.flow, self.level, &mut self.state);
             if self.level == first_level {
                 self.level = self.ladder.above(self.level);
             }
             steps += 1;
             if steps.is_multiple_of(STEPS_PER_LOOK) {
+                if watch.work(std::mem::take(&mut work)).is_err() {
+                    return Next::Interrupted;
+                }
                 self.leave_out(None);
             }
             self.n_gap_evaluations += self.active.len();

@@ -1,6 +1,7 @@
 //! A linear flow that uncouples into blocks of two (theory 4). The state is the whole motion, forcing included, so that
 //! nothing is subtracted at a resonance; the forcing's `(cos, sin)` is one more pair at its end.
 
+use crate::flow::drive::Alone;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::softest_rate;
 use crate::flow::{Drive, LinearFlow};
@@ -14,7 +15,6 @@ struct Part {
     block: Block,
     propagation: Propagation,
     matrix: [Pair; 2],
-    load: Pair,
     /// Where the load holds it at rest; the origin where it never rests.
     equilibrium: Pair,
     /// Weight of the first unknown in the block's norm.
@@ -37,7 +37,7 @@ pub(crate) struct BlockFlow<D> {
 
 /// Propagator of a [`BlockFlow`].
 pub(crate) struct BlockPropagator<D: Drive> {
-    parts: Vec<([Pair; 2], D::Reply, Pair)>,
+    parts: Vec<([Pair; 2], D::Reply)>,
     turn: D::Phasor,
 }
 
@@ -51,8 +51,8 @@ impl<D: Drive> Default for BlockPropagator<D> {
 }
 
 impl<D: Drive> BlockFlow<D> {
-    /// A flow of blocks under a constant load and a drive.
-    pub fn new(blocks: &[Block], load: &[Pair], drive: D) -> Self {
+    /// A flow of blocks under a drive.
+    pub fn new(blocks: &[Block], drive: D) -> Self {
         let rates = blocks.iter().flat_map(|b| b.roots().map(Complex::norm));
         let rates = rates.chain([drive.frequency()]);
         let fastest_rate = rates.clone().fold(0.0, f64::max);
@@ -64,15 +64,14 @@ impl<D: Drive> BlockFlow<D> {
         let fastest_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
         // Steps so long that no bound more than doubles by growth.
         let longest_step = (1.0 / softest).min(0.7 / fastest_growth);
-        let part = |(j, (&block, &load)): (usize, (&Block, &Pair))| {
+        let part = |(j, &block): (usize, &Block)| {
             let norm = block.norm(softest);
-            let rest = block.equilibrium(load);
+            let rest = block.equilibrium(drive.load(j));
             let has_rest = rest.iter().all(|x| x.is_finite());
             Part {
                 block,
                 propagation: block.propagation(),
                 matrix: block.matrix(),
-                load,
                 equilibrium: if has_rest { rest } else { [0.0, 0.0] },
                 weight: norm.weight,
                 is_bounded: norm.growth == 0.0 && has_rest,
@@ -80,7 +79,7 @@ impl<D: Drive> BlockFlow<D> {
             }
         };
         Self {
-            parts: blocks.iter().zip(load).enumerate().map(part).collect(),
+            parts: blocks.iter().enumerate().map(part).collect(),
             longest_step,
             holds_for_ever: fastest_growth == 0.0,
             fastest_rate,
@@ -125,12 +124,13 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         propagator
             .parts
             .extend(self.parts.iter().enumerate().map(|(j, part)| {
-                let exponential = part.propagation.over(t);
-                (
-                    exponential,
-                    self.drive.reply(j, part.block, t),
-                    part.propagation.loaded(t, &exponential, part.load),
-                )
+                let alone = Alone {
+                    block: part.block,
+                    propagation: part.propagation,
+                    t,
+                    exponential: part.propagation.over(t),
+                };
+                (alone.exponential, self.drive.reply(j, &alone))
             }));
     }
 
@@ -138,8 +138,8 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]) {
         let (blocks, forcing) = state.split_at_mut(self.parts.len());
         let u = D::read(forcing);
-        for (z, (matrix, reply, loaded)) in blocks.iter_mut().zip(&propagator.parts) {
-            *z = plus(plus(times(matrix, *z), D::added(*reply, u)), *loaded);
+        for (z, (matrix, reply)) in blocks.iter_mut().zip(&propagator.parts) {
+            *z = plus(times(matrix, *z), D::added(*reply, u));
         }
         for (place, u) in forcing
             .iter_mut()
@@ -162,7 +162,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
                 .map(|(j, (&z, part))| {
                     let a = &part.matrix;
                     let [f0, f1, f2] = self.drive.inputs(j, u);
-                    let d1 = plus(plus(times(a, z), f0), part.load);
+                    let d1 = plus(times(a, z), f0);
                     let d2 = plus(times(a, d1), f1);
                     let d3 = plus(times(a, d2), f2);
                     let norm = (d3[1] * d3[1] + part.weight * d3[0] * d3[0]).sqrt();
@@ -259,7 +259,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 mod tests {
     use super::*;
     use crate::flow::linear::contract;
-    use crate::flow::{HarmonicDrive, Undriven};
+    use crate::flow::{HarmonicDrive, Loaded, Undriven};
 
     #[test]
     fn block_flows_keep_the_contract() {
@@ -271,13 +271,19 @@ mod tests {
             Block::Oscillator { w2: -0.5, eta: 0.1 },
         ];
         let force = [0.7, -0.3, 0.1, 0.9, 0.2].map(|f| [0.0.into(), Complex::new(f, 0.4 * f)]);
-        let load = [[0.0, 0.2]; 5];
+        let load = vec![[0.0, 0.2]; 5];
         let drive = HarmonicDrive {
             frequency: 1.5,
             force: force.to_vec(),
         };
-        contract::check(&BlockFlow::new(&blocks, &load, Undriven), 5, 0.0);
-        contract::check(&BlockFlow::new(&blocks, &load, drive), 5, 1.5);
+        contract::check(&BlockFlow::new(&blocks, Undriven), 5, 0.0);
+        contract::check(&BlockFlow::new(&blocks, drive.clone()), 5, 1.5);
+        let loaded = Loaded {
+            load: load.clone(),
+            drive: Undriven,
+        };
+        contract::check(&BlockFlow::new(&blocks, loaded), 5, 0.0);
+        contract::check(&BlockFlow::new(&blocks, Loaded { load, drive }), 5, 1.5);
         let pairs = [
             Block::Spiral {
                 sigma: -0.1,
@@ -291,6 +297,7 @@ mod tests {
             frequency: 0.8,
             force: vec![[Complex::new(0.3, 0.1), Complex::new(-0.2, 0.4)]; 2],
         };
-        contract::check(&BlockFlow::new(&pairs, &[[0.1, 0.2]; 2], drive), 2, 0.8);
+        let load = vec![[0.1, 0.2]; 2];
+        contract::check(&BlockFlow::new(&pairs, Loaded { load, drive }), 2, 0.8);
     }
 }

@@ -1,10 +1,21 @@
-//! What drives a linear flow: a harmonic force, or nothing. A flow without forcing compiles to code without one.
+//! What drives a linear flow: a harmonic force, a constant load, both, or nothing. A flow without forcing or without load
+//! compiles to code without them.
 
 use crate::flow::gap_row::Derivatives;
-use crate::modal::{Block, Pair, Response};
+use crate::linalg::plane::plus;
+use crate::modal::{Block, Pair, Propagation, Response};
 use nalgebra::Complex;
 
-/// The forcing of the blocks of a flow.
+/// How a block moves by itself over a fixed time.
+pub(crate) struct Alone {
+    pub block: Block,
+    pub propagation: Propagation,
+    pub t: f64,
+    /// `e^{A t}`
+    pub exponential: [Pair; 2],
+}
+
+/// What acts on the blocks of a flow.
 pub(crate) trait Drive {
     /// `e^{i (w t + phase)}`, or nothing.
     type Phasor: Copy + Default;
@@ -21,8 +32,8 @@ pub(crate) trait Drive {
     fn turned(u: Self::Phasor, turn: Self::Phasor) -> Self::Phasor;
     /// The phasor of a span of time: `e^{i w t}`.
     fn turn(&self, t: f64) -> Self::Phasor;
-    /// The reply of block j over a time t.
-    fn reply(&self, j: usize, block: Block, t: f64) -> Self::Reply;
+    /// The reply of block j over a time.
+    fn reply(&self, j: usize, alone: &Alone) -> Self::Reply;
     /// What the reply adds to the block's state.
     fn added(reply: Self::Reply, u: Self::Phasor) -> Pair;
     /// The input to block j and its first two derivatives.
@@ -31,6 +42,8 @@ pub(crate) trait Drive {
     fn turning(&self, u: Self::Phasor) -> Option<Derivatives>;
     /// The force on block j, zero where there is none.
     fn force(&self, j: usize) -> Response;
+    /// The constant load on block j, zero where there is none.
+    fn load(&self, j: usize) -> Pair;
     /// The forcing frequency, zero without forcing.
     fn frequency(&self) -> f64;
 }
@@ -55,7 +68,7 @@ impl Drive for Undriven {
     fn read(_stored: &[Pair]) {}
     fn turned((): (), (): ()) {}
     fn turn(&self, _t: f64) {}
-    fn reply(&self, _j: usize, _block: Block, _t: f64) {}
+    fn reply(&self, _j: usize, _alone: &Alone) {}
     #[inline]
     fn added((): (), (): ()) -> Pair {
         NOTHING
@@ -70,6 +83,9 @@ impl Drive for Undriven {
     }
     fn force(&self, _j: usize) -> Response {
         [Complex::new(0.0, 0.0); 2]
+    }
+    fn load(&self, _j: usize) -> Pair {
+        [0.0, 0.0]
     }
     fn frequency(&self) -> f64 {
         0.0
@@ -116,8 +132,8 @@ impl Drive for HarmonicDrive {
     fn turn(&self, t: f64) -> Complex<f64> {
         self.phasor(self.frequency * t)
     }
-    fn reply(&self, j: usize, block: Block, t: f64) -> Response {
-        block.forced(t, self.frequency, self.force[j])
+    fn reply(&self, j: usize, alone: &Alone) -> Response {
+        alone.block.forced(alone.t, self.frequency, self.force[j])
     }
     #[inline]
     fn added(reply: Response, u: Complex<f64>) -> Pair {
@@ -144,7 +160,69 @@ impl Drive for HarmonicDrive {
     fn force(&self, j: usize) -> Response {
         self.force[j]
     }
+    fn load(&self, _j: usize) -> Pair {
+        [0.0, 0.0]
+    }
     fn frequency(&self) -> f64 {
         self.frequency
+    }
+}
+
+/// A constant load on each block beside another drive.
+#[derive(Debug, Clone)]
+pub(crate) struct Loaded<D> {
+    pub load: Vec<Pair>,
+    pub drive: D,
+}
+
+impl<D: Drive> Drive for Loaded<D> {
+    type Phasor = D::Phasor;
+    type Reply = (Pair, D::Reply);
+
+    fn phasor(&self, angle: f64) -> D::Phasor {
+        self.drive.phasor(angle)
+    }
+    #[inline]
+    fn stored(u: D::Phasor) -> Option<Pair> {
+        D::stored(u)
+    }
+    #[inline]
+    fn read(stored: &[Pair]) -> D::Phasor {
+        D::read(stored)
+    }
+    #[inline]
+    fn turned(u: D::Phasor, turn: D::Phasor) -> D::Phasor {
+        D::turned(u, turn)
+    }
+    fn turn(&self, t: f64) -> D::Phasor {
+        self.drive.turn(t)
+    }
+    fn reply(&self, j: usize, alone: &Alone) -> (Pair, D::Reply) {
+        let loaded = alone
+            .propagation
+            .loaded(alone.t, &alone.exponential, self.load[j]);
+        (loaded, self.drive.reply(j, alone))
+    }
+    #[inline]
+    fn added((loaded, reply): (Pair, D::Reply), u: D::Phasor) -> Pair {
+        plus(D::added(reply, u), loaded)
+    }
+    #[inline]
+    fn inputs(&self, j: usize, u: D::Phasor) -> [Pair; 3] {
+        let [value, slope, bend] = self.drive.inputs(j, u);
+        [plus(value, self.load[j]), slope, bend]
+    }
+    #[inline]
+    fn turning(&self, u: D::Phasor) -> Option<Derivatives> {
+        self.drive.turning(u)
+    }
+    fn force(&self, j: usize) -> Response {
+        self.drive.force(j)
+    }
+    fn load(&self, j: usize) -> Pair {
+        self.load[j]
+    }
+    fn frequency(&self) -> f64 {
+        self.drive.frequency()
     }
 }

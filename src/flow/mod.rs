@@ -21,7 +21,7 @@ pub(crate) mod taylor;
 
 pub(crate) use block::BlockFlow;
 pub(crate) use dense::DenseFlow;
-pub(crate) use drive::{Drive, HarmonicDrive, Undriven};
+pub(crate) use drive::{Drive, HarmonicDrive, Loaded, Undriven};
 pub(crate) use gap_row::{Derivatives, GapRow, Quantity};
 pub(crate) use linear::{LinearFlow, carry};
 pub(crate) use pendulum_series::PendulumSeries;

@@ -1,8 +1,8 @@
 //! A linear scene in modal pairs: flow, forcing and stops as the periodic solve and the simulation use them.
 
 use crate::error::Result;
-use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, SplitFlow, Undriven};
-use crate::modal::{Form, ModalForm, Pair, Response};
+use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, Loaded, SplitFlow, Undriven};
+use crate::modal::{Block, Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, LinearSystem, Scene};
 use nalgebra::{Complex, DVector};
 use std::sync::Arc;
@@ -32,8 +32,9 @@ pub(crate) struct ModalScene {
 #[derive(Debug, Clone)]
 pub(crate) enum SceneFlow {
     Free(BlockFlow<Undriven>),
+    Loaded(BlockFlow<Loaded<Undriven>>),
     Split(SplitFlow),
-    Forced(BlockFlow<HarmonicDrive>),
+    Forced(BlockFlow<Loaded<HarmonicDrive>>),
     Dense(DenseFlow),
 }
 
@@ -119,21 +120,32 @@ pub(crate) fn modal_flow(
     frequency: f64,
 ) -> SceneFlow {
     match &form.form {
-        Form::Blocks(blocks) if frequency > 0.0 => {
-            match SplitFlow::new(blocks, &load, frequency, &force) {
-                Some(split) => SceneFlow::Split(split),
-                None => SceneFlow::Forced(BlockFlow::new(
-                    blocks,
-                    &load,
-                    HarmonicDrive { frequency, force },
-                )),
-            }
-        }
-        Form::Blocks(blocks) => SceneFlow::Free(BlockFlow::new(blocks, &load, Undriven)),
+        Form::Blocks(blocks) => block_flow(blocks, load, force, frequency),
         Form::Dense(matrix) => {
             SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, &force, frequency))
         }
     }
+}
+
+/// The same of blocks.
+fn block_flow(
+    blocks: &[Block],
+    load: Vec<Pair>,
+    force: Vec<Response>,
+    frequency: f64,
+) -> SceneFlow {
+    if frequency > 0.0 {
+        if let Some(split) = SplitFlow::new(blocks, &load, frequency, &force) {
+            return SceneFlow::Split(split);
+        }
+        let drive = HarmonicDrive { frequency, force };
+        return SceneFlow::Forced(BlockFlow::new(blocks, Loaded { load, drive }));
+    }
+    let drive = Undriven;
+    if load.iter().all(|load| *load == [0.0, 0.0]) {
+        return SceneFlow::Free(BlockFlow::new(blocks, drive));
+    }
+    SceneFlow::Loaded(BlockFlow::new(blocks, Loaded { load, drive }))
 }
 
 /// `sum r.z` of a row and a state.
@@ -150,6 +162,7 @@ macro_rules! with_flow {
     ($scene_flow:expr, $flow:ident => $body:expr) => {
         match $scene_flow {
             $crate::flow::SceneFlow::Free($flow) => $body,
+            $crate::flow::SceneFlow::Loaded($flow) => $body,
             $crate::flow::SceneFlow::Split($flow) => $body,
             $crate::flow::SceneFlow::Forced($flow) => $body,
             $crate::flow::SceneFlow::Dense($flow) => $body,
@@ -157,3 +170,28 @@ macro_rules! with_flow {
     };
 }
 pub(crate) use with_flow;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::carry;
+
+    /// `y'' + k y = 1 + cos(w t)` from rest: the equilibrium lies at 1/k, far beyond what the motion reaches.
+    #[test]
+    fn a_load_on_a_soft_spring_keeps_its_digits_beside_a_force() {
+        let (w, t) = (0.8, 20.0);
+        for k in [1e-2, 1e-4, 1e-8, 1e-12] {
+            let block = Block::Oscillator { w2: k, eta: 0.0 };
+            let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
+            let flow = block_flow(&[block], vec![[0.0, 1.0]], force.to_vec(), w);
+            let mut z = vec![[0.0, 0.0]];
+            with_flow!(&flow, flow => carry(flow, 0.0, t, &mut z));
+            // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines
+            let r = f64::sqrt(k);
+            let loaded = 2.0 * (0.5 * r * t).sin().powi(2) / k;
+            let forced = 2.0 * (0.5 * (r + w) * t).sin() * (0.5 * (r - w) * t).sin() / (k - w * w);
+            let error = (z[0][0] / (loaded + forced) - 1.0).abs();
+            assert!(error < 1e-14, "{k:e}: {error:e}");
+        }
+    }
+}

@@ -20,8 +20,6 @@ use std::ops::ControlFlow;
 const CLOSED: f64 = 10.0 * ROUNDING;
 /// Events at one instant after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
-/// What a flight is in the units of a watch, at the least.
-const WORK_OF_FLIGHT: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
 pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
@@ -80,8 +78,9 @@ impl EventLoop {
         let mut ask = || observer(now.get());
         let mut watch = Watch::new(&mut ask);
         watch.look()?;
+        let work = mover.work_of_flight();
         loop {
-            watch.work(WORK_OF_FLIGHT)?;
+            watch.work(work)?;
             let span = match self.depart(mover, goal, options) {
                 ControlFlow::Break(ending) => return Ok(ending),
                 ControlFlow::Continue(span) => span,
@@ -251,12 +250,23 @@ impl EventLoop {
             }
         }
         if self.accumulates(mover, reached) {
-            mover.accumulate(reached, record)?;
-            self.last_blow = None;
-            self.still.clear();
-            return self.settle(mover);
+            return self.accumulate(mover, reached, record);
         }
         self.strike_all(mover, record)
+    }
+
+    /// Completes impacts that accumulate.
+    #[cold]
+    fn accumulate<M: Mover>(
+        &mut self,
+        mover: &mut M,
+        stop: usize,
+        record: &mut Record,
+    ) -> Resolved {
+        mover.accumulate(stop, record)?;
+        self.last_blow = None;
+        self.still.clear();
+        self.settle(mover)
     }
 
     /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
@@ -292,6 +302,7 @@ impl EventLoop {
 
     /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. Where holding it alone made
     /// the force pull, damping having pushed before, the gap has an acceleration.
+    #[cold]
     fn let_go<M: Mover>(&mut self, mover: &mut M, stop: usize) -> Resolved {
         self.held.retain(|&held| held != stop);
         let held = self.held.clone();
@@ -385,7 +396,7 @@ impl EventLoop {
         self.last_blow = Some((stop, blow.approach));
         self.stats.n_impacts += 1;
         if record.keep != Keep::Final {
-            record.impacts.push(Impact {
+            record.keep_impact(Impact {
                 time: mover.clock().time(),
                 stop,
                 approach: blow.approach,

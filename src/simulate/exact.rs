@@ -3,9 +3,9 @@
 mod held;
 
 use crate::contact::next::{Grazed, Margin, Next, Search};
-use crate::contact::walk::ROUNDING;
+use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
 use crate::error::{Error, Result};
-use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, along, with_flow};
+use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, along};
 use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::quantity::positive_part;
@@ -264,6 +264,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             .sum()
     }
 
+    fn work_of_flight(&self) -> usize {
+        2 * STEPS_PER_LOOK * self.scene.form.n_dof()
+    }
+
     fn is_coupled(&self, one: usize, other: usize) -> bool {
         self.scene.geometry.is_coupled(one, other)
     }
@@ -276,10 +280,9 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         record: &mut Record,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
-        if let Some(motion) = self.holding.clone() {
-            return with_flow!(&motion.flow, f => {
-                self.fly_held(f, &motion, starts, span, last, record, watch)
-            });
+        if let Some(motion) = &self.holding {
+            let motion = Arc::clone(motion);
+            return self.fly_held(&motion, starts, (span, last), record, watch);
         }
         self.grazed.clear();
         let next = self

@@ -90,6 +90,8 @@ pub(crate) trait Mover {
     }
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
+    /// Operations that a flight of few steps is, in the units of a watch.
+    fn work_of_flight(&self) -> usize;
     /// Whether an impact on one of two stops changes the normal velocity at the other.
     fn is_coupled(&self, one: usize, other: usize) -> bool;
     /// Flies to the next contact or release or over the whole span, `last` the time at which the run ends there. The gaps must have

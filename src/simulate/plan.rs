@@ -44,7 +44,7 @@ pub fn plan(scene: &Scene) -> Result<String> {
         _ if modal.frequency <= 0.0 => "no forcing: free response",
         SceneFlow::Split(_) => "harmonic forcing: its steady response split off",
         SceneFlow::Dense(_) => "harmonic forcing in the matrix, enlarged",
-        SceneFlow::Forced(_) | SceneFlow::Free(_) => {
+        SceneFlow::Forced(_) | SceneFlow::Free(_) | SceneFlow::Loaded(_) => {
             "harmonic forcing: the response from rest (near resonance, or without equilibrium)"
         }
     };

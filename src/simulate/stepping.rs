@@ -32,6 +32,8 @@ use std::sync::Arc;
 
 /// Beat of the clock of a motion without forcing.
 pub(crate) const STEPPED_BEAT: f64 = 1.0;
+/// Steps that a short flight is like, with its impact.
+const FLIGHT: usize = 16;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
 
@@ -247,6 +249,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         // The look before has had this normal: an error would have ended the run there.
         let normal = self.contacts[stop].surface.normal(q);
         normal.map_or(0.0, |n| n.iter().zip(v).map(|(n, v)| (n * v).abs()).sum())
+    }
+
+    fn work_of_flight(&self) -> usize {
+        FLIGHT * self.n().pow(2)
     }
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {

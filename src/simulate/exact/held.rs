@@ -6,7 +6,7 @@ use crate::contact::next::{Margin, Next, Search};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
-use crate::flow::{GapRow, LinearFlow, StuckMotion};
+use crate::flow::{GapRow, LinearFlow, StuckMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
@@ -45,21 +45,68 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     }
 
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
-    pub(super) fn fly_held<H: LinearFlow>(
+    #[cold]
+    pub(super) fn fly_held(
         &mut self,
-        flow: &H,
         motion: &StuckMotion,
         starts: &[usize],
-        span: f64,
-        last: f64,
+        (span, last): (f64, f64),
         record: &mut Record,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let angle = self.angle(self.clock);
+        let course = Course {
+            motion,
+            angle,
+            whole: motion.reduce(&q, &v),
+            starts,
+            margins: &self.margins,
+        };
+        let (next, n_gap_evaluations) =
+            with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
+        self.search.n_gap_evaluations += n_gap_evaluations;
+        let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
+        let time = next.map_or(span, |(_, time)| time);
+        self.grazed.clear();
+        self.keep_piece(SegmentKind::Stick, &motion.stops, time);
+        record.sample(self.clock, time, next.is_none().then_some(last), |local| {
+            motion.carry(angle, local, &q, &v)
+        });
+        let (q, v) = motion.carry(angle, time, &q, &v);
+        self.put((&q, &v), time);
+        self.look()?;
+        Ok(match next {
+            None => Arrival::End,
+            Some((Event::Release(stop), _)) => Arrival::Release { stop },
+            Some((Event::Contact(stop), _)) => Arrival::Contact { stop },
+        })
+    }
+}
+
+/// A motion with stops held, from where it begins.
+struct Course<'a> {
+    motion: &'a StuckMotion,
+    angle: f64,
+    /// The motion left over, in its modal pairs.
+    whole: Vec<Pair>,
+    /// The orders of the roots of the gaps.
+    starts: &'a [usize],
+    /// The margins of the gaps.
+    margins: &'a [Margin],
+}
+
+impl Course<'_> {
+    /// What ends it within a span, and when; and the evaluations of gaps and forces that this took.
+    fn next<H: LinearFlow>(
+        &self,
+        flow: &H,
+        span: f64,
+        watch: &mut Watch<'_>,
+    ) -> Result<(Option<(Event, f64)>, usize)> {
         let mut state = Vec::new();
-        flow.enter(&motion.reduce(&q, &v), angle, &mut state);
-        let events = Events::new(flow, motion, &state);
+        flow.enter(&self.whole, self.angle, &mut state);
+        let events = Events::new(flow, self.motion, &state);
         let rows: Vec<GapRow> = events.list.iter().map(|(_, row)| row.clone()).collect();
         let margins = events.list.iter().map(|(event, _)| match event {
             Event::Release(_) => Margin {
@@ -76,44 +123,19 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             .zip(search.jets())
             .map(|((event, _), jet)| match event {
                 Event::Release(_) => order_of_zero(jet, flow.fastest_rate()),
-                Event::Contact(stop) => starts[*stop],
+                Event::Contact(stop) => self.starts[*stop],
             })
             .collect();
-        self.grazed.clear();
-        let (event, time) = match search.next(&state, &orders, span, &mut self.grazed, watch) {
+        let found = match search.next(&state, &orders, span, &mut Vec::new(), watch) {
             Next::Interrupted => return Err(Error::Interrupted),
-            Next::End => (None, span),
-            Next::Stalled { stop, time } => (Some(events.list[stop].0), time),
+            Next::End => None,
+            Next::Stalled { stop, time } => Some((stop, time)),
             Next::Contact { stop, time } => {
-                let mut arrived = Vec::new();
-                let (stop, time) = search.arrive(stop, time, &state, &mut arrived);
-                if is_within(self.clock.after(time), last) {
-                    (Some(events.list[stop].0), time)
-                } else {
-                    (None, span)
-                }
+                Some(search.arrive(stop, time, &state, &mut Vec::new()))
             }
         };
-        self.search.n_gap_evaluations += search.n_gap_evaluations;
-        let last = event.is_none().then_some(last);
-        self.grazed.clear();
-        self.keep_piece(SegmentKind::Stick, &motion.stops, time);
-        let mut whole = Vec::new();
-        let mut at = |local: f64| {
-            let mut there = state.clone();
-            search.forward(&mut there, local);
-            flow.leave(&there, &mut whole);
-            motion.lift(&whole)
-        };
-        record.sample(self.clock, time, last, &mut at);
-        let (q, v) = at(time);
-        self.put((&q, &v), time);
-        self.look()?;
-        Ok(match event {
-            None => Arrival::End,
-            Some(Event::Release(stop)) => Arrival::Release { stop },
-            Some(Event::Contact(stop)) => Arrival::Contact { stop },
-        })
+        let found = found.map(|(stop, time)| (events.list[stop].0, time));
+        Ok((found, search.n_gap_evaluations))
     }
 }
 

@@ -12,26 +12,21 @@ EXACT, NEXT = "src/simulate/exact.rs", "src/contact/next.rs"
 # One type of flow, without inputs.
 INPUTS = (
     Change(
-        SCENE, "            $crate::flow::SceneFlow::Split($flow) => $body,", f"            _ => {NEVER},\n", "        }\n    };"
+        SCENE, "            $crate::flow::SceneFlow::Loaded($flow) => $body,", f"            _ => {NEVER},\n", "        }\n    };"
     ),
     Change(
         SCENE,
-        "        Form::Blocks(blocks) if frequency > 0.0 => {",
-        f"        _ if frequency > 0.0 => {NEVER},\n        _ if load.iter().flatten().any(|g| *g != 0.0) => {NEVER},\n",
-        "        Form::Blocks(blocks) => SceneFlow::Free",
+        "        if let Some(split) = SplitFlow::new(",
+        f"        {NEVER}\n",
+        "    }\n    let drive = Undriven;",
     ),
+    Change(SCENE, "    SceneFlow::Loaded(BlockFlow::new(", f"    {NEVER}\n", "}\n\n/// `sum r.z`"),
     Change(
         SCENE,
         "        Form::Dense(matrix) => {\n            SceneFlow::Dense",
         f"        Form::Dense(_) => {NEVER},\n",
         "    }\n}\n",
     ),
-    Change(BLOCK, "part.propagation.loaded(t, &exponential, part.load),", "(),"),
-    Change(BLOCK, "    parts: Vec<([Pair; 2], D::Reply, Pair)>,", "    parts: Vec<([Pair; 2], D::Reply, ())>,"),
-    Change(BLOCK, "*z = plus(plus(times(matrix, *z), D::added(*reply, u)), *loaded);", "*z = times(matrix, *z);"),
-    Change(BLOCK, "let d1 = plus(plus(times(a, z), f0), part.load);", "let d1 = times(a, z);"),
-    Change(BLOCK, "let d2 = plus(times(a, d1), f1);", "let d2 = times(a, d1);"),
-    Change(BLOCK, "let d3 = plus(times(a, d2), f2);", "let d3 = times(a, d2);"),
 )
 
 # One kind of block: an oscillator that neither decays nor grows.
@@ -87,9 +82,8 @@ SEVERAL = (
 REST = (
     Change(
         LOOP,
-        "            mover.accumulate(reached, record)?;",
-        f"            {NEVER};\n",
-        "        }\n        self.strike_all(mover, record)",
+        "            return self.accumulate(mover, reached, record);",
+        f"            {NEVER};",
     ),
     Change(
         SETTLE,
@@ -102,7 +96,7 @@ REST = (
         "            Arrival::Release { stop } => self.let_go(mover, stop)?,",
         f"            Arrival::Release {{ .. }} => {NEVER},",
     ),
-    Change(EXACT, "        if let Some(motion) = self.holding.clone() {", "", "        self.grazed.clear();\n        let next"),
+    Change(EXACT, "        if let Some(motion) = &self.holding {", "", "        self.grazed.clear();\n        let next"),
     Change(EXACT, "        self.holding = Some(motion);", f"        {NEVER};"),
 )
 
@@ -114,8 +108,9 @@ KEPT = (
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(LOOP, "            watch.work(WORK_OF_FLIGHT)?;\n", ""),
-    Change(NEXT, "            if watch.work(work).is_err() {", "", "            if self.level == first_level {"),
+    Change(LOOP, "            watch.work(work)?;\n", ""),
+    Change(NEXT, "            work += self.ladder", "            self.ladder"),
+    Change(NEXT, "                if watch.work(std::mem::take(&mut work)).is_err() {", "", "                self.leave_out(None);"),
 )
 
 RUN = "src/simulate/run.rs"
