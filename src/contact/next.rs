@@ -140,7 +140,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.state.extend_from_slice(start);
         self.leave_out(Some(starts));
         let mut time = 0.0;
-        let (mut steps, mut work) = (0usize, 0);
+        let mut steps = 0usize;
         while !self.active.is_empty() {
             let first_level = self.level;
             let reached = loop {
@@ -165,13 +165,16 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 return Next::Contact { stop, time: at };
             }
             time += self.ladder.step(self.level);
-            work += self.ladder.advance(self.flow, self.level, &mut self.state);
+            let made = self.ladder.advance(self.flow, self.level, &mut self.state);
+            if made.is_some_and(|work| watch.work(work).is_err()) {
+                return Next::Interrupted;
+            }
             if self.level == first_level {
                 self.level = self.ladder.above(self.level);
             }
             steps += 1;
             if steps.is_multiple_of(STEPS_PER_LOOK) {
-                if watch.work(std::mem::take(&mut work)).is_err() {
+                if watch.work(STEPS_PER_LOOK * self.state.len()).is_err() {
                     return Next::Interrupted;
                 }
                 self.leave_out(None);

@@ -73,10 +73,11 @@ impl<F: LinearFlow> Ladder<F> {
         }
     }
 
-    /// Moves a state forward by the step of a level. The work that it was, in operations on a block, at the most.
+    /// Moves a state forward by the step of a level. Where its propagator had to be made: the work that it was, in operations
+    /// on a block, at the most.
     #[inline]
-    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> usize {
-        let mut work = state.len();
+    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
+        let mut made = None;
         let step = self.step(level);
         let (rungs, place) = if level >= DOUBLINGS {
             (&mut self.rungs, level - DOUBLINGS)
@@ -89,10 +90,10 @@ impl<F: LinearFlow> Ladder<F> {
             }
             flow.prepare(step, &mut rungs[place]);
             self.made |= 1 << level;
-            work = work.pow(3);
+            made = Some(state.len().pow(3));
         }
         flow.advance(&rungs[place], state);
-        work
+        made
     }
 }
 
@@ -251,7 +252,8 @@ pub(crate) fn check_flight<F: LinearFlow>(
         if time + step >= span {
             return Ok(check);
         }
-        watch.work(ladder.advance(flow, level, state))?;
+        let made = ladder.advance(flow, level, state);
+        watch.work(made.unwrap_or(state.len()))?;
         time += step;
         if !refined {
             level = ladder.above(level);

@@ -132,7 +132,7 @@ mod tests {
     use crate::flow::runge_kutta::Tolerance;
     use crate::model::{
         BaseMotion, DoublePendulum, Dynamics, Harmonic, Moment, PendulumChain, Scene, SceneMotion,
-        Stop, System, with_motion,
+        Stop, System,
     };
     use nalgebra::DVector;
 

@@ -1,152 +1,94 @@
 //! Linear equations of motion for integrators that take no notice of it: `q'' = M^-1 (f0 + f - C v - K q)`, with the matrices
-//! over the mass kept full, or as diagonals where all three are diagonal.
+//! over the mass kept full, or as diagonals where all three are diagonal. A motion without damping, or on which nothing
+//! acts, has code of its own without them.
 
 use crate::error::Result;
-use crate::model::{Coefficient, Dynamics, Input, LinearSystem, Moment};
+use crate::model::{Coefficient, Driven, Dynamics, Input, LinearSystem, Moment, Undriven};
 use nalgebra::{DMatrix, DVector};
 
-/// `M^-1 K` and `M^-1 C`.
+/// A matrix over the mass: full, or a diagonal, each coordinate by itself.
 pub(crate) trait OverMass {
     /// Number of degrees of freedom.
     fn n_dof(&self) -> usize;
-    /// Subtracts `M^-1 (K q + C v)` from a.
-    fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]);
+    /// Subtracts its product with x from a.
+    fn subtract(&self, x: &[f64], a: &mut [f64]);
 }
 
-/// A linear system in motion, with what acts on it over its mass.
+impl OverMass for DMatrix<f64> {
+    fn n_dof(&self) -> usize {
+        self.nrows()
+    }
+
+    #[allow(
+        clippy::inline_always,
+        reason = "the loops are written out where the caller's state is an array"
+    )]
+    #[inline(always)]
+    fn subtract(&self, x: &[f64], a: &mut [f64]) {
+        let n = a.len();
+        for j in 0..n {
+            let column = &self.as_slice()[j * n..(j + 1) * n];
+            for i in 0..n {
+                a[i] -= column[i] * x[j];
+            }
+        }
+    }
+}
+
+impl OverMass for DVector<f64> {
+    fn n_dof(&self) -> usize {
+        self.len()
+    }
+
+    #[inline]
+    fn subtract(&self, x: &[f64], a: &mut [f64]) {
+        for (a, (m, x)) in a.iter_mut().zip(self.as_slice().iter().zip(x)) {
+            *a -= m * x;
+        }
+    }
+}
+
+/// What resists a velocity.
+pub(crate) trait Damping {
+    /// Subtracts its force over the mass from a.
+    fn resist(&self, v: &[f64], a: &mut [f64]);
+}
+
+/// Nothing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Undamped;
+
+impl Damping for Undamped {
+    #[inline]
+    fn resist(&self, _v: &[f64], _a: &mut [f64]) {}
+}
+
+/// `M^-1 C`
 #[derive(Debug, Clone)]
-pub(crate) struct LinearMotion<O, I> {
-    over_mass: O,
+pub(crate) struct Damped<O>(O);
+
+impl<O: OverMass> Damping for Damped<O> {
+    #[allow(
+        clippy::inline_always,
+        reason = "the loops are written out where the caller's state is an array"
+    )]
+    #[inline(always)]
+    fn resist(&self, v: &[f64], a: &mut [f64]) {
+        self.0.subtract(v, a);
+    }
+}
+
+/// A linear system in motion, over its mass.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearMotion<O, C, I> {
+    stiffness: O,
+    damping: C,
     input: I,
 }
 
-/// Full matrices.
-#[derive(Debug, Clone)]
-pub(crate) struct Full {
-    stiffness: DMatrix<f64>,
-    /// Empty without damping.
-    damping: DMatrix<f64>,
-}
-
-/// Diagonals, each coordinate by itself.
-#[derive(Debug, Clone)]
-pub(crate) struct Diagonals {
-    stiffness: DVector<f64>,
-    /// Empty without damping.
-    damping: DVector<f64>,
-}
-
-impl Full {
-    /// The matrices of a system.
-    pub fn new(system: &LinearSystem) -> Self {
-        let over_mass = |m: &Coefficient| {
-            let columns: Vec<_> = m
-                .to_dense()
-                .column_iter()
-                .map(|c| system.solve_mass(&c.into_owned()))
-                .collect();
-            DMatrix::from_columns(&columns)
-        };
-        let damping = over_mass(system.damping());
-        Self {
-            stiffness: over_mass(system.stiffness()),
-            damping: if damping.amax() == 0.0 {
-                DMatrix::zeros(0, 0)
-            } else {
-                damping
-            },
-        }
-    }
-}
-
-impl Diagonals {
-    /// The diagonals of a system; `None` if one of its matrices is not diagonal.
-    pub fn of(system: &LinearSystem) -> Option<Self> {
-        system.mass().diagonal()?;
-        let damping = system.solve_mass(&system.damping().diagonal()?);
-        Some(Self {
-            stiffness: system.solve_mass(&system.stiffness().diagonal()?),
-            damping: if damping.amax() == 0.0 {
-                DVector::zeros(0)
-            } else {
-                damping
-            },
-        })
-    }
-}
-
-/// `a -= m x` for a full matrix by columns.
-#[allow(
-    clippy::inline_always,
-    reason = "the loops are written out where the caller's state is an array"
-)]
-#[inline(always)]
-fn subtract_product(m: &DMatrix<f64>, x: &[f64], a: &mut [f64]) {
-    let n = a.len();
-    for j in 0..n {
-        let column = &m.as_slice()[j * n..(j + 1) * n];
-        for i in 0..n {
-            a[i] -= column[i] * x[j];
-        }
-    }
-}
-
-/// The same for a diagonal matrix.
-#[allow(
-    clippy::inline_always,
-    reason = "the loop is written out where the caller's state is an array"
-)]
-#[inline(always)]
-fn subtract_each(m: &DVector<f64>, x: &[f64], a: &mut [f64]) {
-    for (a, (m, x)) in a.iter_mut().zip(m.as_slice().iter().zip(x)) {
-        *a -= m * x;
-    }
-}
-
-impl OverMass for Full {
+impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
     fn n_dof(&self) -> usize {
-        self.stiffness.nrows()
-    }
-
-    #[allow(
-        clippy::inline_always,
-        reason = "the loops are written out where the caller's state is an array"
-    )]
-    #[inline(always)]
-    fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]) {
-        subtract_product(&self.stiffness, q, a);
-        if !self.damping.is_empty() {
-            subtract_product(&self.damping, v, a);
-        }
-    }
-}
-
-impl OverMass for Diagonals {
-    fn n_dof(&self) -> usize {
-        self.stiffness.len()
-    }
-
-    #[allow(
-        clippy::inline_always,
-        reason = "the loops are written out where the caller's state is an array"
-    )]
-    #[inline(always)]
-    fn resist(&self, q: &[f64], v: &[f64], a: &mut [f64]) {
-        subtract_each(&self.stiffness, q, a);
-        subtract_each(&self.damping, v, a);
-    }
-}
-
-impl<O, I> LinearMotion<O, I> {
-    /// The motion of a system on which something acts.
-    pub fn new(over_mass: O, input: I) -> Self {
-        Self { over_mass, input }
-    }
-}
-
-impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
-    fn n_dof(&self) -> usize {
-        self.over_mass.n_dof()
+        self.stiffness.n_dof()
     }
 
     #[allow(
@@ -156,17 +98,93 @@ impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
     #[inline(always)]
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         a.fill(0.0);
-        self.over_mass.resist(q, v, a);
+        self.stiffness.subtract(q, a);
+        self.damping.resist(v, a);
         // A moving base acts by forces.
         self.input.add(at, |_| 0.0, a);
         Ok(())
     }
 }
 
+/// A linear motion by what it has.
+#[derive(Debug, Clone)]
+pub(crate) enum Linear<O> {
+    Free(LinearMotion<O, Undamped, Undriven>),
+    Driven(LinearMotion<O, Undamped, Driven>),
+    Damped(LinearMotion<O, Damped<O>, Undriven>),
+    DampedDriven(LinearMotion<O, Damped<O>, Driven>),
+}
+
+impl<O> Linear<O> {
+    /// The motion with these matrices and what acts on it.
+    fn new(stiffness: O, damping: Option<O>, input: Option<Driven>) -> Self {
+        match (damping.map(Damped), input) {
+            (None, None) => Self::Free(LinearMotion {
+                stiffness,
+                damping: Undamped,
+                input: Undriven,
+            }),
+            (None, Some(input)) => Self::Driven(LinearMotion {
+                stiffness,
+                damping: Undamped,
+                input,
+            }),
+            (Some(damping), None) => Self::Damped(LinearMotion {
+                stiffness,
+                damping,
+                input: Undriven,
+            }),
+            (Some(damping), Some(input)) => Self::DampedDriven(LinearMotion {
+                stiffness,
+                damping,
+                input,
+            }),
+        }
+    }
+}
+
+impl Linear<DMatrix<f64>> {
+    /// The motion of a system with full matrices.
+    pub fn full(system: &LinearSystem, input: Option<Driven>) -> Self {
+        let over_mass = |m: &Coefficient| {
+            let columns: Vec<_> = m
+                .to_dense()
+                .column_iter()
+                .map(|c| system.solve_mass(&c.into_owned()))
+                .collect();
+            DMatrix::from_columns(&columns)
+        };
+        let damping = Some(over_mass(system.damping())).filter(|c| c.amax() != 0.0);
+        Self::new(over_mass(system.stiffness()), damping, input)
+    }
+}
+
+impl Linear<DVector<f64>> {
+    /// The motion of a system whose matrices are diagonal; `None` if one of them is not.
+    pub fn diagonal(system: &LinearSystem, input: Option<Driven>) -> Option<Self> {
+        let (_, damping, stiffness) = system.diagonals()?;
+        let damping = Some(system.solve_mass(&damping)).filter(|c| c.amax() != 0.0);
+        Some(Self::new(system.solve_mass(&stiffness), damping, input))
+    }
+}
+
+/// Runs a block of code with a linear motion, whatever it has.
+macro_rules! with_linear {
+    ($linear:expr, $motion:ident => $body:expr) => {
+        match $linear {
+            $crate::model::Linear::Free($motion) => $body,
+            $crate::model::Linear::Driven($motion) => $body,
+            $crate::model::Linear::Damped($motion) => $body,
+            $crate::model::Linear::DampedDriven($motion) => $body,
+        }
+    };
+}
+pub(crate) use with_linear;
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Driven, Forcing, Harmonic};
+    use crate::model::{Forcing, Harmonic};
     use nalgebra::dvector;
 
     #[test]
@@ -188,17 +206,14 @@ mod tests {
             angle: 0.48,
         };
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
-        let input = Driven::over_mass(&diagonal, &forcing).expect("driven");
-        let diagonals = Diagonals::of(&diagonal).expect("diagonal");
-        let diagonals = LinearMotion::new(diagonals, input.clone());
-        let full = LinearMotion::new(Full::new(&diagonal), input);
-        diagonals
-            .acceleration(at, &q, &v, &mut one)
-            .expect("linear");
-        full.acceleration(at, &q, &v, &mut other).expect("linear");
+        let input = Driven::over_mass(&diagonal, &forcing);
+        let diagonals = Linear::diagonal(&diagonal, input.clone()).expect("diagonal");
+        let full = Linear::full(&diagonal, input);
+        with_linear!(&diagonals, m => m.acceleration(at, &q, &v, &mut one)).expect("linear");
+        with_linear!(&full, m => m.acceleration(at, &q, &v, &mut other)).expect("linear");
         assert_eq!(one, other);
         let full = DMatrix::from_element(3, 3, 1.0);
         let coupled = LinearSystem::new(dvector![1.0, 1.0, 1.0], full, dvector![1.0, 1.0, 1.0]);
-        assert!(Diagonals::of(&coupled.expect("valid")).is_none());
+        assert!(Linear::diagonal(&coupled.expect("valid"), None).is_none());
     }
 }

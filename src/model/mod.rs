@@ -30,6 +30,7 @@ pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub(crate) use input::{Driven, Input, Undriven};
 pub use linear::{Coefficient, LinearSystem};
+pub(crate) use linear_motion::{Linear, with_linear};
 pub use linearise::linearise;
 pub(crate) use nonlinear::no_mass;
 pub use nonlinear::{EquationsOfMotion, NonlinearSystem};

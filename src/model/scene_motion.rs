@@ -2,16 +2,18 @@
 
 use crate::error::Result;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, NonlinearMotion};
-use crate::model::linear_motion::{Diagonals, Full, LinearMotion};
+use crate::model::linear_motion::{Linear, with_linear};
 use crate::model::{Driven, Dynamics, Moment, Scene, System, Undriven};
+use nalgebra::{DMatrix, DVector};
+
+/// Up to so many coordinates a full matrix is no slower than its diagonal.
+const MOST_FULL: usize = 2;
 
 /// The motion of a scene's system. Steps have code of their own for each; who asks seldom takes it as one.
 #[derive(Debug, Clone)]
 pub(crate) enum SceneMotion {
-    Linear(LinearMotion<Full, Undriven>),
-    DrivenLinear(LinearMotion<Full, Driven>),
-    Diagonal(LinearMotion<Diagonals, Undriven>),
-    DrivenDiagonal(LinearMotion<Diagonals, Driven>),
+    Full(Linear<DMatrix<f64>>),
+    Diagonal(Linear<DVector<f64>>),
     DoublePendulum(DoublePendulumMotion<Undriven>),
     DrivenDoublePendulum(DoublePendulumMotion<Driven>),
     Chain(ChainMotion),
@@ -24,17 +26,11 @@ impl SceneMotion {
         let forcing = scene.forcing();
         match scene.system() {
             System::Linear(system) => {
-                match (Diagonals::of(system), Driven::over_mass(system, forcing)) {
-                    (Some(diagonals), None) => {
-                        Self::Diagonal(LinearMotion::new(diagonals, Undriven))
-                    }
-                    (Some(diagonals), Some(input)) => {
-                        Self::DrivenDiagonal(LinearMotion::new(diagonals, input))
-                    }
-                    (None, None) => Self::Linear(LinearMotion::new(Full::new(system), Undriven)),
-                    (None, Some(input)) => {
-                        Self::DrivenLinear(LinearMotion::new(Full::new(system), input))
-                    }
+                let input = Driven::over_mass(system, forcing);
+                let diagonal = || Linear::diagonal(system, input.clone());
+                match (system.n_dof() > MOST_FULL).then(diagonal).flatten() {
+                    Some(motion) => Self::Diagonal(motion),
+                    None => Self::Full(Linear::full(system, input)),
                 }
             }
             System::DoublePendulum(system) => match Driven::new(forcing) {
@@ -51,10 +47,8 @@ impl SceneMotion {
 macro_rules! with_motion {
     ($scene_motion:expr, $motion:ident => $body:expr) => {
         match $scene_motion {
-            SceneMotion::Linear($motion) => $body,
-            SceneMotion::DrivenLinear($motion) => $body,
-            SceneMotion::Diagonal($motion) => $body,
-            SceneMotion::DrivenDiagonal($motion) => $body,
+            SceneMotion::Full(linear) => with_linear!(linear, $motion => $body),
+            SceneMotion::Diagonal(linear) => with_linear!(linear, $motion => $body),
             SceneMotion::DoublePendulum($motion) => $body,
             SceneMotion::DrivenDoublePendulum($motion) => $body,
             SceneMotion::Chain($motion) => $body,

@@ -396,16 +396,22 @@ impl EventLoop {
         self.last_blow = Some((stop, blow.approach));
         self.stats.n_impacts += 1;
         if record.keep != Keep::Final {
-            record.keep_impact(Impact {
-                time: mover.clock().time(),
-                stop,
-                approach: blow.approach,
-                departure: blow.departure,
-                impulse: blow.impulse,
-                phase: mover.phase(),
-            });
+            keep_impact(mover, stop, blow, record);
         }
     }
+}
+
+/// Keeps an impact.
+#[inline(never)]
+fn keep_impact<M: Mover>(mover: &M, stop: usize, blow: Blow, record: &mut Record) {
+    record.impacts.push(Impact {
+        time: mover.clock().time(),
+        stop,
+        approach: blow.approach,
+        departure: blow.departure,
+        impulse: blow.impulse,
+        phase: mover.phase(),
+    });
 }
 
 impl Unresolved {

@@ -45,12 +45,6 @@ impl Record {
         self.keep == Keep::Final && self.samples.is_none()
     }
 
-    /// Keeps an impact.
-    #[inline(never)]
-    pub fn keep_impact(&mut self, impact: Impact) {
-        self.impacts.push(impact);
-    }
-
     /// Whether samples are wanted before the end of a piece, or at it if the run ends there, at `last`.
     pub fn wants_samples(&self, end: f64, last: Option<f64>) -> bool {
         let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));

@@ -167,22 +167,35 @@ pub(crate) use with_state;
 
 /// Runs a block of code with what makes runs in steps of a scene, for every kind of motion and the states that it may have.
 macro_rules! with_steps {
-    ($motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
-        $crate::simulate::with_steps!(
-            @each $motion, $scene, $options, $make => $body,
-            Linear [2], DrivenLinear [2], Diagonal [1, 2], DrivenDiagonal [1, 2], DoublePendulum [2],
-            DrivenDoublePendulum [2], Chain [], Nonlinear [1, 2]
-        )
-    };
-    (@each $motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr, $($kind:ident $sizes:tt),*) => {
+    ($motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {{
+        use $crate::model::{SceneMotion, with_linear};
+        use $crate::simulate::with_steps;
         match $motion {
-            $($crate::model::SceneMotion::$kind(motion) => {
-                $crate::simulate::with_state!($crate::model::Dynamics::n_dof(motion), $sizes, State => {
-                    let $make = || $crate::simulate::Run::stepped::<State, _>(motion, $scene, $options);
-                    $body
-                })
-            })*
+            SceneMotion::Full(linear) => with_linear!(linear, motion => {
+                with_steps!(@of motion, [1, 2], $scene, $options, $make => $body)
+            }),
+            SceneMotion::Diagonal(linear) => with_linear!(linear, motion => {
+                with_steps!(@of motion, [], $scene, $options, $make => $body)
+            }),
+            SceneMotion::DoublePendulum(motion) => {
+                with_steps!(@of motion, [2], $scene, $options, $make => $body)
+            }
+            SceneMotion::DrivenDoublePendulum(motion) => {
+                with_steps!(@of motion, [2], $scene, $options, $make => $body)
+            }
+            SceneMotion::Chain(motion) => {
+                with_steps!(@of motion, [], $scene, $options, $make => $body)
+            }
+            SceneMotion::Nonlinear(motion) => {
+                with_steps!(@of motion, [1, 2], $scene, $options, $make => $body)
+            }
         }
+    }};
+    (@of $motion:ident, $sizes:tt, $scene:expr, $options:expr, $make:ident => $body:expr) => {
+        $crate::simulate::with_state!($crate::model::Dynamics::n_dof($motion), $sizes, State => {
+            let $make = || $crate::simulate::Run::stepped::<State, _>($motion, $scene, $options);
+            $body
+        })
     };
 }
 pub(crate) use with_steps;

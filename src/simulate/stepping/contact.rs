@@ -30,17 +30,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
     #[allow(
         clippy::inline_always,
-        reason = "a scene without stops has nothing of it"
+        reason = "the innermost loop of flights with and without stops held"
     )]
     #[inline(always)]
     pub(super) fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
-        if self.contacts.is_empty() {
-            return Ok(Found::Nothing);
-        }
-        self.contact_of_stops(starts, h)
-    }
-
-    fn contact_of_stops(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
         let mut earliest: Option<(usize, f64)> = None;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {

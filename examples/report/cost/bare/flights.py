@@ -103,14 +103,19 @@ REST = (
 # Nothing is kept but the state.
 KEPT = (
     Change(EXACT, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps a segment of one piece"),
-    Change(LOOP, "        if record.keep != Keep::Final {", "", "    }\n}\n\nimpl Unresolved"),
+    Change(LOOP, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Keeps an impact."),
 )
 
 # Nobody is asked whether to go on.
 WATCH = (
     Change(LOOP, "            watch.work(work)?;\n", ""),
-    Change(NEXT, "            work += self.ladder", "            self.ladder"),
-    Change(NEXT, "                if watch.work(std::mem::take(&mut work)).is_err() {", "", "                self.leave_out(None);"),
+    Change(NEXT, "            if made.is_some_and(", "", "            if self.level == first_level {"),
+    Change(
+        NEXT,
+        "                if watch.work(STEPS_PER_LOOK * self.state.len()).is_err() {",
+        "",
+        "                self.leave_out(None);",
+    ),
 )
 
 RUN = "src/simulate/run.rs"

@@ -17,19 +17,19 @@ RELEASE = "src/simulate/stepping/release.rs"
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
     Change(STEPPER, "        angle: at.angle + frequency * s,", "        angle: 0.0,"),
-    Change(
-        RUN,
-        "            Linear [2], DrivenLinear [2],",
-        "            Linear [2], Diagonal [1, 2], DoublePendulum [2], Chain [], Nonlinear [1, 2]\n",
-        "        )\n    };\n    (@each",
+    *(
+        Change(
+            LINEAR,
+            f"            $crate::model::Linear::{kind}($motion) => $body,",
+            f"            $crate::model::Linear::{kind}(_) => {NEVER},",
+        )
+        for kind in ("Driven", "DampedDriven")
     ),
     Change(
         RUN,
-        "            $($crate::model::SceneMotion::$kind(motion) => {",
-        f"            $crate::model::SceneMotion::DrivenLinear(_) => {NEVER},\n"
-        f"            $crate::model::SceneMotion::DrivenDiagonal(_) => {NEVER},\n"
-        f"            $crate::model::SceneMotion::DrivenDoublePendulum(_) => {NEVER},\n"
-        "            $($crate::model::SceneMotion::$kind(motion) => {",
+        "            SceneMotion::DrivenDoublePendulum(motion) => {",
+        f"            SceneMotion::DrivenDoublePendulum(_) => {NEVER},\n",
+        "            SceneMotion::Chain(motion) => {",
     ),
     Change(
         SERIES_OF,
@@ -49,10 +49,9 @@ DAMPING = (
     ),
     Change(
         LINEAR,
-        "DMatrix::zeros(0, 0)\n            } else {\n                damping",
-        f"DMatrix::zeros(0, 0)\n            }} else {{\n                {NEVER}",
+        "            $crate::model::Linear::Damped($motion) => $body,",
+        f"            $crate::model::Linear::Damped(_) => {NEVER},",
     ),
-    Change(LINEAR, "        if !self.damping.is_empty() {", "", "    }\n}\n\nimpl OverMass for Diagonals"),
     Change(SERIES_OF, "self.coefficients.damping.0.is_empty()", "true"),
     Change(TAYLOR, "            if IS_DAMPED {", "", "            let force = excitation.force"),
     Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
@@ -66,7 +65,12 @@ STOPS = (
         "        assert!(scene.stops().is_empty());\n        let contacts = Arc::new(contacts(scene));",
     ),
     Change(RUNGE_KUTTA, "        self.grazes.clear();\n        self.keep_segment(", f"        {NEVER}\n", "    }\n}\n"),
-    Change(SERIES, "            loop {\n                watch.work(work)?;\n                let arrival = mover.step_on(", f"            {NEVER}\n", "        })\n    }\n"),
+    Change(
+        SERIES,
+        "            loop {\n                watch.work(work)?;\n                let arrival = mover.step_on(",
+        f"            {NEVER}\n",
+        "        })\n    }\n",
+    ),
 )
 
 # Nobody is asked whether to go on.
