@@ -6,7 +6,7 @@ use crate::flow::{Motion, SeriesOf};
 use crate::model::Dynamics;
 use crate::simulate::clock::Clock;
 use crate::simulate::event_loop::Ending;
-use crate::simulate::mover::{Arrival, Mover};
+use crate::simulate::mover::{Arrival, Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
 use crate::simulate::stepping::{Leg, StepMover, Taylor};
@@ -133,7 +133,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
     ) -> Result<Option<Ending>> {
         let Run { mover, events, .. } = &mut self.run;
         mover.start(q0, v0, t0);
-        events.start(mover, t0, &mut self.record)
+        events.start(mover.taken(), t0, &mut self.record)
     }
 
     /// Begins the m-th series for the next step of a free flight; goes through one with stops held. The end of the run, if it
@@ -153,7 +153,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
         } = &mut self.run;
         if self.flight.is_none() {
             let end = mover.clock().at(t_end);
-            match events.depart(mover, end, options) {
+            match events.depart(mover.taken(), end, options) {
                 ControlFlow::Break(ending) => return Ok(Some(ending)),
                 ControlFlow::Continue(span) if mover.is_free() => {
                     self.flight = Some(Flight {
@@ -165,7 +165,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
                 ControlFlow::Continue(span) => {
                     let record = &mut self.record;
                     let arrival = mover.fly(&events.starts, span, t_end, record, watch)?;
-                    return events.arrive(mover, arrival, t_end, record);
+                    return events.arrive(mover.taken(), arrival, t_end, record);
                 }
             }
         }
@@ -199,7 +199,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
             return Ok(None);
         };
         self.flight = None;
-        events.arrive(mover, arrival, t_end, &mut self.record)
+        events.arrive(mover.taken(), arrival, t_end, &mut self.record)
     }
 
     /// Puts down what the run leaves behind, if it has ended.

@@ -65,7 +65,7 @@ pub(crate) struct EventLoop {
 
 impl EventLoop {
     /// Flight after flight to the end of the run.
-    pub fn go_on<M: Mover>(
+    pub fn go_on<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         t_end: f64,
@@ -94,7 +94,7 @@ impl EventLoop {
     }
 
     /// Makes ready for a run from where a mover is, at a time; a run that cannot begin has ended.
-    pub fn start<M: Mover>(
+    pub fn start<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         t0: f64,
@@ -115,7 +115,7 @@ impl EventLoop {
     }
 
     /// The span of the next flight, towards a goal; or the end of the run, if there is to be none.
-    pub fn depart<M: Mover>(
+    pub fn depart<M: Mover + ?Sized>(
         &mut self,
         mover: &M,
         goal: Clock,
@@ -137,7 +137,7 @@ impl EventLoop {
     }
 
     /// What happens where a flight has ended; the end of the run, if it is that.
-    pub fn arrive<M: Mover>(
+    pub fn arrive<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         arrival: Arrival,
@@ -190,7 +190,7 @@ impl EventLoop {
     }
 
     /// The start: contacts there are judged by the sign of their velocity.
-    fn begin<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
+    fn begin<M: Mover + ?Sized>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
         mover.look()?;
         self.touching.clear();
         for stop in 0..mover.n_stops() {
@@ -219,7 +219,7 @@ impl EventLoop {
 
     /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
     /// its speed.
-    fn closes<M: Mover>(&self, mover: &M, stop: usize) -> bool {
+    fn closes<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
         let speed = mover.gap(stop).speed;
         speed < 0.0 && speed < -ROUNDING * mover.speed_size(stop) && !self.held.contains(&stop)
     }
@@ -236,7 +236,7 @@ impl EventLoop {
     }
 
     /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.
-    fn collide<M: Mover>(
+    fn collide<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         reached: usize,
@@ -257,7 +257,7 @@ impl EventLoop {
 
     /// Completes impacts that accumulate.
     #[cold]
-    fn accumulate<M: Mover>(
+    fn accumulate<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         stop: usize,
@@ -271,7 +271,7 @@ impl EventLoop {
 
     /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
     /// the tolerance, or the flights between them lost in rounding (theory 9).
-    fn accumulates<M: Mover>(&self, mover: &M, reached: usize) -> bool {
+    fn accumulates<M: Mover + ?Sized>(&self, mover: &M, reached: usize) -> bool {
         let e = mover.restitution(reached);
         let state = mover.gap(reached);
         let (speed, pull) = (state.speed, state.acceleration);
@@ -303,7 +303,7 @@ impl EventLoop {
     /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. Where holding it alone made
     /// the force pull, damping having pushed before, the gap has an acceleration.
     #[cold]
-    fn let_go<M: Mover>(&mut self, mover: &mut M, stop: usize) -> Resolved {
+    fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
         self.held.retain(|&held| held != stop);
         let held = self.held.clone();
         mover.hold(&held)?;
@@ -321,7 +321,7 @@ impl EventLoop {
 
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
     /// of several stops at one instant.
-    fn strike_all<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
+    fn strike_all<M: Mover + ?Sized>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
         self.still.clear();
         if self.touching.len() > 1 && self.is_coupled(mover) {
             if let Err(unresolved) = self.strike_together(mover, record)? {
@@ -341,7 +341,7 @@ impl EventLoop {
     }
 
     /// Whether a stop that is approached is coupled to another in contact.
-    fn is_coupled<M: Mover>(&self, mover: &M) -> bool {
+    fn is_coupled<M: Mover + ?Sized>(&self, mover: &M) -> bool {
         let pairs = |&stop: &usize| self.touching.iter().map(move |&other| (stop, other));
         self.touching
             .iter()
@@ -351,7 +351,11 @@ impl EventLoop {
     }
 
     /// The impacts of all stops in contact at one instant (Newton and Moreau).
-    fn strike_together<M: Mover>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
+    fn strike_together<M: Mover + ?Sized>(
+        &mut self,
+        mover: &mut M,
+        record: &mut Record,
+    ) -> Resolved {
         let stops = self.touching.clone();
         let each = |of: &dyn Fn(usize) -> f64| {
             DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
@@ -392,7 +396,7 @@ impl EventLoop {
     }
 
     /// Takes note of an impact.
-    fn note<M: Mover>(&mut self, mover: &M, stop: usize, blow: Blow, record: &mut Record) {
+    fn note<M: Mover + ?Sized>(&mut self, mover: &M, stop: usize, blow: Blow, record: &mut Record) {
         self.last_blow = Some((stop, blow.approach));
         self.stats.n_impacts += 1;
         if record.keep != Keep::Final {
@@ -403,7 +407,7 @@ impl EventLoop {
 
 /// Keeps an impact.
 #[inline(never)]
-fn keep_impact<M: Mover>(mover: &M, stop: usize, blow: Blow, record: &mut Record) {
+fn keep_impact<M: Mover + ?Sized>(mover: &M, stop: usize, blow: Blow, record: &mut Record) {
     record.impacts.push(Impact {
         time: mover.clock().time(),
         stop,

@@ -11,7 +11,7 @@ use crate::modal::Pair;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
-use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
+use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
@@ -190,6 +190,17 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
 /// Whether an instant is no later than the end of the run, as the doubles that a user sees.
 fn is_within(then: Clock, last: f64) -> bool {
     then.time() <= last
+}
+
+impl<F: LinearFlow> Looped for ExactMover<'_, F> {
+    type Taken<'s>
+        = Self
+    where
+        Self: 's;
+
+    fn taken(&mut self) -> &mut Self {
+        self
+    }
 }
 
 impl<F: LinearFlow> Mover for ExactMover<'_, F> {

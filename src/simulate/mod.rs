@@ -21,7 +21,7 @@ pub use energy::Energy;
 pub(crate) use event_loop::RATIO_TOL;
 pub(crate) use held::HeldMotion;
 pub use kept::SegmentKind;
-pub(crate) use mover::Mover;
+pub(crate) use mover::Looped;
 pub use options::{Keep, Method, SimulateOptions, Stats, Status};
 pub use plan::plan;
 pub(crate) use run::{Done, Run, choose, with_series, with_state, with_steps};

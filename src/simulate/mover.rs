@@ -126,3 +126,15 @@ pub(crate) trait Mover {
     /// Position and velocity now.
     fn physical(&self) -> (DVector<f64>, DVector<f64>);
 }
+
+/// A mover as the loop of flights takes it: by its type where an impact is worth little more than the calls that the loop
+/// makes, as any mover where steps outweigh them; one loop serves all of those.
+pub(crate) trait Looped: Mover {
+    /// What the loop is made for.
+    type Taken<'s>: Mover + ?Sized
+    where
+        Self: 's;
+
+    /// The mover as that.
+    fn taken(&mut self) -> &mut Self::Taken<'_>;
+}

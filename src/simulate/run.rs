@@ -8,7 +8,7 @@ use crate::quantity::finite_vector;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
 use crate::simulate::kept::{Kept, Machinery};
-use crate::simulate::mover::Mover;
+use crate::simulate::mover::{Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::stepping::{
     Pendulum, RungeKutta, StepMover, Taylor, has_series, series_order,
@@ -279,7 +279,7 @@ impl<'a> Run<'a, ()> {
     }
 }
 
-impl<'a, M: Mover> Run<'a, M> {
+impl<'a, M: Looped> Run<'a, M> {
     fn of(mover: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
         Self {
             mover,
@@ -304,6 +304,7 @@ impl<'a, M: Mover> Run<'a, M> {
             n_dof,
         } = self;
         let mut record = Record::new(options, *n_dof);
+        let mover = mover.taken();
         mover.start(q0, v0, t_span.0);
         let ending = match events.start(mover, t_span.0, &mut record)? {
             Some(ending) => ending,

@@ -22,7 +22,7 @@ use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, are_c
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
-use crate::simulate::mover::{Arrival, Blow, GapState, Mover};
+use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
@@ -174,6 +174,17 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             let (q, v) = x.slice().split_at(n);
             (DVector::from_column_slice(q), DVector::from_column_slice(v))
         });
+    }
+}
+
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Looped for StepMover<'_, S, D, F> {
+    type Taken<'s>
+        = dyn Mover + 's
+    where
+        Self: 's;
+
+    fn taken(&mut self) -> &mut (dyn Mover + '_) {
+        self
     }
 }
 

@@ -5,7 +5,7 @@ use crate::flow::runge_kutta::State;
 use crate::flow::{ModalScene, registers, with_flow};
 use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{
-    Abreast, Done, Keep, Method, Mover, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
+    Abreast, Done, Keep, Looped, Method, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
     choose, with_series, with_steps,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
@@ -136,7 +136,7 @@ pub fn simulate_many(
 }
 
 /// Fills the ends, each thread with a runner of its own.
-fn fill_ends<'a, M: Mover>(
+fn fill_ends<'a, M: Looped>(
     ends: &mut [End],
     make: impl Fn() -> Run<'a, M> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
-    pub(super) fn settle<M: Mover>(&mut self, mover: &mut M) -> Resolved {
+    pub(super) fn settle<M: Mover + ?Sized>(&mut self, mover: &mut M) -> Resolved {
         self.starts.fill(0);
         for (stop, size) in self.sizes.iter_mut().enumerate() {
             let state = mover.gap(stop);
@@ -40,7 +40,7 @@ impl EventLoop {
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so
     /// does a flight that would rise by no more than rounding.
-    fn is_still<M: Mover>(&self, mover: &M, stop: usize, held: &[usize]) -> Result<bool> {
+    fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize, held: &[usize]) -> Result<bool> {
         let mut state = mover.gap(stop);
         let low = ROUNDING * self.sizes[stop];
         if self.still.contains(&stop) || state.speed.abs() <= ROUNDING * mover.speed_size(stop) {
@@ -51,7 +51,7 @@ impl EventLoop {
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
-    fn hold_or_open<M: Mover>(&mut self, mover: &M, resting: &[usize]) -> Resolved {
+    fn hold_or_open<M: Mover + ?Sized>(&mut self, mover: &M, resting: &[usize]) -> Resolved {
         if resting.is_empty() {
             return Ok(Ok(()));
         }
@@ -71,7 +71,7 @@ impl EventLoop {
 }
 
 /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
-fn drawn<M: Mover>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
+fn drawn<M: Mover + ?Sized>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
     let free = mover.gap(stop).acceleration;
     let all: Vec<usize> = held.iter().copied().filter(|&h| h != stop).collect();
     let k = all.len();
@@ -92,7 +92,7 @@ fn drawn<M: Mover>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
 }
 
 /// The contact forces that hold stops at rest, by their Delassus matrix; `None` in a jam.
-fn holding_forces<M: Mover>(
+fn holding_forces<M: Mover + ?Sized>(
     mover: &M,
     stops: &[usize],
     delassus: &DMatrix<f64>,
