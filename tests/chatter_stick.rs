@@ -330,3 +330,50 @@ fn time_goes_forward_however_wide_the_margin() {
         assert!(times.is_sorted(), "{rtol:e}: {times:?}");
     }
 }
+
+/// A mass that a damped one shakes through a spring lands on a stop without restitution. Its modes are complex: a speed summed
+/// from them has terms other than the one that an impact takes away, and what rounding leaves of it is not another impact.
+#[test]
+fn an_impact_without_restitution_is_one_impact_in_complex_modes() {
+    for (mass, k, damping) in [
+        (0.01, 10.0, 0.1),
+        (0.01, 1e3, 0.1),
+        (0.01, 1e3, 1.0),
+        (100.0, 1.0, 0.1),
+        (100.0, 10.0, 0.1),
+        (100.0, 10.0, 1.0),
+    ] {
+        let system = LinearSystem::new(
+            dvector![1.0, mass],
+            dmatrix![damping, 0.0; 0.0, 0.0],
+            dmatrix![k + 1.0, -k; -k, k + 2.0],
+        );
+        let system = system.expect("valid").with_load(dvector![0.0, -1.0]);
+        let force = Harmonic::new(dvector![1.5.into(), 0.0.into()], 1.0, 0.0).expect("valid");
+        let floor = Stop::new(1, 0.0, 0.0).expect("valid").on_side(Side::Lower);
+        let scene = Scene::new(system.expect("valid"), force, [floor]).expect("valid");
+        let label = format!("{mass} {k} {damping}");
+        let none = dvector![0.0, 0.0];
+        let [exact, stepped] = BOTH.map(|method| {
+            let run = simulate(&scene, &none, &none, (0.0, 25.0), &with(method, 1e-11));
+            run.expect("runs")
+        });
+        assert_eq!(
+            exact.status(),
+            Status::Finished,
+            "{label}: {}",
+            exact.message()
+        );
+        let mut time = f64::NEG_INFINITY;
+        for impact in exact.impacts() {
+            assert!(
+                impact.approach > 0.0 && impact.time > time,
+                "{label}: {impact:?}"
+            );
+            time = impact.time;
+        }
+        assert_eq!(exact.impacts().len(), stepped.impacts().len(), "{label}");
+        let error = (exact.last().0 - stepped.last().0).amax();
+        assert!(error < 1e-7, "{label}: {error:e}");
+    }
+}

@@ -249,10 +249,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn gap(&self, stop: usize) -> GapState {
-        let jet = self.search.jets()[stop];
+        let jet = &self.search.jets()[stop];
         GapState {
             gap: jet.c[0],
-            speed: jet.c[1],
+            // Of the terms that an impact takes it from: those of the jet are others, and larger where modes are complex.
+            speed: -along(&self.velocity_rows[stop], &self.state),
             acceleration: 2.0 * jet.c[2],
             jerk: 6.0 * jet.c[3],
             size: jet.size,

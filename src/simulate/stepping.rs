@@ -285,7 +285,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         }
         self.is_begun = false;
         let held = self.held_motion();
-        self.fly_along(&held, starts, (span, last), record, watch)
+        self.fly_along::<_, true>(&held, starts, (span, last), record, watch)
     }
 
     fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()> {

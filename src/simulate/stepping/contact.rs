@@ -33,11 +33,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         reason = "the innermost loop of flights with and without stops held"
     )]
     #[inline(always)]
-    pub(super) fn contact_along(&mut self, starts: Option<&[usize]>, h: f64) -> Result<Found> {
+    pub(super) fn contact_along<const IS_HELD: bool>(
+        &mut self,
+        starts: Option<&[usize]>,
+        h: f64,
+    ) -> Result<Found> {
         let mut earliest: Option<(usize, f64)> = None;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
-            if self.holding.contains(&stop) {
+            if IS_HELD && self.holding.contains(&stop) {
                 continue;
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);

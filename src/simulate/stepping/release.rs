@@ -46,19 +46,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
     /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down. A force that
     /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
-    #[allow(
-        clippy::inline_always,
-        reason = "a scene without stops has nothing of it"
-    )]
-    #[inline(always)]
     pub(super) fn release_along(&mut self, h: f64) -> Result<Release> {
-        if self.holding.is_empty() {
-            return Ok(Release::None);
-        }
-        self.release_of_held(h)
-    }
-
-    fn release_of_held(&mut self, h: f64) -> Result<Release> {
         let held = self.held_motion();
         let dense = self.stepper.dense(&self.x, h);
         let mut x = S::zeros(2 * self.n());

@@ -46,7 +46,7 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
         if mover.contacts.is_empty() && record.keeps_nothing() {
             return mover.step_through(mover.dynamics, ends.0, watch);
         }
-        mover.fly_along(mover.dynamics, starts, ends, record, watch)
+        mover.fly_along::<D, false>(mover.dynamics, starts, ends, record, watch)
     }
 
     fn keep_nothing(
@@ -231,7 +231,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// A segment along some equations of motion: free, or with stops held.
-    pub(super) fn fly_along<E: Dynamics>(
+    pub(super) fn fly_along<E: Dynamics, const IS_HELD: bool>(
         &mut self,
         dynamics: &E,
         starts: &[usize],
@@ -240,10 +240,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
-        self.keep_segment(if self.holding.is_empty() {
-            SegmentKind::Flight
-        } else {
+        self.keep_segment(if IS_HELD {
             SegmentKind::Stick
+        } else {
+            SegmentKind::Flight
         });
         let end = self.clock.after(span);
         let work = self.work_of_step();
@@ -263,7 +263,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             };
             self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along(starts, h)? {
+            let found = match self.contact_along::<IS_HELD>(starts, h)? {
                 Found::Undecided if undecided => {
                     halvings += 1;
                     self.h = Some(0.5 * h);
@@ -272,7 +272,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 Found::Undecided | Found::Nothing => None,
                 Found::Contact { stop, x } => Some((stop, x)),
             };
-            let released = match self.release_along(h)? {
+            let release = if IS_HELD {
+                self.release_along(h)?
+            } else {
+                Release::None
+            };
+            let released = match release {
                 Release::Undecided if undecided => {
                     halvings += 1;
                     self.h = Some(0.5 * h);

@@ -14,7 +14,6 @@ REST = (
         f"        {NEVER}\n",
         "    }\n\n    fn stay(",
     ),
-    Change(steps.RELEASE, "        self.release_of_held(h)\n", f"        {NEVER}\n"),
 )
 KEPT = (
     *flights.KEPT,

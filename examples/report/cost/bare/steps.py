@@ -12,7 +12,6 @@ STEPPING, RUNGE_KUTTA, SERIES = (
 DYNAMICS, LINEAR, STEPPER = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/flow/runge_kutta.rs"
 RUN = "src/simulate/run.rs"
 TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
-RELEASE = "src/simulate/stepping/release.rs"
 
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
