@@ -353,9 +353,9 @@ fn an_impact_without_restitution_is_one_impact_in_complex_modes() {
         let floor = Stop::new(1, 0.0, 0.0).expect("valid").on_side(Side::Lower);
         let scene = Scene::new(system.expect("valid"), force, [floor]).expect("valid");
         let label = format!("{mass} {k} {damping}");
-        let none = dvector![0.0, 0.0];
+        let (q0, v0) = (dvector![0.3, 0.3], dvector![0.0, 0.0]);
         let [exact, stepped] = BOTH.map(|method| {
-            let run = simulate(&scene, &none, &none, (0.0, 25.0), &with(method, 1e-11));
+            let run = simulate(&scene, &q0, &v0, (0.0, 25.0), &with(method, 1e-11));
             run.expect("runs")
         });
         assert_eq!(
@@ -375,5 +375,41 @@ fn an_impact_without_restitution_is_one_impact_in_complex_modes() {
         assert_eq!(exact.impacts().len(), stepped.impacts().len(), "{label}");
         let error = (exact.last().0 - stepped.last().0).amax();
         assert!(error < 1e-7, "{label}: {error:e}");
+    }
+}
+
+/// A light mass on a stiff spring that a shaken mass holds: on letting go of its stop it flies in waves, all of them within the
+/// margin, and the contact is the zero before which the gap was last open.
+#[test]
+fn a_wavy_flight_within_the_margin_ends_at_a_contact() {
+    let (mass, k) = (0.1, 1e6);
+    let system = LinearSystem::new(
+        dvector![1.0, mass],
+        dmatrix![1.0, 0.0; 0.0, 0.0],
+        dmatrix![k + 1.0, -k; -k, k + 2.0],
+    );
+    let system = system.expect("valid").with_load(dvector![0.0, -1.0]);
+    let force = Harmonic::new(dvector![1.5.into(), 0.0.into()], 1.0, 0.0).expect("valid");
+    let floor = Stop::new(1, 0.0, 0.7).expect("valid").on_side(Side::Lower);
+    let scene = Scene::new(system.expect("valid"), force, [floor]).expect("valid");
+    let none = dvector![0.0, 0.0];
+    let run = simulate(
+        &scene,
+        &none,
+        &none,
+        (0.0, 60.0),
+        &SimulateOptions::default(),
+    );
+    let run = run.expect("runs");
+    assert_eq!(run.status(), Status::Finished, "{}", run.message());
+    for impact in run.impacts() {
+        let depth = run
+            .state(impact.time, vibroimpact::ImpactSide::Before)
+            .expect("kept")
+            .0[1];
+        assert!(
+            depth.abs() < 1e-13 && impact.approach > 0.0,
+            "{impact:?}: {depth:e}"
+        );
     }
 }

@@ -44,13 +44,61 @@ pub(crate) enum Next {
 }
 
 /// Evaluations of the motion spent on one impact time.
-const MOST_POLISHES: usize = 12;
+const MOST_POLISHES: usize = 60;
 /// A time step this small, in units of the fastest rate, moves the state by its Taylor series of third order: what that
 /// leaves out is below rounding.
 const TAYLOR_STEP: f64 = 1e-4;
 
 /// A step of Newton's method up to this part of the time since the start of a flight is near its zero.
 const NEAR: f64 = 0.25;
+
+/// Times between which a gap falls through zero.
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    /// The last at which it was open; minus infinity where it never was.
+    open: f64,
+    /// The first after that at which it was not; infinite where there is none.
+    closed: f64,
+}
+
+impl Bracket {
+    /// What is known at the start of a flight: whether the gap is open there, or opens.
+    fn start(is_open: bool) -> Self {
+        Self {
+            open: if is_open { 0.0 } else { f64::NEG_INFINITY },
+            closed: f64::INFINITY,
+        }
+    }
+
+    /// Takes note of a gap at a later time.
+    #[inline]
+    fn note(&mut self, time: f64, gap: f64) {
+        if gap > 0.0 {
+            (self.open, self.closed) = (time, f64::INFINITY);
+        } else {
+            self.closed = self.closed.min(time);
+        }
+    }
+
+    /// Takes note of a gap at a time inside.
+    fn narrow(&mut self, time: f64, gap: f64) {
+        if gap > 0.0 {
+            self.open = time;
+        } else {
+            self.closed = time;
+        }
+    }
+
+    /// The time after `from` to try: that which is wanted, if there is one and it lies inside, else half-way.
+    fn next(self, wanted: Option<f64>, from: f64) -> f64 {
+        match wanted {
+            Some(next) if self.open < 0.0 => next.max(0.0),
+            Some(next) if next > self.open && next < self.closed => next,
+            _ if self.open >= 0.0 && self.closed.is_finite() => 0.5 * (self.open + self.closed),
+            _ => from,
+        }
+    }
+}
 
 /// The search along one flight after another, with its buffers.
 pub(crate) struct Search<'f, F: LinearFlow> {
@@ -67,6 +115,8 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     was_falling: Vec<bool>,
     /// The order of each gap's root at the start of the flight.
     orders: Vec<usize>,
+    /// Where the walk last saw each gap open, and from where on no longer: the zero at which a stop is reached lies between.
+    brackets: Vec<Bracket>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -83,6 +133,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             jets: vec![Jet::default(); gaps.len()],
             was_falling: vec![false; gaps.len()],
             orders: Vec::with_capacity(gaps.len()),
+            brackets: Vec::with_capacity(gaps.len()),
             active: Vec::with_capacity(gaps.len()),
             gaps,
             margins,
@@ -136,6 +187,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.orders.extend_from_slice(starts);
         self.active.clear();
         self.active.extend(0..self.gaps.len());
+        let opens = |(order, jet): (&usize, &Jet)| Bracket::start(*order > 0 || jet.c[0] > 0.0);
+        self.brackets.clear();
+        self.brackets
+            .extend(starts.iter().zip(&self.jets).map(opens));
         self.state.clear();
         self.state.extend_from_slice(start);
         self.leave_out(Some(starts));
@@ -184,6 +239,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             for &stop in &self.active {
                 self.was_falling[stop] = self.jets[stop].c[1] < 0.0;
                 self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
+                self.brackets[stop].note(time, self.jets[stop].c[0]);
             }
             self.note_turns(time, steps, grazes);
             // At the end or past it, a stop that is passed by less than its margin may have been reached before it.
@@ -305,7 +361,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     /// `arrived` is the state there, and the search has looked there.
     fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut Vec<Pair>) -> f64 {
         let short = TAYLOR_STEP / self.flow.fastest_rate();
-        let mut time = guess.max(0.0);
+        let mut bracket = self.brackets[stop];
+        // A stop passed within its margin may have turned since.
+        let mut time = guess.max(0.0).min(bracket.closed);
         let mut looked = time;
         for _ in 0..MOST_POLISHES {
             arrived.clear();
@@ -316,8 +374,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
                 break;
             }
-            let step = newton_step(&jet, self.orders[stop], time).max(-time);
-            time += step;
+            bracket.narrow(time, jet.c[0]);
+            let wanted = newton_step(&jet, self.orders[stop], time).map(|step| time + step);
+            let next = bracket.next(wanted, time);
+            let step = next - time;
+            time = next;
             if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
                     *z = d.after(step);
@@ -335,19 +396,15 @@ impl<'f, F: LinearFlow> Search<'f, F> {
 /// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose
 /// root of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
 /// flight, all of it within the margin, is found from beyond its end without falling back to its start.
-fn newton_step(jet: &Jet, order: usize, time: f64) -> f64 {
+fn newton_step(jet: &Jet, order: usize, time: f64) -> Option<f64> {
     let [a, b, c, d] = jet.c;
     let is_far = b >= 0.0 || (a / b).abs() > NEAR * time;
     if order > 0 && is_far && time > 0.0 {
         let ahead = -a / (b - order as f64 * a / time);
-        return if ahead.is_finite() {
-            ahead.clamp(-0.5 * time, time)
-        } else {
-            0.0
-        };
+        return ahead.is_finite().then(|| ahead.clamp(-0.5 * time, time));
     }
     if b >= 0.0 {
-        return 0.0;
+        return None;
     }
     let mut r = -a / b;
     for _ in 0..3 {
@@ -356,5 +413,5 @@ fn newton_step(jet: &Jet, order: usize, time: f64) -> f64 {
             r -= jet.value(r) / slope;
         }
     }
-    r
+    Some(r)
 }

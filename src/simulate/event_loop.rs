@@ -52,7 +52,7 @@ pub(crate) struct EventLoop {
     touching: Vec<usize>,
     /// The stops held.
     held: Vec<usize>,
-    /// The stops in contact that the law of several stops left without normal speed.
+    /// The stops in contact that an impact left without normal speed.
     still: Vec<usize>,
     /// Instants at which only impacts without restitution came to an end.
     n_inelastic: usize,
@@ -333,6 +333,9 @@ impl EventLoop {
                 if self.closes(mover, stop) {
                     let blow = mover.strike(stop)?;
                     self.note(mover, stop, blow, record);
+                    if blow.departure == 0.0 {
+                        self.still.push(stop);
+                    }
                 }
             }
         }

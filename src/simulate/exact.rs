@@ -312,6 +312,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                 let (stop, time) = self
                     .search
                     .arrive(stop, time, &self.state, &mut self.arrived);
+                self.grazed.retain(|graze| graze.time < time);
                 let then = self.clock.after(time);
                 if is_within(then, last) {
                     self.keep(time, None, record);
