@@ -93,7 +93,7 @@ impl Bracket {
     fn next(self, wanted: Option<f64>, from: f64) -> f64 {
         match wanted {
             Some(next) if self.open < 0.0 => next.max(0.0),
-            Some(next) if next > self.open && next < self.closed => next,
+            Some(next) if next >= self.open && next <= self.closed => next,
             _ if self.open >= 0.0 && self.closed.is_finite() => 0.5 * (self.open + self.closed),
             _ => from,
         }
@@ -379,7 +379,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let next = bracket.next(wanted, time);
             let step = next - time;
             time = next;
-            if step.abs() <= short.max(2.0 * f64::EPSILON * time) {
+            // Half the way is no sign that the zero is near.
+            let is_newton = wanted == Some(next) || step == 0.0;
+            if is_newton && step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
                     *z = d.after(step);
                 }
