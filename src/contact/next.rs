@@ -417,3 +417,29 @@ fn newton_step(jet: &Jet, order: usize, time: f64) -> Option<f64> {
     }
     Some(r)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_zero_stays_between_open_and_closed() {
+        let mut bracket = Bracket::start(true);
+        for (time, gap) in [(1.0, 0.2), (2.0, -1e-9), (3.0, -1e-9)] {
+            bracket.note(time, gap);
+        }
+        assert_eq!((bracket.open, bracket.closed), (1.0, 2.0));
+        assert_eq!(bracket.next(Some(1.3), 2.0), 1.3);
+        assert_eq!(bracket.next(Some(0.7), 2.0), 1.5);
+        assert_eq!(bracket.next(None, 2.0), 1.5);
+        bracket.narrow(1.5, -1.0);
+        assert_eq!(bracket.next(Some(1.7), 1.5), 1.25);
+        // A gap that opens again has not been reached before.
+        bracket.note(4.0, 0.1);
+        assert_eq!(bracket.next(Some(5.0), 4.0), 5.0);
+        // One that never was open is passed where the flight begins, and Newton's method is left alone.
+        let passed = Bracket::start(false);
+        assert_eq!(passed.next(Some(-0.1), 0.2), 0.0);
+        assert_eq!(passed.next(None, 0.2), 0.2);
+    }
+}
