@@ -21,6 +21,7 @@ impl OverMass for DMatrix<f64> {
 
     #[allow(
         clippy::inline_always,
+        clippy::needless_range_loop,
         reason = "the loops are written out where the caller's state is an array"
     )]
     #[inline(always)]
