@@ -1,6 +1,7 @@
 //! Where the next impact is, and where a gap is lowest (theory 8).
 
 pub(crate) mod ahead;
+pub(crate) mod bracket;
 pub(crate) mod curvature;
 pub(crate) mod next;
 pub(crate) mod polynomial;

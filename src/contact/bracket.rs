@@ -1,0 +1,75 @@
+//! Where a gap falls through zero on a flight: between a time at which it was open and one at which it was not.
+
+/// Times between which a gap falls through zero.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bracket {
+    /// The last at which it was open; minus infinity where it never was.
+    open: f64,
+    /// The first after that at which it was not; infinite where there is none.
+    pub closed: f64,
+}
+
+impl Bracket {
+    /// What is known at the start of a flight: whether the gap is open there, or opens.
+    pub fn start(is_open: bool) -> Self {
+        Self {
+            open: if is_open { 0.0 } else { f64::NEG_INFINITY },
+            closed: f64::INFINITY,
+        }
+    }
+
+    /// Takes note of a gap at a later time.
+    #[inline]
+    pub fn note(&mut self, time: f64, gap: f64) {
+        if gap > 0.0 {
+            (self.open, self.closed) = (time, f64::INFINITY);
+        } else {
+            self.closed = self.closed.min(time);
+        }
+    }
+
+    /// Takes note of a gap at a time inside.
+    pub fn narrow(&mut self, time: f64, gap: f64) {
+        if gap > 0.0 {
+            self.open = time;
+        } else {
+            self.closed = time;
+        }
+    }
+
+    /// The time after `from` to try: that which is wanted, if there is one and it lies inside, else half-way.
+    pub fn next(self, wanted: Option<f64>, from: f64) -> f64 {
+        match wanted {
+            Some(next) if self.open < 0.0 => next.max(0.0),
+            Some(next) if next >= self.open && next <= self.closed => next,
+            _ if self.open >= 0.0 && self.closed.is_finite() => 0.5 * (self.open + self.closed),
+            _ => from,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_zero_stays_between_open_and_closed() {
+        let mut bracket = Bracket::start(true);
+        for (time, gap) in [(1.0, 0.2), (2.0, -1e-9), (3.0, -1e-9)] {
+            bracket.note(time, gap);
+        }
+        assert_eq!((bracket.open, bracket.closed), (1.0, 2.0));
+        assert_eq!(bracket.next(Some(1.3), 2.0), 1.3);
+        assert_eq!(bracket.next(Some(0.7), 2.0), 1.5);
+        assert_eq!(bracket.next(None, 2.0), 1.5);
+        bracket.narrow(1.5, -1.0);
+        assert_eq!(bracket.next(Some(1.7), 1.5), 1.25);
+        // A gap that opens again has not been reached before.
+        bracket.note(4.0, 0.1);
+        assert_eq!(bracket.next(Some(5.0), 4.0), 5.0);
+        // One that never was open is passed where the flight begins, and Newton's method is left alone.
+        let passed = Bracket::start(false);
+        assert_eq!(passed.next(Some(-0.1), 0.2), 0.0);
+        assert_eq!(passed.next(None, 0.2), 0.2);
+    }
+}
