@@ -89,6 +89,8 @@ impl Propagation {
             Self::Under { w2, .. } | Self::Over { w2, .. } if is_far_from_one(first) => {
                 [g[1] * ((1.0 - first) / w2), g[1] * s]
             }
+            // (1 - cos)/w2 = s^2/(1 + cos)
+            Self::Under { eta: 0.0, .. } => [g[1] * (s * s / (1.0 + first)), g[1] * s],
             Self::Under {
                 w2,
                 eta,

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::linalg::rank;
-use crate::model::dynamics::factored_mass;
+use crate::model::dynamics::solve_mass_at;
 use crate::model::stop::WallSide;
 use crate::model::{Constraint, NonlinearStop, Reaction, Scene, Side, System};
 use nalgebra::{DMatrix, DVector};
@@ -92,6 +92,22 @@ impl Surface {
         })
     }
 
+    /// The size of the terms of the normal speed.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn speed_size(&self, q: &[f64], v: &[f64]) -> Result<f64> {
+        let size = |(n, v): (&f64, &f64)| (n * v).abs();
+        Ok(match self {
+            Self::Plane { normal, .. } => normal.iter().zip(v).map(size).sum(),
+            Self::Wall { lengths, .. } => {
+                let terms = lengths.iter().zip(q).zip(v);
+                terms.map(|((l, q), v)| (l * q.cos() * v).abs()).sum()
+            }
+            Self::Nonlinear(stop) => stop.gradient(q)?.iter().zip(v).map(size).sum(),
+        })
+    }
+
     /// The nonlinear stop whose gap has a bound on its curvature, and that bound.
     pub fn bounded(&self) -> Option<(&NonlinearStop, f64)> {
         match self {
@@ -116,13 +132,27 @@ impl Surface {
     /// # Errors
     /// What the functions of a nonlinear stop report.
     pub fn normal(&self, q: &[f64]) -> Result<DVector<f64>> {
-        Ok(match self {
-            Self::Plane { normal, .. } => normal.clone(),
-            Self::Wall { lengths, sign, .. } => DVector::from_fn(q.len(), |i, _| {
-                lengths.get(i).map_or(0.0, |l| sign * l * q[i].cos())
-            }),
-            Self::Nonlinear(stop) => -stop.gradient(q)?,
-        })
+        let mut normal = DVector::zeros(q.len());
+        self.put_normal(q, normal.as_mut_slice())?;
+        Ok(normal)
+    }
+
+    /// The same into room for it.
+    pub fn put_normal(&self, q: &[f64], room: &mut [f64]) -> Result<()> {
+        match self {
+            Self::Plane { normal, .. } => room.copy_from_slice(normal.as_slice()),
+            Self::Wall { lengths, sign, .. } => {
+                for (i, (n, q)) in room.iter_mut().zip(q).enumerate() {
+                    *n = lengths.get(i).map_or(0.0, |l| sign * l * q.cos());
+                }
+            }
+            Self::Nonlinear(stop) => {
+                for (n, g) in room.iter_mut().zip(stop.gradient(q)?.iter()) {
+                    *n = -g;
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -175,14 +205,19 @@ impl Contact {
     /// # Errors
     /// What the functions of a nonlinear stop or system report.
     pub fn reaction(&self, system: &System, q: &[f64]) -> Result<Option<DVector<f64>>> {
-        let normal = self.surface.normal(q)?;
-        Ok(match (&self.reaction, system) {
-            (Reaction::Inertia, System::Linear(system)) => Some(system.solve_mass(&normal)),
-            (Reaction::Inertia, _) => factored_mass(system, &DVector::from_column_slice(q))?
-                .map(|mass| mass.solve(&normal)),
-            (Reaction::Coordinate, _) => Some(normal),
-            (Reaction::Direction(b), _) => Some(b.clone()),
-        })
+        let mut direction = self.surface.normal(q)?;
+        let is_regular = self.turn_to_reaction(system, q, direction.as_mut_slice())?;
+        Ok(is_regular.then_some(direction))
+    }
+
+    /// Makes the normal at q that direction, in its place; false where the mass matrix is singular.
+    pub fn turn_to_reaction(&self, system: &System, q: &[f64], normal: &mut [f64]) -> Result<bool> {
+        match &self.reaction {
+            Reaction::Inertia => return solve_mass_at(system, q, normal),
+            Reaction::Coordinate => {}
+            Reaction::Direction(b) => normal.copy_from_slice(b.as_slice()),
+        }
+        Ok(true)
     }
 }
 
@@ -224,17 +259,26 @@ pub(crate) fn along_reactions(
 pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
     let n = scene.n_dof();
     let contact = |stop: &Constraint| match stop {
-        Constraint::Stop(stop) => Contact {
-            surface: Surface::Plane {
-                normal: stop.outward(n),
-                clearance: stop.clearance(),
-            },
-            restitution: stop.restitution().value(),
-            reaction: match stop.reaction() {
-                Reaction::Direction(b) if stop.side() == Side::Lower => Reaction::Direction(-b),
-                other => other.clone(),
-            },
-        },
+        Constraint::Stop(stop) => {
+            let normal = stop.outward(n);
+            Contact {
+                reaction: match (stop.reaction(), scene.system()) {
+                    (Reaction::Direction(b), _) if stop.side() == Side::Lower => {
+                        Reaction::Direction(-b)
+                    }
+                    // Where neither the normal nor the mass changes, it is known beforehand.
+                    (Reaction::Inertia, System::Linear(system)) => {
+                        Reaction::Direction(system.solve_mass(&normal))
+                    }
+                    (other, _) => other.clone(),
+                },
+                surface: Surface::Plane {
+                    normal,
+                    clearance: stop.clearance(),
+                },
+                restitution: stop.restitution().value(),
+            }
+        }
         Constraint::Wall(wall) => Contact {
             surface: Surface::Wall {
                 lengths: scene

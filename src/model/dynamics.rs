@@ -5,7 +5,7 @@ use crate::linalg::small;
 use crate::model::{
     DoublePendulum, Driven, Forcing, Input, Links, NonlinearSystem, PendulumChain, System,
 };
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -209,13 +209,25 @@ pub(crate) fn mass_at(system: &System, q: &DVector<f64>) -> Result<DMatrix<f64>>
     })
 }
 
-/// The factored mass matrix of a system at a position; `None` where it is singular in double precision.
+/// Solves `M(q) x = b` in the place of b; false where the mass matrix is not positive definite in double precision.
 ///
 /// # Errors
 /// What a nonlinear system reports.
-pub(crate) fn factored_mass(
-    system: &System,
-    q: &DVector<f64>,
-) -> Result<Option<Cholesky<f64, Dyn>>> {
-    Ok(Cholesky::new(mass_at(system, q)?))
+pub(crate) fn solve_mass_at(system: &System, q: &[f64], b: &mut [f64]) -> Result<bool> {
+    Ok(match system {
+        System::Linear(system) => {
+            system.solve_mass_mut(b);
+            true
+        }
+        System::DoublePendulum(pendulum) => {
+            let [outer, coupling, inner] = pendulum.inertia();
+            let turned = coupling * (q[0] - q[1]).cos();
+            small::solve_positive(&mut [outer, turned, turned, inner], b)
+        }
+        // Symmetric: its rows are its columns.
+        _ => {
+            let mut mass = mass_at(system, &DVector::from_column_slice(q))?;
+            small::solve_positive(mass.as_mut_slice(), b)
+        }
+    })
 }

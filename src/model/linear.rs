@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::quantity::{finite_square, finite_vector};
-use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, DVectorViewMut, Dyn};
 
 /// Relative asymmetry up to which a matrix counts as symmetric.
 const SYMMETRY_TOL: f64 = 1e-12;
@@ -229,9 +229,19 @@ impl LinearSystem {
 
     /// `M^-1 b`.
     pub fn solve_mass(&self, b: &DVector<f64>) -> DVector<f64> {
+        let mut x = b.clone();
+        self.solve_mass_mut(x.as_mut_slice());
+        x
+    }
+
+    /// `M^-1 b` in the place of b.
+    pub(crate) fn solve_mass_mut(&self, b: &mut [f64]) {
         match &self.factor {
-            MassFactor::Diagonal(d) => b.component_div(d),
-            MassFactor::Cholesky(c) => c.solve(b),
+            MassFactor::Diagonal(d) => b.iter_mut().zip(d.iter()).for_each(|(b, d)| *b /= d),
+            MassFactor::Cholesky(c) => {
+                let n = b.len();
+                c.solve_mut(&mut DVectorViewMut::from_slice(b, n));
+            }
         }
     }
 

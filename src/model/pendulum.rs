@@ -78,6 +78,11 @@ impl DoublePendulum {
         pendulum_mass(self.mass_ratio, self.length_ratio)
     }
 
+    /// The entries of its mass matrix, without the turn of the links in the coupling.
+    pub(crate) fn inertia(&self) -> [f64; 3] {
+        pendulum_inertia(self.mass_ratio, self.length_ratio)
+    }
+
     /// The coefficients of its equations of motion.
     pub(crate) fn links(&self) -> Links {
         let inertia = self.mass();
@@ -117,10 +122,16 @@ impl DoublePendulum {
     }
 }
 
+/// `(1, alpha, alpha/mu)`: the entries of the mass matrix, but for the cosine of the angle between the links in the second.
+fn pendulum_inertia(mass_ratio: f64, length_ratio: f64) -> [f64; 3] {
+    let alpha = mass_ratio / (1.0 + mass_ratio) / length_ratio;
+    [1.0, alpha, alpha / length_ratio]
+}
+
 /// `[[1, alpha], [alpha, alpha/mu]]`.
 pub(crate) fn pendulum_mass(mass_ratio: f64, length_ratio: f64) -> DMatrix<f64> {
-    let alpha = mass_ratio / (1.0 + mass_ratio) / length_ratio;
-    dmatrix![1.0, alpha; alpha, alpha / length_ratio]
+    let [outer, coupling, inner] = pendulum_inertia(mass_ratio, length_ratio);
+    dmatrix![outer, coupling; coupling, inner]
 }
 
 /// `diag(1, alpha)/(1 + m)`.

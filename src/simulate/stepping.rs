@@ -28,6 +28,7 @@ use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
+use normal::dot;
 use std::sync::Arc;
 
 /// Beat of the clock of a motion without forcing.
@@ -258,8 +259,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     fn speed_size(&self, stop: usize) -> f64 {
         let (q, v) = self.x.slice().split_at(self.n());
         // The look before has had this normal: an error would have ended the run there.
-        let normal = self.contacts[stop].surface.normal(q);
-        normal.map_or(0.0, |n| n.iter().zip(v).map(|(n, v)| (n * v).abs()).sum())
+        let size = self.contacts[stop].surface.speed_size(q, v);
+        size.unwrap_or(0.0)
     }
 
     fn work_of_flight(&self) -> usize {
@@ -296,18 +297,19 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     }
 
     fn strike(&mut self, stop: usize) -> Result<Blow> {
-        let (normal, reaction) = self.directions(stop)?;
-        let approach = positive_part(self.along(&normal));
+        let directions = self.directions(stop)?;
+        let (normal, reaction) = directions.both();
+        let approach = positive_part(self.along(normal));
         let restitution = self.contacts[stop].restitution;
-        let give = normal.dot(&reaction);
+        let give = dot(normal, reaction);
         let (impulse, departure) = (
             (1.0 + restitution) * approach / give,
             restitution * approach,
         );
-        self.push_along(&reaction, impulse);
+        self.push_along(reaction, impulse);
         // A small departure is what is left of two large speeds: its rounding is taken off.
-        let left = self.along(&normal) + departure;
-        self.push_along(&reaction, left / give);
+        let left = self.along(normal) + departure;
+        self.push_along(reaction, left / give);
         Ok(Blow {
             approach,
             departure,
@@ -318,13 +320,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
         let all = stops.iter().map(|&stop| self.directions(stop));
         let all: Vec<_> = all.collect::<Result<_>>()?;
-        let product = |i: usize, j: usize| all[i].0.dot(&all[j].1);
+        let product = |i: usize, j: usize| dot(all[i].both().0, all[j].both().1);
         Ok(DMatrix::from_fn(stops.len(), stops.len(), product))
     }
 
     fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
-        let (_, reaction) = self.directions(stop)?;
-        self.push_along(&reaction, impulse);
+        let directions = self.directions(stop)?;
+        self.push_along(directions.both().1, impulse);
         Ok(())
     }
 
@@ -344,15 +346,17 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         let span = 2.0 * e * part / acceleration;
         let n = self.n();
         // Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)
-        let (normal, reaction) = self.directions(stop)?;
+        let directions = self.directions(stop)?;
+        let (normal, reaction) = directions.both();
+        let give = dot(normal, reaction);
         let drift = 2.0 * e / acceleration * part;
-        let kick = (1.0 + e) * part / normal.dot(&reaction);
+        let kick = (1.0 + e) * part / give;
         let start = self.x.clone();
         let rate = self.stepper.start_rate().clone();
         for (x, rate) in self.x.slice_mut().iter_mut().zip(rate.slice()) {
             *x += drift * rate;
         }
-        self.push_along(&reaction, -kick);
+        self.push_along(reaction, -kick);
         self.settle(&[stop])?;
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Chatter, &[stop]);
@@ -360,8 +364,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         // The impacts are over in no time: the line begins without normal speed.
         let mut rest = start.clone();
         let (_, v) = rest.slice_mut().split_at_mut(n);
-        for (v, b) in v.iter_mut().zip(reaction.iter()) {
-            *v += b * speed / normal.dot(&reaction);
+        for (v, b) in v.iter_mut().zip(reaction) {
+            *v += b * speed / give;
         }
         let line = Dense::line(&rest, &self.x, span);
         self.keep_dense(&line, span, None, record);

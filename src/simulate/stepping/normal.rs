@@ -29,26 +29,22 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 break;
             }
         }
-        let approach = |&stop: &usize| {
-            let (normal, _) = self.directions(stop)?;
-            Ok(self.along(&normal))
-        };
+        let approach = |&stop: &usize| Ok(self.along(self.directions(stop)?.both().0));
         let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
         let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
-        self.push_along(&moves, 1.0);
+        self.push_along(moves.as_slice(), 1.0);
         Ok(())
     }
 
     /// The present speed along a normal.
-    pub(super) fn along(&self, normal: &DVector<f64>) -> f64 {
-        let v = &self.x.slice()[normal.len()..];
-        normal.iter().zip(v).map(|(n, v)| n * v).sum()
+    pub(super) fn along(&self, normal: &[f64]) -> f64 {
+        dot(normal, &self.x.slice()[normal.len()..])
     }
 
     /// Changes the present velocity by so much against a direction.
-    pub(super) fn push_along(&mut self, direction: &DVector<f64>, impulse: f64) {
+    pub(super) fn push_along(&mut self, direction: &[f64], impulse: f64) {
         let v = &mut self.x.slice_mut()[direction.len()..];
-        for (v, b) in v.iter_mut().zip(direction.iter()) {
+        for (v, b) in v.iter_mut().zip(direction) {
             *v -= b * impulse;
         }
         self.is_begun = false;
@@ -60,25 +56,48 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         stops: &[usize],
         parts: &DVector<f64>,
     ) -> Result<DVector<f64>> {
-        let each = stops.iter().map(|&stop| self.directions(stop));
-        let each: Vec<_> = each.collect::<Result<_>>()?;
-        let (normals, reactions): (Vec<_>, Vec<_>) = each.into_iter().unzip();
+        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
+        for &stop in stops {
+            let directions = self.directions(stop)?;
+            let (normal, reaction) = directions.both();
+            normals.push(DVector::from_column_slice(normal));
+            reactions.push(DVector::from_column_slice(reaction));
+        }
         along_reactions(&normals, &reactions, parts)
     }
 
     /// The normal of a stop and its reaction direction.
-    pub(super) fn directions(&self, stop: usize) -> Result<(DVector<f64>, DVector<f64>)> {
+    pub(super) fn directions(&self, stop: usize) -> Result<Directions<S>> {
         let (q, _) = self.x.slice().split_at(self.n());
         let contact = &self.contacts[stop];
-        let normal = contact.surface.normal(q)?;
-        let reaction = contact.reaction(self.scene.system(), q)?;
-        match reaction.filter(|b| normal.dot(b) > 0.0) {
-            Some(reaction) => Ok((normal, reaction)),
-            None => Err(Error::bad_value(
-                format!("stops[{stop}]"),
-                "a stop without a normal",
-                "at an impact its gap must change with the coordinates and its reaction must push",
-            )),
+        let mut both = S::zeros(2 * q.len());
+        let (normal, reaction) = both.slice_mut().split_at_mut(q.len());
+        contact.surface.put_normal(q, normal)?;
+        reaction.copy_from_slice(normal);
+        let is_regular = contact.turn_to_reaction(self.scene.system(), q, reaction)?;
+        if is_regular && dot(normal, reaction) > 0.0 {
+            return Ok(Directions(both));
         }
+        Err(Error::bad_value(
+            format!("stops[{stop}]"),
+            "a stop without a normal",
+            "at an impact its gap must change with the coordinates and its reaction must push",
+        ))
     }
+}
+
+/// The normal of a stop and its reaction direction, in the room that a state takes.
+pub(super) struct Directions<S>(S);
+
+impl<S: State> Directions<S> {
+    /// Normal and reaction.
+    pub fn both(&self) -> (&[f64], &[f64]) {
+        let x = self.0.slice();
+        x.split_at(x.len() / 2)
+    }
+}
+
+/// `a.b`
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -94,21 +94,66 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             let end = mover.stepper.end.clone();
             Ok(mover.forces_at(&held, s, end.slice())?[k])
         };
-        let (mut s0, mut s) = (0.0, guess);
-        let mut f0 = force(self, s0)?;
+        let at_start = force(self, 0.0)?;
         if guess == 0.0 {
             return Ok(0.0);
         }
-        let mut f = force(self, s)?;
-        for _ in 0..MOST_POLISHES {
-            let next = s - f * (s - s0) / (f - f0);
-            if !next.is_finite() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
-                break;
-            }
-            (s0, f0) = (s, f);
-            s = next.clamp(0.0, h);
-            f = force(self, s)?;
+        zero_near(guess, h, at_start, |s| force(self, s))
+    }
+}
+
+/// The zero of a force that falls along a step of length h, near a guess, by the secant method from its value at the start;
+/// the force is asked for last where it is found.
+fn zero_near(
+    guess: f64,
+    h: f64,
+    at_start: f64,
+    mut force: impl FnMut(f64) -> Result<f64>,
+) -> Result<f64> {
+    let (mut s0, mut f0) = (0.0, at_start);
+    let (mut s, mut f) = (guess, force(guess)?);
+    for _ in 0..MOST_POLISHES {
+        let next = (s - f * (s - s0) / (f - f0)).clamp(0.0, h);
+        if next.is_nan() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
+            break;
         }
-        Ok(s)
+        let there = force(next)?;
+        // A force that falls no further is rounding, on which a secant would lead anywhere: back to the step before.
+        if there.abs() >= f.abs() {
+            force(s)?;
+            break;
+        }
+        (s0, f0) = (s, f);
+        (s, f) = (next, there);
+    }
+    Ok(s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_that_rounding_holds_off_zero_has_its_zero_where_it_is_least() {
+        let (zero, h, slope) = (0.003, 0.004, -20.0);
+        for rounding in [3e-16, 1e-14, -1e-14] {
+            for seed in 1..40 {
+                let (mut asked, mut last) = (0, 0.0);
+                let mut force = |s: f64| {
+                    (asked, last) = (asked + 1, s);
+                    let x = s - zero;
+                    let value = slope * x * (1.0 + 10.0 * x);
+                    // Near the zero only rounding is left, which differs a little from time to time.
+                    let noise = rounding * (1.0 + 1e-14 * f64::from(asked * seed % 5));
+                    let is_lost = value.abs() <= rounding.abs();
+                    Ok(if is_lost { noise } else { value })
+                };
+                let at_start = force(0.0).expect("finite");
+                let found = zero_near(0.9 * zero, h, at_start, force).expect("finite");
+                let lost = 2.0 * (rounding / slope).abs() + 1e-17;
+                assert!((found - zero).abs() <= lost, "{rounding:e} {seed} {found}");
+                assert_eq!(last, found);
+            }
+        }
     }
 }

@@ -134,10 +134,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         self.clock = self.clock.after(s);
     }
     /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
+    #[inline]
     fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
-        if record.keeps_nothing() {
-            return;
+        if !record.keeps_nothing() {
+            self.keep_step(s, last, record);
         }
+    }
+
+    #[inline(never)]
+    fn keep_step(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
         let clock = self.clock;
         let wants_samples = record.wants_samples(clock.after(s).time(), last);
         if self.kept.is_none() && !wants_samples {
@@ -205,10 +210,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         let end = self.clock.after(span);
-        let work = self.work_of_step();
+        let mut steps = watch.steps(self.work_of_step());
         self.begin(dynamics)?;
         loop {
-            watch.work(work)?;
+            steps.begin()?;
             match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => {
                     self.accept(h, next);
@@ -246,12 +251,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             SegmentKind::Flight
         });
         let end = self.clock.after(span);
-        let work = self.work_of_step();
+        let mut steps = watch.steps(self.work_of_step());
         let mut starts = Some(starts);
         let mut halvings = 0;
         self.begin(dynamics)?;
         let arrival = loop {
-            watch.work(work)?;
+            steps.begin()?;
             let (h, next, is_last) = match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => (h, next, is_last),
                 Trial::Rejected => continue,

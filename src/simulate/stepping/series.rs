@@ -109,13 +109,13 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
     ) -> Result<Arrival> {
         let end = mover.clock.after(span);
         let mut starts = Some(starts);
-        let work = mover.work();
         mover.lend_series(|mover, series| {
             if mover.contacts.is_empty() && record.keeps_nothing() {
                 return mover.go_through(series, end, watch);
             }
+            let mut steps = watch.steps(mover.work());
             loop {
-                watch.work(work)?;
+                steps.begin()?;
                 let arrival = mover.step_on(series, starts.take(), (end, last), record)?;
                 if let Some(arrival) = arrival {
                     return Ok(arrival);
@@ -170,10 +170,10 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         end: Clock,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
-        let work = self.work();
+        let mut steps = watch.steps(self.work());
         self.is_begun = false;
         loop {
-            watch.work(work)?;
+            steps.begin()?;
             self.expand(series)?;
             match self.reach(series.motion(0), end) {
                 Reach::To { h, is_last } => {

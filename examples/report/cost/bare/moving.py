@@ -30,9 +30,9 @@ WATCH = (
     *steps.WATCH,
     Change(
         steps.RUNGE_KUTTA,
-        "            watch.work(work)?;\n            let (h, next, is_last) =",
+        "            steps.begin()?;\n            let (h, next, is_last) =",
         "            let (h, next, is_last) =",
     ),
-    Change(steps.SERIES, "                watch.work(work)?;\n                let arrival =", "                let arrival ="),
+    Change(steps.SERIES, "                steps.begin()?;\n                let arrival =", "                let arrival ="),
 )
 APART = (*flights.APART, *steps.APART)

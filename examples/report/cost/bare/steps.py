@@ -66,7 +66,7 @@ STOPS = (
     Change(RUNGE_KUTTA, "        self.grazes.clear();\n        self.keep_segment(", f"        {NEVER}\n", "    }\n}\n"),
     Change(
         SERIES,
-        "            loop {\n                watch.work(work)?;\n                let arrival = mover.step_on(",
+        "            loop {\n                steps.begin()?;\n                let arrival = mover.step_on(",
         f"            {NEVER}\n",
         "        })\n    }\n",
     ),
@@ -74,8 +74,8 @@ STOPS = (
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(RUNGE_KUTTA, "            watch.work(work)?;\n            match self.try_step(", "            match self.try_step("),
-    Change(SERIES, "            watch.work(work)?;\n            self.expand(", "            self.expand("),
+    Change(RUNGE_KUTTA, "            steps.begin()?;\n            match self.try_step(", "            match self.try_step("),
+    Change(SERIES, "            steps.begin()?;\n            self.expand(", "            self.expand("),
 )
 
 APART = ()
