@@ -1,6 +1,7 @@
 //! Exact flights: a linear scene moved in closed form from contact to contact (theory 8).
 
 mod held;
+mod keep;
 
 use crate::contact::next::{Grazed, Margin, Next, Search};
 use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
@@ -10,10 +11,9 @@ use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
-use crate::simulate::kept::{Kept, Piece, SegmentKind};
+use crate::simulate::kept::{Kept, SegmentKind};
 use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover};
 use crate::simulate::record::Record;
-use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
@@ -99,83 +99,12 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         whole
     }
 
-    /// Keeps what is asked for of a flight from the present state; `last` is the time at which the run ends with it.
-    #[inline]
-    fn keep(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
-        if !record.keeps_nothing() {
-            self.keep_flight(span, last, record);
-        }
-    }
-
-    fn keep_flight(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
-        if record.keep != Keep::Final {
-            for i in 0..self.grazed.len() {
-                let graze = self.sharpened(self.grazed[i]);
-                record.grazes.push(graze);
-            }
-        }
-        self.keep_piece(SegmentKind::Flight, &[], span);
-        let Self {
-            search,
-            state,
-            scene,
-            flow,
-            clock,
-            ..
-        } = self;
-        let mut whole = Vec::new();
-        record.sample(*clock, span, last, |local| {
-            let mut there = state.clone();
-            search.forward(&mut there, local);
-            flow.leave(&there, &mut whole);
-            scene.form.to_physical(&whole)
-        });
-    }
-
-    /// Keeps a segment of one piece from the present state.
-    fn keep_piece(&mut self, kind: SegmentKind, stops: &[usize], span: f64) {
-        if self.kept.is_none() {
-            return;
-        }
-        let whole = self.whole(&self.state);
-        if let Some(kept) = &mut self.kept {
-            let clock = self.clock;
-            kept.begin(kind, stops);
-            kept.pieces.push(Piece { clock, span });
-            kept.numbers.extend(whole.iter().flatten());
-        }
-    }
-
     /// Puts the present state at a position and velocity, a time later.
     fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.clock = self.clock.after(span);
         let angle = self.angle(self.clock);
         self.flow
             .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
-    }
-
-    /// A graze with its time and depth to rounding.
-    fn sharpened(&mut self, grazed: Grazed) -> Graze {
-        let Grazed {
-            stop,
-            mut time,
-            mut gap,
-        } = grazed;
-        for _ in 0..2 {
-            let mut there = self.state.clone();
-            self.search.forward(&mut there, time);
-            let jet = self.search.look(&there)[stop];
-            if jet.c[2] > 0.0 {
-                let step = -0.5 * jet.c[1] / jet.c[2];
-                gap = jet.value(step);
-                time += step;
-            }
-        }
-        Graze {
-            time: self.clock.after(time).time(),
-            stop,
-            depth: -gap,
-        }
     }
 
     /// Goes to a later time of the present flight.

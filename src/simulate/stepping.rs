@@ -1,16 +1,19 @@
 //! Stepped flights: any scene moved by the Dormand-Prince pair, its contacts found on the quintic of each gap and reached by
 //! a step of their own (theory 8).
 
+mod chatter;
 mod contact;
 mod free;
 mod normal;
+mod pendulum;
 mod release;
 mod runge_kutta;
 mod series;
 
 pub(crate) use free::FreeFlight;
+pub(crate) use pendulum::{Pendulum, has_series, series_order};
 pub(crate) use runge_kutta::RungeKutta;
-pub(crate) use series::{Leg, Pendulum, Taylor, has_series, series_order};
+pub(crate) use series::{Leg, Taylor};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
@@ -335,42 +338,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     }
 
     fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()> {
-        self.look()?;
-        let GapValue {
-            speed,
-            acceleration,
-            ..
-        } = self.gaps[stop];
-        let e = self.restitution(stop);
-        let part = speed / (1.0 - e);
-        let span = 2.0 * e * part / acceleration;
-        let n = self.n();
-        // Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)
-        let directions = self.directions(stop)?;
-        let (normal, reaction) = directions.both();
-        let give = dot(normal, reaction);
-        let drift = 2.0 * e / acceleration * part;
-        let kick = (1.0 + e) * part / give;
-        let start = self.x.clone();
-        let rate = self.stepper.start_rate().clone();
-        for (x, rate) in self.x.slice_mut().iter_mut().zip(rate.slice()) {
-            *x += drift * rate;
-        }
-        self.push_along(reaction, -kick);
-        self.settle(&[stop])?;
-        if let Some(kept) = &mut self.kept {
-            kept.begin(SegmentKind::Chatter, &[stop]);
-        }
-        // The impacts are over in no time: the line begins without normal speed.
-        let mut rest = start.clone();
-        let (_, v) = rest.slice_mut().split_at_mut(n);
-        for (v, b) in v.iter_mut().zip(reaction) {
-            *v += b * speed / give;
-        }
-        let line = Dense::line(&rest, &self.x, span);
-        self.keep_dense(&line, span, None, record);
-        self.clock = self.clock.after(span);
-        self.look()
+        self.complete(stop, record)
     }
 
     fn hold(&mut self, stops: &[usize]) -> Result<()> {

@@ -104,9 +104,6 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// The gaps at the end of the step last taken, of length h.
     #[inline]
     pub(super) fn look_ahead(&mut self, h: f64) -> Result<()> {
-        if self.contacts.is_empty() {
-            return Ok(());
-        }
         let n = self.n();
         let (q, v) = self.stepper.end.slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
@@ -133,6 +130,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         self.x.clone_from(&self.stepper.end);
         self.clock = self.clock.after(s);
     }
+
     /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
     #[inline]
     fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
@@ -157,6 +155,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let still = Dense::line(&self.x, &self.x, 1.0);
         self.keep_dense(&still, 0.0, last, record);
     }
+
     /// Tries the next step towards an instant: its length is what the step before left, and its error is judged.
     #[allow(
         clippy::inline_always,

@@ -3,14 +3,12 @@
 
 use super::StepMover;
 use super::free::FreeFlight;
+use super::pendulum::series_order;
 use crate::contact::series::{Course, GapSeries, GapTerms};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flow::runge_kutta::State;
-use crate::flow::taylor::MOST_ORDER;
 use crate::flow::{Motion, PendulumSeries, SeriesOf};
-use crate::model::{
-    ChainMotion, Constraint, DoublePendulumMotion, Driven, Dynamics, Links, Scene, System, contacts,
-};
+use crate::model::{Dynamics, Links, Scene, contacts};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind, write_series};
 use crate::simulate::mover::{Arrival, Mover};
@@ -18,56 +16,6 @@ use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions};
 use crate::watch::Watch;
-
-/// The order of a series for a tolerance. A step of order p is as long as `tolerance^(1/p)` and its work `a + b p + c p^2`, of
-/// which it is least for about this order on a double pendulum; it is flat there.
-pub(crate) fn series_order(rtol: f64) -> usize {
-    let digits = -rtol.max(f64::EPSILON).log10();
-    let order = (8.5 + 1.1 * digits).ceil().max(8.0);
-    (order as usize).min(MOST_ORDER)
-}
-
-/// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions.
-pub(crate) fn has_series(scene: &Scene) -> bool {
-    let is_given = |stop: &Constraint| !matches!(stop, Constraint::Nonlinear(_));
-    let is_pendulum = matches!(
-        scene.system(),
-        System::DoublePendulum(_) | System::PendulumChain(_)
-    );
-    is_pendulum && scene.stops().iter().all(is_given)
-}
-
-/// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
-pub(crate) enum Pendulum {
-    /// Two links.
-    Double(DoublePendulumMotion<Option<Driven>>, Links),
-    /// N links.
-    Chain(ChainMotion, Links),
-}
-
-impl Pendulum {
-    /// The pendulum of a scene.
-    ///
-    /// # Errors
-    /// A scene that has no Taylor series.
-    pub fn new(scene: &Scene) -> Result<Self> {
-        let forcing = scene.forcing();
-        match scene.system() {
-            System::DoublePendulum(s) if has_series(scene) => Ok(Self::Double(
-                DoublePendulumMotion::new(s, Driven::new(forcing)),
-                s.links(),
-            )),
-            System::PendulumChain(s) if has_series(scene) => {
-                Ok(Self::Chain(ChainMotion::new(s, forcing), s.links()))
-            }
-            _ => Err(Error::bad_value(
-                "method",
-                "\"taylor\"",
-                "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls; use \"auto\"",
-            )),
-        }
-    }
-}
 
 /// Flights along Taylor series.
 pub(crate) struct Taylor {
@@ -177,6 +125,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             self.expand(series)?;
             match self.reach(series.motion(0), end) {
                 Reach::To { h, is_last } => {
+                    self.n_steps += 1;
                     series.state(h, self.x.slice_mut());
                     self.clock = self.clock.after(h);
                     if is_last {
@@ -227,7 +176,6 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         if wanted.is_finite() {
             *before = Some(wanted);
         }
-        self.n_steps += 1;
         Reach::To { h, is_last }
     }
 
@@ -251,6 +199,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             }
             Reach::TooShort => return None,
         };
+        self.n_steps += 1;
         let found = self.contact_on_series(motion, starts, h);
         if record.keep != Keep::Final {
             record.grazes.append(&mut self.grazes);

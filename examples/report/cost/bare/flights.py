@@ -6,8 +6,8 @@ from report.cost.bare.change import NEVER, Change
 
 SCENE, BLOCK = "src/flow/scene.rs", "src/flow/block.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
-LOOP, SETTLE = "src/simulate/event_loop.rs", "src/simulate/event_loop/settle.rs"
-EXACT, NEXT = "src/simulate/exact.rs", "src/contact/next.rs"
+LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/settle", "/strike"))
+EXACT, KEEP, NEXT = "src/simulate/exact.rs", "src/simulate/exact/keep.rs", "src/contact/next.rs"
 
 # One type of flow, without inputs.
 INPUTS = (
@@ -68,7 +68,7 @@ SEVERAL = (
         "        let stops = 0..scene.n_stops();",
         "        assert!(scene.n_stops() == 1);\n        let stops = 0..scene.n_stops();",
     ),
-    Change(LOOP, " self.is_coupled(mover) {", " false {"),
+    Change(STRIKE, " self.is_coupled(mover) {", " false {"),
     Change(
         NEXT,
         "        for _ in 1..self.gaps.len() {",
@@ -102,8 +102,8 @@ REST = (
 
 # Nothing is kept but the state.
 KEPT = (
-    Change(EXACT, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps a segment of one piece"),
-    Change(LOOP, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Keeps an impact."),
+    Change(KEEP, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps a segment of one piece"),
+    Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Keeps an impact."),
 )
 
 # Nobody is asked whether to go on.
@@ -128,7 +128,7 @@ APART = tuple(
         (NEXT, "    ", "    pub fn arrive("),
         (NEXT, "", "fn newton_step("),
         (EXACT, "    ", "    fn fly(\n"),
-        (EXACT, "    ", "    fn keep("),
+        (KEEP, "    ", "    pub(super) fn keep("),
         (BLOCK, "    ", "    fn prepare("),
         (RUN, "    ", "    pub fn run(\n"),
     )
