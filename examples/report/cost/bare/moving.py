@@ -35,4 +35,12 @@ WATCH = (
     ),
     Change(steps.SERIES, "                steps.begin()?;\n                let arrival =", "                let arrival ="),
 )
-APART = (*flights.APART, *steps.APART)
+CONTACT = "src/simulate/stepping/contact.rs"
+APART = (
+    *flights.APART,
+    *steps.APART,
+    *(
+        Change(CONTACT, start, f"    #[inline(never)]\n{start}")
+        for start in ("    fn proved(", "    fn interpolation_error(")
+    ),
+)
