@@ -45,6 +45,12 @@ impl Record {
         self.keep == Keep::Final && self.samples.is_none()
     }
 
+    /// The record, if it keeps anything beside the end of the run.
+    #[inline]
+    pub fn keeping(&mut self) -> Option<&mut Self> {
+        (!self.keeps_nothing()).then_some(self)
+    }
+
     /// Whether samples are wanted before the end of a piece, or at it if the run ends there, at `last`.
     pub fn wants_samples(&self, end: f64, last: Option<f64>) -> bool {
         let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));

@@ -132,15 +132,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
-    #[inline]
-    fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
-        if !record.keeps_nothing() {
-            self.keep_step(s, last, record);
-        }
-    }
-
     #[inline(never)]
-    fn keep_step(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
+    fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
         let clock = self.clock;
         let wants_samples = record.wants_samples(clock.after(s).time(), last);
         if self.kept.is_none() && !wants_samples {
@@ -254,13 +247,16 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let mut starts = Some(starts);
         let mut halvings = 0;
         self.begin(dynamics)?;
+        let mut keeping = record.keeping();
         let arrival = loop {
             steps.begin()?;
             let (h, next, is_last) = match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => (h, next, is_last),
                 Trial::Rejected => continue,
                 Trial::AtEnd => {
-                    self.keep_no_step(Some(last), record);
+                    if let Some(record) = keeping {
+                        self.keep_no_step(Some(last), record);
+                    }
                     break Arrival::End;
                 }
                 Trial::TooShort => break Arrival::Underflow,
@@ -294,7 +290,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             self.accept(h, next);
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
                 let s = self.let_go(dynamics, stop, x * h, h)?;
-                self.keep(s, None, record);
+                if let Some(record) = keeping {
+                    self.keep(s, None, record);
+                }
                 self.arrive(s);
                 self.look()?;
                 break Arrival::Release { stop };
@@ -302,12 +300,16 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             if let Some((stop, x)) = found {
                 let order = starts.map_or(0, |orders| orders[stop]);
                 let s = self.land(dynamics, (stop, order), x * h, h)?;
-                self.keep(s, None, record);
+                if let Some(record) = keeping {
+                    self.keep(s, None, record);
+                }
                 self.arrive(s);
                 self.look_on_arrival()?;
                 break Arrival::Contact { stop };
             }
-            self.keep(h, is_last.then_some(last), record);
+            if let Some(record) = &mut keeping {
+                self.keep(h, is_last.then_some(last), record);
+            }
             self.arrive(h);
             self.stepper.go_on();
             std::mem::swap(&mut self.gaps, &mut self.ahead);

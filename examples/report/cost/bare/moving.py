@@ -17,12 +17,13 @@ REST = (
 )
 KEPT = (
     *flights.KEPT,
-    Change(steps.RUNGE_KUTTA, "            self.keep(h, is_last.then_some(last), record);", ""),
+    Change(steps.RUNGE_KUTTA, "            if let Some(record) = &mut keeping {", "", "            self.arrive(h);"),
     Change(steps.SERIES, "        self.keep_series(series, leg.span, is_last.then_some(last), record);", ""),
     Change(
         steps.RUNGE_KUTTA,
-        "let s = self.land(dynamics, (stop, order), x * h, h)?;\n                self.keep(s, None, record);",
-        "let s = self.land(dynamics, (stop, order), x * h, h)?;",
+        "                let s = self.land(dynamics, (stop, order), x * h, h)?;",
+        "                let s = self.land(dynamics, (stop, order), x * h, h)?;\n",
+        "                self.arrive(s);",
     ),
 )
 WATCH = (
@@ -35,12 +36,4 @@ WATCH = (
     ),
     Change(steps.SERIES, "                steps.begin()?;\n                let arrival =", "                let arrival ="),
 )
-CONTACT = "src/simulate/stepping/contact.rs"
-APART = (
-    *flights.APART,
-    *steps.APART,
-    *(
-        Change(CONTACT, start, f"    #[inline(never)]\n{start}")
-        for start in ("    fn proved(", "    fn interpolation_error(")
-    ),
-)
+APART = (*flights.APART, *steps.APART)
