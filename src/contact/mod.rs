@@ -3,6 +3,7 @@
 pub(crate) mod ahead;
 pub(crate) mod bracket;
 pub(crate) mod curvature;
+pub(crate) mod lowest;
 pub(crate) mod next;
 pub(crate) mod polynomial;
 pub(crate) mod roots;

@@ -116,6 +116,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         &self.jets
     }
 
+    /// The gap of a stop on the flow.
+    pub fn gap(&self, stop: usize) -> &GapRow {
+        &self.gaps[stop]
+    }
+
     /// The jets of every gap where the search last looked.
     pub fn jets(&self) -> &[Jet] {
         &self.jets

@@ -1,6 +1,7 @@
 //! Walking along a flight in steps each of which provably holds nothing unseen (theory 8): the steps are halves and doubles of
 //! one step, so that their propagators are made once and kept.
 
+use crate::contact::lowest::Lowest;
 use crate::error::Result;
 use crate::flow::jet::Shape;
 use crate::flow::{GapRow, LinearFlow};
@@ -95,13 +96,6 @@ impl<F: LinearFlow> Ladder<F> {
         flow.advance(&rungs[place], state);
         made
     }
-}
-
-/// A place where a gap is lowest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Lowest {
-    pub time: f64,
-    pub gap: f64,
 }
 
 /// What the search of a whole flight found.
@@ -217,13 +211,13 @@ pub(crate) fn check_flight<F: LinearFlow>(
                     let is_sharp =
                         is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
                     if is_sharp && !is_clear {
-                        check.note(
-                            Lowest {
-                                time: time + at,
-                                gap: value,
-                            },
-                            margin,
-                        );
+                        let found = Lowest {
+                            time: at,
+                            gap: value,
+                        };
+                        let Lowest { time: at, gap } = found.sharpened(flow, gap, state);
+                        let time = time + at;
+                        check.note(Lowest { time, gap }, margin);
                     }
                     is_sharp
                 }

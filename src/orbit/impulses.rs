@@ -5,6 +5,7 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
+use crate::impact::impulse_matrix;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::{Block, Form, Pair, times};
 use nalgebra::{DMatrix, DVector};
@@ -342,6 +343,37 @@ impl<'a> Instant<'a> {
             .map(|&i| along(&self.scene.position_rows[i], after))
             .collect()
     }
+}
+
+/// Takes the rounding off the normal speeds of a state after the impacts at one instant.
+///
+/// They are `-e/(1 + e)` times what the impulses change, `N^T B p`; where that is little beside the speed of the motion, their
+/// sum over the modes has lost its digits, which the impulses still have.
+pub(crate) fn settle_speeds(
+    scene: &ModalScene,
+    stops: &[usize],
+    impulses: &[f64],
+    after: &mut [Pair],
+) -> Result<()> {
+    let g = &scene.geometry;
+    let (normals, reactions) = (
+        g.normals.select_columns(stops),
+        g.reactions.select_columns(stops),
+    );
+    let changes = normals.tr_mul(&(reactions * DVector::from_column_slice(impulses)));
+    // An impulse to each approach (1 + e) times too small takes away that much speed and no more.
+    let left = DVector::from_fn(stops.len(), |i, _| {
+        let e = g.restitutions[stops[i]];
+        let speed = along(&scene.velocity_rows[stops[i]], after) + e / (1.0 + e) * changes[i];
+        speed / (1.0 + e)
+    });
+    let pushes = impulse_matrix(g, stops)? * left;
+    for (&stop, &push) in stops.iter().zip(pushes.iter()) {
+        for (z, jump) in after.iter_mut().zip(&scene.jumps[stop]) {
+            *z = [z[0] - jump[0] * push, z[1] - jump[1] * push];
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn enlarged_exponential(

@@ -6,7 +6,7 @@ use crate::impact::wrapped;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 use crate::orbit::course::Course;
-use crate::orbit::impulses::{Instant, RANK_TOL};
+use crate::orbit::impulses::{Instant, RANK_TOL, settle_speeds};
 use crate::orbit::one_stop;
 use crate::orbit::periodic_orbit::Flight;
 use nalgebra::{DMatrix, DVector};
@@ -167,12 +167,18 @@ pub(crate) struct Solution {
 
 impl Solution {
     /// The motion that X describes, over the period.
-    pub fn new(instant: &Instant<'_>, x: &DVector<f64>, period: f64) -> Self {
+    pub fn new(instant: &Instant<'_>, x: &DVector<f64>, period: f64) -> Result<Self> {
         let u = instant.phase_part(x);
         let impulses = instant.impulse_part(x);
-        let after = instant.state_after(x, 1.0);
+        let mut after = instant.state_after(x, 1.0);
+        settle_speeds(
+            instant.scene,
+            instant.stops,
+            impulses.as_slice(),
+            &mut after,
+        )?;
         let before_next = instant.state_before(&after, &impulses);
-        Self {
+        Ok(Self {
             phase: wrapped(u[1].atan2(u[0])),
             flight: Flight {
                 start: 0.0,
@@ -182,7 +188,7 @@ impl Solution {
                 course: Course::FREE,
             },
             impulses,
-        }
+        })
     }
 }
 

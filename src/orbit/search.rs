@@ -337,7 +337,7 @@ fn build(
         phase,
         flight,
         impulses,
-    } = Solution::new(instant, x, period(modal, options.n_periods)?);
+    } = Solution::new(instant, x, period(modal, options.n_periods)?)?;
     let contacts = instant.contacts(&flight.after);
     let parts = Parts {
         pattern: pattern.clone(),

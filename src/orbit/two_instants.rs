@@ -10,7 +10,7 @@ use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
 use crate::orbit::course::Course;
 use crate::orbit::flight_time::Search;
-use crate::orbit::impulses::Instant;
+use crate::orbit::impulses::{Instant, settle_speeds};
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::search::{period, sorted, with_contacts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
@@ -84,12 +84,16 @@ pub(crate) fn two_instants(
         let phase = options
             .phase
             .map_or_else(|| wrapped(u[1].atan2(u[0])), wrapped);
+        let mut states = conditions.states(root.dt, &root.x);
+        let (here, later) = impulses.split_at(first.len());
+        settle_speeds(modal, first, here, &mut states[0])?;
+        settle_speeds(modal, second, later, &mut states[1])?;
         let flights = flights(
             modal,
             &stops,
             first.len(),
             &impulses,
-            conditions.states(root.dt, &root.x),
+            states,
             (root.dt, period),
         );
         let (scene, modal) = if options.phase.is_some() {

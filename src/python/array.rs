@@ -9,6 +9,7 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
 fn as_array<'py, T: numpy::Element>(
@@ -16,12 +17,15 @@ fn as_array<'py, T: numpy::Element>(
     value: &Bound<'py, PyAny>,
     dtype: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    if let Ok(array) = value.cast::<PyArrayDyn<T>>() {
+        return Ok(array.readonly());
+    }
+    static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = value.py();
     let options = PyDict::new(py);
     options.set_item("dtype", dtype)?;
-    let array = py
-        .import("numpy")?
-        .getattr("asarray")?
+    let array = AS_ARRAY
+        .import(py, "numpy", "asarray")?
         .call((value,), Some(&options))
         .map_err(|_| {
             PyValueError::new_err(format!(
@@ -159,19 +163,38 @@ pub(crate) fn out_rows<'py>(
     flat.into_pyarray(py).reshape([rows.len(), n])
 }
 
-/// A structured array from columns.
-pub(crate) fn structured<'py>(
-    py: Python<'py>,
-    len: usize,
-    columns: Vec<(&str, &str, Bound<'py, PyAny>)>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let dtype: Vec<(&str, &str)> = columns
-        .iter()
-        .map(|(name, kind, _)| (*name, *kind))
-        .collect();
-    let array = py.import("numpy")?.call_method1("empty", (len, dtype))?;
-    for (name, _, values) in columns {
-        array.set_item(name, values)?;
+/// The type of the rows of a structured array, made when first asked for.
+pub(crate) struct RowType {
+    fields: &'static [(&'static str, &'static str)],
+    dtype: PyOnceLock<Py<PyAny>>,
+}
+
+impl RowType {
+    /// From the names of the columns and the types of their entries.
+    pub const fn new(fields: &'static [(&'static str, &'static str)]) -> Self {
+        Self {
+            fields,
+            dtype: PyOnceLock::new(),
+        }
     }
-    Ok(array)
+
+    /// A structured array of so many rows, from its columns.
+    pub fn array<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        len: usize,
+        columns: [Bound<'py, PyAny>; N],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+        let dtype = self.dtype.get_or_try_init(py, || {
+            let fields = self.fields.to_vec();
+            let dtype = py.import("numpy")?.call_method1("dtype", (fields,))?;
+            Ok::<_, PyErr>(dtype.unbind())
+        })?;
+        let array = EMPTY.import(py, "numpy", "empty")?.call1((len, dtype))?;
+        for ((name, _), values) in self.fields.iter().zip(columns) {
+            array.set_item(*name, values)?;
+        }
+        Ok(array)
+    }
 }

@@ -1,12 +1,28 @@
 //! The arrays of impacts, touches, segments and states that orbits and trajectories share.
 
 use crate::impact::Impact;
-use crate::python::array::{out_rows, out_vector, structured};
+use crate::python::array::{RowType, out_rows, out_vector};
 use crate::simulate::Segment;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+static IMPACTS: RowType = RowType::new(&[
+    ("time", "f8"),
+    ("stop", "i8"),
+    ("speed_before", "f8"),
+    ("speed_after", "f8"),
+    ("impulse", "f8"),
+    ("phase", "f8"),
+]);
+static GRAZES: RowType = RowType::new(&[("time", "f8"), ("stop", "i8"), ("depth", "f8")]);
+static SEGMENTS: RowType = RowType::new(&[
+    ("kind", "U7"),
+    ("stop", "i8"),
+    ("start", "f8"),
+    ("end", "f8"),
+]);
 
 /// Which side of an impact is meant, from its name.
 pub(crate) fn is_before(side: &str) -> PyResult<bool> {
@@ -33,18 +49,15 @@ pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<
         .iter()
         .map(|i| i64::try_from(i.stop).unwrap_or(i64::MAX))
         .collect();
-    structured(
-        py,
-        impacts.len(),
-        vec![
-            ("time", "f8", column(&|i| i.time)),
-            ("stop", "i8", stops.into_pyarray(py).into_any()),
-            ("speed_before", "f8", column(&|i| i.approach)),
-            ("speed_after", "f8", column(&|i| i.departure)),
-            ("impulse", "f8", column(&|i| i.impulse)),
-            ("phase", "f8", column(&|i| i.phase)),
-        ],
-    )
+    let columns = [
+        column(&|i| i.time),
+        stops.into_pyarray(py).into_any(),
+        column(&|i| i.approach),
+        column(&|i| i.departure),
+        column(&|i| i.impulse),
+        column(&|i| i.phase),
+    ];
+    IMPACTS.array(py, impacts.len(), columns)
 }
 
 /// Grazes, each a time, a stop and a depth, as a structured array.
@@ -58,15 +71,13 @@ pub(crate) fn out_grazes(
         stops.push(i64::try_from(stop).unwrap_or(i64::MAX));
         depths.push(depth);
     }
-    structured(
-        py,
-        times.len(),
-        vec![
-            ("time", "f8", times.into_pyarray(py).into_any()),
-            ("stop", "i8", stops.into_pyarray(py).into_any()),
-            ("depth", "f8", depths.into_pyarray(py).into_any()),
-        ],
-    )
+    let len = times.len();
+    let columns = [
+        times.into_pyarray(py).into_any(),
+        stops.into_pyarray(py).into_any(),
+        depths.into_pyarray(py).into_any(),
+    ];
+    GRAZES.array(py, len, columns)
 }
 
 /// Segments as a structured array.
@@ -85,16 +96,13 @@ pub(crate) fn out_segments<'py>(
         .collect();
     let starts: Vec<f64> = segments.iter().map(|s| s.start).collect();
     let ends: Vec<f64> = segments.iter().map(|s| s.end).collect();
-    structured(
-        py,
-        segments.len(),
-        vec![
-            ("kind", "U7", kinds.into_any()),
-            ("stop", "i8", stops.into_pyarray(py).into_any()),
-            ("start", "f8", starts.into_pyarray(py).into_any()),
-            ("end", "f8", ends.into_pyarray(py).into_any()),
-        ],
-    )
+    let columns = [
+        kinds.into_any(),
+        stops.into_pyarray(py).into_any(),
+        starts.into_pyarray(py).into_any(),
+        ends.into_pyarray(py).into_any(),
+    ];
+    SEGMENTS.array(py, segments.len(), columns)
 }
 
 /// Rows out as (m, n), a single one as (n,).

@@ -22,6 +22,9 @@ fn keep(value: &str) -> PyResult<Keep> {
 
 /// A pair of times.
 pub(crate) fn span(value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    if let Ok(pair) = value.extract::<(f64, f64)>() {
+        return Ok(pair);
+    }
     match vector("t_span", value)?.as_slice() {
         &[start, end] => Ok((start, end)),
         other => Err(PyValueError::new_err(format!(

@@ -378,8 +378,14 @@ fn one_instant(
     let mut candidates: Vec<Candidate> = crossing
         .points
         .iter()
-        .map(|x| Candidate::new(scene, pattern, Solution::new(&instant, x, span)))
-        .collect();
+        .map(|x| {
+            Ok(Candidate::new(
+                scene,
+                pattern,
+                Solution::new(&instant, x, span)?,
+            ))
+        })
+        .collect::<Result<_>>()?;
     if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
         return Ok(EMPTY);
     }

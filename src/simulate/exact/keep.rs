@@ -1,6 +1,7 @@
 //! What is kept of exact flights: segments, samples, touches to rounding.
 
 use super::ExactMover;
+use crate::contact::lowest::Lowest;
 use crate::contact::next::Grazed;
 use crate::flow::LinearFlow;
 use crate::simulate::Keep;
@@ -57,26 +58,14 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     }
 
     /// A graze with its time and depth to rounding.
-    fn sharpened(&mut self, grazed: Grazed) -> Graze {
-        let Grazed {
-            stop,
-            mut time,
-            mut gap,
-        } = grazed;
-        for _ in 0..2 {
-            let mut there = self.state.clone();
-            self.search.forward(&mut there, time);
-            let jet = self.search.look(&there)[stop];
-            if jet.c[2] > 0.0 {
-                let step = -0.5 * jet.c[1] / jet.c[2];
-                gap = jet.value(step);
-                time += step;
-            }
-        }
+    fn sharpened(&self, grazed: Grazed) -> Graze {
+        let Grazed { stop, time, gap } = grazed;
+        let found = Lowest { time, gap };
+        let lowest = found.sharpened(self.flow, self.search.gap(stop), &self.state);
         Graze {
-            time: self.clock.after(time).time(),
+            time: self.clock.after(lowest.time).time(),
             stop,
-            depth: -gap,
+            depth: -lowest.gap,
         }
     }
 }
