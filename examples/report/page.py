@@ -7,6 +7,7 @@ import csv
 import datetime
 import importlib.metadata
 import platform
+import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -53,12 +54,28 @@ def processor() -> str:
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
 
 
+def sources() -> str:
+    """The library's sources as git names them, so that a reader can tell whether they are those at hand; empty without git."""
+    root = Path(__file__).parents[2]
+
+    def git(*arguments: str) -> str:
+        done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    try:
+        tree, changed = git("rev-parse", "--short", "HEAD:src"), git("status", "--porcelain", "--", "src")
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return f"; src is git's tree {tree}{', changed' if changed else ''}"
+
+
 def provenance(packages: Iterable[str] = ()) -> str:
-    """One line: the day, the processor and the versions of what took part."""
+    """One line: the day, the processor, the versions of what took part, the sources."""
     names = dict.fromkeys((*ALWAYS, *packages))
     found = [f"{name} {version(name)}" for name in names if version(name)]
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    return f"Made on {today} by Python {platform.python_version()} on {platform.system()}, {processor()}; {', '.join(found)}."
+    machine = f"Python {platform.python_version()} on {platform.system()}, {processor()}"
+    return f"Made on {today} by {machine}; {', '.join(found)}{sources()}."
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from .measure import Point, is_base_stopped
+from .measure import Point, base_of
 
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "error against run time"})
 
@@ -114,7 +114,7 @@ def of_problem(points: Sequence[Point], title: str, stem: Path) -> None:
     fig, axes = plt.subplots(1, len(errors), figsize=(2.5 + 5 * len(errors), 5), sharey=True, layout="constrained", squeeze=False)
     for ax, error in zip(axes[0], errors, strict=True):
         draw(ax, points, error)
-        base = "the bound" if is_base_stopped(points) else "SciPy RK45 at rtol 1e-6"
+        base = "SciPy RK45 at rtol 1e-6" if base_of(points) else "the bound"
         many = ", largest of the sample" if any(p.median_error is not None for p in points) else ""
         ax.set(xlabel=f"run time / {base} [-]", title=f"error of the {names[error]}{many}")
     axes[0, 0].set_ylabel("error, in the motion's own scale [-]")
@@ -133,7 +133,7 @@ def sheet(points: Sequence[Point], titles: dict[str, str], stem: Path) -> None:
     for ax, name in zip(axes.flat, names, strict=False):
         mine = [p for p in points if p.problem == name]
         draw(ax, mine, "state_error")
-        ax.set_title(titles[name] + (" (time / bound)" if is_base_stopped(mine) else ""), fontsize=9)
+        ax.set_title(titles[name] + ("" if base_of(mine) else " (run time / bound)"), fontsize=9)
         handles |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     for ax in axes.flat[len(names) :]:
         ax.set_axis_off()
@@ -141,6 +141,6 @@ def sheet(points: Sequence[Point], titles: dict[str, str], stem: Path) -> None:
         ax.set_ylabel("error of the final state [-]")
     for k, ax in enumerate(axes.flat[: len(names)]):
         if k + 3 >= len(names):
-            ax.set_xlabel("run time / SciPy RK45 at rtol 1e-6 [-]")
+            ax.set_xlabel("run time / SciPy RK45 at rtol 1e-6, or / the bound [-]")
     fig.legend(handles=[*handles.values(), *mark_legend()], loc="outside lower center", ncols=6, fontsize=9)
     save(fig, stem)

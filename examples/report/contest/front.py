@@ -1,6 +1,8 @@
 """The front: at each level of error, the fastest of the library's methods and the fastest of everybody else's.
 
-An answer reaches a level if its number of impacts is right and the worse of its two errors is not above it.
+An answer reaches a level if its number of impacts is right and the worse of its two errors is not above it. A peer has its
+fastest point there. The library has the loosest tolerance of each method that gets there: where a tolerance changes nothing, as
+with exact flights, the fastest of many like runs would be picked by chance.
 """
 
 from __future__ import annotations
@@ -64,7 +66,9 @@ def front(points: Sequence[Point]) -> list[Lead]:
     for problem in dict.fromkeys(point.problem for point in points):
         here = [point for point in points if point.problem == problem]
         own, peers = [p for p in here if p.package == OWN], [p for p in here if p.package != OWN]
-        leads += [Lead(problem, level, fastest(own, level), fastest(peers, level)) for level in LEVELS]
+        for level in LEVELS:
+            mine = [found for each in methods(own) if (found := loosest(each, level))]
+            leads.append(Lead(problem, level, fastest(mine, level), fastest(peers, level)))
     return leads
 
 
@@ -84,19 +88,14 @@ def between(points: Sequence[Point], level: float) -> Iterator[float]:
             yield coarse.seconds * (fine.seconds / coarse.seconds) ** part
 
 
-def loosest(points: Sequence[Point], level: float) -> float | None:
-    """Time of one method at the loosest tolerance that reaches a level."""
-    return next((p.seconds for p in points if p.seconds is not None and p.error <= level), None)
+def loosest(points: Sequence[Point], level: float) -> Point | None:
+    """The loosest tolerance of one method that reaches a level; its points stand in that order."""
+    return next((p for p in points if p.seconds is not None and p.error <= level), None)
 
 
 def is_ahead_at_worst(lead: Lead, points: Sequence[Point]) -> bool:
-    """Whether the library leads by the reading that favours the peers most.
-
-    The library has the loosest tolerance of each method that reaches the level; a peer has its fastest point, and any tolerance
-    between two of its own.
-    """
-    here = [point for point in points if point.problem == lead.problem]
-    own, peers = [p for p in here if p.package == OWN], [p for p in here if p.package != OWN]
-    mine = min((t for each in methods(own) if (t := loosest(each, lead.level)) is not None), default=math.inf)
-    theirs = [t for each in methods(peers) for t in between(each, lead.level)]
-    return mine <= min([*theirs, lead.peer.seconds if lead.peer else math.inf]) and math.isfinite(mine)
+    """Whether the library leads if a peer has any tolerance between two of its own, too."""
+    if lead.own is None or lead.is_lost:
+        return False
+    peers = [point for point in points if point.problem == lead.problem and point.package != OWN]
+    return all(lead.own.seconds <= t for each in methods(peers) for t in between(each, lead.level))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import median
+from statistics import median, quantiles
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .problems import Ensemble, Problem
 from .reference import Reference
 from .trial import PREPARATION_BOUND, Contestant, Stopped
 
-ROUNDS = 5
+ROUNDS = 25
 LEAST_ROUNDS = 3  # a median wants that many
 BUDGET = 0.15  # [s] of timed calls of one point: slow points are timed in fewer rounds
 SLOW = 0.4  # [s] a call that takes longer is its own time
@@ -41,7 +41,7 @@ class Point:
     ratio: float | None = None
     share: float = 1.0  # of the work that a call does; times are those of the whole
     median_error: float | None = None  # of many starts; `state_error` is then the largest
-    spread: float | None = None  # of the times of the rounds, slowest less fastest, over their median
+    spread: float | None = None  # of the times of the rounds, between their quartiles, over their median
 
     @property
     def name(self) -> str:
@@ -162,13 +162,16 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
 
 
 def spread(times: Sequence[float]) -> float | None:
-    """How far the times of one point lie apart."""
-    return (max(times) - min(times)) / median(times) if len(times) > 2 else None
+    """How far the times of one point lie apart: between their quartiles, over their median."""
+    if len(times) < LEAST_ROUNDS:
+        return None
+    low, middle, high = quantiles(times, n=4, method="inclusive")
+    return (high - low) / middle
 
 
-def is_base_stopped(points: Sequence[Point]) -> bool:
-    """Whether the contestant that times are ratios to was stopped, so that they are ratios to the bound."""
-    return not any((p.package, p.method, p.rtol) == BASE and p.seconds is not None for p in points)
+def base_of(points: Sequence[Point]) -> Point | None:
+    """The point of one problem that times are ratios to; None where it was stopped, and they are ratios to the bound."""
+    return next((p for p in points if (p.package, p.method, p.rtol) == BASE and p.seconds is not None), None)
 
 
 def measured(problem: Problem, reference: Reference, processes: Mapping[str, Contestant], plan: Plan) -> list[Point]:

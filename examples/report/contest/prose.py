@@ -14,6 +14,7 @@ from .front import LEVELS, OWN, Lead, is_ahead_at_worst, label
 from .measure import BASE, BUDGET, FELL, LEAST_ROUNDS, LOST, ROUNDS, SLOW, Plan, Point
 from .problems import COUNT, Ensemble, Problem
 from .reference import Reference
+from .trial import LEAST
 
 FORGOTTEN = 1e-30  # a factor that is zero, to the digits of the references: contact that lasts forgets the start
 ROUNDED = 2.0**-53  # relative error of one rounding
@@ -31,23 +32,24 @@ RULES = """## Rules
   final position deeper than {fell:g} of the motion's size in a stop, or a final state off by more than {lost:g} of it, a mark of
   three legs. Where the impacts accumulate, and their number is infinite, the first ones are asked for, and the state at the end.
 - *Time*: one core; each contestant in a process of its own, one of them at work at a time; call by call in turn, medians of
-  {least} rounds, and up to {rounds} within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken). Every
+  {least} rounds, and up to {rounds} within {budget:g} s of calls (of calls longer than {slow:g} s the first is taken); a round
+  of a fast call is as many of them as take {least_ms:g} ms. Every
   run starts from the problem's first state and gives the final state and every impact time. Times are ratios to {package}
   {method} at rtol {rtol:g} in the same run; where that one was stopped, to the bound. Compilation and first calls are apart,
   in a table of their own. {scatter}
 - *Many starts*: the error is the largest over {sample} of the trajectories, which have a reference; a wrong number of impacts
-  in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all. Times of impact are not asked
-  for.
+  in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all: the bound of a call is that of
+  {few} trajectories for it, of {all} for the others. Times of impact are not asked for.
 - *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; finer tolerances are not tried then. An
   exception is a plus at the left edge.
-- *Leader* of a level: the fastest point that reaches it, nothing interpolated. The ratio is the fastest peer's time over the
-  library's: above 1 the library is the faster. The reading that favours peers most is counted apart: a peer has its fastest
-  point and every tolerance between two neighbouring right ones (by the line between them, both axes logarithmic), the library
-  the loosest tolerance of each method that reaches the level.
-- *Chosen with first runs in sight*: the problems, their spans (conditions below 1e4; SciPy within the bound at most tolerances),
-  the bound of a call and the limits of a wrong answer. Implicit methods of packages with others are tried on stiff scenes
-  alone. Solvers that look for a change of sign from step to step are given no largest step: how short the shortest visit behind
-  a stop would be is not known before."""
+- *Leader* of a level: the fastest of those that reach it, nothing interpolated. A peer has its fastest point there; the library
+  the loosest tolerance of each method, so that of its like runs none is picked by chance. The ratio is the fastest peer's time
+  over the library's: above 1 the library is the faster. The reading that favours peers most is counted apart: a peer has every
+  tolerance between two neighbouring right ones too (by the line between them, both axes logarithmic).
+- *Chosen with first runs in sight*: the problems, their spans (the condition of the state at the end and of the times by the start
+  is below 1e4), the bound of a call and the limits of a wrong answer. Implicit methods of packages with others are tried on
+  stiff scenes alone. Solvers that look for a change of sign from step to step are given no largest step: how short the shortest
+  visit behind a stop would be is not known before."""
 
 CONDITIONS = """*Conditions* come from motions in many digits, repeated with one number changed by 2^-40 of itself or of the
 motion's scale: the largest factor by which such a change grows from an entry of the start to the final state, and to a time
@@ -63,12 +65,15 @@ can promise it. Listed are the problems in which this is above the finest level,
 
 
 def scatter(points: Sequence[Point]) -> str:
-    """How far times taken in different rounds lie apart."""
+    """How far times taken in different rounds of calls lie apart."""
     spreads = sorted(p.spread for p in points if p.spread is not None)
     if not spreads:
         return ""
     typical, most = median(spreads), spreads[int(0.9 * (len(spreads) - 1))]
-    return f"Rounds of a point lie {typical:.0%} of its median apart (median over points; nine in ten: below {most:.0%})."
+    return (
+        f"The middle half of a point's rounds spans {typical:.0%} of their median (median over points; nine in ten: at most "
+        f"{most:.0%})."
+    )
 
 
 def doubtful(leads: Sequence[Lead], points: Sequence[Point]) -> str:
@@ -240,14 +245,18 @@ def at(points: Sequence[Point]) -> str:
 
 
 def preparations(points: Sequence[Point]) -> str:
-    """Median times of compilation and of the first call, contestant by contestant."""
+    """Times of compilation and of the first call, contestant by contestant: of each problem the largest, for what is compiled for
+    one tolerance is often there for the next."""
     rows = []
     for name in dict.fromkeys(p.name for p in points):
         ready = [p for p in points if p.name == name and p.preparation is not None]
-        if ready:
-            extra = median(p.first_call - p.seconds for p in ready if p.seconds is not None)
-            rows.append((name.replace("own ", "this library, "), f"{median(p.preparation for p in ready):.4f}", f"{extra:.4f}"))
-    return table(["contestant", "preparation [s]", "first call more than later ones [s]"], rows)
+        each = [[p for p in ready if p.problem == problem] for problem in dict.fromkeys(p.problem for p in ready)]
+        made = [max(p.preparation for p in here) for here in each]
+        more = [max(p.first_call - p.seconds for p in timed) for here in each if (timed := [p for p in here if p.seconds])]
+        if made and more:
+            cells = [f"{of(times):.2g}" for times in (made, more) for of in (median, max)]
+            rows.append((name.replace("own ", "this library, "), *cells))
+    return table(["contestant", "preparation [s], median", "most", "first call more than later ones [s], median", "most"], rows)
 
 
 def scores(points: Sequence[Point]) -> str:
@@ -278,6 +287,8 @@ def parts(
         rounds=ROUNDS,
         budget=BUDGET,
         slow=SLOW,
+        least_ms=1e3 * LEAST,
+        all=COUNT[0] * COUNT[1],
         bound=plan.bound,
         package=package,
         method=method,
@@ -301,5 +312,5 @@ def parts(
         *sections,
         f"## Every leader\n\n{leaders(leads, titles)}",
         f"## Right answers\n\n{scores(points)}",
-        f"## Compilation and first calls\n\nMedians over problems and tolerances.\n\n{preparations(points)}",
+        f"## Compilation and first calls\n\nOf each problem the largest over the tolerances.\n\n{preparations(points)}",
     ]

@@ -69,12 +69,12 @@ def gaps_in_python() -> Run:
     return steps(lambda: pair(stops=[stop]))
 
 
-def periods(acceleration: float, restitution: float) -> Run:
+def periods(acceleration: float, restitution: float, method: str = "auto") -> Run:
     """Periods of a shaken table on which a ball is dropped."""
     scene = scenes.ball(acceleration, restitution)
 
     def run(units: int) -> int:
-        vi.simulate(scene, [scenes.DROP], [0.0], (0.0, PERIOD * units), keep="final")
+        vi.simulate(scene, [scenes.DROP], [0.0], (0.0, PERIOD * units), method=method, keep="final")
         return units
 
     return run
@@ -223,6 +223,7 @@ def contact() -> Group:
         (
             Case("one impact a period", lambda: periods(*scenes.BOUNCING), 20_000),
             Case("impacts that accumulate, lasting contact, release", lambda: periods(*scenes.CHATTERING), 2_000, 100),
+            Case('the same, `method="rk45"`', lambda: periods(*scenes.CHATTERING, "rk45"), 2_000, 100),
         ),
     )
 

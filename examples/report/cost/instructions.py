@@ -32,7 +32,7 @@ CALLS = {
 MACHINERY = {
     "search for contacts": re.compile(r"vibroimpact::contact::|stepping::contact|::take_gaps|model::contact"),
     "release of held stops": re.compile(r"stepping::release|simulate::held|flow::stuck"),
-    "impacts": re.compile(r"vibroimpact::impact::|EventLoop::(strike|settle|collide|hold)"),
+    "impacts": re.compile(r"vibroimpact::impact::|event_loop::(strike|settle)|::collide$"),
     "integrator": re.compile(r"flow::runge_kutta|flow::step_size|pendulum_series|flow::taylor"),
     "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::shaking"),
     "clock, for Ctrl-C": re.compile(r"python::interrupt|Timespec|clock_gettime"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from statistics import median
+from statistics import median, quantiles
 
 from report.cost.case import Case, Group
 from report.cost.crate import Measured
@@ -16,11 +16,15 @@ from report.timing import interleaved, seconds
 
 @dataclass(frozen=True)
 class Row:
-    """The cost of a unit of a case, from Rust too where it is known, and what it adds to the first case of its group."""
+    """The cost of a unit of a case, from Rust too where it is known, and what it adds to the first case of its group.
+
+    `doubt`: half of what lies between the quartiles of what it adds in each round.
+    """
 
     name: str
     nanoseconds: float
     added: float
+    doubt: float
     call: float
     counted: PerUnit | None
     rust: Measured | None
@@ -59,8 +63,10 @@ def rows(group: Group, rounds: int, counts: Mapping[str, PerUnit], rust: Mapping
     base = times[group.names()[0]]
 
     def row(name: str, case: Case) -> Row:
-        more = median(t - b for t, b in zip(times[name], base, strict=True))
-        return Row(case.name, median(times[name]), more, shortest_call(case, rounds), counts.get(name), rust.get(name))
+        more = [t - b for t, b in zip(times[name], base, strict=True)]
+        low, _, high = quantiles(more, n=4, method="inclusive")
+        call = shortest_call(case, rounds)
+        return Row(case.name, median(times[name]), median(more), 0.5 * (high - low), call, counts.get(name), rust.get(name))
 
     return [row(name, case) for name, case in cases.items()]
 

@@ -71,7 +71,8 @@ def features(group: Group, rows: Sequence[Row]) -> str:
         if row is base:
             return [row.name, number(row.nanoseconds), "", "", whole(instructions(row)), "", ""]
         added, count = more(row, base), instructions(base)
-        times = [number(row.nanoseconds), signed(row.added), percent(row.added, base.nanoseconds)]
+        added_time = f"{signed(row.added)} ± {number(row.doubt)}"
+        times = [number(row.nanoseconds), added_time, percent(row.added, base.nanoseconds)]
         return [row.name, *times, whole(instructions(row)), whole(added), percent(added, count)]
 
     return table(header, map(line, rows))

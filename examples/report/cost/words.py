@@ -20,15 +20,16 @@ from report.page import table
 
 Measured = Sequence[tuple[Group, Sequence[Row]]]
 Counts = Sequence[tuple[Absence, dict[str, int]]]
-Claims = Sequence[tuple[frugal.Claim, float, float, bool]]
+Claims = Sequence[tuple[frugal.Claim, float, float, float | None, bool]]
 EQUAL = 0.01
 # Groups whose cases are no additions to the first.
 APART = ("reading",)
 
 TIMES = """\
 **Times** are medians over rounds in which all cases of a table take turns, so that a slow moment of the machine falls on all of
-them; what a case adds is the median of the differences within a round. They are those of calls from Python, on one core, with
-so many units that the call itself does not count."""
+them; what a case adds is the median of the differences within a round, ± half of what lies between the quartiles of these. What
+is within that is not told from chance: instructions say more. They are those of calls from Python, on one core, with so many
+units that the call itself does not count."""
 
 SAME_MOTION = """\
 Forces, loads and damping that a feature adds are of relative size 1e-9: the motion, the impacts and the search for them stay
@@ -55,7 +56,7 @@ def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims, builds: Fo
     laws_hold = [verdict == "holds" for one in found for verdict in (one.verdict(), one.verdict_on_memory())]
     broken = [
         *(f"{absence.name}: counts that must be zero are not" for absence, numbers in counts if not is_zero(absence, numbers)),
-        *(f"{c.case}: {made:.3g} {c.what()} in a unit, may be {c.words()}" for c, _, made, holds in claims if not holds),
+        *(f"{c.case}: {made:.3g} {c.what()} in a unit, may be {c.words()}" for c, _, made, _, holds in claims if not holds),
         *bare.broken(builds),
         *(f"{one.series.title}: {one.verdict()}" for one in found if one.verdict() != "holds"),
         *(f"{one.series.title}, memory: {one.verdict_on_memory()}" for one in found if one.verdict_on_memory() != "holds"),
@@ -135,7 +136,8 @@ def rust_parts(measured: Measured, quick: bool) -> Iterator[str]:
     yield (
         "`cargo bench --bench scene_cost` runs the same scenes in a build of the crate that cannot have Python, threads or "
         "Ctrl-C. What a unit takes beyond that is what those cost, or the compiler's other arrangement of the same code; the "
-        f"last column is what looking at the clock takes. Instruction counts within {100 * EQUAL:g} % are equal."
+        f"last column is what looking at the clock takes. Instruction counts within {100 * EQUAL:g} % are equal. The times are "
+        "those of two processes, one after the other: where they are apart and the instructions are not, the machine was."
     )
     yield tables.against_rust(measured)
     pairs = [(tables.instructions(row), row.rust.instructions) for _, rows in measured for row in rows if row.rust]
@@ -151,14 +153,23 @@ def claim_parts(claims: Claims) -> Iterator[str]:
         "What `stats` does not count is read off callgrind: calls of the C library within a unit, and instructions within those "
         "functions of the library that serve what is absent (code that the compiler has put into other functions is not seen). "
         f"Fewer than {frugal.NO_CALLS:g} calls, or {frugal.NO_INSTRUCTIONS:g} instructions, per unit are none; numbers of calls "
-        f"within {100 * frugal.ALIKE:g} % are as many."
+        f"within {100 * frugal.ALIKE:g} % are as many. That the counter sees what must be none is shown by a case that has it."
     )
-    header = ["case", "counted", "may be", "that is", "is", "verdict"]
+    header = ["case", "counted", "may be", "that is", "is", "in a case that has it", "that is", "verdict"]
     yield table(
         header,
         [
-            [claim.case, claim.what(), claim.words(), f"{allowed:.2f}", f"{made:.2f}", "holds" if holds else "DOES NOT HOLD"]
-            for claim, allowed, made, holds in claims
+            [
+                claim.case,
+                claim.what(),
+                claim.words(),
+                f"{allowed:.2f}",
+                f"{made:.2f}",
+                claim.seen or "",
+                "" if seen is None else f"{seen:.2f}",
+                "holds" if holds else "DOES NOT HOLD",
+            ]
+            for claim, allowed, made, seen, holds in claims
         ],
     )
 

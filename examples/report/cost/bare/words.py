@@ -55,10 +55,13 @@ def why_none(found: Found, is_quick: bool) -> str:
 def short(found: Found) -> list[str]:
     """Lines for the top of the page."""
     hold = [pair.holds() for pair in found.pairs]
+    if not hold:
+        return []
     lines = [
-        f"- Scenes that take no more in the whole crate than where it cannot have what they lack: {sum(hold)} of {len(hold)}."
+        f"- Scenes that take at most {100 * EQUAL:g} % more in the whole crate than where it cannot have what they lack: "
+        f"{sum(hold)} of {len(hold)}; the most is {100.0 * max(pair.more() for pair in found.pairs):+.2f} %."
     ]
-    return lines if hold else []
+    return lines
 
 
 def broken(found: Found) -> list[str]:
