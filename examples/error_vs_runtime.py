@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 
 from report import page
 from report.contest import figures, prose
@@ -20,7 +19,7 @@ from report.contest.contestants import available, contestant
 from report.contest.front import Lead, front
 from report.contest.measure import Plan, Point, measured
 from report.contest.problems import Problem, problems
-from report.contest.readme import update
+from report.contest.readme import block, read
 from report.contest.reference import Reference, load
 from report.contest.trial import Contestant
 
@@ -67,7 +66,7 @@ def main() -> None:
     print(*(prose.sentence(lead) for lead in leads), sep="\n")
     print(prose.verdict(leads))
     if job.output == page.DEFAULT:
-        update(Path(page.DEFAULT).parents[1] / "README.md", job.output / "error_vs_runtime.csv")
+        page.put_in_readme("report", block(read(job.output / "error_vs_runtime.csv")))
     print(f"report in {job.output}/")
 
 

@@ -27,7 +27,7 @@ from report.extremes.lost import all_series
 from report.extremes.registry import cases_of, findings_of
 from report.extremes.rows import ROWS
 from report.extremes.text import page_parts, records
-from report.page import job, write_csv, write_page
+from report.page import DEFAULT, job, put_in_readme, write_csv, write_page
 
 PACKAGES = ("mpmath",)
 
@@ -51,6 +51,8 @@ def main() -> None:
     for row, finding in failed:
         print(f"fails: {row} | {finding.quantity} | {finding.method} | {finding.computed} | {finding.reference}")
     count = sum(map(len, rows.values()))
+    if asked.output == DEFAULT:
+        put_in_readme("extremes", f"{count - len(failed)} of {count} quantities hold")
     print(f"{len(rows)} rows, {count} findings, {len(failed)} fail; {time.perf_counter() - start:.0f} s; page in {asked.output}/")
 
 

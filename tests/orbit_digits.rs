@@ -1,6 +1,7 @@
 //! What an orbit knows to rounding: speeds after impacts that are little beside the motion, and where a stop is passed.
 
 use nalgebra::dvector;
+use std::f64::consts::PI;
 use vibroimpact::{
     Forcing, Free, Harmonic, Kind, LinearSystem, OrbitOptions, Orbits, PaperOptions, Pattern,
     PeriodicOrbit, Scene, Side, Stop, paper_scene, periodic_orbits,
@@ -29,6 +30,28 @@ fn small_speeds_beside_a_fast_forcing_keep_their_digits() {
             assert!(wanted.abs() < 1e-9 && (speed / wanted - 1.0).abs() < 1e-15);
             assert!((speed / -e / impact.approach - 1.0).abs() < 1e-15);
         }
+    }
+}
+
+#[test]
+fn small_impulses_beside_a_fast_forcing_keep_their_digits() {
+    // q = A cos(w t + phase) - p cos(t - T/2)/(2 sin(T/2)), at the stop v+ = -e/(1 + e) p: with c = cot(T/2)/2 and
+    // g = (1 - e)/(2 w (1 + e)) the phase falls out of (d + c p)^2 + (g p)^2 = A^2.
+    let (w, d, e) = (2000.0, 1e-7, 0.7);
+    let amplitude = 1.0 / (w * w - 1.0);
+    let (c, g) = (0.5 / f64::tan(PI / w), (1.0 - e) / (2.0 * w * (1.0 + e)));
+    let square = c * c + g * g;
+    let root = ((d * c).powi(2) + square * (amplitude - d) * (amplitude + d)).sqrt();
+    let wanted = [(-d * c - root) / square, (-d * c + root) / square];
+    let stop = Stop::new(0, d, e).expect("valid");
+    let mut found: Vec<f64> = orbits(0.0, (1.0, w), &[stop])
+        .iter()
+        .map(|orbit| orbit.impacts()[0].impulse)
+        .collect();
+    found.sort_by(f64::total_cmp);
+    for (impulse, wanted) in found.iter().zip(wanted) {
+        let error = (impulse / wanted - 1.0).abs();
+        assert!(error < 1e-14, "{impulse:e} {wanted:e} {error:e}");
     }
 }
 

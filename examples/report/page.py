@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ALWAYS = ("vibroimpact", "numpy", "scipy", "matplotlib", "mpmath")
-DEFAULT = Path(__file__).parents[2] / "docs" / "report"
+ROOT = Path(__file__).parents[2]
+DEFAULT = ROOT / "docs" / "report"
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,9 @@ def processor() -> str:
 
 def sources() -> str:
     """The library's sources as git names them, so that a reader can tell whether they are those at hand; empty without git."""
-    root = Path(__file__).parents[2]
 
     def git(*arguments: str) -> str:
-        done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True, check=True)
+        done = subprocess.run(["git", "-C", ROOT, *arguments], capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
     try:
@@ -96,3 +96,13 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
 def write_page(path: Path, title: str, parts: Iterable[str], packages: Iterable[str] = ()) -> None:
     """Write a page: its title, its parts, and at the end what made it."""
     path.write_text("\n\n".join([f"# {title}", *parts, provenance(packages)]) + "\n")
+
+
+def put_in_readme(name: str, text: str) -> None:
+    """Write a text between its marks in the README; one without them is left alone."""
+    readme = ROOT / "README.md"
+    start, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+    whole = readme.read_text()
+    if start in whole and end in whole:
+        before, rest = whole.split(start, 1)
+        readme.write_text(before + start + text + end + rest.split(end, 1)[1])

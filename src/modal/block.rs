@@ -147,12 +147,8 @@ impl Block {
     /// and near resonance and for frequencies and times of any size.
     pub fn forced(self, t: f64, w: f64, f: Response) -> Response {
         let roots = self.roots();
-        let nearest = roots
-            .iter()
-            .map(|l| ((l - Complex::new(0.0, w)) * t).norm_sqr())
-            .fold(f64::INFINITY, f64::min);
         let turn = Complex::new(0.0, w * t).exp();
-        if nearest >= 1.0 {
+        if self.is_apart(t, w) {
             let y = self.steady(w, f);
             let p = self.propagator(t);
             return [
@@ -186,6 +182,24 @@ impl Block {
             }
             Self::Decays { .. } => [f[0] * exposed(roots[0], w), f[1] * exposed(roots[1], w)],
         }
+    }
+
+    /// The same over a time `t` of whole periods, after which the input is as before: `(I - e^{A t})` of the steady response,
+    /// where that is not near resonance. Of an input much faster than the block little is left, with its own digits.
+    pub fn forced_over_periods(self, t: f64, w: f64, f: Response) -> Response {
+        if !self.is_apart(t, w) {
+            return self.forced(t, w, f);
+        }
+        let (y, left) = (self.steady(w, f), self.one_minus_propagator(t));
+        left.map(|row| y[0] * row[0] + y[1] * row[1])
+    }
+
+    /// Whether the input turns away from the free motion over `t`: no root is within `1/t` of `i w`.
+    fn is_apart(self, t: f64, w: f64) -> bool {
+        let squares = self
+            .roots()
+            .map(|l| ((l - Complex::new(0.0, w)) * t).norm_sqr());
+        squares.into_iter().fold(f64::INFINITY, f64::min) >= 1.0
     }
 
     /// Response from rest over `t` to the constant input `g`.

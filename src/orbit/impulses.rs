@@ -5,7 +5,6 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
-use crate::impact::impulse_matrix;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::{Block, Form, Pair, times};
 use nalgebra::{DMatrix, DVector};
@@ -186,7 +185,8 @@ impl<'a> Instant<'a> {
                 for (i, &j) in self.retained.iter().enumerate() {
                     let block = blocks[j];
                     let repeat = block.one_minus_propagator(t);
-                    let forced = block.forced(t, self.scene.frequency, self.scene.force[j]);
+                    let forced =
+                        block.forced_over_periods(t, self.scene.frequency, self.scene.force[j]);
                     let loaded = block.loaded(t, self.scene.load[j]);
                     for c in 0..2 {
                         let row = k + 2 * i + c;
@@ -264,6 +264,16 @@ impl<'a> Instant<'a> {
     /// All X, u unrestricted, for which the contacts are where the stops are: `n.q = clearance`. With `scaled`, at
     /// `n.q = scale clearance` for one more unknown, the last entry of X.
     pub fn at_clearance(&self, scaled: Option<&DVector<f64>>) -> Result<SolutionSet> {
+        let (matrix, rhs) = self.rows_at_clearance(scaled);
+        self.units(&matrix, self.n_impulses())
+            .solve(&matrix, &rhs, 0.0)
+    }
+
+    /// The rows of [`at_clearance`](Self::at_clearance) and their right-hand side.
+    pub(super) fn rows_at_clearance(
+        &self,
+        scaled: Option<&DVector<f64>>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let (repeat, rhs) = self.repeat_rows();
         let (contact, constant) = self.contact_rows();
@@ -285,7 +295,7 @@ impl<'a> Instant<'a> {
             None => self.clearances() - constant,
         };
         let rhs = DVector::from_iterator(inner + k, rhs.iter().chain(target.iter()).copied());
-        self.units(&matrix, k).solve(&matrix, &rhs, 0.0)
+        (matrix, rhs)
     }
 
     /// The phase part u of X, or of a null vector.
@@ -343,37 +353,6 @@ impl<'a> Instant<'a> {
             .map(|&i| along(&self.scene.position_rows[i], after))
             .collect()
     }
-}
-
-/// Takes the rounding off the normal speeds of a state after the impacts at one instant.
-///
-/// They are `-e/(1 + e)` times what the impulses change, `N^T B p`; where that is little beside the speed of the motion, their
-/// sum over the modes has lost its digits, which the impulses still have.
-pub(crate) fn settle_speeds(
-    scene: &ModalScene,
-    stops: &[usize],
-    impulses: &[f64],
-    after: &mut [Pair],
-) -> Result<()> {
-    let g = &scene.geometry;
-    let (normals, reactions) = (
-        g.normals.select_columns(stops),
-        g.reactions.select_columns(stops),
-    );
-    let changes = normals.tr_mul(&(reactions * DVector::from_column_slice(impulses)));
-    // An impulse to each approach (1 + e) times too small takes away that much speed and no more.
-    let left = DVector::from_fn(stops.len(), |i, _| {
-        let e = g.restitutions[stops[i]];
-        let speed = along(&scene.velocity_rows[stops[i]], after) + e / (1.0 + e) * changes[i];
-        speed / (1.0 + e)
-    });
-    let pushes = impulse_matrix(g, stops)? * left;
-    for (&stop, &push) in stops.iter().zip(pushes.iter()) {
-        for (z, jump) in after.iter_mut().zip(&scene.jumps[stop]) {
-            *z = [z[0] - jump[0] * push, z[1] - jump[1] * push];
-        }
-    }
-    Ok(())
 }
 
 pub(super) fn enlarged_exponential(

@@ -25,6 +25,7 @@ mod pattern;
 mod periodic_orbit;
 mod pieces;
 mod polish;
+mod refine;
 mod retained;
 mod saved;
 mod scaled_rows;

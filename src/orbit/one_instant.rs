@@ -6,9 +6,10 @@ use crate::impact::wrapped;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 use crate::orbit::course::Course;
-use crate::orbit::impulses::{Instant, RANK_TOL, settle_speeds};
+use crate::orbit::impulses::{Instant, RANK_TOL};
 use crate::orbit::one_stop;
 use crate::orbit::periodic_orbit::Flight;
+use crate::orbit::refine::settle_speeds;
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of a linear system above which it has no solution.
@@ -213,5 +214,11 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
     if let Some(crossing) = one_stop::clearance_given(instant) {
         return Ok(crossing);
     }
-    meet_circle(&instant.at_clearance(None)?, |x| instant.phase_part(x))
+    let mut crossing = meet_circle(&instant.at_clearance(None)?, |x| instant.phase_part(x))?;
+    if crossing.basis.ncols() == 0 && !crossing.is_any_phase {
+        for x in &mut crossing.points {
+            instant.refine(x)?;
+        }
+    }
+    Ok(crossing)
 }

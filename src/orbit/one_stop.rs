@@ -68,6 +68,24 @@ impl Instant<'_> {
     }
 }
 
+impl OneStop {
+    /// The impulse at a given (cos, sin), in their units: by that of the two conditions in which rounding leaves more of it.
+    fn impulse(&self, u: Pair) -> f64 {
+        let by = |row: Row, target: f64| {
+            // Of cos and sin both the smaller too has the rounding of the larger.
+            let rounded = target.abs() + row[1].hypot(row[2]) * u[0].hypot(u[1]);
+            let left = target - row[1] * u[0] - row[2] * u[1];
+            (left / row[0], rounded / row[0].abs())
+        };
+        let [repeat, contact] = [by(self.rows[0], 0.0), by(self.rows[1], self.target)];
+        if contact.1 < repeat.1 {
+            contact.0
+        } else {
+            repeat.0
+        }
+    }
+}
+
 /// The solutions for a given clearance; `None` where more than one stop is hit, modes are retained, or the rank is in
 /// doubt.
 pub(crate) fn clearance_given(instant: &Instant<'_>) -> Option<Crossing> {
@@ -93,7 +111,11 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Option<Crossing> {
     let direction = to_units(normal, 1.0 / volume.sqrt());
     let u = |x: Row| -> Pair { [x[1], x[2]] };
     let chord = chord(u(particular), u(direction));
-    let point = |c: &f64| DVector::from_fn(3, |i, _| particular[i] + c * direction[i]);
+    let point = |c: &f64| {
+        let [cos, sin] = [1, 2].map(|i| particular[i] + c * direction[i]);
+        let impulse = push * conditions.impulse([cos / response, sin / response]);
+        DVector::from_vec(vec![impulse, cos, sin])
+    };
     Some(Crossing {
         points: chord.ends().iter().map(point).collect(),
         margin: Some(chord.margin),

@@ -10,8 +10,9 @@ use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
 use crate::orbit::course::Course;
 use crate::orbit::flight_time::Search;
-use crate::orbit::impulses::{Instant, settle_speeds};
+use crate::orbit::impulses::Instant;
 use crate::orbit::periodic_orbit::{Flight, Parts};
+use crate::orbit::refine::settle_speeds;
 use crate::orbit::search::{period, sorted, with_contacts};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
@@ -84,18 +85,14 @@ pub(crate) fn two_instants(
         let phase = options
             .phase
             .map_or_else(|| wrapped(u[1].atan2(u[0])), wrapped);
-        let mut states = conditions.states(root.dt, &root.x);
-        let (here, later) = impulses.split_at(first.len());
-        settle_speeds(modal, first, here, &mut states[0])?;
-        settle_speeds(modal, second, later, &mut states[1])?;
         let flights = flights(
             modal,
             &stops,
             first.len(),
             &impulses,
-            states,
+            conditions.states(root.dt, &root.x),
             (root.dt, period),
-        );
+        )?;
         let (scene, modal) = if options.phase.is_some() {
             let rows = &modal.position_rows;
             let contact = |i: usize| {
@@ -150,9 +147,11 @@ fn flights(
     stops: &[usize],
     first: usize,
     impulses: &[f64],
-    [after, later]: [Vec<Pair>; 2],
+    [mut after, mut later]: [Vec<Pair>; 2],
     (dt, period): (f64, f64),
-) -> Vec<Flight> {
+) -> Result<Vec<Flight>> {
+    settle_speeds(scene, &stops[..first], &impulses[..first], &mut after)?;
+    settle_speeds(scene, &stops[first..], &impulses[first..], &mut later)?;
     let before = |after: &[Pair], which: std::ops::Range<usize>| {
         let mut state = after.to_vec();
         for b in which {
@@ -164,7 +163,7 @@ fn flights(
     };
     let (before_first, before_later) =
         (before(&after, 0..first), before(&later, first..stops.len()));
-    vec![
+    Ok(vec![
         Flight {
             start: 0.0,
             span: dt,
@@ -179,5 +178,5 @@ fn flights(
             before_next: before_first,
             course: Course::FREE,
         },
-    ]
+    ])
 }

@@ -12,6 +12,9 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
+static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+
 fn as_array<'py, T: numpy::Element>(
     argument: &str,
     value: &Bound<'py, PyAny>,
@@ -20,7 +23,6 @@ fn as_array<'py, T: numpy::Element>(
     if let Ok(array) = value.cast::<PyArrayDyn<T>>() {
         return Ok(array.readonly());
     }
-    static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = value.py();
     let options = PyDict::new(py);
     options.set_item("dtype", dtype)?;
@@ -185,7 +187,6 @@ impl RowType {
         len: usize,
         columns: [Bound<'py, PyAny>; N],
     ) -> PyResult<Bound<'py, PyAny>> {
-        static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let dtype = self.dtype.get_or_try_init(py, || {
             let fields = self.fields.to_vec();
             let dtype = py.import("numpy")?.call_method1("dtype", (fields,))?;

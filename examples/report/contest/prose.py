@@ -46,8 +46,8 @@ RULES = """## Rules
   the loosest tolerance of each method, so that of its like runs none is picked by chance. The ratio is the fastest peer's time
   over the library's: above 1 the library is the faster. The reading that favours peers most is counted apart: a peer has every
   tolerance between two neighbouring right ones too (by the line between them, both axes logarithmic).
-- *Chosen with first runs in sight*: the problems, their spans (the condition of the state at the end and of the times by the start
-  is below 1e4), the bound of a call and the limits of a wrong answer. Implicit methods of packages with others are tried on
+- *Chosen with first runs in sight*: the problems, their spans (conditions of the final state and of the times by the start are
+  below 1e4), the bound of a call and the limits of a wrong answer. Implicit methods of packages with others are tried on
   stiff scenes alone. Solvers that look for a change of sign from step to step are given no largest step: how short the shortest
   visit behind a stop would be is not known before."""
 
@@ -245,8 +245,10 @@ def at(points: Sequence[Point]) -> str:
 
 
 def preparations(points: Sequence[Point]) -> str:
-    """Times of compilation and of the first call, contestant by contestant: of each problem the largest, for what is compiled for
-    one tolerance is often there for the next."""
+    """Times of compilation and of the first call, contestant by contestant.
+
+    Of each problem the largest: what is compiled for one tolerance is often there for the next.
+    """
     rows = []
     for name in dict.fromkeys(p.name for p in points):
         ready = [p for p in points if p.name == name and p.preparation is not None]

@@ -9,7 +9,6 @@ from statistics import median
 from .front import OWN, front, is_ahead_at_worst
 from .measure import BASE, Point, base_of
 
-START, END = "<!-- report -->", "<!-- /report -->"
 LEVEL = 1e-9
 NUMBERS = (
     "n_impacts",
@@ -54,16 +53,16 @@ def block(points: list[Point]) -> str:
     lines = [
         "![Error of the final state against run time, every problem](docs/report/figures/error_vs_runtime.png)",
         "",
-        f"- At {ahead} of {len(reached)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster ({surely} if peers may have",
-        "  any tolerance between those tried); where peers get there at all, the fastest takes",
+        f"- At {ahead} of {len(reached)} pairs of problem and error level (1e-3 to 1e-12) nobody is faster ({surely} if peers",
+        "  may have any tolerance between those tried); where peers get there at all, the fastest takes",
         f"  {plain(median(ratios))} times as long (median; at worst {plain(min(ratios))}).",
-        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as `{BASE[1]}` of `scipy.integrate` at rtol {BASE[2]:g}",
-        f"  in the {len(right)} of {len(problems)} problems that it gets right in time.",
+        f"- To an error of {LEVEL:g}: {plain(median(times))} times as fast (median) as `{BASE[1]}` of `scipy.integrate` at",
+        f"  rtol {BASE[2]:g}, in the {len(right)} of {len(problems)} problems that it gets right in time.",
         f"- A bouncing ball to rest: right in {here} runs here, elsewhere in {elsewhere}.",
         "",
         "[Every problem, rule and number](docs/report/error_vs_runtime.md), made by `python examples/error_vs_runtime.py`.",
     ]
-    return "\n".join([START, *lines, END])
+    return "\n".join(["", *lines, ""])
 
 
 def share_right(points: list[Point]) -> str:
@@ -74,12 +73,3 @@ def share_right(points: list[Point]) -> str:
 def plain(number: float) -> str:
     """A number of two digits."""
     return f"{float(f'{number:.2g}'):g}"
-
-
-def update(readme: Path, table: Path) -> None:
-    """Write the block between its marks; a README without them is left alone."""
-    text = readme.read_text()
-    if START not in text or END not in text:
-        return
-    before, rest = text.split(START, 1)
-    readme.write_text(before + block(read(table)) + rest.split(END, 1)[1])

@@ -85,7 +85,11 @@ def machinery() -> list[Claim]:
     """Machinery of what is not there; that of forcing in steps has no functions of its own to be seen in."""
     stepped = {"search for contacts": "{}", "impacts": "{}", "release of held stops": STEPPED_CHATTER}
     lacks = {
-        "exact: one stop": {"integrator": "rk45: no stop", "load or forcing": "exact: constant load", "release of held stops": CHATTER},
+        "exact: one stop": {
+            "integrator": "rk45: no stop",
+            "load or forcing": "exact: constant load",
+            "release of held stops": CHATTER,
+        },
         "exact: forcing": {"integrator": "rk45: no stop"},
         "rk45: no stop": {kind: seen.format("rk45: a stop") for kind, seen in stepped.items()},
         "rk45: a stop": {"release of held stops": STEPPED_CHATTER},
@@ -96,6 +100,6 @@ def machinery() -> list[Claim]:
 
 
 def checked(counts: Mapping[str, PerUnit]) -> list[tuple[Claim, float, float, float | None, bool]]:
-    """Each claim whose cases were counted, with what is allowed, what is spent, here and where it is seen, and whether it holds."""
+    """Each claim whose cases were counted: what is allowed, what is spent, what is where it is seen, and whether it holds."""
     known = (claim for claim in (*transcendental(), *memory(), *machinery()) if claim.cases() <= counts.keys())
     return [(c, c.allowed(counts), c.made(counts), c.elsewhere(counts), c.holds(counts)) for c in known]

@@ -10,7 +10,7 @@ from report.extremes.finding import EPSILON, FACTOR, Finding, short
 from report.extremes.lost import Series
 from report.extremes.motion import ATOL, MARGIN, RTOL
 from report.extremes.registry import DIGITS
-from report.extremes.rows import GROUPS
+from report.extremes.rows import GROUPS, NEARLY_TOGETHER
 from report.page import table
 
 Rows = Mapping[str, list[Finding]]
@@ -30,13 +30,15 @@ by a closed form or by {DIGITS}-digit arithmetic that takes the doubles given to
   its own); over 1 where the reference is zero. A line shows the kind that comes closest to what it is allowed, its worst entry.
 - *Condition*: the largest sum over all inputs of |x df/dx|, over the same size: how many times a relative change of the inputs
   (masses, stiffnesses, forces, clearances, start, times) comes back in the answer. It is computed by differences of the
-  {DIGITS}-digit reference, never by the library.
+  {DIGITS}-digit reference, never by the library; that of answers which theory gives as they stand (rest, one speed kept for
+  ever) is theory's, 1 or 2.
 - *rounding*, for what is computed in closed form (exact flights, orbits, modes):
   error <= {FACTOR} x max(condition, 1) x {EPSILON:.1e}.
 - *steps*, for what is integrated to a tolerance (Runge-Kutta `rk45`, `taylor`), and for rest after infinitely many impacts by any
   method, which is completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where a line does not
   say otherwise, and {MARGIN:g} for exact flights, where it is the width of contacts and touches; atol is {ATOL:g} rtol times the
-  size of the motion. *steps, at each impact* allows one rtol for every impact of a long run.
+  size of the motion. *steps, at each impact* allows one rtol for every impact of a long run: in steps errors add up, by no
+  more than that; only exact flights are held to *rounding* there, which is to be without drift.
 - *fact*: a count, an order, a status or a verdict equals the one that theory gives.
 - *refusal*: bad input raises `ValueError`, and its message has the argument and the words of the rule.
 
@@ -80,10 +82,23 @@ def summary(rows: Rows) -> str:
 
 
 def failures(rows: Rows) -> str:
-    """Every line that breaks its rule."""
+    """Every line that breaks its rule, and what is known of why."""
     lines = [(row, *line(f)) for row, findings in rows.items() for f in findings if not f.holds]
-    return "## What fails\n\n" + (table(("row", *HEADER), lines) if lines else "Nothing.")
+    if not lines:
+        return "## What fails\n\nNothing."
+    known = [f"- *{row}*: {WHY.get(row, 'not known.')}" for row in dict.fromkeys(row for row, *_ in lines)]
+    return "\n\n".join(["## What fails", table(("row", *HEADER), lines), "\n".join(known)])
 
+
+# What is known of lines that fail, by their row.
+WHY = {
+    NEARLY_TOGETHER: """a gap below 1e-13 of its terms is closed, for rounding may leave as much after many flights. When the
+  second of two coupled stops is reached, the first is open by less than that: it counts as still in contact, and both are struck
+  together. The speeds are those of theory; the places are off by the width that counts as closed.""",
+    "T under 1e-3 of a free period": """the impulse is what a period of the steady motion leaves. Where damping is strong it
+  comes from a sum whose terms are hundreds of times as large, that cancel because the motion repeats; so many roundings are
+  lost.""",
+}
 
 HEADER = ("quantity", "method", "computed", "reference", "error", "condition", "allowed", "rule", "verdict")
 
@@ -100,7 +115,8 @@ def checked(checks: Sequence[tuple[str, mpf]]) -> str:
     assert not far, f"references that disagree: {far}"
     lines = [(name, short(apart)) for name, apart in checks]
     words = (
-        f"Each kind of reference was computed twice, by methods that share no formula; they agree to better than {short(AGREED)}."
+        "Each kind of reference was computed twice, by methods that share no formula (double pendulums: by the same one with "
+        f"more, shorter steps); they agree to better than {short(AGREED)}."
     )
     return f"## The references by a second method\n\n{words}\n\n" + table(("compared", "difference"), lines)
 
