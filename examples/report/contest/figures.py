@@ -33,6 +33,7 @@ COLOURS = {
     "siconos": "#d6559b",
 }
 MARKERS = ("o", "s", "^", "D", "v")
+OWN_MARKERS = {"exact": "o", "taylor": "D", "rk45": "s"}
 WRONG = {"x": "wrong number of impacts", "1": "through the stop, or far off", ">": "stopped at the bound", "+": "failed"}
 
 
@@ -42,6 +43,7 @@ def draw(ax: plt.Axes, points: Sequence[Point], error: str) -> None:
         methods = dict.fromkeys(p.method for p in points if p.package == package)
         for method, marker in zip(methods, MARKERS, strict=False):
             mine = [p for p in points if (p.package, p.method) == (package, method)]
+            marker = OWN_MARKERS[method] if package == "own" else marker
             draw_method(ax, mine, error, colour, marker)
     ax.axhspan(HIGHEST, STRIP, color="0.93", zorder=0)
     ax.set(xscale="log", yscale="log", xlim=times_shown(points), ylim=(LOWEST / 3, STRIP))

@@ -80,7 +80,7 @@ def doubtful(leads: Sequence[Lead], points: Sequence[Point]) -> str:
     """How often the library leads by the reading that favours peers most."""
     reached = [lead for lead in leads if lead.is_reached]
     ahead = sum(is_ahead_at_worst(lead, points) for lead in reached)
-    return f"By the reading that favours peers most (see the rules) it leads {ahead} of these {len(reached)}."
+    return f"By the reading that favours peers most (see the rules) it leads {ahead} of the {len(reached)}."
 
 
 def sentence(lead: Lead) -> str:
