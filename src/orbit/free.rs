@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::model::{Change, Parameter, Scene};
 use crate::orbit::impulses::Instant;
-use crate::orbit::one_instant::{clearance_given, meet_circle};
+use crate::orbit::one_instant::{clearance_margin, meet_circle};
 use crate::orbit::search::{describe, finish, one_instant, period, sorted};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
@@ -115,7 +115,7 @@ pub(super) fn free_forcing(
 fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Option<f64>> {
     let modal = ModalScene::new(scene, "periodic_orbits")?;
     let instant = Instant::new(&modal, stops, period(&modal, options.n_periods)?);
-    Ok(clearance_given(&instant)?.margin.filter(|m| m.is_finite()))
+    Ok(clearance_margin(&instant)?.filter(|m| m.is_finite()))
 }
 
 /// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as good as its samples.

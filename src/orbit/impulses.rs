@@ -27,6 +27,9 @@ pub(crate) struct Instant<'a> {
     pub(super) period: f64,
 }
 
+/// Conditions on X: a matrix and its right-hand side.
+pub(crate) type Rows = (DMatrix<f64>, DVector<f64>);
+
 /// Affine form in the unknowns: coefficients of p and of u, and a constant.
 struct Sums {
     by_impulse: DMatrix<f64>,
@@ -148,7 +151,7 @@ impl<'a> Instant<'a> {
 
     /// Rows that say "the normal velocities are reversed", and that the retained blocks repeat: `matrix X = rhs` with X
     /// the inner unknowns and u.
-    pub(super) fn repeat_rows(&self) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn repeat_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let mut matrix = DMatrix::zeros(inner, inner + 2);
         let mut rhs = DVector::zeros(inner);
@@ -222,7 +225,7 @@ impl<'a> Instant<'a> {
     }
 
     /// Rows that say where the contacts are: `matrix X + constant = n.q` at the stops hit.
-    pub(super) fn contact_rows(&self) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn contact_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let position = self.sums(&self.scene.position_rows);
         let mut matrix = DMatrix::zeros(k, inner + 2);
@@ -264,16 +267,17 @@ impl<'a> Instant<'a> {
     /// All X, u unrestricted, for which the contacts are where the stops are: `n.q = clearance`. With `scaled`, at
     /// `n.q = scale clearance` for one more unknown, the last entry of X.
     pub fn at_clearance(&self, scaled: Option<&DVector<f64>>) -> Result<SolutionSet> {
-        let (matrix, rhs) = self.rows_at_clearance(scaled);
-        self.units(&matrix, self.n_impulses())
-            .solve(&matrix, &rhs, 0.0)
+        self.solve_contacts(&self.rows_at_clearance(scaled))
     }
 
-    /// The rows of [`at_clearance`](Self::at_clearance) and their right-hand side.
-    pub(super) fn rows_at_clearance(
-        &self,
-        scaled: Option<&DVector<f64>>,
-    ) -> (DMatrix<f64>, DVector<f64>) {
+    /// All X that satisfy the rows of [`at_clearance`](Self::at_clearance).
+    pub fn solve_contacts(&self, (matrix, rhs): &Rows) -> Result<SolutionSet> {
+        let units = self.units(matrix, self.n_impulses());
+        units.solve(matrix, rhs, 0.0)
+    }
+
+    /// The rows of [`at_clearance`](Self::at_clearance).
+    pub fn rows_at_clearance(&self, scaled: Option<&DVector<f64>>) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let (repeat, rhs) = self.repeat_rows();
         let (contact, constant) = self.contact_rows();

@@ -6,7 +6,7 @@ use crate::impact::wrapped;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 use crate::orbit::course::Course;
-use crate::orbit::impulses::{Instant, RANK_TOL};
+use crate::orbit::impulses::{Instant, RANK_TOL, Rows};
 use crate::orbit::one_stop;
 use crate::orbit::periodic_orbit::Flight;
 use crate::orbit::refine::settle_speeds;
@@ -214,11 +214,25 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
     if let Some(crossing) = one_stop::clearance_given(instant) {
         return Ok(crossing);
     }
-    let mut crossing = meet_circle(&instant.at_clearance(None)?, |x| instant.phase_part(x))?;
+    let rows = instant.rows_at_clearance(None);
+    let mut crossing = meet_contacts(instant, &rows)?;
     if crossing.basis.ncols() == 0 && !crossing.is_any_phase {
         for x in &mut crossing.points {
-            instant.refine(x)?;
+            instant.refine(rows.clone(), x)?;
         }
     }
     Ok(crossing)
+}
+
+/// The margin of [`clearance_given`] alone.
+pub(crate) fn clearance_margin(instant: &Instant<'_>) -> Result<Option<f64>> {
+    let crossing = match one_stop::clearance_given(instant) {
+        Some(crossing) => crossing,
+        None => meet_contacts(instant, &instant.rows_at_clearance(None))?,
+    };
+    Ok(crossing.margin)
+}
+
+fn meet_contacts(instant: &Instant<'_>, rows: &Rows) -> Result<Crossing> {
+    meet_circle(&instant.solve_contacts(rows)?, |x| instant.phase_part(x))
 }

@@ -6,14 +6,13 @@ use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank;
 use crate::modal::Pair;
-use crate::orbit::impulses::{Instant, RANK_TOL};
+use crate::orbit::impulses::{Instant, RANK_TOL, Rows};
 use nalgebra::{DMatrix, DVector};
 
 impl Instant<'_> {
-    /// Takes the unknowns of a solution for given clearances anew for its phase, by least squares with each condition in units of
-    /// its own rounding: those in which the phase matters little decide. Where that leaves one of them open, X stays.
-    pub fn refine(&self, x: &mut DVector<f64>) -> Result<()> {
-        let (mut matrix, mut rhs) = self.rows_at_clearance(None);
+    /// Takes the unknowns of a solution for given clearances anew for its phase, by least squares on the rows of these with each
+    /// in units of its own rounding: those in which the phase matters little decide. Where that leaves one of them open, X stays.
+    pub fn refine(&self, (mut matrix, mut rhs): Rows, x: &mut DVector<f64>) -> Result<()> {
         let inner = self.n_inner();
         let mut sizes = x.abs();
         // Of cos and sin the smaller, too, has the rounding of the larger.

@@ -375,16 +375,11 @@ fn one_instant(
     if crossing.points.is_empty() {
         return Ok(EMPTY);
     }
+    let candidate = |solution| Candidate::new(scene, pattern, solution);
     let mut candidates: Vec<Candidate> = crossing
         .points
         .iter()
-        .map(|x| {
-            Ok(Candidate::new(
-                scene,
-                pattern,
-                Solution::new(&instant, x, span)?,
-            ))
-        })
+        .map(|x| Ok(candidate(Solution::new(&instant, x, span)?)))
         .collect::<Result<_>>()?;
     if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
         return Ok(EMPTY);

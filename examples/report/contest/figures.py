@@ -41,10 +41,10 @@ def draw(ax: plt.Axes, points: Sequence[Point], error: str) -> None:
     """Draw one error of one problem's points."""
     for package, colour in COLOURS.items():
         methods = dict.fromkeys(p.method for p in points if p.package == package)
-        for method, marker in zip(methods, MARKERS, strict=False):
+        markers = OWN_MARKERS if package == "own" else dict(zip(methods, MARKERS, strict=False))
+        for method in methods:
             mine = [p for p in points if (p.package, p.method) == (package, method)]
-            marker = OWN_MARKERS[method] if package == "own" else marker
-            draw_method(ax, mine, error, colour, marker)
+            draw_method(ax, mine, error, colour, markers[method])
     ax.axhspan(HIGHEST, STRIP, color="0.93", zorder=0)
     ax.set(xscale="log", yscale="log", xlim=times_shown(points), ylim=(LOWEST / 3, STRIP))
     ax.xaxis.set_minor_formatter(NullFormatter())

@@ -49,6 +49,11 @@ class Point:
         return f"{self.package} {self.method}"
 
     @property
+    def is_base(self) -> bool:
+        """Whether times are ratios to this one."""
+        return (self.package, self.method, self.rtol) == BASE
+
+    @property
     def error(self) -> float:
         """The worse of the two errors, of many starts that of the state; infinite for whatever is no right answer."""
         return max(self.state_error, self.time_error or 0.0) if self.verdict == "right" else float("inf")
@@ -153,7 +158,7 @@ def timed(points: Sequence[Point], reference: Reference, processes: Mapping[str,
             except (Stopped, RuntimeError):
                 continue  # lost with a process that was killed: its first call stands
     took = {point: (median(times) if times else point.first_call) / point.share for point, times in running.items()}
-    base = next((t for p, t in took.items() if (p.package, p.method, p.rtol) == BASE), bound)
+    base = next((t for p, t in took.items() if p.is_base), bound)
     found = {
         point: replace(point, seconds=took[point], ratio=took[point] / base, spread=spread(times))
         for point, times in running.items()
@@ -171,7 +176,7 @@ def spread(times: Sequence[float]) -> float | None:
 
 def base_of(points: Sequence[Point]) -> Point | None:
     """The point of one problem that times are ratios to; None where it was stopped, and they are ratios to the bound."""
-    return next((p for p in points if (p.package, p.method, p.rtol) == BASE and p.seconds is not None), None)
+    return next((p for p in points if p.is_base and p.seconds is not None), None)
 
 
 def measured(problem: Problem, reference: Reference, processes: Mapping[str, Contestant], plan: Plan) -> list[Point]:

@@ -16,6 +16,16 @@ from report.page import table
 Rows = Mapping[str, list[Finding]]
 AGREED = mpf(10) ** -30  # of references by two methods
 ILL = 1e6  # condition number from which a row is called ill conditioned
+HEADER = ("quantity", "method", "computed", "reference", "error", "condition", "allowed", "rule", "verdict")
+# What is known of lines that fail, by their row.
+WHY = {
+    NEARLY_TOGETHER: """a gap below 1e-13 of its terms is closed, for rounding may leave as much after many flights. When the
+  second of two coupled stops is reached, the first is open by less than that: it counts as still in contact, and both are struck
+  together. The speeds are those of theory; the places are off by the width that counts as closed.""",
+    "T under 1e-3 of a free period": """the impulse is what a period of the steady motion leaves. Where damping is strong it
+  comes from a sum whose terms are hundreds of times as large, that cancel because the motion repeats; so many roundings are
+  lost.""",
+}
 
 
 def rules() -> str:
@@ -88,19 +98,6 @@ def failures(rows: Rows) -> str:
         return "## What fails\n\nNothing."
     known = [f"- *{row}*: {WHY.get(row, 'not known.')}" for row in dict.fromkeys(row for row, *_ in lines)]
     return "\n\n".join(["## What fails", table(("row", *HEADER), lines), "\n".join(known)])
-
-
-# What is known of lines that fail, by their row.
-WHY = {
-    NEARLY_TOGETHER: """a gap below 1e-13 of its terms is closed, for rounding may leave as much after many flights. When the
-  second of two coupled stops is reached, the first is open by less than that: it counts as still in contact, and both are struck
-  together. The speeds are those of theory; the places are off by the width that counts as closed.""",
-    "T under 1e-3 of a free period": """the impulse is what a period of the steady motion leaves. Where damping is strong it
-  comes from a sum whose terms are hundreds of times as large, that cancel because the motion repeats; so many roundings are
-  lost.""",
-}
-
-HEADER = ("quantity", "method", "computed", "reference", "error", "condition", "allowed", "rule", "verdict")
 
 
 def line(f: Finding) -> tuple[str, ...]:
