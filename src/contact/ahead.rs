@@ -7,49 +7,60 @@ use crate::flow::jet::{Jet, Shape};
 pub(crate) enum Ahead {
     /// No contact.
     Clear,
-    /// A touch within the margin.
-    Touch { at: f64, gap: f64 },
-    /// The stop is reached, to the accuracy of the cubic.
-    Reached { at: f64 },
+    /// It falls to its one minimum and rises again; that lies too near zero for the cubic to tell on which side.
+    Dips { near: f64 },
+    /// It stays within rounding of zero.
+    Rests,
+    /// The stop is reached at a time, to the accuracy of the cubic, and provably passed at a later one.
+    Reached { at: f64, passed: f64 },
     /// Nothing could be proved.
     Unknown,
 }
 
-/// Over a step that starts with an open gap.
-pub(crate) fn from_open(jet: &Jet, step: f64, margin: f64) -> Ahead {
-    let backwards = |jet: &Jet, end: f64| {
-        if jet.c[0] > 0.0 {
-            jet.falling_root(end)
+/// Over a step that starts with an open gap; `rounding` is that of the gap.
+pub(crate) fn from_open(jet: &Jet, step: f64, rounding: f64) -> Ahead {
+    let reached = |jet: &Jet, passed: f64| {
+        let at = if jet.c[0] > 0.0 {
+            jet.falling_root(passed)
         } else {
-            -jet.c[0] / jet.c[1]
-        }
+            0.0
+        };
+        Ahead::Reached { at, passed }
     };
-    match jet.shape(margin.max(ROUNDING * jet.size), step) {
+    // Closed from the start: nothing is open that could close later.
+    if jet.c[0] < -rounding {
+        return Ahead::Reached {
+            at: 0.0,
+            passed: 0.0,
+        };
+    }
+    match jet.shape(rounding.max(ROUNDING * jet.size), step) {
         Shape::Above => Ahead::Clear,
         Shape::Falling => {
             let (end, error) = (jet.value(step), jet.remainder(step));
-            if end + error < -margin {
-                Ahead::Reached {
-                    at: backwards(jet, step),
-                }
-            } else if end - error > -margin {
+            if end + error < -rounding {
+                reached(jet, step)
+            } else if end - error > -rounding {
                 Ahead::Clear
             } else {
                 Ahead::Unknown
             }
         }
-        Shape::LowestAtEnd if jet.value(step) - jet.remainder(step) > -margin => Ahead::Clear,
+        Shape::LowestAtEnd if jet.value(step) - jet.remainder(step) > -rounding => Ahead::Clear,
         Shape::Minimum { at, value, error } => {
-            if value - error > margin {
+            if value - error > rounding {
                 Ahead::Clear
-            } else if value + jet.remainder(at) < -margin {
-                Ahead::Reached {
-                    at: backwards(jet, at),
-                }
-            } else if error <= 0.1 * margin {
-                Ahead::Touch { at, gap: value }
+            } else if value + jet.remainder(at) < -rounding {
+                reached(jet, at)
             } else {
-                Ahead::Unknown
+                Ahead::Dips { near: at }
+            }
+        }
+        Shape::LowestAtEnd | Shape::Unknown if jet.spread(step) <= rounding => {
+            if jet.c[0] <= rounding {
+                Ahead::Rests
+            } else {
+                Ahead::Clear
             }
         }
         Shape::LowestAtEnd | Shape::Unknown => Ahead::Unknown,
@@ -64,6 +75,7 @@ pub(crate) fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
     } else if deflated.crosses(step) {
         Ahead::Reached {
             at: deflated.root(step),
+            passed: step,
         }
     } else {
         Ahead::Unknown

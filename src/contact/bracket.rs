@@ -3,20 +3,18 @@
 /// Times between which a gap falls through zero.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bracket {
-    /// The last at which it was open; minus infinity where it never was.
+    /// The last at which it was open; the start of the flight where it never was since.
     open: f64,
     /// The first after that at which it was not; infinite where there is none.
     pub closed: f64,
 }
 
 impl Bracket {
-    /// What is known at the start of a flight: whether the gap is open there, or opens.
-    pub fn start(is_open: bool) -> Self {
-        Self {
-            open: if is_open { 0.0 } else { f64::NEG_INFINITY },
-            closed: f64::INFINITY,
-        }
-    }
+    /// What is known at the start of a flight, before which nothing is.
+    pub const START: Self = Self {
+        open: 0.0,
+        closed: f64::INFINITY,
+    };
 
     /// Takes note of a gap at a later time.
     #[inline]
@@ -40,9 +38,8 @@ impl Bracket {
     /// The time after `from` to try: that which is wanted, if there is one and it lies inside, else half-way.
     pub fn next(self, wanted: Option<f64>, from: f64) -> f64 {
         match wanted {
-            Some(next) if self.open < 0.0 => next.max(0.0),
             Some(next) if next >= self.open && next <= self.closed => next,
-            _ if self.open >= 0.0 && self.closed.is_finite() => 0.5 * (self.open + self.closed),
+            _ if self.closed.is_finite() => 0.5 * (self.open + self.closed),
             _ => from,
         }
     }
@@ -54,7 +51,7 @@ mod tests {
 
     #[test]
     fn a_zero_stays_between_open_and_closed() {
-        let mut bracket = Bracket::start(true);
+        let mut bracket = Bracket::START;
         for (time, gap) in [(1.0, 0.2), (2.0, -1e-9), (3.0, -1e-9)] {
             bracket.note(time, gap);
         }
@@ -67,9 +64,8 @@ mod tests {
         // A gap that opens again has not been reached before.
         bracket.note(4.0, 0.1);
         assert_eq!(bracket.next(Some(5.0), 4.0), 5.0);
-        // One that never was open is passed where the flight begins, and Newton's method is left alone.
-        let passed = Bracket::start(false);
-        assert_eq!(passed.next(Some(-0.1), 0.2), 0.0);
-        assert_eq!(passed.next(None, 0.2), 0.2);
+        // Without a time at which it is closed nothing is known but that it comes after the last at which it was open.
+        assert_eq!(bracket.next(Some(3.0), 4.5), 4.5);
+        assert_eq!(Bracket::START.next(Some(-0.1), 0.2), 0.2);
     }
 }

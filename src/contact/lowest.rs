@@ -1,10 +1,13 @@
 //! The lowest place of a gap on a flight, to rounding.
 
-use crate::flow::{GapRow, LinearFlow};
+use crate::flow::jet::Jet;
+use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 
-/// Steps of Newton's method: the guess is that of a cubic, from which each doubles the digits.
+/// Steps of Newton's method where the guess is that of a cubic, from which each doubles the digits.
 const STEPS: usize = 2;
+/// Steps on one minimum inside its bracket, bisections among them.
+const MOST_STEPS: usize = 60;
 
 /// A place where a gap is lowest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,15 +21,9 @@ impl Lowest {
     ///
     /// Where the gap is too flat for its parabola to say where it turns, the place stays what it was.
     pub fn sharpened<F: LinearFlow>(mut self, flow: &F, gap: &GapRow, from: &[Pair]) -> Self {
-        let (mut propagator, mut derivatives) = (F::Propagator::default(), Vec::new());
-        let mut state = Vec::with_capacity(from.len());
+        let mut look = Look::new(flow, from);
         for _ in 0..STEPS {
-            state.clear();
-            state.extend_from_slice(from);
-            flow.prepare(self.time, &mut propagator);
-            flow.advance(&propagator, &mut state);
-            flow.derivatives(&state, &mut derivatives);
-            let jet = gap.jet(&derivatives);
+            let jet = look.at(self.time, gap);
             let step = -0.5 * jet.c[1] / jet.c[2];
             let is_parabola = jet.c[2] > 0.0 && (jet.c[3] * step).abs() < jet.c[2];
             if !is_parabola {
@@ -38,5 +35,65 @@ impl Lowest {
             };
         }
         self
+    }
+}
+
+/// Looks at a gap at any time of a flight, each time from the state at its start.
+pub(crate) struct Look<'a, F: LinearFlow> {
+    flow: &'a F,
+    from: &'a [Pair],
+    propagator: F::Propagator,
+    state: Vec<Pair>,
+    derivatives: Vec<Derivatives>,
+}
+
+impl<'a, F: LinearFlow> Look<'a, F> {
+    pub fn new(flow: &'a F, from: &'a [Pair]) -> Self {
+        Self {
+            flow,
+            from,
+            propagator: F::Propagator::default(),
+            state: Vec::with_capacity(from.len()),
+            derivatives: Vec::with_capacity(from.len()),
+        }
+    }
+
+    /// The jet of a gap at a time.
+    pub fn at(&mut self, time: f64, gap: &GapRow) -> Jet {
+        self.state.clear();
+        self.state.extend_from_slice(self.from);
+        self.flow.prepare(time, &mut self.propagator);
+        self.flow.advance(&self.propagator, &mut self.state);
+        self.flow.derivatives(&self.state, &mut self.derivatives);
+        gap.jet(&self.derivatives)
+    }
+
+    /// The minimum of a gap that falls at the first of two times, rises at the second and is convex between them, and the jet
+    /// near it: Newton's method on the speed inside the bracket, until what is left to fall is rounding.
+    pub fn bottom(&mut self, gap: &GapRow, mut between: [f64; 2], guess: f64) -> (Lowest, Jet) {
+        let mut time = guess;
+        let mut jet = self.at(time, gap);
+        for _ in 0..MOST_STEPS {
+            let [_, slope, bend, _] = jet.c;
+            between[usize::from(slope > 0.0)] = time;
+            let step = -0.5 * slope / bend;
+            let is_inside = step.is_finite() && (between[0]..=between[1]).contains(&(time + step));
+            if is_inside && (slope * step).abs() <= f64::EPSILON * jet.size {
+                let (time, gap) = (time + step, jet.value(step));
+                return (Lowest { time, gap }, jet);
+            }
+            let next = if is_inside {
+                time + step
+            } else {
+                0.5 * (between[0] + between[1])
+            };
+            if next == time {
+                break;
+            }
+            time = next;
+            jet = self.at(time, gap);
+        }
+        let gap = jet.c[0];
+        (Lowest { time, gap }, jet)
     }
 }

@@ -1,26 +1,14 @@
-//! The next impact of an exact flight (theory 8): the first time at which some gap falls below minus its margin, led back
-//! to its zero. Every step is proved to hold no other; touches inside the margin are noted as grazes.
+//! The next impact of an exact flight (theory 8): the first time at which some gap falls below zero by more than its rounding,
+//! led back to its zero. Every step is proved to hold no other; touches within rounding are noted as grazes.
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
-use crate::contact::walk::{DEEPEST, Ladder, ROUNDING, STEPS_PER_LOOK};
+use crate::contact::lowest::Look;
+use crate::contact::walk::{Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 use crate::watch::Watch;
-
-/// Distance from zero within which a gap's minimum is a graze: `absolute + relative * size of the gap's terms`.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Margin {
-    pub absolute: f64,
-    pub relative: f64,
-}
-
-impl Margin {
-    pub fn of(self, size: f64) -> f64 {
-        self.absolute + self.relative * size
-    }
-}
 
 /// A touch without impact: stop, time since the start of the flight, gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +45,6 @@ const NEAR: f64 = 0.25;
 pub(crate) struct Search<'f, F: LinearFlow> {
     flow: &'f F,
     gaps: Vec<GapRow>,
-    margins: Vec<Margin>,
     ladder: Ladder<F>,
     level: usize,
     propagator: F::Propagator,
@@ -70,6 +57,8 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     orders: Vec<usize>,
     /// Where the walk last saw each gap open, and from where on no longer: the zero at which a stop is reached lies between.
     brackets: Vec<Bracket>,
+    /// The largest size of the terms of each gap seen on the flight.
+    extents: Vec<f64>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -79,7 +68,7 @@ pub(crate) struct Search<'f, F: LinearFlow> {
 }
 
 impl<'f, F: LinearFlow> Search<'f, F> {
-    pub fn new(flow: &'f F, gaps: Vec<GapRow>, margins: Vec<Margin>) -> Self {
+    pub fn new(flow: &'f F, gaps: Vec<GapRow>) -> Self {
         let ladder = Ladder::new(flow);
         Self {
             flow,
@@ -87,9 +76,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             was_falling: vec![false; gaps.len()],
             orders: Vec::with_capacity(gaps.len()),
             brackets: Vec::with_capacity(gaps.len()),
+            extents: vec![0.0; gaps.len()],
             active: Vec::with_capacity(gaps.len()),
             gaps,
-            margins,
             ladder,
             level: Ladder::<F>::START,
             propagator: F::Propagator::default(),
@@ -126,6 +115,16 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         &self.jets
     }
 
+    /// What rounding leaves unknown of a gap where the search last looked.
+    pub fn rounding(&self, stop: usize) -> f64 {
+        self.gaps[stop].rounding(&self.jets[stop])
+    }
+
+    /// The largest size of the terms of a gap that was seen on the last flight.
+    pub fn extent(&self, stop: usize) -> f64 {
+        self.extents[stop]
+    }
+
     /// The derivatives of the state where the search last looked.
     pub fn derivatives(&self) -> &[Derivatives] {
         &self.derivatives
@@ -145,10 +144,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.orders.extend_from_slice(starts);
         self.active.clear();
         self.active.extend(0..self.gaps.len());
-        let opens = |(order, jet): (&usize, &Jet)| Bracket::start(*order > 0 || jet.c[0] > 0.0);
         self.brackets.clear();
-        self.brackets
-            .extend(starts.iter().zip(&self.jets).map(opens));
+        self.brackets.resize(self.gaps.len(), Bracket::START);
+        self.extents.fill(0.0);
         self.state.clear();
         self.state.extend_from_slice(start);
         self.leave_out(Some(starts));
@@ -160,11 +158,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 let step = self.ladder.step(self.level);
                 let noted = grazes.len();
                 let starts = if steps == 0 { Some(starts) } else { None };
-                match self.step_ahead(starts, step, time, grazes) {
+                match self.step_ahead((start, starts), step, time, grazes) {
                     Ok(reached) => break reached,
                     Err(stop) => {
                         grazes.truncate(noted);
-                        if self.level == DEEPEST || time + step == time {
+                        if self.level == self.ladder.deepest || time + step == time {
                             return Next::Stalled { stop, time };
                         }
                         self.level += 1;
@@ -172,10 +170,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 }
             };
             if let Some((stop, at)) = reached {
-                // A gap that has passed zero by less than its margin may point back beyond the start of the flight.
-                let at = if time + at > 0.0 { time + at } else { time };
-                grazes.retain(|g| g.time < at);
-                return Next::Contact { stop, time: at };
+                grazes.retain(|g| g.time < time + at);
+                return Next::Contact {
+                    stop,
+                    time: time + at,
+                };
             }
             time += self.ladder.step(self.level);
             let made = self.ladder.advance(self.flow, self.level, &mut self.state);
@@ -198,9 +197,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 self.was_falling[stop] = self.jets[stop].c[1] < 0.0;
                 self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
                 self.brackets[stop].note(time, self.jets[stop].c[0]);
+                self.extents[stop] = self.extents[stop].max(self.jets[stop].size);
             }
             self.note_turns(time, steps, grazes);
-            // At the end or past it, a stop that is passed by less than its margin may have been reached before it.
+            // At the end or past it, a stop that is passed within rounding may have been reached before it.
             let is_reached = |&stop: &usize| {
                 let [gap, speed, ..] = self.jets[stop].c;
                 gap <= 0.0 && speed < 0.0
@@ -212,7 +212,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         Next::End
     }
 
-    /// Notes the touches of gaps that turned within the margin, in a step that could not tell on which side of its end: the
+    /// Notes the touches of gaps that turned within rounding of zero, in a step that could not tell on which side of its end: the
     /// minimum is here, to the accuracy of a step.
     fn note_turns(&self, time: f64, steps: usize, grazes: &mut Vec<Grazed>) {
         let before = time - self.ladder.step(self.ladder.above(self.level));
@@ -220,7 +220,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let jet = &self.jets[stop];
             let has_turned = self.was_falling[stop] && jet.c[1] >= 0.0 && steps > 0;
             let is_noted = || grazes.iter().any(|g| g.stop == stop && g.time >= before);
-            if has_turned && jet.c[0] <= self.margins[stop].of(jet.size) && !is_noted() {
+            if has_turned && jet.c[0] <= self.gaps[stop].rounding(jet) && !is_noted() {
                 let (time, gap) = (time, jet.c[0]);
                 grazes.push(Grazed { stop, time, gap });
             }
@@ -234,48 +234,90 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             norms,
             state,
             gaps,
-            margins,
             active,
             ..
         } = self;
         flow.norms(state, norms);
         active.retain(|&stop| {
             let (least, size) = gaps[stop].least(norms);
-            let margin = margins[stop].absolute + (margins[stop].relative + ROUNDING) * size;
-            let is_beyond_reach = least > margin && starts.is_none_or(|orders| orders[stop] == 0);
+            let is_beyond_reach = least > ROUNDING * size && starts.is_none_or(|orders| orders[stop] == 0);
             !is_beyond_reach
         });
     }
 
-    /// The earliest contact in one step, none if every gap is clear; the stop that could not be decided otherwise.
+    /// The earliest contact in one step, none if every gap is clear; the stop that could not be decided otherwise. The flight
+    /// began at a state with roots of given orders, those only on its first step.
     fn step_ahead(
-        &self,
-        starts: Option<&[usize]>,
+        &mut self,
+        (start, starts): (&[Pair], Option<&[usize]>),
         step: f64,
         time: f64,
         grazes: &mut Vec<Grazed>,
     ) -> Result<Option<(usize, f64)>, usize> {
         let mut earliest: Option<(usize, f64)> = None;
-        for &stop in &self.active {
-            let jet = &self.jets[stop];
-            let ahead = match starts.map_or(0, |orders| orders[stop]) {
-                0 => from_open(jet, step, self.margins[stop].of(jet.size)),
+        for place in 0..self.active.len() {
+            let stop = self.active[place];
+            let (jet, gap) = (&self.jets[stop], &self.gaps[stop]);
+            let mut ahead = match starts.map_or(0, |orders| orders[stop]) {
+                0 => from_open(jet, step, gap.rounding(jet)),
                 order => from_contact(jet, order, step),
             };
+            if let Ahead::Dips { near } = ahead {
+                ahead = self.at_bottom(stop, start, [time, time + step], time + near, grazes);
+            }
             match ahead {
-                Ahead::Touch { at, gap } => grazes.push(Grazed {
-                    stop,
-                    time: time + at,
-                    gap,
-                }),
-                Ahead::Reached { at } if earliest.is_none_or(|(_, t)| at < t) => {
-                    earliest = Some((stop, at));
+                Ahead::Reached { at, passed } => {
+                    let closed = &mut self.brackets[stop].closed;
+                    *closed = closed.min(time + passed);
+                    if earliest.is_none_or(|(_, first)| at < first) {
+                        earliest = Some((stop, at));
+                    }
                 }
-                Ahead::Clear | Ahead::Reached { .. } => {}
+                Ahead::Rests => {
+                    let gap = self.jets[stop].c[0];
+                    let is_noted = |g: &Grazed| g.stop == stop && g.time >= time - step;
+                    if !grazes.iter().any(is_noted) {
+                        grazes.push(Grazed { stop, time, gap });
+                    }
+                }
+                Ahead::Clear | Ahead::Dips { .. } => {}
                 Ahead::Unknown => return Err(stop),
             }
         }
+        if let Some((stop, at)) = earliest {
+            // A flight of few steps is farthest from its stop half-way.
+            let far = self.jets[stop].value(0.5 * at).abs();
+            self.extents[stop] = self.extents[stop].max(far);
+        }
         Ok(earliest)
+    }
+
+    /// What a gap does in a step in which it provably has one minimum: decided by its value there, which is that of the motion from
+    /// the start of the flight. Touches within rounding are noted.
+    #[cold]
+    fn at_bottom(
+        &mut self,
+        stop: usize,
+        start: &[Pair],
+        between: [f64; 2],
+        near: f64,
+        grazes: &mut Vec<Grazed>,
+    ) -> Ahead {
+        let gap = &self.gaps[stop];
+        let (lowest, jet) = Look::new(self.flow, start).bottom(gap, between, near);
+        self.n_gap_evaluations += 1;
+        let rounding = gap.rounding(&jet);
+        if lowest.gap < -rounding {
+            let back = (-lowest.gap / jet.c[2]).sqrt();
+            let passed = lowest.time - between[0];
+            let at = (passed - back).max(0.0);
+            return Ahead::Reached { at, passed };
+        }
+        if lowest.gap <= rounding {
+            let (time, gap) = (lowest.time, lowest.gap);
+            grazes.push(Grazed { stop, time, gap });
+        }
+        Ahead::Clear
     }
 
     /// Carries a state over a span of time.
@@ -300,10 +342,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 .jets
                 .iter()
                 .enumerate()
-                .filter(|(i, jet)| *i != stop && jet.is_passed(10.0 * ROUNDING))
+                .filter(|(i, jet)| {
+                    *i != stop && jet.c[0] < -self.gaps[*i].rounding(jet) && jet.c[1] < 0.0
+                })
                 .map(|(i, jet)| (i, time - jet.c[0] / jet.c[1]))
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((other, guess)) = earlier else { break };
+            self.brackets[other].narrow(time, -1.0);
             let reached = self.polish(other, guess, start, arrived);
             if reached >= time {
                 time = self.polish(stop, time, start, arrived);
@@ -320,7 +365,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut Vec<Pair>) -> f64 {
         let short = TAYLOR_STEP / self.flow.fastest_rate();
         let mut bracket = self.brackets[stop];
-        // A stop passed within its margin may have turned since.
         let mut time = guess.max(0.0).min(bracket.closed);
         let mut looked = time;
         for _ in 0..MOST_POLISHES {

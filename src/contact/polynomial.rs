@@ -53,19 +53,29 @@ impl Ends {
 pub(crate) enum Along {
     /// No contact.
     Clear,
-    /// The stop is reached at x; before the start, if the gap began within its margin below zero.
-    Contact { x: f64 },
-    /// An extremum is nearer to a decision than the interpolation is to the motion.
-    Unsure,
+    /// The stop is reached at x, and passed at a later part of the step.
+    Contact { x: f64, passed: f64 },
+    /// A minimum is nearer to zero than the interpolation is to the motion.
+    Lowest { x: f64 },
 }
 
-/// How an extremum of the gap is judged.
+/// How a minimum of the gap is judged.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Judgement {
     /// Distance from zero within which a minimum is a touch without impact.
-    pub margin: f64,
-    /// Error of the interpolation.
+    pub rounding: f64,
+    /// Error of the interpolation half-way, where it is largest.
     pub error: f64,
+}
+
+/// An estimate of the error is off by no more than this factor.
+const ERROR_FACTOR: f64 = 4.0;
+
+impl Judgement {
+    /// The error of the interpolation at x, which goes as `x^3 (1 - x)^3`: value, slope and curvature are met at both ends.
+    fn doubt(self, x: f64) -> f64 {
+        ERROR_FACTOR * self.error * (4.0 * x * (1.0 - x)).powi(3)
+    }
 }
 
 /// A quantity along a step, known at the parts 0, 1/4, 1/2, 3/4 and 1 of it.
@@ -153,47 +163,36 @@ impl Quintic {
         )
     }
 
-    /// The first contact on a step that starts in contact, with a root of the given order.
-    pub fn after_contact(&self, order: usize) -> Along {
-        let c = &self.c[order.min(SIZE - 1)..];
+    /// The first contact, a root of the given order at the start divided out, and the touches before it; or the first minimum
+    /// that only the motion itself can judge.
+    pub fn first_contact(
+        &self,
+        order: usize,
+        judgement: Judgement,
+        touches: &mut Vec<(f64, f64)>,
+    ) -> Along {
+        let order = order.min(SIZE - 1);
+        let rounding = judgement.rounding;
+        let c = &self.c[order..];
         let (d, size) = derivative(c);
         let mut left = 0.0;
         for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
-            if value(c, right) < 0.0 {
-                let x = if value(c, left) > 0.0 {
+            let (before, there) = (value(c, left), value(c, right));
+            let gap = there * right.powi(order as i32);
+            let is_minimum = right < 1.0 && there < before;
+            let doubt = judgement.doubt(right);
+            if is_minimum && gap.abs() <= rounding + doubt && doubt > 0.5 * rounding {
+                return Along::Lowest { x: right };
+            }
+            if gap < -rounding {
+                let x = if before > 0.0 {
                     bracketed_root(c, left, right)
                 } else {
                     left
                 };
-                return Along::Contact { x };
+                return Along::Contact { x, passed: right };
             }
-            left = right;
-        }
-        Along::Clear
-    }
-
-    /// The first contact on a step that starts with an open gap, and the touches before it.
-    pub fn when_open(&self, judgement: Judgement, touches: &mut Vec<(f64, f64)>) -> Along {
-        let Judgement { margin, error } = judgement;
-        let (d, size) = derivative(&self.c);
-        let mut left = 0.0;
-        for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
-            let (before, gap) = (self.value(left), self.value(right));
-            let is_minimum = right < 1.0 && gap < before;
-            if is_minimum && ((gap - margin).abs() < error || (gap + margin).abs() < error) {
-                return Along::Unsure;
-            }
-            if gap < -margin {
-                let x = if before > 0.0 {
-                    bracketed_root(&self.c, left, right)
-                } else if left == 0.0 && self.c[1] < 0.0 {
-                    -self.c[0] / self.c[1]
-                } else {
-                    left
-                };
-                return Along::Contact { x };
-            }
-            if is_minimum && gap <= margin {
+            if is_minimum && gap <= rounding {
                 touches.push((right, gap));
             }
             left = right;
@@ -249,29 +248,39 @@ mod tests {
         assert!(worst < 64.0 * h.powi(6) / 720.0 / 64.0 * 1.01, "{worst:e}");
     }
 
-    #[test]
-    fn a_dip_between_positive_ends_is_a_contact_and_a_shallow_one_a_touch() {
-        let judged = Judgement {
-            margin: 1e-6,
-            error: 0.0,
+    fn judged(p: &Quintic, order: usize, error: f64) -> (Along, usize) {
+        let mut touches = Vec::new();
+        let judgement = Judgement {
+            rounding: 1e-15,
+            error,
         };
-        for depth in [1e-3, 1e-5, 1e-7, -1e-7, -1e-5] {
+        let along = p.first_contact(order, judgement, &mut touches);
+        (along, touches.len())
+    }
+
+    #[test]
+    fn a_dip_between_positive_ends_is_a_contact_however_shallow() {
+        for depth in [1e-3, 1e-8, 1e-13, 0.0, -1e-13, -1e-8] {
             // (x - 0.4)^2 - depth, as a quintic by its ends.
             let f = |x: f64| [(x - 0.4) * (x - 0.4) - depth, 2.0 * (x - 0.4), 2.0];
             let ends = Ends::new(f(0.0), f(1.0), 1.0, 0);
             let p = Quintic::new(&ends);
-            let mut touches = Vec::new();
-            let along = p.when_open(judged, &mut touches);
-            if depth > 1e-6 {
-                let Along::Contact { x } = along else {
+            let (along, touches) = judged(&p, 0, 0.0);
+            if depth > 0.0 {
+                let Along::Contact { x, passed } = along else {
                     panic!("{depth}: {along:?}")
                 };
-                assert!((x - (0.4 - depth.sqrt())).abs() < 1e-9);
+                let error = 1e-15 / depth.sqrt();
+                assert!((x - (0.4 - depth.sqrt())).abs() < error && (passed - 0.4).abs() < 1e-9);
             } else {
                 assert_eq!(along, Along::Clear);
-                assert_eq!(touches.len(), usize::from(depth.abs() < 1e-6));
+                assert_eq!(touches, usize::from(depth == 0.0));
             }
             assert!(!ends.are_clear(0, 1e-6), "{depth}");
+            // Where the interpolation may be off by more, the motion has to say.
+            let (along, _) = judged(&p, 0, 1e-10);
+            let is_open = depth.abs() < 1e-9;
+            assert_eq!(matches!(along, Along::Lowest { .. }), is_open, "{depth}");
         }
         let high = Ends::new([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5, 0);
         assert!(high.are_clear(0, 0.5));
@@ -284,14 +293,14 @@ mod tests {
             let start = [1e-17, v, -1.0];
             let ends = Ends::new(start, f(1.0), 1.0, 1);
             assert!(!ends.are_clear(1, 0.0));
-            let Along::Contact { x } = Quintic::new(&ends).after_contact(1) else {
+            let (Along::Contact { x, .. }, 0) = judged(&Quintic::new(&ends), 1, 0.0) else {
                 panic!("{v}")
             };
             assert!((x / (2.0 * v) - 1.0).abs() < 1e-7 + 1e-15 / v, "{x} {v}");
         }
         let rising = Ends::new([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0, 1);
         assert!(rising.are_clear(1, 0.0));
-        assert_eq!(Quintic::new(&rising).after_contact(1), Along::Clear);
+        assert_eq!(judged(&Quintic::new(&rising), 1, 0.0), (Along::Clear, 0));
     }
 
     #[test]

@@ -8,10 +8,12 @@ use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 use crate::watch::Watch;
 
+/// Halvings from the longest step to such a one that the exponent of a double has room for.
+const MOST_BETWEEN: f64 = 900.0;
 /// Doublings of a flow's longest step, where its bounds hold for ever: a slow body crosses a wide room in few steps.
 const DOUBLINGS: usize = 60;
-/// The last level, after 52 halvings, where the search gives up proving and takes the node for what it is.
-pub(crate) const DEEPEST: usize = DOUBLINGS + 52;
+/// Halvings of a step over which the fastest motion changes as a whole, after which there are no digits left to halve.
+const HALVINGS: usize = 52;
 /// Rungs that a ladder has room for from the start.
 const USUAL_DEPTH: usize = 12;
 /// Shortest steps without a proof after which a gap counts as touching its stop for good: it is within rounding of it.
@@ -27,23 +29,27 @@ pub(crate) struct Ladder<F: LinearFlow> {
     longest: f64,
     /// The first level whose step the flow's bounds allow.
     top: usize,
-    /// Propagators of the levels from the flow's longest step on.
-    rungs: Vec<F::Propagator>,
+    /// The last level, where a search gives up proving.
+    pub deepest: usize,
+    /// Propagators of the levels from the flow's longest step on, those that were asked for.
+    rungs: Vec<Option<F::Propagator>>,
     /// Propagators of longer steps, from the longest step up.
-    tall: Vec<F::Propagator>,
-    /// Bit k: the propagator of level k is made.
-    made: u128,
+    tall: Vec<Option<F::Propagator>>,
 }
 
 impl<F: LinearFlow> Ladder<F> {
     /// An empty ladder for a flow.
     pub fn new(flow: &F) -> Self {
+        let longest = flow.longest_step();
+        // The longest step is as long as the slowest motion allows; the fastest needs short ones.
+        let between = (longest * flow.fastest_rate()).log2().ceil();
+        let between = between.clamp(0.0, MOST_BETWEEN) as usize;
         Self {
-            longest: flow.longest_step(),
+            longest,
             top: if flow.holds_for_ever() { 0 } else { DOUBLINGS },
+            deepest: DOUBLINGS + between + HALVINGS,
             rungs: Vec::with_capacity(USUAL_DEPTH),
             tall: Vec::new(),
-            made: 0,
         }
     }
 
@@ -67,10 +73,10 @@ impl<F: LinearFlow> Ladder<F> {
     pub fn level_below(&self, span: f64) -> usize {
         let halvings = (self.longest / span).log2().ceil();
         let level = (DOUBLINGS as f64 + halvings).max(self.top as f64);
-        if level < DEEPEST as f64 {
+        if level < self.deepest as f64 {
             level as usize
         } else {
-            DEEPEST
+            self.deepest
         }
     }
 
@@ -78,23 +84,24 @@ impl<F: LinearFlow> Ladder<F> {
     /// on a block, at the most.
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
-        let mut made = None;
         let step = self.step(level);
         let (rungs, place) = if level >= DOUBLINGS {
             (&mut self.rungs, level - DOUBLINGS)
         } else {
             (&mut self.tall, DOUBLINGS - 1 - level)
         };
-        if self.made >> level & 1 == 0 {
-            if rungs.len() <= place {
-                rungs.resize_with(place + 1, F::Propagator::default);
-            }
-            flow.prepare(step, &mut rungs[place]);
-            self.made |= 1 << level;
-            made = Some(state.len().pow(3));
+        if let Some(Some(propagator)) = rungs.get(place) {
+            flow.advance(propagator, state);
+            return None;
         }
-        flow.advance(&rungs[place], state);
-        made
+        if rungs.len() <= place {
+            rungs.resize_with(place + 1, || None);
+        }
+        let mut propagator = F::Propagator::default();
+        flow.prepare(step, &mut propagator);
+        flow.advance(&propagator, state);
+        rungs[place] = Some(propagator);
+        Some(state.len().pow(3))
     }
 }
 
@@ -226,7 +233,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             if proved {
                 break;
             }
-            if level == DEEPEST {
+            if level == ladder.deepest {
                 unproved += 1;
                 if unproved > MOST_UNPROVED {
                     check.note(

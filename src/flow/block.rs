@@ -213,12 +213,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             cells.push((*r, weight, reach));
         }
         if w > 0.0 {
-            let reach = if *forcing == Complex::new(0.0, 0.0) {
-                0.0
-            } else {
-                f64::INFINITY
-            };
-            cells.push(([forcing.re, -forcing.im], 0.0, reach));
+            cells.push(([forcing.re, -forcing.im], 0.0, forcing.norm()));
             forced += forcing.norm() * w.powi(4);
         }
         GapRow::new(
@@ -240,6 +235,8 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             (y * y + part.weight * x * x).sqrt()
         };
         norms.extend(state.iter().zip(&self.parts).map(norm));
+        // The phasor of the forcing, where there is one, turns on the unit circle.
+        norms.extend(state[self.parts.len()..].iter().map(|_| 1.0));
     }
 
     fn longest_step(&self) -> f64 {

@@ -202,7 +202,7 @@ impl LinearFlow for DenseFlow {
     /// Nothing is known of all times to come.
     fn norms(&self, _state: &[Pair], norms: &mut Vec<f64>) {
         norms.clear();
-        norms.resize(self.matrix.nrows() / 2, f64::INFINITY);
+        norms.resize(self.matrix.nrows() / 2 + 1, f64::INFINITY);
     }
 
     fn longest_step(&self) -> f64 {

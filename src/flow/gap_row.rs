@@ -5,6 +5,11 @@ use crate::flow::jet::Jet;
 use crate::modal::Pair;
 use nalgebra::Complex;
 
+/// Rounding of a gap relative to the size of its two terms (theory 8).
+const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
+/// The same relative to the sum of the sizes of all parts of the motion in it.
+const SUM_ROUNDINGS: f64 = 4.0 * f64::EPSILON;
+
 /// A quantity of the whole motion, `constant - row.z - Re(forcing e^{i angle})`: a gap, or a contact force.
 #[derive(Debug, Clone)]
 pub(crate) struct Quantity {
@@ -98,8 +103,17 @@ impl GapRow {
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
     /// its terms.
     pub fn least(&self, norms: &[f64]) -> (f64, f64) {
+        debug_assert_eq!(norms.len(), self.cells.len(), "a norm for every pair");
         let moved: f64 = self.cells.iter().zip(norms).map(|(c, x)| c.reach * x).sum();
         (self.rest.0 - moved, self.rest.1 + moved)
+    }
+
+    /// What rounding leaves unknown of a gap: that of its two terms, the clearance and the position along the normal, and where
+    /// the parts of the motion cancel that of their sum.
+    #[inline]
+    pub fn rounding(&self, jet: &Jet) -> f64 {
+        let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
+        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
     }
 
     /// The gap's jet.

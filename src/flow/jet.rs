@@ -63,12 +63,6 @@ impl Jet {
         self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
     }
 
-    /// Whether the gap is below zero, by more than `slack` of its size, and falling.
-    #[inline]
-    pub fn is_passed(&self, slack: f64) -> bool {
-        self.c[0] < -slack * self.size && self.c[1] < 0.0
-    }
-
     /// The jet a step later, by the cubic alone.
     pub fn after(&self, step: f64) -> Self {
         let [_, b, c, d] = self.c;

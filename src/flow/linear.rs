@@ -45,12 +45,20 @@ pub(crate) fn carry<F: LinearFlow>(flow: &F, angle: f64, span: f64, whole: &mut 
     flow.leave(&state, whole);
 }
 
-/// The slowest rate in a list of them, 1 if all vanish.
+/// Rates slower than this part of the fastest change nothing while anything else does.
+const SLOWEST_PART: f64 = 1e-18;
+
+/// The slowest rate in a list of them that counts beside the fastest, 1 if all vanish.
 pub(crate) fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
-    let least = rates
-        .filter(|&r| r > 0.0 && r.is_finite())
-        .fold(f64::INFINITY, f64::min);
-    if least.is_finite() { least } else { 1.0 }
+    let rates = rates.filter(|&r| r > 0.0 && r.is_finite());
+    let (least, most) = rates.fold((f64::INFINITY, 0.0f64), |(least, most), rate| {
+        (least.min(rate), most.max(rate))
+    });
+    if least.is_finite() {
+        least.max(SLOWEST_PART * most)
+    } else {
+        1.0
+    }
 }
 
 /// The contract of every flow.

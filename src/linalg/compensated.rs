@@ -20,10 +20,23 @@ fn dot(x: impl Iterator<Item = f64>, y: impl Iterator<Item = f64>) -> f64 {
 /// A form whose terms are larger than its value by less than this is summed in doubles.
 const LOSS: f64 = 1e3;
 
+/// Units in the last place by which the entries of a matrix that was assembled from few parts are off.
+const ENTRY_ROUNDINGS: f64 = 4.0;
+
 /// The values `x_j.A x_j` of a form at the columns of a matrix.
 pub(crate) fn quadratic(a: &DMatrix<f64>, columns: &DMatrix<f64>) -> DVector<f64> {
     DVector::from_fn(columns.ncols(), |j, _| {
         form(a, columns.column(j).as_slice())
+    })
+}
+
+/// What the rounding of A's entries may make of those values: some units in the last place of the sum of the sizes of the
+/// terms.
+pub(crate) fn quadratic_rounding(a: &DMatrix<f64>, columns: &DMatrix<f64>) -> DVector<f64> {
+    let sizes = a.abs();
+    DVector::from_fn(columns.ncols(), |j, _| {
+        let x = columns.column(j).abs();
+        ENTRY_ROUNDINGS * f64::EPSILON * x.dot(&(&sizes * &x))
     })
 }
 

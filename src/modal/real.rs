@@ -122,8 +122,8 @@ impl RealModes {
         }
         let mut modal = shapes.transpose() * &damping * &shapes;
         // What slow modes take of large entries cancels.
-        modal.set_diagonal(&compensated::quadratic(&damping, &shapes));
-        let w2 = compensated::quadratic(&system.stiffness().to_dense(), &shapes);
+        modal.set_diagonal(&beyond_rounding(&damping, &shapes));
+        let w2 = beyond_rounding(&system.stiffness().to_dense(), &shapes);
         // In numbers `Phi^T M` cancels where the entries of M differ by many orders.
         let inverse = shapes.clone().try_inverse();
         let inverse = inverse.unwrap_or_else(|| shapes.tr_mul(&system.mass().to_dense()));
@@ -153,6 +153,16 @@ impl RealModes {
             is_proportional: true,
         }
     }
+}
+
+/// The values of a form at the modes, zero where the rounding of its entries may have made them: what no spring or dashpot
+/// holds moves as a rigid body, not with a frequency of 1e-16 of the others.
+fn beyond_rounding(matrix: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DVector<f64> {
+    let values = compensated::quadratic(matrix, shapes);
+    let rounding = compensated::quadratic_rounding(matrix, shapes);
+    values.zip_map(&rounding, |value, rounding| {
+        if value.abs() <= rounding { 0.0 } else { value }
+    })
 }
 
 /// Inside each cluster of equal frequencies, turns the shapes so that they diagonalise the damping too.

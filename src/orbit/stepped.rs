@@ -281,7 +281,11 @@ impl SteppedMotion {
             let value = surface.along(q, v, &a, h)?;
             Ok([value.gap, value.speed, value.acceleration])
         };
-        let judged = Judgement { margin, error: 0.0 };
+        // What the flights are known to is the rounding of an orbit.
+        let judged = Judgement {
+            rounding: margin,
+            error: 0.0,
+        };
         for (i, step) in steps.iter().enumerate() {
             let t = start + step.start;
             let order = if i == 0 { first_order } else { 0 };
@@ -296,10 +300,7 @@ impl SteppedMotion {
             }
             let quintic = Quintic::new(&known);
             let mut touches = Vec::new();
-            let along = match order {
-                0 => quintic.when_open(judged, &mut touches),
-                _ => quintic.after_contact(order),
-            };
+            let along = quintic.first_contact(order, judged, &mut touches);
             let (x, depth) = quintic.lowest();
             if along != Along::Clear && depth > margin {
                 found.keep_worst(Breach {

@@ -1,117 +1,112 @@
-//! Time as whole forcing periods and a remainder, so that the forcing phase keeps its digits at any time (theory 4).
+//! Time in twice the precision, and with it the angle of the forcing: both keep their digits at any time, after any number of
+//! flights, however slow or fast the forcing is (theory 4).
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// `2 pi - TAU` to the next 53 bits.
 const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
+/// Turns that doubles count one by one; an angle of more has no digits.
+const MOST_TURNS: f64 = 9_007_199_254_740_992.0;
 
-/// A time: `whole` forcing periods and `local` beyond them.
+/// A time, and the angle of the forcing from the nearest whole turn of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Clock {
-    /// The forcing period; without forcing a power of two, so that a long sum of short flights keeps its digits.
-    period: f64,
+    /// The time, and what rounding took from it.
+    time: f64,
+    rest: f64,
+    /// Where the angle counts from: the time of a whole turn, likewise.
+    turn: f64,
+    turn_rest: f64,
     /// The forcing frequency, zero without forcing.
     frequency: f64,
-    whole: f64,
-    /// Time since the start of the period.
-    pub local: f64,
 }
 
 impl Clock {
-    /// The clock at time t, for a forcing frequency; without forcing (zero) it counts in powers of two not below `beat`.
-    pub fn new(t: f64, frequency: f64, beat: f64) -> Self {
-        if frequency > 0.0 {
-            return Self {
-                period: TAU / frequency,
-                frequency,
-                whole: 0.0,
-                local: 0.0,
-            }
-            .at(t);
-        }
-        let period = beat.clamp(1e-150, 1e150).log2().ceil().exp2();
+    /// The clock at time t, for a forcing frequency, zero without forcing.
+    pub fn new(t: f64, frequency: f64) -> Self {
         Self {
-            period,
-            frequency: 0.0,
-            whole: 0.0,
-            local: 0.0,
+            time: 0.0,
+            rest: 0.0,
+            turn: 0.0,
+            turn_rest: 0.0,
+            frequency,
         }
         .at(t)
     }
 
     /// The same clock at another time.
     pub fn at(self, t: f64) -> Self {
-        let Self {
-            period, frequency, ..
-        } = self;
-        if frequency <= 0.0 {
-            let whole = (t / period).floor();
-            return Self {
-                whole,
-                local: t - whole * period,
-                ..self
-            };
-        }
-        // w t - 2 pi n in double-double arithmetic: a product of doubles is exact as a sum of two.
-        let angle = t * frequency;
-        let angle_low = t.mul_add(frequency, -angle);
-        let whole = (angle / TAU).floor();
-        let turns = whole * TAU;
-        let turns_low = whole.mul_add(TAU, -turns) + whole * TAU_LOW;
-        let local = ((angle - turns) + (angle_low - turns_low)) / frequency;
-        Self {
-            whole,
-            local,
-            ..self
-        }
-        .normalised()
+        self.set([t, 0.0])
     }
 
-    #[inline]
-    fn normalised(mut self) -> Self {
-        if self.local >= 0.0 && self.local < self.period {
-            return self;
-        }
-        let turns = (self.local / self.period).floor();
-        if turns != 0.0 {
-            self.local -= turns * self.period;
-            self.whole += turns;
-        }
-        self
-    }
-
-    /// Whole periods and the time beyond them, from which the clock can be set again.
+    /// The time and what rounding took from it, from which the clock can be set again.
     pub fn reading(self) -> [f64; 2] {
-        [self.whole, self.local]
+        [self.time, self.rest]
     }
 
     /// The same clock set to a reading.
-    pub fn set(self, [whole, local]: [f64; 2]) -> Self {
-        Self {
-            whole,
-            local,
-            ..self
-        }
+    pub fn set(self, [time, rest]: [f64; 2]) -> Self {
+        Self { time, rest, ..self }.turned()
     }
 
     /// The time.
     pub fn time(self) -> f64 {
-        self.whole * self.period + self.local
+        self.time
+    }
+
+    /// The angle of the forcing without its phase, within about half a turn of zero.
+    #[inline]
+    pub fn angle(self) -> f64 {
+        self.frequency * ((self.time - self.turn) + (self.rest - self.turn_rest))
     }
 
     /// The clock `span` later.
+    #[inline]
     pub fn after(self, span: f64) -> Self {
-        Self {
-            local: self.local + span,
-            ..self
+        let (sum, lost) = two_sum(self.time, span);
+        let (time, rest) = two_sum(sum, self.rest + lost);
+        let then = Self { time, rest, ..self };
+        if then.angle().abs() <= PI {
+            then
+        } else {
+            then.turned()
         }
-        .normalised()
     }
 
     /// The time from here to another clock of the same forcing.
     pub fn until(self, other: Self) -> f64 {
-        (other.whole - self.whole) * self.period + (other.local - self.local)
+        (other.time - self.time) + (other.rest - self.rest)
     }
+
+    /// The same time, its angle counted from the whole turn nearest to it: `2 pi k/w` in twice the precision.
+    fn turned(self) -> Self {
+        let w = self.frequency;
+        let turns = (self.time * w / TAU).round();
+        let (turn, turn_rest) = if turns == 0.0 {
+            (0.0, 0.0)
+        } else if turns.abs() < MOST_TURNS {
+            let angle = turns * TAU;
+            let lost = turns.mul_add(TAU, -angle) + turns * TAU_LOW;
+            let quotient = angle / w;
+            let remainder = (-quotient).mul_add(w, angle) + lost;
+            two_sum(quotient, remainder / w)
+        } else {
+            (self.time, self.rest)
+        };
+        Self {
+            turn,
+            turn_rest,
+            ..self
+        }
+    }
+}
+
+/// `a + b` and what rounding takes from it.
+#[inline]
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let part = sum - a;
+    (sum, (a - (sum - part)) + (b - part))
 }
 
 #[cfg(test)]
@@ -120,13 +115,40 @@ mod tests {
 
     #[test]
     fn the_phase_keeps_its_digits_after_a_billion_periods() {
-        // 2^30 / (2 pi) periods of frequency 1: the remainder of 2^30 by 2 pi is known to many digits.
-        let clock = Clock::new(1_073_741_824.0, 1.0, 1.0);
-        assert!((clock.local.sin() - 1_073_741_824.0f64.sin()).abs() < 1e-15);
-        assert!((clock.time() - 1_073_741_824.0).abs() < 1e-6);
-        let later = clock.after(0.25);
-        assert!((clock.until(later) - 0.25).abs() < 1e-15);
-        let negative = Clock::new(-3.0, 2.0, 1.0);
-        assert!((negative.time() + 3.0).abs() < 1e-15 && negative.local >= 0.0);
+        for t in [1_073_741_824.0f64, -1_073_741_824.0, 3.0, -1e-9, 1e15] {
+            let clock = Clock::new(t, 1.0);
+            assert!((clock.angle().sin() - t.sin()).abs() < 1e-15, "{t}");
+            assert!(clock.angle().abs() <= PI && clock.time() == t);
+            let later = clock.after(0.25);
+            assert_eq!(clock.until(later), 0.25);
+            let turned = t.sin() * 0.25f64.cos() + t.cos() * 0.25f64.sin();
+            assert!((later.angle().sin() - turned).abs() < 1e-15, "{t}");
+        }
+    }
+
+    #[test]
+    fn a_sum_of_short_flights_loses_nothing_however_slow_the_forcing() {
+        for frequency in [0.0, 1e-308, 1e-17, 1e-9, 0.7, 1e6] {
+            for start in [0.0, -1e6, 1e9] {
+                // 2^-10 is added exactly; a third is not.
+                let (count, third) = (3 << 14, 1.0 / 3.0);
+                let mut clock = Clock::new(start, frequency);
+                for _ in 0..count {
+                    clock = clock.after(2f64.powi(-10)).after(third);
+                }
+                let sum = f64::from(count) / 1024.0 + f64::from(count) * third;
+                let error = Clock::new(start, frequency).until(clock) - sum;
+                assert!(error.abs() <= 1e-16 * sum, "{frequency:e} {start:e} {error:e}");
+                let angle = frequency * sum + Clock::new(start, frequency).angle();
+                let miss = (clock.angle() - angle).sin().abs();
+                assert!(miss <= 1e-15 * (1.0 + frequency * sum), "{frequency:e} {start:e} {miss:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reading_sets_the_clock_again() {
+        let clock = Clock::new(-7.3, 2.3).after(1.0 / 3.0).after(1e-20);
+        assert_eq!(Clock::new(0.0, 2.3).set(clock.reading()), clock);
     }
 }

@@ -71,7 +71,6 @@ struct Ledger<'a> {
     dynamics: &'a SceneMotion,
     energetics: Energetics,
     contacts: Arc<Vec<Contact>>,
-    frequency: f64,
     phase: f64,
     longest: f64,
 }
@@ -84,7 +83,6 @@ impl<'a> Ledger<'a> {
             dynamics,
             energetics: Energetics::new(scene)?,
             contacts: Arc::new(contacts(scene)),
-            frequency: scene.forcing().frequency().unwrap_or(0.0),
             phase: scene.forcing().phase(),
             longest: trajectory.longest_stretch(STRETCH),
         })
@@ -144,7 +142,7 @@ impl<'a> Ledger<'a> {
                 let now = clock.after(s);
                 let at = Moment {
                     time: now.time(),
-                    angle: self.frequency * now.local + self.phase,
+                    angle: now.angle() + self.phase,
                 };
                 let w = weight * stretch;
                 works.forcing += w * self.energetics.forcing_power(at, &q, &v);

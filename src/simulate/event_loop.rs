@@ -14,8 +14,8 @@ use crate::watch::Watch;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-/// A gap this near zero, relative to the size of its terms, is closed.
-const CLOSED: f64 = 10.0 * ROUNDING;
+/// Roundings of the time of a flight, in which a gap moves on by its speed.
+const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Events at one instant after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
@@ -46,6 +46,8 @@ pub(crate) struct EventLoop {
     pub starts: Vec<usize>,
     /// The largest size of the motion seen at each stop.
     sizes: Vec<f64>,
+    /// Where the present flight began.
+    departure: Option<Clock>,
     /// The stops in contact.
     touching: Vec<usize>,
     /// The stops held.
@@ -57,7 +59,7 @@ pub(crate) struct EventLoop {
     /// The stop struck last, and how fast.
     last_blow: Option<(usize, f64)>,
     /// Events since the time last advanced, and that time.
-    events_at: (f64, usize),
+    events_at: (Option<Clock>, usize),
     pub stats: Stats,
 }
 
@@ -107,7 +109,8 @@ impl EventLoop {
         self.still.clear();
         self.n_inelastic = 0;
         self.last_blow = None;
-        self.events_at = (t0, 0);
+        self.departure = None;
+        self.events_at = (None, 0);
         let begun = self.begin(mover, record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
     }
@@ -127,7 +130,8 @@ impl EventLoop {
             return ControlFlow::Break(self.ended(now, Status::MaxImpacts));
         }
         self.stats.n_flights += 1;
-        if self.is_looping(now) {
+        self.departure = Some(mover.clock());
+        if self.is_looping(mover.clock()) {
             let reason = "contacts open and close without end at one instant".to_owned();
             return ControlFlow::Break(Unresolved { reason }.at(now));
         }
@@ -203,7 +207,7 @@ impl EventLoop {
                 return Err(Error::bad_value("q0", value, rule));
             }
             // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
-            if gap <= CLOSED * mover.gap(stop).size {
+            if self.is_closed(mover, stop) {
                 self.touching.push(stop);
             }
         }
@@ -223,14 +227,21 @@ impl EventLoop {
     }
 
     /// Whether so many events fell on one instant that there will be no end of them.
-    fn is_looping(&mut self, now: f64) -> bool {
+    fn is_looping(&mut self, now: Clock) -> bool {
         let (time, count) = &mut self.events_at;
-        if *time == now {
+        if *time == Some(now) {
             *count += 1;
         } else {
-            (*time, *count) = (now, 0);
+            (*time, *count) = (Some(now), 0);
         }
         *count > MOST_EVENTS_AT_ONCE
+    }
+
+    /// Whether a gap is closed, as far as the rounding of its terms and of the time of the flight tells.
+    fn is_closed<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
+        let state = mover.gap(stop);
+        let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
+        state.gap <= mover.rounding(stop) + TIME_ROUNDING * flight * state.speed.abs()
     }
 
     /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.
@@ -242,8 +253,8 @@ impl EventLoop {
     ) -> Resolved {
         self.touching.clear();
         for stop in 0..mover.n_stops() {
-            let state = mover.gap(stop);
-            if stop == reached || state.gap <= CLOSED * state.size {
+            self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
+            if stop == reached || self.is_closed(mover, stop) {
                 self.touching.push(stop);
             }
         }
@@ -296,25 +307,6 @@ impl EventLoop {
             && regular
             && pull + span * state.jerk.abs() < 0.0
             && others.into_iter().all(stays)
-    }
-
-    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. Where holding it alone made
-    /// the force pull, damping having pushed before, the gap has an acceleration.
-    #[cold]
-    fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
-        self.held.retain(|&held| held != stop);
-        let held = self.held.clone();
-        mover.hold(&held)?;
-        let GapState {
-            acceleration, jerk, ..
-        } = mover.gap(stop);
-        self.starts.fill(0);
-        self.starts[stop] = if acceleration > 0.0 && jerk < 0.0 {
-            2
-        } else {
-            3
-        };
-        Ok(Ok(()))
     }
 }
 

@@ -3,7 +3,7 @@
 mod held;
 mod keep;
 
-use crate::contact::next::{Grazed, Margin, Next, Search};
+use crate::contact::next::{Grazed, Next, Search};
 use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
 use crate::error::{Error, Result};
 use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, along};
@@ -18,6 +18,19 @@ use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
+
+/// What a tolerance allows as an error of a gap: `absolute + relative * size of the gap's terms`.
+#[derive(Debug, Clone, Copy)]
+struct Margin {
+    absolute: f64,
+    relative: f64,
+}
+
+impl Margin {
+    fn of(self, size: f64) -> f64 {
+        self.absolute + self.relative * size
+    }
+}
 
 /// A linear scene in motion; one run after another, with its buffers.
 pub(crate) struct ExactMover<'a, F: LinearFlow> {
@@ -35,7 +48,7 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     arrived: Vec<Pair>,
     grazed: Vec<Grazed>,
     kept: Option<Kept>,
-    /// The margins of contacts.
+    /// The margins of a start in contact.
     margins: Vec<Margin>,
     /// What the tolerances allow as an error of each gap.
     allowed: Vec<Margin>,
@@ -53,7 +66,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         let gaps = stops
             .clone()
             .map(|i| flow.gap_row(&Quantity::gap(g.clearances[i], &scene.position_rows[i])));
-        // An exact flight has errors of rounding alone: a margin wider than the usual one would save it nothing and lose contacts.
+        // An exact flight has errors of rounding alone: a start farther inside a stop than usual is none of its making.
         let usual = SimulateOptions::default();
         let (rtol, atol) = (options.rtol.min(usual.rtol), options.atol.min(usual.atol));
         let widths = |atol: f64, rtol: f64| -> Vec<Margin> {
@@ -70,7 +83,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             flow,
             scene,
             phase,
-            search: Search::new(flow, gaps.collect(), margins.clone()),
+            search: Search::new(flow, gaps.collect()),
             margins,
             allowed: widths(options.atol, options.rtol.max(ROUNDING)),
             held: Vec::new(),
@@ -81,7 +94,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
                 .map(|row| flow.velocity_row(row))
                 .collect(),
             rebounds: stops.map(rebound).collect(),
-            clock: Clock::new(0.0, scene.frequency, 8.0 * flow.longest_step()),
+            clock: Clock::new(0.0, scene.frequency),
             state: Vec::new(),
             arrived: Vec::new(),
             grazed: Vec::new(),
@@ -90,7 +103,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     }
 
     fn angle(&self, clock: Clock) -> f64 {
-        self.scene.frequency * clock.local + self.phase
+        clock.angle() + self.phase
     }
 
     fn whole(&self, state: &[Pair]) -> Vec<Pair> {
@@ -195,6 +208,14 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
 
     fn tolerance(&self, stop: usize, size: f64) -> f64 {
         self.allowed[stop].of(size)
+    }
+
+    fn rounding(&self, stop: usize) -> f64 {
+        self.search.rounding(stop)
+    }
+
+    fn extent(&self, stop: usize) -> f64 {
+        self.search.extent(stop)
     }
 
     fn speed_size(&self, stop: usize) -> f64 {

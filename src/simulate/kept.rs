@@ -48,6 +48,16 @@ pub(crate) struct Piece {
     pub span: f64,
 }
 
+impl Piece {
+    /// How far along it a time is, as the doubles that a user sees: at its start, the start.
+    pub fn local(&self, t: f64) -> f64 {
+        if t == self.clock.time() {
+            return 0.0;
+        }
+        self.clock.until(self.clock.at(t)).clamp(0.0, self.span)
+    }
+}
+
 /// A segment: its kind, the stops in contact and its first piece.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct KeptSegment {
@@ -144,7 +154,7 @@ impl Machinery {
                 held,
             } => {
                 let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
-                let angle = modal.frequency * piece.clock.local + phase;
+                let angle = piece.clock.angle() + phase;
                 let is_holding = |s: &&Arc<StuckMotion>| s.stops == segment.stops;
                 if let Some(stuck) = held.iter().find(is_holding) {
                     let (q, v) = modal.form.to_physical(&state);

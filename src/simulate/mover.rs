@@ -23,17 +23,6 @@ pub(crate) struct GapState {
     pub size: f64,
 }
 
-impl GapState {
-    /// The height that a gap which opens against its acceleration reaches; zero for one that is not drawn back.
-    pub fn apex(&self) -> f64 {
-        if self.speed > 0.0 && self.acceleration < 0.0 {
-            0.5 * self.speed * self.speed / -self.acceleration
-        } else {
-            0.0
-        }
-    }
-}
-
 /// How a flight ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Arrival {
@@ -80,14 +69,18 @@ pub(crate) trait Mover {
     fn look(&mut self) -> Result<()>;
     /// The gap of a stop at the last look.
     fn gap(&self, stop: usize) -> GapState;
-    /// Distance from zero within which a gap whose terms have the given size counts as closed: a touch is no impact, a start
-    /// is in contact (theory 8).
+    /// Distance from zero within which a start is in contact, for a gap whose terms have the given size (theory 8).
     fn margin(&self, stop: usize, size: f64) -> f64;
     /// What the user's tolerances allow as an error of a gap whose terms have the given size (theory 9); an integrator's
     /// margin is ten times it.
     fn tolerance(&self, stop: usize, size: f64) -> f64 {
         0.1 * self.margin(stop, size)
     }
+    /// What rounding leaves unknown of the gap of a stop at the last look: within it a touch is no impact, and another stop is
+    /// reached at the same instant.
+    fn rounding(&self, stop: usize) -> f64;
+    /// The largest size of the terms of a gap seen on the last flight.
+    fn extent(&self, stop: usize) -> f64;
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
     /// Operations that a flight of few steps is, in the units of a watch.

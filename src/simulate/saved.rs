@@ -1,13 +1,11 @@
 //! Trajectories as plain numbers, from which they can be made again without running them: for pickling and files.
 
 use crate::error::{Error, Result};
-use crate::flow::LinearFlow;
-use crate::flow::{ModalScene, StuckMotion, with_flow};
+use crate::flow::{ModalScene, StuckMotion};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, KeptSegment, Machinery, Piece, SegmentKind};
-use crate::simulate::stepping::STEPPED_BEAT;
 use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -52,8 +50,8 @@ impl Trajectory {
     pub fn save(&self) -> SavedTrajectory {
         let s = self.stats;
         let reading = |f: &Piece| {
-            let [whole, local] = f.clock.reading();
-            [whole, local, f.span]
+            let [time, rest] = f.clock.reading();
+            [time, rest, f.span]
         };
         SavedTrajectory {
             span: self.span,
@@ -105,25 +103,23 @@ impl Trajectory {
         let n = scene.n_dof();
         let order = saved.motion.as_ref().map_or(0, |motion| motion.3);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
-        let (mut machinery, beat) = if order == QUARTIC {
-            (Machinery::Steps, STEPPED_BEAT)
+        let mut machinery = if order == QUARTIC {
+            Machinery::Steps
         } else if order > 0 {
-            (Machinery::Series { order }, STEPPED_BEAT)
+            Machinery::Series { order }
         } else {
             let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
             let flow = Arc::new(modal.flow());
-            let beat = with_flow!(&*flow, f => 8.0 * f.longest_step());
             let phase = scene.forcing().phase();
             let held = Vec::new();
-            let exact = Machinery::Exact {
+            Machinery::Exact {
                 modal,
                 flow,
                 phase,
                 held,
-            };
-            (exact, beat)
+            }
         };
-        let clock = Clock::new(0.0, frequency, beat);
+        let clock = Clock::new(0.0, frequency);
         let width = |kind| machinery.width(kind, n);
         let kept = saved
             .motion
@@ -218,8 +214,8 @@ fn kept(
     Ok(Kept {
         pieces: pieces
             .iter()
-            .map(|&[whole, local, span]| Piece {
-                clock: clock.set([whole, local]),
+            .map(|&[time, rest, span]| Piece {
+                clock: clock.set([time, rest]),
                 span,
             })
             .collect(),

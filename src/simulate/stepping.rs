@@ -34,8 +34,8 @@ use nalgebra::{DMatrix, DVector};
 use normal::dot;
 use std::sync::Arc;
 
-/// Beat of the clock of a motion without forcing.
-pub(crate) const STEPPED_BEAT: f64 = 1.0;
+/// Rounding of a gap, relative to the size of its terms (theory 8).
+pub(super) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 /// Steps that a short flight is like, with its impact.
 const FLIGHT: usize = 16;
 /// Steps taken again on the way to one contact.
@@ -66,10 +66,14 @@ pub(crate) struct StepMover<'a, S, D, F> {
     is_begun: bool,
     x: S,
     clock: Clock,
+    /// Where the run began.
+    began: Clock,
     gaps: Vec<GapValue>,
     ahead: Vec<GapValue>,
     touches: Vec<(f64, f64)>,
     grazes: Vec<Graze>,
+    /// The largest size of the terms of each gap seen on the present flight.
+    extents: Vec<f64>,
     kept: Option<Kept>,
     n_steps: usize,
     n_gap_evaluations: usize,
@@ -103,9 +107,11 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             h: None,
             is_begun: false,
             x: S::zeros(2 * n),
-            clock: Clock::new(0.0, frequency, STEPPED_BEAT),
+            clock: Clock::new(0.0, frequency),
+            began: Clock::new(0.0, frequency),
             touches: Vec::new(),
             grazes: Vec::new(),
+            extents: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
             n_steps: 0,
             n_gap_evaluations: 0,
@@ -115,12 +121,24 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     fn moment(&self) -> Moment {
         Moment {
             time: self.clock.time(),
-            angle: self.frequency * self.clock.local + self.phase,
+            angle: self.clock.angle() + self.phase,
         }
     }
 
     fn n(&self) -> usize {
         self.dynamics.n_dof()
+    }
+
+    /// Whether a step is no time beside that since the run began.
+    fn is_too_short(&self, h: f64) -> bool {
+        let elapsed = self.began.until(self.clock);
+        elapsed + h == elapsed
+    }
+
+    /// Begins to note how large the gaps are on a flight.
+    fn forget_extents(&mut self) {
+        self.extents.clear();
+        self.extents.resize(self.contacts.len(), 0.0);
     }
 
     /// The gaps at the present state, whose rate is known.
@@ -198,6 +216,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
             *x = *y;
         }
         self.clock = self.clock.at(t);
+        self.began = self.clock;
         self.controller = Controller::default();
         (self.h, self.is_begun) = (None, false);
         self.free.reset();
@@ -257,6 +276,14 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     fn margin(&self, stop: usize, size: f64) -> f64 {
         let gap = self.gaps[stop];
         self.margin_of(GapValue { size, ..gap })
+    }
+
+    fn rounding(&self, stop: usize) -> f64 {
+        TERM_ROUNDINGS * self.gaps[stop].size
+    }
+
+    fn extent(&self, stop: usize) -> f64 {
+        self.extents.get(stop).copied().unwrap_or(0.0)
     }
 
     fn speed_size(&self, stop: usize) -> f64 {
@@ -353,7 +380,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     }
 
     fn phase(&self) -> f64 {
-        wrapped(self.frequency * self.clock.local + self.phase)
+        wrapped(self.clock.angle() + self.phase)
     }
 
     fn physical(&self) -> (DVector<f64>, DVector<f64>) {

@@ -108,7 +108,7 @@ impl Trajectory {
     pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
         let forcing = self.scene.forcing();
         let frequency = forcing.frequency().unwrap_or(0.0);
-        wrapped(frequency * Clock::new(t, frequency, 1.0).local + forcing.phase())
+        wrapped(Clock::new(t, frequency).angle() + forcing.phase())
     }
 
     /// How the run ended.
@@ -206,9 +206,7 @@ impl Trajectory {
                 }
             }
         }
-        let piece = kept.pieces[index];
-        let local = piece.clock.until(piece.clock.at(t)).clamp(0.0, piece.span);
-        Ok(self.state_in(index, local))
+        Ok(self.state_in(index, kept.pieces[index].local(t)))
     }
 
     /// The last piece that begins no later than a time, and that time on the clock of the pieces, whose ends may be off those of
@@ -264,8 +262,7 @@ impl Trajectory {
         if let Some((times, ..)) = &self.samples {
             let at = |&time: &f64| {
                 let (_, piece) = self.piece_at(kept, time);
-                let Piece { clock, span } = kept.pieces[piece];
-                let local = clock.until(clock.at(time)).clamp(0.0, span);
+                let local = kept.pieces[piece].local(time);
                 Point { time, piece, local }
             };
             return Ok(times.iter().map(at).collect());

@@ -8,13 +8,15 @@ use crate::impact::{ContactForce, Release, contact_forces};
 use crate::simulate::mover::Mover;
 use nalgebra::{DMatrix, DVector};
 
+/// Acceleration of a gap, relative to the largest in contact, that the rounding of the time of a release may leave of none.
+const RELEASED: f64 = 1e-9;
+
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
     pub(super) fn settle<M: Mover + ?Sized>(&mut self, mover: &mut M) -> Resolved {
         self.starts.fill(0);
         for (stop, size) in self.sizes.iter_mut().enumerate() {
-            let state = mover.gap(stop);
-            *size = size.max(state.size).max(0.5 * state.apex());
+            *size = size.max(mover.gap(stop).size);
         }
         let before = std::mem::take(&mut self.held);
         let mut resting = Vec::new();
@@ -38,16 +40,53 @@ impl EventLoop {
         Ok(Ok(()))
     }
 
-    /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so
-    /// does a flight that would rise by no more than rounding.
+    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. The others are judged anew: if
+    /// one of them opens with it, its gap has an acceleration, and may be held after all.
+    #[cold]
+    pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
+        let all = std::mem::take(&mut self.held);
+        let others: Vec<usize> = all.iter().copied().filter(|&held| held != stop).collect();
+        self.starts.fill(0);
+        if let Err(unresolved) = self.hold_or_open(mover, &others)? {
+            return Ok(Err(unresolved));
+        }
+        let acceleration = drawn(mover, stop, &self.held)?;
+        let rounding = if self.held == others {
+            f64::INFINITY
+        } else {
+            let pulls = all.iter().map(|&stop| mover.gap(stop).acceleration.abs());
+            RELEASED * pulls.fold(0.0, f64::max)
+        };
+        // Where holding it alone made the force pull, damping having pushed before, free motion draws it away as well.
+        let is_drawn = self.held.is_empty() && acceleration > 0.0 && mover.gap(stop).jerk < 0.0;
+        if acceleration < -rounding {
+            self.held.clear();
+            self.starts.fill(0);
+            if let Err(unresolved) = self.hold_or_open(mover, &all)? {
+                return Ok(Err(unresolved));
+            }
+        } else {
+            let is_drawn = is_drawn || acceleration > rounding;
+            self.starts[stop] = if is_drawn { 2 } else { 3 };
+        }
+        let held = self.held.clone();
+        mover.hold(&held)?;
+        Ok(Ok(()))
+    }
+
+    /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so does one
+    /// of the last of impacts that lose speed, whose flight would rise by no more than rounding.
     fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize, held: &[usize]) -> Result<bool> {
-        let mut state = mover.gap(stop);
-        let low = ROUNDING * self.sizes[stop];
-        if self.still.contains(&stop) || state.speed.abs() <= ROUNDING * mover.speed_size(stop) {
+        let speed = mover.gap(stop).speed;
+        if self.still.contains(&stop) || speed.abs() <= ROUNDING * mover.speed_size(stop) {
             return Ok(true);
         }
-        state.acceleration = drawn(mover, stop, held)?;
-        Ok(state.acceleration < 0.0 && state.speed > 0.0 && 0.5 * state.apex() < low)
+        if speed < 0.0 || mover.restitution(stop) >= 1.0 {
+            return Ok(false);
+        }
+        let others: Vec<usize> = held.iter().copied().filter(|&h| h != stop).collect();
+        let pull = -drawn(mover, stop, &others)?;
+        Ok(pull > 0.0 && 0.25 * speed * speed < ROUNDING * self.sizes[stop] * pull)
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
@@ -59,10 +98,14 @@ impl EventLoop {
             let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
+        // The third derivative is that of free motion: beside forces, which change too, it says nothing.
+        let is_free = forces.iter().all(|f| f.release != Release::Stays);
         for (&stop, force) in resting.iter().zip(&forces) {
             match force.release {
                 Release::Leaves => self.starts[stop] = 2,
-                Release::Undecided if mover.gap(stop).jerk > 0.0 => self.starts[stop] = 3,
+                Release::Undecided if is_free && mover.gap(stop).jerk > 0.0 => {
+                    self.starts[stop] = 3;
+                }
                 Release::Stays | Release::Undecided => self.held.push(stop),
             }
         }
@@ -73,17 +116,16 @@ impl EventLoop {
 /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
 fn drawn<M: Mover + ?Sized>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
     let free = mover.gap(stop).acceleration;
-    let all: Vec<usize> = held.iter().copied().filter(|&h| h != stop).collect();
-    let k = all.len();
+    let k = held.len();
     if k == 0 {
         return Ok(free);
     }
-    let mut with_it = all.clone();
+    let mut with_it = held.to_vec();
     with_it.push(stop);
     let delassus = mover.delassus(&with_it)?;
     let among = delassus.view((0, 0), (k, k)).into_owned();
     // Contacts without forces are a jam, which is found where it is asked which of them stay.
-    let forces = holding_forces(mover, &all, &among).unwrap_or_default();
+    let forces = holding_forces(mover, held, &among).unwrap_or_default();
     let forces = forces.iter().enumerate();
     let added: f64 = forces
         .map(|(j, force)| delassus[(k, j)] * force.force)

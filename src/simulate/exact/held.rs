@@ -2,8 +2,7 @@
 //! are (theory 9).
 
 use super::{ExactMover, is_within};
-use crate::contact::next::{Margin, Next, Search};
-use crate::contact::walk::ROUNDING;
+use crate::contact::next::{Next, Search};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
 use crate::flow::{GapRow, LinearFlow, StuckMotion, with_flow};
@@ -61,7 +60,6 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             angle,
             whole: motion.reduce(&q, &v),
             starts,
-            margins: &self.margins,
         };
         let (next, n_gap_evaluations) =
             with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
@@ -92,8 +90,6 @@ struct Course<'a> {
     whole: Vec<Pair>,
     /// The orders of the roots of the gaps.
     starts: &'a [usize],
-    /// The margins of the gaps.
-    margins: &'a [Margin],
 }
 
 impl Course<'_> {
@@ -108,14 +104,7 @@ impl Course<'_> {
         flow.enter(&self.whole, self.angle, &mut state);
         let events = Events::new(flow, self.motion, &state);
         let rows: Vec<GapRow> = events.list.iter().map(|(_, row)| row.clone()).collect();
-        let margins = events.list.iter().map(|(event, _)| match event {
-            Event::Release(_) => Margin {
-                absolute: 0.0,
-                relative: 10.0 * ROUNDING,
-            },
-            Event::Contact(stop) => self.margins[*stop],
-        });
-        let mut search = Search::new(flow, rows, margins.collect());
+        let mut search = Search::new(flow, rows);
         search.look(&state);
         let orders: Vec<usize> = events
             .list

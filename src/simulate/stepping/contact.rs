@@ -1,7 +1,7 @@
 //! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
 
 use super::FreeFlight;
-use super::{MOST_POLISHES, StepMover};
+use super::{MOST_POLISHES, StepMover, TERM_ROUNDINGS};
 use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
 use crate::error::Result;
@@ -13,17 +13,36 @@ use crate::simulate::trajectory::Graze;
 /// of second order: the velocity is then wrong by 5e-5 of the tolerance.
 const TAYLOR_PART: f64 = 1e-2;
 
+/// Touches nearer to each other than this part of the step are one.
+const SAME_TOUCH: f64 = 1e-6;
+/// A minimum is where the interpolation says, but for this part of the step.
+const LOWEST_NEAR: f64 = 0.25;
+
 /// What the gaps do along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Found {
     Nothing,
-    /// The earliest contact, at a part x of the step.
+    /// The earliest contact, at a part x of the step; the stop is passed at a later part of it.
     Contact {
         stop: usize,
         x: f64,
+        passed: f64,
     },
-    /// The interpolation cannot tell contact from none.
-    Undecided,
+    /// Before any contact, at a part x of the step, a minimum that the interpolation cannot tell from one.
+    Lowest {
+        stop: usize,
+        x: f64,
+    },
+}
+
+impl Found {
+    /// The part of the step at which it is.
+    fn x(self) -> f64 {
+        match self {
+            Self::Nothing => f64::INFINITY,
+            Self::Contact { x, .. } | Self::Lowest { x, .. } => x,
+        }
+    }
 }
 
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
@@ -38,7 +57,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         starts: Option<&[usize]>,
         h: f64,
     ) -> Result<Found> {
-        let mut earliest: Option<(usize, f64)> = None;
+        let mut first = Found::Nothing;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
             if IS_HELD && self.holding.contains(&stop) {
@@ -46,54 +65,73 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
             let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
-            let margin = self.margin_of(start).max(self.margin_of(end));
             let order = starts.map_or(0, |orders| orders[stop]);
             let mut ends = [known(start), known(end)];
             ends[1][0] -= self.departed(stop, order);
             let ends = Ends::new(ends[0], ends[1], h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
+            let margin = self.margin_of(start).max(self.margin_of(end));
             let is_clear = ends.are_clear(order, 2.0 * margin);
             if is_clear && self.contacts[stop].surface.bounded().is_none() {
                 continue;
             }
-            let quintic = Quintic::new(&ends);
-            let along = if is_clear {
-                Along::Clear
-            } else if order > 0 {
-                quintic.after_contact(order)
-            } else {
-                let error = self.interpolation_error(stop, &quintic, h)?;
-                self.touches.clear();
-                let along = quintic.when_open(Judgement { margin, error }, &mut self.touches);
-                for &(x, gap) in &self.touches {
-                    self.grazes.push(Graze {
-                        time: self.clock.after(x * h).time(),
-                        stop,
-                        depth: -gap,
-                    });
-                }
-                along
-            };
-            match self.proved(stop, along, margin, h)? {
-                Along::Unsure => {
-                    self.grazes.truncate(noted);
-                    return Ok(Found::Undecided);
-                }
-                Along::Contact { x } if earliest.is_none_or(|(_, first)| x < first) => {
-                    earliest = Some((stop, x));
-                }
-                Along::Clear | Along::Contact { .. } => {}
+            let found = self.judge(stop, order, &ends, (is_clear, margin), h)?;
+            if found.x() < first.x() {
+                first = found;
             }
         }
-        if let Some((_, x)) = earliest {
-            let time = self.clock.after(x * h).time();
+        if first != Found::Nothing {
+            let time = self.clock.after(first.x() * h).time();
             let mut at = 0;
             self.grazes.retain(|graze| {
                 at += 1;
                 at <= noted || graze.time < time
             });
         }
-        Ok(earliest.map_or(Found::Nothing, |(stop, x)| Found::Contact { stop, x }))
+        Ok(first)
+    }
+
+    /// What a gap that is not clear at once does along the step last taken.
+    #[inline(never)]
+    fn judge(
+        &mut self,
+        stop: usize,
+        order: usize,
+        ends: &Ends,
+        (is_clear, margin): (bool, f64),
+        h: f64,
+    ) -> Result<Found> {
+        let quintic = Quintic::new(ends);
+        let along = if is_clear {
+            Along::Clear
+        } else {
+            let size = self.gaps[stop].size.max(self.ahead[stop].size);
+            let judgement = Judgement {
+                rounding: TERM_ROUNDINGS * size,
+                error: self.interpolation_error(stop, &quintic, h)?,
+            };
+            self.touches.clear();
+            let along = quintic.first_contact(order, judgement, &mut self.touches);
+            self.note_touches(stop, h);
+            along
+        };
+        Ok(match self.proved(stop, along, margin, h)? {
+            Along::Clear => Found::Nothing,
+            Along::Contact { x, passed } => Found::Contact { stop, x, passed },
+            Along::Lowest { x } => Found::Lowest { stop, x },
+        })
+    }
+
+    /// Notes the touches along the step last taken; one that was noted where the step before ended is the same.
+    fn note_touches(&mut self, stop: usize, h: f64) {
+        for &(x, gap) in &self.touches {
+            let time = self.clock.after(x * h).time();
+            let is_same = |g: &Graze| g.stop == stop && (time - g.time).abs() <= SAME_TOUCH * h;
+            if !self.grazes.iter().any(is_same) {
+                let depth = -gap;
+                self.grazes.push(Graze { time, stop, depth });
+            }
+        }
     }
 
     /// What the quintic of a gap says of the step last taken, put right where the gap has a bound that proves it.
@@ -102,18 +140,14 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             return Ok(along);
         };
         let until = match along {
-            Along::Contact { x } => x,
-            Along::Clear | Along::Unsure => 1.0,
+            Along::Contact { x, .. } | Along::Lowest { x } => x,
+            Along::Clear => 1.0,
         };
         let dense = self.stepper.dense(&self.x, h);
         let path: Vec<[f64; 5]> = (0..self.n()).map(|i| dense.powers(i)).collect();
-        Ok(
-            match first_crossing(nonlinear, curvature, &path, margin, until)? {
-                Some(x) => Along::Contact { x },
-                None if along == Along::Unsure => Along::Clear,
-                None => along,
-            },
-        )
+        // The path itself is known to the tolerance, a tenth of the margin.
+        let found = first_crossing(nonlinear, curvature, &path, 0.1 * margin, until)?;
+        Ok(found.map_or(along, |x| Along::Contact { x, passed: 1.0 }))
     }
 
     /// The difference of the quintic to the dense output half-way.
@@ -126,24 +160,25 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         Ok((there - quintic.value(0.5)).abs())
     }
 
-    /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the stop had been passed
-    /// before it was found. It returns to that: to zero it would have no way, if it is lower.
+    /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the run began so deep. It
+    /// returns to that: to zero it would have no way, if it is lower.
     fn departed(&self, stop: usize, order: usize) -> f64 {
         if order > 0 { self.gaps[stop].gap } else { 0.0 }
     }
 
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
-    /// at the start is not meant. Returns the length; the stepper's end is the state there.
+    /// at the start is not meant; the stop is `passed` at a length beyond. Returns the length; the stepper's end is the state
+    /// there.
     pub(super) fn land<E: Dynamics>(
         &mut self,
         dynamics: &E,
         (stop, order): (usize, usize),
-        guess: f64,
+        (guess, passed): (f64, f64),
         h: f64,
     ) -> Result<f64> {
         let n = self.n();
-        // Time does not go back for a stop that was passed by less than its margin when the step began.
-        let mut s = guess.max(0.0);
+        let mut s = guess;
+        let (mut open, mut closed) = (0.0, passed);
         let departed = self.departed(stop, order);
         let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
@@ -153,25 +188,23 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 gap,
                 speed,
                 acceleration,
+                size,
                 ..
             } = self.ahead[stop];
-            if speed >= 0.0 {
-                return Ok(s);
-            }
             let gap = gap - departed;
+            if gap > 0.0 {
+                open = s;
+            } else {
+                closed = s;
+            }
             let correction = if order == 0 {
                 -gap / (speed - 0.5 * acceleration * gap / speed)
             } else {
                 // The root at the start is divided out: else a low flight would land where it began, or before.
                 -gap / (speed - order as f64 * gap / s)
             };
-            if !correction.is_finite() {
-                return Ok(s);
-            }
-            // Time does not go back for a stop that was passed by less than its margin when the step began.
-            let correction = correction.max(-s);
-            s += correction;
-            if correction.abs() <= small {
+            let is_inside = speed < 0.0 && (open..=closed).contains(&(s + correction));
+            if is_inside && correction.abs() <= small {
                 let rate = self.stepper.end_rate().clone();
                 let (q, v) = self.stepper.end.slice_mut().split_at_mut(n);
                 for i in 0..n {
@@ -179,9 +212,53 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                     q[i] += correction * (v[i] + 0.5 * correction * a);
                     v[i] += correction * a;
                 }
+                return Ok(s + correction);
+            }
+            // Half the way is no sign that the contact is near, but where nothing is left of it.
+            let next = if is_inside {
+                s + correction
+            } else {
+                0.5 * (open + closed)
+            };
+            if next == s || gap.abs() <= f64::EPSILON * size {
                 return Ok(s);
             }
+            s = next;
         }
         Ok(s)
+    }
+
+    /// The length of the step at whose end a gap is lowest, by Newton's method on its speed with steps of their own; none where it
+    /// is not found near the guess.
+    #[cold]
+    pub(super) fn descend<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        stop: usize,
+        guess: f64,
+        h: f64,
+    ) -> Result<Option<f64>> {
+        let mut s = guess;
+        for _ in 0..MOST_POLISHES {
+            self.step(dynamics, s)?;
+            self.look_ahead(h)?;
+            let GapValue {
+                speed,
+                acceleration,
+                size,
+                ..
+            } = self.ahead[stop];
+            let correction = -speed / acceleration;
+            let is_near = acceleration > 0.0 && correction.abs() <= LOWEST_NEAR * h;
+            let next = s + correction;
+            if !is_near || next <= 0.0 || next > h {
+                return Ok(None);
+            }
+            if (speed * correction).abs() <= f64::EPSILON * size {
+                return Ok(Some(s));
+            }
+            s = next;
+        }
+        Ok(None)
     }
 }

@@ -125,6 +125,14 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         self.take_gaps()
     }
 
+    /// Takes note of how far from its stop a gap is half-way to a contact at a part x of the step last taken: the cubic there.
+    fn note_extent(&mut self, stop: usize, x: f64, h: f64) {
+        let (start, end) = (self.gaps[stop], self.ahead[stop]);
+        let speed = start.speed + x * (end.speed - start.speed);
+        let far = 0.5 * start.gap + 0.125 * x * h * (start.speed - speed);
+        self.extents[stop] = self.extents[stop].max(far.abs());
+    }
+
     /// Makes the end of the step last taken the present state.
     fn arrive(&mut self, s: f64) {
         self.x.clone_from(&self.stepper.end);
@@ -167,7 +175,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         // A step that would leave a crumb takes it along.
         let is_last = wanted >= 0.999 * left;
         let h = if is_last { left } else { wanted };
-        if self.clock.local + h == self.clock.local {
+        if self.is_too_short(h) {
             return Ok(Trial::TooShort);
         }
         self.step(dynamics, h)?;
@@ -237,6 +245,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
+        self.forget_extents();
         self.keep_segment(if IS_HELD {
             SegmentKind::Stick
         } else {
@@ -264,13 +273,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
             let found = match self.contact_along::<IS_HELD>(starts, h)? {
-                Found::Undecided if undecided => {
+                // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
+                Found::Lowest { stop, x } if undecided => {
                     halvings += 1;
-                    self.h = Some(0.5 * h);
+                    let lowest = self.descend(dynamics, stop, x * h, h)?;
+                    self.h = Some(lowest.unwrap_or(0.5 * h));
                     continue;
                 }
-                Found::Undecided | Found::Nothing => None,
-                Found::Contact { stop, x } => Some((stop, x)),
+                Found::Lowest { .. } | Found::Nothing => None,
+                Found::Contact { stop, x, passed } => Some((stop, x, passed)),
             };
             let release = if IS_HELD {
                 self.release_along(h)?
@@ -288,7 +299,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             };
             halvings = 0;
             self.accept(h, next);
-            if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c)| *x < c)) {
+            if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
+            {
                 let s = self.let_go(dynamics, stop, x * h, h)?;
                 if let Some(record) = keeping {
                     self.keep(s, None, record);
@@ -297,9 +309,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 self.look()?;
                 break Arrival::Release { stop };
             }
-            if let Some((stop, x)) = found {
+            if let Some((stop, x, passed)) = found {
                 let order = starts.map_or(0, |orders| orders[stop]);
-                let s = self.land(dynamics, (stop, order), x * h, h)?;
+                self.note_extent(stop, x, h);
+                let s = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
                 if let Some(record) = keeping {
                     self.keep(s, None, record);
                 }
@@ -313,6 +326,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             self.arrive(h);
             self.stepper.go_on();
             std::mem::swap(&mut self.gaps, &mut self.ahead);
+            for (extent, gap) in self.extents.iter_mut().zip(&self.gaps) {
+                *extent = extent.max(gap.size);
+            }
             starts = None;
             if is_last {
                 break Arrival::End;

@@ -166,15 +166,14 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         if left <= 0.0 {
             return Reach::AtEnd;
         }
-        let before = &mut self.free.before;
-        let wanted = motion.longest_step(self.tolerance, *before);
+        let wanted = motion.longest_step(self.tolerance, self.free.before);
         let is_last = wanted >= left;
         let h = if is_last { left } else { wanted };
-        if h.is_nan() || self.clock.local + h == self.clock.local {
+        if h.is_nan() || self.is_too_short(h) {
             return Reach::TooShort;
         }
         if wanted.is_finite() {
-            *before = Some(wanted);
+            self.free.before = Some(wanted);
         }
         Reach::To { h, is_last }
     }
@@ -189,6 +188,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         record: &mut Record,
     ) -> Option<Leg> {
         if starts.is_some() {
+            self.forget_extents();
             self.keep_segment(SegmentKind::Flight);
         }
         let (h, is_last) = match self.reach(motion, end) {
@@ -207,7 +207,6 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         let (span, arrival) = match found {
             None => (h, is_last.then_some(Arrival::End)),
             Some((stop, Course::Stalled { at })) => (at, Some(Arrival::Stalled { stop })),
-            // Time does not go back for a stop that was passed by less than its margin when the step began.
             Some((stop, Course::Contact { at })) => {
                 (at.clamp(0.0, h), Some(Arrival::Contact { stop }))
             }
@@ -285,23 +284,27 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         let mut until = h;
         for stop in 0..self.free.gaps.len() {
             self.free.gaps[stop].along(motion, &mut gap);
-            let margin = self.margin(stop, gap.size);
+            self.extents[stop] = self.extents[stop].max(gap.size);
             let order = starts.map_or(0, |orders| orders[stop]);
             self.touches.clear();
-            let course = gap.first_contact(order, until, margin, &mut self.touches);
+            let course = gap.first_contact(order, until, &mut self.touches);
             for &(at, gap) in &self.touches {
                 let time = self.clock.after(at).time();
                 let depth = -gap;
                 self.grazes.push(Graze { time, stop, depth });
             }
             if let Some(course) = course {
+                // A flight of one step is farthest from its stop half-way.
+                self.free.gaps[stop].along(motion, &mut gap);
+                let far = gap.value(0.5 * course.at()).abs();
+                self.extents[stop] = self.extents[stop].max(far);
                 until = course.at();
                 first = Some((stop, course));
             }
         }
         self.n_gap_evaluations += self.contacts.len();
         if let Some((stop, Course::Contact { .. })) = first {
-            // A stop passed by less than its margin when the one found is reached was reached before.
+            // A stop that is passed when the one found is reached was reached before.
             let earlier = self
                 .free
                 .gaps
