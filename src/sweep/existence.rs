@@ -8,6 +8,7 @@ use crate::orbit::{
     Instant, OrbitOptions, Pattern, Solution, check, clearance_given, decides, period,
     periodic_orbits_checked, ranking,
 };
+use crate::quantity::room_for;
 use crate::sweep::candidate::{Candidate, judge_all};
 use crate::sweep::moving::Moving;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
@@ -162,6 +163,13 @@ pub fn existence_map(
     options: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ExistenceMap> {
+    // A cell and its part of the map.
+    let words = 2 * size_of::<ExistenceCell>() / size_of::<f64>();
+    room_for(
+        "an existence map",
+        x.values.len().saturating_mul(words),
+        y.values.len(),
+    )?;
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
     let item = |moving: &mut Moving<'_>, index, go_on: GoOn<'_>| sweep.cell(moving, index, go_on);
