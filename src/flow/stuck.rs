@@ -6,6 +6,7 @@ use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow}
 use crate::linalg::rank;
 use crate::modal::{ModalForm, Pair};
 use crate::model::LinearSystem;
+use crate::quantity::room_for;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Singular values of the normals below this, relative to the largest, are zero: the normals are dependent.
@@ -34,6 +35,8 @@ impl StuckMotion {
     /// The motion while the given stops are held.
     pub fn new(scene: &ModalScene, stops: &[usize]) -> Result<Self> {
         let (system, g) = (&scene.system, &scene.geometry);
+        let n = system.n_dof();
+        room_for("the motion while stops are held", 16 * n, n)?;
         let normals = g.normals.select_columns(stops);
         let reactions = g.reactions.select_columns(stops);
         let clearances = g.clearances.select_rows(stops);
