@@ -73,6 +73,6 @@ macro_rules! arguments {
 }
 
 arguments! {
-    amplitude atol between clearance damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
-    method n_periods phase position progress restitution rtol scene side
+    amplitude atol between clearance curvature damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
+    method n_dof n_periods phase position progress restitution rtol scene side
 }
