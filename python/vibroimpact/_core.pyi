@@ -500,7 +500,10 @@ def _restore_orbits(
     orbits: Sequence[Orbit], verdict: str, reason: str, margin: float | None, basis: ArrayLike | None
 ) -> Orbits: ...
 def _restore_trajectory(scene: Scene, saved: dict[str, Any]) -> Trajectory: ...
-def _existence_at(scene: Scene, pattern: _Pattern, n_periods: int) -> tuple[int, bool, bool, float]: ...
+def _numbers(argument: str, value: ArrayLike) -> _FloatArray: ...
+def _existence_at(
+    scene: Scene, pattern: _Pattern, n_periods: int, ask: Callable[[], None] | None
+) -> tuple[int, bool, bool, float]: ...
 def _existence_cells(
     scene: Scene,
     pattern: _Pattern,
@@ -516,17 +519,20 @@ def _existence_tile(
     x: tuple[str, ArrayLike],
     y: tuple[str, ArrayLike],
     n_periods: int,
-    start: int,
-    stop: int,
+    cells: tuple[int, int],
+    ask: Callable[[], None] | None,
 ) -> _Cells: ...
 def _simulate_rows(
     scene: Scene,
     q0: ArrayLike,
     v0: ArrayLike,
     t_span: tuple[float, float],
+    method: str,
     rtol: float,
     atol: float,
     max_impacts: int | None,
     threads: int | None,
     progress: bool,
+    first: int,
+    ask: Callable[[], None] | None,
 ) -> tuple[_FloatArray, _FloatArray, NDArray[np.int64], list[str]]: ...

@@ -191,6 +191,22 @@ pub fn existence_tile(
     n_periods: usize,
     cells: Range<usize>,
 ) -> Result<Vec<ExistenceCell>> {
+    let observer = &mut |_| ControlFlow::Continue(());
+    existence_tile_checked(scene, pattern, (x, y), n_periods, cells, observer)
+}
+
+/// [`existence_tile`], asking `observer` from time to time, with the cells done, whether to go on.
+///
+/// # Errors
+/// As [`existence_tile`]; `Error::Interrupted` when the observer breaks off.
+pub fn existence_tile_checked(
+    scene: &Scene,
+    pattern: &Pattern,
+    (x, y): (&Axis, &Axis),
+    n_periods: usize,
+    cells: Range<usize>,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<ExistenceCell>> {
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     if cells.end > sweep.len() {
         return Err(Error::bad_value(
@@ -200,9 +216,14 @@ pub fn existence_tile(
         ));
     }
     let mut moving = sweep.moving()?;
-    let go_on = &mut || ControlFlow::Continue(());
+    let (start, total) = (cells.start, cells.len());
     cells
-        .map(|index| sweep.cell(&mut moving, index, go_on))
+        .map(|index| {
+            let done = index - start;
+            sweep.cell(&mut moving, index, &mut || {
+                observer(Progress { done, total })
+            })
+        })
         .collect()
 }
 
