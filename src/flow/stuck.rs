@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
 use crate::linalg::rank;
-use crate::modal::{ModalForm, Pair};
+use crate::modal::{Form, ModalForm, Pair};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -109,6 +109,11 @@ impl StuckMotion {
             flow,
             forces,
         })
+    }
+
+    /// How the motion uncouples.
+    pub fn form(&self) -> &Form {
+        &self.form.form
     }
 
     /// Position and velocity a time after others, from a forcing angle.

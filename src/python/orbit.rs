@@ -9,7 +9,9 @@ use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::pattern::{out_pattern, pattern, shown};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::text::{fixed_complex, list};
+use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
+use crate::watch::stop_if;
 use nalgebra::{Complex, DVector};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -49,10 +51,20 @@ impl PyOrbit {
                 "t is {bad}, but it must be finite"
             )));
         }
-        Ok((
-            times.iter().map(|&t| self.0.state(t, before)).collect(),
-            is_single,
-        ))
+        let orbit = &self.0;
+        room_for(
+            "the motion at these times",
+            times.len(),
+            4 * orbit.scene().n_dof(),
+        )?;
+        let states = interrupt::run(t.py(), false, |observe| {
+            let state = |&t: &f64| {
+                stop_if(observe(0.0))?;
+                Ok(orbit.state(t, before))
+            };
+            times.iter().map(state).collect::<crate::Result<Vec<_>>>()
+        })?;
+        Ok((states, is_single))
     }
 }
 

@@ -5,6 +5,7 @@ mod clock;
 mod energy;
 mod event_loop;
 mod exact;
+mod fading;
 mod held;
 mod kept;
 mod mover;
