@@ -197,6 +197,13 @@ impl PyTrajectory {
         (out_vector(py, q), out_vector(py, v))
     }
 
+    /// Time at which the run ended [s], that of ``final``, with every ``keep``: the run goes on with
+    /// ``simulate(scene, *run.final, (run.t_end, later))``, in the same phase of the forcing.
+    #[getter]
+    fn t_end(&self) -> f64 {
+        self.core.t_end()
+    }
+
     /// "finished", "max_impacts", "step_underflow" or "unresolved_contact".
     #[getter]
     fn status(&self) -> &'static str {
@@ -234,6 +241,7 @@ impl PyTrajectory {
             arrays.set_item("v", self.v(py)?)?;
         }
         let (q, v) = self.last(py);
+        arrays.set_item("t_end", vec![self.t_end()].into_pyarray(py))?;
         arrays.set_item("final_q", q)?;
         arrays.set_item("final_v", v)?;
         arrays.set_item("impacts", self.impacts(py)?)?;

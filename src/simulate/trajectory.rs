@@ -108,6 +108,12 @@ impl Trajectory {
         self.span
     }
 
+    /// The time at which the run ended, that of [`last`](Self::last): the run goes on from there in the same phase of the
+    /// forcing.
+    pub fn t_end(&self) -> f64 {
+        self.span.1
+    }
+
     /// The forcing phase at a time, zero without forcing.
     pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
         let forcing = self.scene.forcing();
