@@ -398,6 +398,8 @@ class Orbits:
 
 @final
 class Stats:
+    def __new__(cls, n_rhs: int, n_steps: int, n_gap_evaluations: int, n_flights: int, n_impacts: int) -> Stats: ...
+    def __getnewargs__(self) -> tuple[int, int, int, int, int]: ...
     @property
     def n_rhs(self) -> int: ...
     @property
@@ -411,6 +413,16 @@ class Stats:
 
 @final
 class Energy:
+    def __new__(
+        cls,
+        kinetic: ArrayLike,
+        potential: ArrayLike,
+        forcing_work: ArrayLike,
+        damping_loss: ArrayLike,
+        impact_loss: ArrayLike,
+        balance: ArrayLike,
+    ) -> Energy: ...
+    def __getnewargs__(self) -> tuple[NDArray[np.float64], ...]: ...
     @property
     def kinetic(self) -> _FloatArray: ...
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,18 @@ _PIECES = 64
 _CALLED_PIECES = 1024
 
 Pattern = Iterable[int | tuple[int, ...]]
+
+
+def _check_arrays(result: Any, arrays: dict[str, tuple[str, tuple[int, ...]]]) -> None:
+    """Refuse what is no array of the kind (a letter of NumPy) and shape that it has in a result."""
+    for name, (kind, shape) in arrays.items():
+        array = getattr(result, name)
+        if not isinstance(array, np.ndarray) or array.shape != shape:
+            message = f"{name} has shape {np.shape(array)}, but an array of shape {shape} is needed"
+            raise ValueError(message)
+        if array.dtype.kind != kind:
+            message = f"{name} has dtype {array.dtype}, but one of kind {kind!r} is needed"
+            raise ValueError(message)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +62,17 @@ class ExistenceMap:
     is_admissible: NDArray[np.bool_]
     is_stable: NDArray[np.bool_]
     multiplier: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one map."""
+        cells = (np.size(self.y), np.size(self.x))
+        axes = {"x": ("f", cells[1:]), "y": ("f", cells[:1])}
+        found = {"n_orbits": "i", "is_admissible": "b", "is_stable": "b", "multiplier": "f"}
+        _check_arrays(self, axes | {name: (kind, cells) for name, kind in found.items()})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments, which are looked at again."""
+        return ExistenceMap, tuple(getattr(self, field.name) for field in fields(self))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the map, for ``numpy.savez``."""
@@ -84,6 +107,16 @@ class Ensemble:
     v: NDArray[np.float64]
     n_impacts: NDArray[np.int64]
     status: NDArray[np.str_]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one ensemble."""
+        k = np.shape(self.status)[:1]
+        n = np.shape(self.q)[1:2]
+        _check_arrays(self, {"q": ("f", k + n), "v": ("f", k + n), "n_impacts": ("i", k), "status": ("U", k)})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments, which are looked at again."""
+        return Ensemble, tuple(getattr(self, field.name) for field in fields(self))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the ensemble, for ``numpy.savez``."""

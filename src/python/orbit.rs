@@ -341,27 +341,28 @@ impl PyOrbit {
 pub(crate) fn _restore_orbit(
     scene: PyRef<'_, PyScene>,
     pattern: &Bound<'_, PyAny>,
-    n_periods: usize,
-    phase: f64,
-    spans: Vec<f64>,
-    states: Vec<f64>,
-    impulses: Vec<f64>,
-    courses: Vec<(String, Vec<usize>, bool, Option<usize>)>,
+    n_periods: &Bound<'_, PyAny>,
+    phase: &Bound<'_, PyAny>,
+    spans: &Bound<'_, PyAny>,
+    states: &Bound<'_, PyAny>,
+    impulses: &Bound<'_, PyAny>,
+    courses: &Bound<'_, PyAny>,
 ) -> PyResult<PyOrbit> {
     let course = |(kind, stops, is_struck, released): (String, _, _, _)| -> PyResult<SavedCourse> {
         Ok((SegmentKind::from_name(&kind)?, stops, is_struck, released))
     };
+    let courses: Vec<(String, Vec<usize>, bool, Option<usize>)> =
+        argument::saved("courses", courses)?;
     let saved = Saved {
-        n_periods,
-        phase,
-        spans,
-        states,
-        impulses,
+        n_periods: argument::saved("n_periods", n_periods)?,
+        phase: argument::saved("phase", phase)?,
+        spans: argument::saved("spans", spans)?,
+        states: argument::saved("states", states)?,
+        impulses: argument::saved("impulses", impulses)?,
         courses: courses.into_iter().map(course).collect::<PyResult<_>>()?,
     };
-    Ok(PyOrbit(PeriodicOrbit::restore(
-        &scene.0,
-        self::pattern(pattern)?,
-        saved,
-    )?))
+    let (py, pattern) = (pattern.py(), self::pattern(pattern)?);
+    let scene = &scene.0;
+    let orbit = interrupt::run(py, false, |_| PeriodicOrbit::restore(scene, pattern, saved))?;
+    Ok(PyOrbit(orbit))
 }

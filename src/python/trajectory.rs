@@ -296,11 +296,13 @@ pub(crate) fn _restore_trajectory(
         let item = saved
             .get_item(name)?
             .ok_or_else(|| PyValueError::new_err(format!("{name} is missing")))?;
-        item.extract().map_err(Into::into)
+        argument::saved(name, &item)
     }
+    let py = saved.py();
     let samples = match saved.get_item("samples")? {
         Some(samples) if !samples.is_none() => {
-            let (t, q, v): (Vec<f64>, Bound<'_, PyAny>, Bound<'_, PyAny>) = samples.extract()?;
+            let (t, q, v): (Vec<f64>, Bound<'_, PyAny>, Bound<'_, PyAny>) =
+                argument::saved("samples", &samples)?;
             Some((t, matrix("q", &q)?, matrix("v", &v)?))
         }
         _ => None,
@@ -316,5 +318,7 @@ pub(crate) fn _restore_trajectory(
         motion: get(saved, "motion")?,
         samples,
     };
-    Ok(PyTrajectory::new(Trajectory::restore(&scene.0, saved)?))
+    let scene = &scene.0;
+    let core = interrupt::run(py, false, |_| Trajectory::restore(scene, saved))?;
+    Ok(PyTrajectory::new(core))
 }

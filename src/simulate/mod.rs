@@ -14,6 +14,7 @@ mod plan;
 mod record;
 mod run;
 mod saved;
+mod saved_rules;
 mod stepping;
 mod trajectory;
 
