@@ -30,6 +30,7 @@ __all__ = [
     "_existence_at",
     "_existence_cells",
     "_existence_tile",
+    "_numbers",
     "_restore_orbit",
     "_restore_orbits",
     "_restore_trajectory",
