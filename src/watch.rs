@@ -111,15 +111,19 @@ thread_local! {
 }
 
 /// Puts back whom the thread asked before.
+#[cfg(any(feature = "parallel", test))]
 struct Before(Option<Asker>);
 
+#[cfg(any(feature = "parallel", test))]
 impl Drop for Before {
     fn drop(&mut self) {
         ASKER.set(self.0.take());
     }
 }
 
-/// Does work whose pieces that have no observer of their own ask this one, on this thread.
+/// Does work whose pieces that have no observer of their own ask this one, on this thread: for threads of a sweep and for
+/// callers in Python, where every other observer is handed down.
+#[cfg(any(feature = "parallel", test))]
 pub(crate) fn with_asker<T>(
     asker: impl Fn() -> ControlFlow<()> + 'static,
     work: impl FnOnce() -> T,
