@@ -39,6 +39,14 @@ pub enum Error {
         /// The residual reached.
         residual: f64,
     },
+    /// Arrays larger than the memory there is.
+    #[error("{what} takes {} GB, more memory than there is", digits(*gigabytes))]
+    OutOfMemory {
+        /// What was to be held.
+        what: String,
+        /// What it takes.
+        gigabytes: f64,
+    },
     /// A function given by the caller failed: its own error.
     #[error(transparent)]
     Function(#[from] FunctionError),

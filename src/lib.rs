@@ -24,7 +24,7 @@ mod watch;
 
 pub use error::{Error, Result};
 pub use impact::*;
-pub use modal::{Modes, modes};
+pub use modal::{Modes, Spectrum, modes, spectrum};
 pub use model::*;
 pub use nalgebra;
 pub use orbit::*;

@@ -93,9 +93,32 @@ pub(crate) fn finite_square(argument: &str, matrix: &DMatrix<f64>, n: usize) -> 
     Ok(())
 }
 
+/// Refuses an array of so many rows and columns of numbers that the memory has no room for, where making it would end the
+/// process.
+pub(crate) fn room_for(what: &str, rows: usize, columns: usize) -> Result<()> {
+    let numbers = rows.checked_mul(columns);
+    let is_there = |numbers| Vec::<f64>::new().try_reserve_exact(numbers).is_ok();
+    if numbers.is_some_and(is_there) {
+        return Ok(());
+    }
+    Err(Error::OutOfMemory {
+        what: what.to_owned(),
+        gigabytes: rows as f64 * columns as f64 * size_of::<f64>() as f64 * 1e-9,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn arrays_that_no_memory_holds_are_refused() {
+        assert_eq!(room_for("a table", 1000, 1000), Ok(()));
+        for (rows, columns) in [(1 << 40, 1 << 20), (usize::MAX, 3)] {
+            let message = room_for("a table", rows, columns).unwrap_err().to_string();
+            assert!(message.starts_with("a table takes "), "{message}");
+        }
+    }
 
     #[test]
     fn restitution_lies_in_the_unit_interval() {

@@ -2,7 +2,10 @@
 //! nothing.
 
 use crate::error::{Error, Result};
+use std::cell::RefCell;
 use std::ops::ControlFlow;
+use std::rc::Rc;
+use std::time::Duration;
 
 /// Asked by a long computation whether to go on.
 pub(crate) type GoOn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
@@ -99,6 +102,82 @@ impl Drop for Steps<'_, '_> {
     }
 }
 
+/// Asked by what has no observer of its own.
+type Asker = Rc<dyn Fn() -> ControlFlow<()>>;
+
+thread_local! {
+    /// Whom work on this thread asks that has no observer of its own.
+    static ASKER: RefCell<Option<Asker>> = const { RefCell::new(None) };
+}
+
+/// Puts back whom the thread asked before.
+#[cfg(any(feature = "parallel", test))]
+struct Before(Option<Asker>);
+
+#[cfg(any(feature = "parallel", test))]
+impl Drop for Before {
+    fn drop(&mut self) {
+        ASKER.set(self.0.take());
+    }
+}
+
+/// Does work whose pieces that have no observer of their own ask this one, on this thread: for threads of a sweep and for
+/// callers in Python, where every other observer is handed down.
+#[cfg(any(feature = "parallel", test))]
+pub(crate) fn with_asker<T>(
+    asker: impl Fn() -> ControlFlow<()> + 'static,
+    work: impl FnOnce() -> T,
+) -> T {
+    let _before = Before(ASKER.replace(Some(Rc::new(asker))));
+    work()
+}
+
+fn asker() -> Option<Asker> {
+    ASKER.with_borrow(Clone::clone)
+}
+
+/// Whether the work that this piece belongs to is to be broken off; its result is not wanted then.
+pub(crate) fn is_broken_off() -> bool {
+    asker().is_some_and(|ask| ask().is_break())
+}
+
+/// Does a piece of work in which nothing can be asked. Where somebody is there to be asked it is done on a thread of its own: it
+/// is left to itself when it is not wanted any more.
+///
+/// # Errors
+/// `Error::Interrupted` if the answer is to break off.
+pub(crate) fn apart<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T> {
+    let Some(ask) = asker() else {
+        return Ok(work());
+    };
+    let caller = std::thread::current();
+    let task = move || {
+        let _waking = Waking(caller);
+        work()
+    };
+    let refused = |e| Error::bad_value("threads", 1, format!("the system refuses it: {e}"));
+    let worker = std::thread::Builder::new().spawn(task).map_err(refused)?;
+    while !worker.is_finished() {
+        stop_if(ask())?;
+        std::thread::park_timeout(ANSWER);
+    }
+    worker
+        .join()
+        .map_err(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Time between two questions while somebody else works.
+const ANSWER: Duration = Duration::from_millis(50);
+
+/// Wakes a thread that waits, when it is dropped.
+struct Waking(std::thread::Thread);
+
+impl Drop for Waking {
+    fn drop(&mut self) {
+        self.0.unpark();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,6 +216,22 @@ mod tests {
         let mut steps = watch.steps(2 * WORK_PER_QUESTION);
         (0..5).for_each(|_| assert_eq!(steps.begin(), Ok(())));
         assert_eq!(asked.get(), 5);
+    }
+
+    #[test]
+    fn work_of_its_own_thread_is_left_when_it_is_not_wanted() {
+        assert!(!is_broken_off());
+        assert_eq!(apart(|| 7), Ok(7));
+        let go_on = || ControlFlow::Continue(());
+        assert_eq!(with_asker(go_on, || apart(|| 7)), Ok(7));
+        let start = std::time::Instant::now();
+        let long = || apart(|| std::thread::sleep(Duration::from_secs(5)));
+        assert_eq!(
+            with_asker(|| ControlFlow::Break(()), long),
+            Err(Error::Interrupted)
+        );
+        assert!(start.elapsed() < Duration::from_secs(1));
+        assert!(!is_broken_off());
     }
 
     #[test]

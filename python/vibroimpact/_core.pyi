@@ -30,6 +30,7 @@ __all__ = [
     "_existence_at",
     "_existence_cells",
     "_existence_tile",
+    "_numbers",
     "_restore_orbit",
     "_restore_orbits",
     "_restore_trajectory",
@@ -398,6 +399,8 @@ class Orbits:
 
 @final
 class Stats:
+    def __new__(cls, n_rhs: int, n_steps: int, n_gap_evaluations: int, n_flights: int, n_impacts: int) -> Stats: ...
+    def __getnewargs__(self) -> tuple[int, int, int, int, int]: ...
     @property
     def n_rhs(self) -> int: ...
     @property
@@ -411,6 +414,16 @@ class Stats:
 
 @final
 class Energy:
+    def __new__(
+        cls,
+        kinetic: ArrayLike,
+        potential: ArrayLike,
+        forcing_work: ArrayLike,
+        damping_loss: ArrayLike,
+        impact_loss: ArrayLike,
+        balance: ArrayLike,
+    ) -> Energy: ...
+    def __getnewargs__(self) -> tuple[NDArray[np.float64], ...]: ...
     @property
     def kinetic(self) -> _FloatArray: ...
     @property
@@ -444,6 +457,8 @@ class Trajectory:
     def segments(self) -> NDArray[np.void]: ...
     @property
     def final(self) -> tuple[_FloatArray, _FloatArray]: ...
+    @property
+    def t_end(self) -> float: ...
     @property
     def status(self) -> Literal["finished", "max_impacts", "step_underflow", "unresolved_contact"]: ...
     @property
@@ -500,7 +515,10 @@ def _restore_orbits(
     orbits: Sequence[Orbit], verdict: str, reason: str, margin: float | None, basis: ArrayLike | None
 ) -> Orbits: ...
 def _restore_trajectory(scene: Scene, saved: dict[str, Any]) -> Trajectory: ...
-def _existence_at(scene: Scene, pattern: _Pattern, n_periods: int) -> tuple[int, bool, bool, float]: ...
+def _numbers(argument: str, value: ArrayLike) -> _FloatArray: ...
+def _existence_at(
+    scene: Scene, pattern: _Pattern, n_periods: int, ask: Callable[[], None] | None
+) -> tuple[int, bool, bool, float]: ...
 def _existence_cells(
     scene: Scene,
     pattern: _Pattern,
@@ -516,17 +534,20 @@ def _existence_tile(
     x: tuple[str, ArrayLike],
     y: tuple[str, ArrayLike],
     n_periods: int,
-    start: int,
-    stop: int,
+    cells: tuple[int, int],
+    ask: Callable[[], None] | None,
 ) -> _Cells: ...
 def _simulate_rows(
     scene: Scene,
     q0: ArrayLike,
     v0: ArrayLike,
     t_span: tuple[float, float],
+    method: str,
     rtol: float,
     atol: float,
     max_impacts: int | None,
     threads: int | None,
     progress: bool,
+    first: int,
+    ask: Callable[[], None] | None,
 ) -> tuple[_FloatArray, _FloatArray, NDArray[np.int64], list[str]]: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,22 @@ __all__ = ["Ensemble", "ExistenceMap", "existence_map", "simulate_many"]
 #: Pieces handed to an executor: enough to share evenly, each long enough to be worth sending.
 _PIECES = 64
 
+#: The same where a function of Python, which may be slow, makes each cell.
+_CALLED_PIECES = 1024
+
 Pattern = Iterable[int | tuple[int, ...]]
+
+
+def _check_arrays(result: Any, arrays: dict[str, tuple[str, tuple[int, ...]]]) -> None:
+    """Refuse what is no array of the kind (a letter of NumPy) and shape that it has in a result."""
+    for name, (kind, shape) in arrays.items():
+        array = getattr(result, name)
+        if not isinstance(array, np.ndarray) or array.shape != shape:
+            message = f"{name} has shape {np.shape(array)}, but an array of shape {shape} is needed"
+            raise ValueError(message)
+        if array.dtype.kind != kind:
+            message = f"{name} has dtype {array.dtype}, but one of kind {kind!r} is needed"
+            raise ValueError(message)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +62,17 @@ class ExistenceMap:
     is_admissible: NDArray[np.bool_]
     is_stable: NDArray[np.bool_]
     multiplier: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one map."""
+        cells = (np.size(self.y), np.size(self.x))
+        axes = {"x": ("f", cells[1:]), "y": ("f", cells[:1])}
+        found = {"n_orbits": "i", "is_admissible": "b", "is_stable": "b", "multiplier": "f"}
+        _check_arrays(self, axes | {name: (kind, cells) for name, kind in found.items()})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments, which are looked at again."""
+        return ExistenceMap, tuple(getattr(self, field.name) for field in fields(self))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the map, for ``numpy.savez``."""
@@ -82,6 +108,16 @@ class Ensemble:
     n_impacts: NDArray[np.int64]
     status: NDArray[np.str_]
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one ensemble."""
+        k = np.shape(self.status)[:1]
+        n = np.shape(self.q)[1:2]
+        _check_arrays(self, {"q": ("f", k + n), "v": ("f", k + n), "n_impacts": ("i", k), "status": ("U", k)})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments, which are looked at again."""
+        return Ensemble, tuple(getattr(self, field.name) for field in fields(self))
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the ensemble, for ``numpy.savez``."""
         return {name: getattr(self, name) for name in ("q", "v", "n_impacts", "status")}
@@ -93,26 +129,30 @@ class Ensemble:
         return f"Ensemble({len(self.status)} trajectories: {ends}; {self.n_impacts.sum()} impacts)"
 
 
-def _bounds(total: int) -> list[tuple[int, int]]:
+def _bounds(total: int, pieces: int = _PIECES) -> list[tuple[int, int]]:
     """Cut ``range(total)`` into pieces of nearly equal length."""
-    edges = np.linspace(0, total, min(total, _PIECES) + 1).astype(int)
+    edges = np.linspace(0, total, min(total, pieces) + 1).astype(int)
     return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]
 
 
-def _tile(piece: tuple[Any, ...]) -> tuple[NDArray[Any], ...]:
-    return _core._existence_tile(*piece)
+def _tile(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[NDArray[Any], ...]:
+    arguments: tuple[Any, ...] = (*piece, ask)
+    return _core._existence_tile(*arguments)
 
 
-def _called_cells(piece: tuple[Any, ...]) -> tuple[NDArray[Any], ...]:
+def _called_cells(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[NDArray[Any], ...]:
     """Cells of a map whose scenes a callable makes."""
     make, pattern, n_periods, values = piece
-    cells = [_core._existence_at(make(x, y), pattern, n_periods) for x, y in values]
+    cells = []
+    for x, y in values:
+        ask()
+        cells.append(_core._existence_at(make(x, y), pattern, n_periods, ask))
     kinds: tuple[type, ...] = (np.int64, np.bool_, np.bool_, np.float64)
     return tuple(np.array([cell[k] for cell in cells], dtype=kind) for k, kind in enumerate(kinds))
 
 
 def _grid(values: ArrayLike, argument: str) -> NDArray[np.float64]:
-    grid = np.asarray(values, dtype=np.float64)
+    grid = _core._numbers(argument, values)
     if grid.ndim != 1 or grid.size == 0:
         message = f"{argument} has shape {grid.shape}, but (m,) with at least one value is needed"
         raise ValueError(message)
@@ -155,9 +195,9 @@ def existence_map(
         Forcing periods in one period of the orbit.
     workers : int, Executor or callable, optional
         Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable. The result has the same bits
-        with any of them.
+        with any of them. A piece that fails, or Ctrl-C, cancels those of an executor that wait.
     progress : bool, default False
-        Show a progress bar (threads only; needs tqdm).
+        Show a progress bar (needs tqdm).
 
     Returns
     -------
@@ -184,16 +224,16 @@ def existence_map(
     if callable(scene):
         x_values, y_values = _grid(x, "x"), _grid(y, "y")  # type: ignore[arg-type]
         points = [(float(a), float(b)) for b in y_values for a in x_values]
-        pieces = [(scene, pattern, n_periods, points[i:j]) for i, j in _bounds(len(points))]
-        parts = _workers.run(_called_cells, pieces, workers if _workers.is_elsewhere(workers) else map)
+        pieces = [(scene, pattern, n_periods, points[i:j]) for i, j in _bounds(len(points), _CALLED_PIECES)]
+        parts = _workers.run(_called_cells, pieces, workers if _workers.is_elsewhere(workers) else map, progress=progress)
         return _assemble(parts, (None, x_values), (None, y_values))
     x_axis, y_axis = _named(x, "x"), _named(y, "y")
     if not _workers.is_elsewhere(workers):
         cells = _core._existence_cells(scene, pattern, x_axis, y_axis, n_periods, _workers.threads(workers), progress)
         return _assemble([cells], x_axis, y_axis)
     bounds = _bounds(x_axis[1].size * y_axis[1].size)
-    tiles = [(scene, pattern, x_axis, y_axis, n_periods, i, j) for i, j in bounds]
-    return _assemble(_workers.run(_tile, tiles, workers), x_axis, y_axis)
+    tiles = [(scene, pattern, x_axis, y_axis, n_periods, cells) for cells in bounds]
+    return _assemble(_workers.run(_tile, tiles, workers, progress=progress), x_axis, y_axis)
 
 
 def _assemble(
@@ -207,8 +247,27 @@ def _assemble(
     return ExistenceMap(x[1], y[1], x[0], y[0], n_orbits, admissible, stable, multiplier)
 
 
-def _rows(piece: tuple[Any, ...]) -> tuple[Any, ...]:
-    return _core._simulate_rows(*piece)
+def _rows(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:
+    arguments: tuple[Any, ...] = (*piece, ask)
+    return _core._simulate_rows(*arguments)
+
+
+def _states(q0: tuple[str, ArrayLike], v0: tuple[str, ArrayLike], n_dof: int) -> list[NDArray[np.float64]]:
+    """Return states, one a row, that can be cut into pieces; for one degree of freedom a list of numbers is a list of rows."""
+    states: list[NDArray[np.float64]] = []
+    for argument, value in (q0, v0):
+        rows = _core._numbers(argument, value)
+        if rows.ndim == 1 and n_dof == 1:
+            rows = rows[:, np.newaxis]
+        k = len(states[0]) if states else len(np.atleast_1d(rows))
+        if rows.shape != (k, n_dof):
+            message = f"{argument} has shape {rows.shape}, but ({k}, {n_dof}) is needed"
+            raise ValueError(message)
+        for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
+            message = f"{argument}[{i}] is {rows[i]}, but it must be finite"
+            raise ValueError(message)
+        states.append(rows)
+    return states
 
 
 def simulate_many(
@@ -235,14 +294,17 @@ def simulate_many(
         Positions and velocities at the start, one row each.
     t_span : pair of float
         Start and end [s].
-    method, rtol, atol, max_impacts
+    method : {"auto", "exact", "rk45", "taylor"}, default "auto"
+        As for ``simulate``, in any letter case.
+    rtol, atol, max_impacts
         As for ``simulate``.
     keep : {"final"}, default "final"
         Final states, in constant memory for each trajectory.
     workers : int, Executor or callable, optional
-        Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable.
+        Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable. A piece that fails, or
+        Ctrl-C, cancels those of an executor that wait.
     progress : bool, default False
-        Show a progress bar (threads only; needs tqdm).
+        Show a progress bar (needs tqdm).
 
     Returns
     -------
@@ -266,15 +328,13 @@ def simulate_many(
     if keep != "final":
         message = f'keep is {keep!r}, but an ensemble keeps final states alone: it must be "final"'
         raise ValueError(message)
-    if str(method).lower() not in ("auto", "exact"):
-        message = f'method is {method!r}, but it must be "auto" or "exact"'
-        raise ValueError(message)
-    rest = (t_span, rtol, atol, max_impacts)
-    if not _workers.is_elsewhere(workers):
-        parts = [_rows((scene, q0, v0, *rest, _workers.threads(workers), progress))]
+    rest = (t_span, method, rtol, atol, max_impacts)
+    if _workers.is_elsewhere(workers):
+        states = _states(("q0", q0), ("v0", v0), scene.n_dof)
+        bounds = _bounds(len(states[0])) or [(0, 0)]
+        pieces = [(scene, *(rows[i:j] for rows in states), *rest, 1, False, i) for i, j in bounds]
+        parts = _workers.run(_rows, pieces, workers, progress=progress)
     else:
-        q_rows, v_rows = (np.asarray(rows, dtype=np.float64).reshape(-1, scene.n_dof) for rows in (q0, v0))
-        pieces = [(scene, q_rows[i:j], v_rows[i:j], *rest, 1, False) for i, j in _bounds(len(q_rows))]
-        parts = _workers.run(_rows, pieces, workers)
-    q, v, n_impacts, status = (np.concatenate([np.asarray(part[k]) for part in parts]) for k in range(4))
-    return Ensemble(q, v, n_impacts, status)
+        parts = [_core._simulate_rows(scene, q0, v0, *rest, _workers.threads(workers), progress, 0, None)]
+    q, v, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return Ensemble(q, v, n_impacts, np.concatenate([np.array(part[3], dtype=np.str_) for part in parts]))

@@ -4,8 +4,9 @@
 use crate::error::Result;
 use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
 use crate::linalg::rank;
-use crate::modal::{ModalForm, Pair};
+use crate::modal::{Form, ModalForm, Pair};
 use crate::model::LinearSystem;
+use crate::quantity::room_for;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Singular values of the normals below this, relative to the largest, are zero: the normals are dependent.
@@ -34,6 +35,8 @@ impl StuckMotion {
     /// The motion while the given stops are held.
     pub fn new(scene: &ModalScene, stops: &[usize]) -> Result<Self> {
         let (system, g) = (&scene.system, &scene.geometry);
+        let n = system.n_dof();
+        room_for("the motion while stops are held", 16 * n, n)?;
         let normals = g.normals.select_columns(stops);
         let reactions = g.reactions.select_columns(stops);
         let clearances = g.clearances.select_rows(stops);
@@ -106,6 +109,11 @@ impl StuckMotion {
             flow,
             forces,
         })
+    }
+
+    /// How the motion uncouples.
+    pub fn form(&self) -> &Form {
+        &self.form.form
     }
 
     /// Position and velocity a time after others, from a forcing angle.

@@ -4,6 +4,7 @@
 use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::model::{ContactGeometry, Scene};
+use crate::quantity::room_for;
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values of `N^T B` below this, relative to the largest, are zero: the normals are dependent.
@@ -91,6 +92,7 @@ pub fn recovery_matrix(scene: &Scene, stops: &[usize]) -> Result<DMatrix<f64>> {
     check_stops("stops", stops, scene.stops().len())?;
     let geometry = ContactGeometry::new(system, scene);
     let n = system.n_dof();
+    room_for("the recovery matrix", 2 * n, 2 * n)?;
     let mut matrix = DMatrix::identity(2 * n, 2 * n);
     if !stops.is_empty() {
         matrix

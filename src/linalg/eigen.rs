@@ -3,13 +3,35 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::francis;
+use crate::quantity::room_for;
+use crate::watch::apart;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, SymmetricEigen};
 
 /// Sweeps of the QR iteration allowed, per row of the matrix.
 const SWEEPS_PER_ROW: usize = 100;
 
+/// Rows of a matrix from which an eigenproblem is long enough to be left alone when it is not wanted any more.
+const LARGE: usize = 64;
+
+/// Solves an eigenproblem of a matrix of so many rows, which takes so many matrices of its size.
+fn solve<T: Send + 'static>(
+    rows: usize,
+    matrices: usize,
+    problem: impl FnOnce() -> Result<T> + Send + 'static,
+) -> Result<T> {
+    room_for("an eigenproblem", rows, rows.saturating_mul(matrices))?;
+    if rows < LARGE {
+        return problem();
+    }
+    apart(problem)?
+}
+
 /// Eigenvalues (ascending) and orthonormal eigenvectors of a symmetric matrix.
 pub(crate) fn symmetric(a: DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>)> {
+    solve(a.nrows(), 3, move || symmetric_problem(a))
+}
+
+fn symmetric_problem(a: DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>)> {
     let n = a.nrows();
     if n == 2 {
         return Ok(symmetric_2(&a));
@@ -115,12 +137,17 @@ pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     let values = match a.nrows() {
         // Two degrees of freedom are what most maps are made of: keep their matrices on the stack.
         4 => francis::eigenvalues(SMatrix::<f64, 4, 4>::from_column_slice(a.as_slice())),
-        _ => francis::eigenvalues(a.clone()),
+        n => {
+            let a = a.clone();
+            solve(n, 2, move || Ok(francis::eigenvalues(a)))?
+        }
     };
-    match values {
-        Some(values) => Ok(values),
-        None => Ok(complex_schur(a)?.1.diagonal().iter().copied().collect()),
+    if let Some(values) = values {
+        return Ok(values);
     }
+    let a = a.clone();
+    let (_, t) = solve(a.nrows(), 8, move || complex_schur(&a))?;
+    Ok(t.diagonal().iter().copied().collect())
 }
 
 /// Roots are refined of which one is smaller than the matrix by this: the QR iteration leaves each with a rounding of the matrix.
@@ -136,6 +163,12 @@ const SMALL_TURN: f64 = 1e-3;
 pub(crate) fn eigenvectors(
     a: &DMatrix<f64>,
 ) -> Result<(DVector<Complex<f64>>, DMatrix<Complex<f64>>)> {
+    room_for("an eigenproblem", a.nrows(), a.nrows())?;
+    let a = a.clone();
+    solve(a.nrows(), 12, move || vectors_problem(&a))
+}
+
+fn vectors_problem(a: &DMatrix<f64>) -> Result<(DVector<Complex<f64>>, DMatrix<Complex<f64>>)> {
     let n = a.nrows();
     let (q, t) = complex_schur(a)?;
     let smallest = f64::EPSILON * t.iter().fold(f64::MIN_POSITIVE, |m, z| m.max(z.norm()));

@@ -12,5 +12,5 @@ mod regime;
 pub(crate) use crate::linalg::plane::{Pair, times};
 pub(crate) use block::{Block, Response};
 pub(crate) use form::{Form, ModalForm};
-pub use modes::{Modes, modes};
+pub use modes::{Modes, Spectrum, modes, spectrum};
 pub(crate) use propagation::Propagation;

@@ -3,9 +3,10 @@
 use crate::error::Result;
 use crate::linalg::eigen;
 use crate::modal::complex::state_matrix;
-use crate::modal::real::RealModes;
+use crate::modal::real::{RealModes, Shapes};
 use crate::modal::{Block, Response};
 use crate::model::LinearSystem;
+use crate::quantity::room_for;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
@@ -24,10 +25,64 @@ pub struct Modes {
     pub is_proportional: bool,
 }
 
+/// Frequencies, damping ratios and eigenvalues of a linear system: its modes, but for the shapes, which take n^2 numbers and are
+/// made when asked for.
+#[derive(Debug, Clone)]
+pub struct Spectrum {
+    /// As [`Modes::natural_frequencies`].
+    pub natural_frequencies: DVector<f64>,
+    /// As [`Modes::damping_ratios`].
+    pub damping_ratios: DVector<f64>,
+    /// As [`Modes::eigenvalues`].
+    pub eigenvalues: DVector<Complex<f64>>,
+    /// As [`Modes::is_proportional`].
+    pub is_proportional: bool,
+    shapes: Columns,
+}
+
+/// The shapes of modes as they were found.
+#[derive(Debug, Clone)]
+enum Columns {
+    Real(Shapes),
+    Complex(DMatrix<Complex<f64>>),
+}
+
+impl Spectrum {
+    /// The shapes, as [`Modes::shapes`].
+    ///
+    /// # Errors
+    /// `Error::OutOfMemory` where the memory has no room for them.
+    pub fn shapes(&self) -> Result<DMatrix<Complex<f64>>> {
+        let n = self.natural_frequencies.len();
+        room_for(&format!("the shapes of {n} modes"), 2 * n, n)?;
+        match &self.shapes {
+            Columns::Complex(shapes) => Ok(shapes.clone()),
+            Columns::Real(_) => Ok(self.real_shapes()?.unwrap_or_default().map(Complex::from)),
+        }
+    }
+
+    /// The shapes where they are real.
+    ///
+    /// # Errors
+    /// As [`shapes`](Self::shapes).
+    pub fn real_shapes(&self) -> Result<Option<DMatrix<f64>>> {
+        let n = self.natural_frequencies.len();
+        room_for(&format!("the shapes of {n} modes"), n, n)?;
+        Ok(match &self.shapes {
+            Columns::Real(shapes) => Some(shapes.to_dense()),
+            Columns::Complex(shapes) if shapes.iter().all(|z| z.im == 0.0) => {
+                Some(shapes.map(|z| z.re))
+            }
+            Columns::Complex(_) => None,
+        })
+    }
+}
+
 /// The modes of a linear system (eqs. (10), (11) for the paper's, in ascending order).
 ///
 /// # Errors
-/// `Error::NoConvergence` if an eigenvalue iteration fails.
+/// `Error::NoConvergence` if an eigenvalue iteration fails, `Error::OutOfMemory` for more modes than their shapes have room for:
+/// their [`spectrum`] has.
 ///
 /// # Examples
 /// ```
@@ -40,22 +95,37 @@ pub struct Modes {
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn modes(system: &LinearSystem) -> Result<Modes> {
+    let spectrum = spectrum(system)?;
+    Ok(Modes {
+        shapes: spectrum.shapes()?,
+        natural_frequencies: spectrum.natural_frequencies,
+        damping_ratios: spectrum.damping_ratios,
+        eigenvalues: spectrum.eigenvalues,
+        is_proportional: spectrum.is_proportional,
+    })
+}
+
+/// The modes of a linear system without their shapes: of a diagonal one in O(n) memory.
+///
+/// # Errors
+/// `Error::NoConvergence` if an eigenvalue iteration fails.
+pub fn spectrum(system: &LinearSystem) -> Result<Spectrum> {
     match RealModes::new(system)? {
-        Some(real) if real.is_proportional => Ok(proportional(&real)),
-        real => general(system, real.as_ref()),
+        Some(real) if real.is_proportional => Ok(proportional(real)),
+        real => general(system, real),
     }
 }
 
-fn proportional(real: &RealModes) -> Modes {
+fn proportional(real: RealModes) -> Spectrum {
     let blocks = real
         .w2
         .iter()
         .zip(real.eta.iter())
         .map(|(&w2, &eta)| Block::Oscillator { w2, eta });
     let roots: Vec<Response> = blocks.map(Block::roots).collect();
-    Modes {
+    Spectrum {
         natural_frequencies: real.w2.map(f64::sqrt),
-        shapes: real.shapes.to_dense().map(Complex::from),
+        shapes: Columns::Real(real.shapes),
         damping_ratios: real.w2.zip_map(
             &real.eta,
             |w2, eta| if eta == 0.0 { 0.0 } else { eta / w2.sqrt() },
@@ -65,7 +135,7 @@ fn proportional(real: &RealModes) -> Modes {
     }
 }
 
-fn general(system: &LinearSystem, real: Option<&RealModes>) -> Result<Modes> {
+fn general(system: &LinearSystem, real: Option<RealModes>) -> Result<Spectrum> {
     let n = system.n_dof();
     let (roots, vectors) = eigen::eigenvectors(&state_matrix(system))?;
     let mut order: Vec<usize> = (0..2 * n).collect();
@@ -88,19 +158,16 @@ fn general(system: &LinearSystem, real: Option<&RealModes>) -> Result<Modes> {
         }),
     );
     let (natural_frequencies, shapes) = match real {
-        Some(real) => (
-            real.w2.map(f64::sqrt),
-            real.shapes.to_dense().map(Complex::from),
-        ),
+        Some(real) => (real.w2.map(f64::sqrt), Columns::Real(real.shapes)),
         None => (
             DVector::from_iterator(n, leaders.iter().map(|&i| modulus(i))),
-            mass_normalised(
+            Columns::Complex(mass_normalised(
                 system,
                 &DMatrix::from_fn(n, n, |i, j| vectors[(i, order[leaders[j]])]),
-            ),
+            )),
         ),
     };
-    Ok(Modes {
+    Ok(Spectrum {
         natural_frequencies,
         shapes,
         damping_ratios,

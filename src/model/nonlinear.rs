@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::model::difference::derivative;
 use crate::model::{Coefficient, LinearSystem};
-use crate::quantity::finite_square;
+use crate::quantity::{finite_square, room_for};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::any::Any;
 use std::fmt;
@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 /// Times at which q = 0 must be at rest to be linearised about.
 const PROBES: [f64; 3] = [0.0, 1.0, std::f64::consts::SQRT_2];
+/// Numbers that a step of an integrator takes for each coordinate, roughly: its stages and dense output.
+const NUMBERS_OF_A_STEP: usize = 32;
 /// The distance in q, in units of the coordinates, within which an equilibrium counts as the one at q = 0.
 const EQUILIBRIUM_TOL: f64 = 1e-12;
 
@@ -118,11 +120,13 @@ impl NonlinearSystem {
     /// A system that moves by the given equations.
     ///
     /// # Errors
-    /// No degree of freedom at all.
+    /// No degree of freedom at all, or more than the memory holds.
     pub fn new(equations: impl EquationsOfMotion) -> Result<Self> {
-        if equations.n_dof() == 0 {
+        let n = equations.n_dof();
+        if n == 0 {
             return Err(Error::bad_value("n_dof", 0, "it must be at least 1"));
         }
+        room_for("a step of the motion", n, NUMBERS_OF_A_STEP)?;
         Ok(Self(Arc::new(equations)))
     }
 

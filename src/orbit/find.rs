@@ -14,6 +14,7 @@ use crate::orbit::pieces::Motion;
 use crate::orbit::shooting::{Clocked, Landing, Loop, Shooting};
 use crate::orbit::stepped::SteppedMotion;
 use crate::orbit::{Pattern, PeriodicOrbit};
+use crate::quantity::room_for;
 use crate::simulate::SegmentKind;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -82,6 +83,9 @@ pub fn find_orbit_checked<'a>(
     if scene.linear_system("find_orbit").is_err() {
         return stepped(&scene, &start, observer);
     }
+    // Deviations, and the matrices between coordinates and modes.
+    let n = scene.n_dof();
+    room_for("shooting", 2 * n, 12 * n)?;
     let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
     let held = stuck_motions(&modal, start.legs.iter().map(|leg| leg.held.as_slice()))?;
     let motion = ModalMotion::new(&modal, scene.forcing().phase(), held);

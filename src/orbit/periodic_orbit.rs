@@ -12,6 +12,7 @@ use crate::orbit::course::{Course, struck};
 use crate::orbit::motion::OrbitMotion;
 use crate::orbit::search::outgrown;
 use crate::orbit::stability::Stability;
+use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
 use crate::watch::Watch;
 use nalgebra::DVector;
@@ -291,6 +292,8 @@ impl PeriodicOrbit {
         if let Some(known) = self.stability.get() {
             return Ok(known);
         }
+        let n = self.scene.n_dof();
+        room_for("the monodromy matrix", 2 * n, 6 * n)?;
         let admissibility = self.judged(watch)?;
         let found = self.motion.stability(
             &self.pattern,

@@ -12,6 +12,9 @@ use crate::orbit::{Pattern, PeriodicOrbit};
 use crate::simulate::SegmentKind;
 use std::sync::Arc;
 
+/// Rounding of a sum of flights against the periods of the forcing, relative.
+const PERIOD_TOL: f64 = 1e-6;
+
 /// An orbit as plain numbers, from which it can be made again: spans of its flights, modal states (after, then before the
 /// next instant, flight by flight), impulses.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,9 +58,10 @@ impl PeriodicOrbit {
     /// The orbit that was saved; `scene` is the orbit's own.
     ///
     /// # Errors
-    /// Numbers that do not fit the scene.
+    /// Numbers that do not fit the scene or each other.
     pub fn restore(scene: &Scene, pattern: Pattern, saved: Saved) -> Result<Self> {
         let n = scene.n_dof();
+        check(scene, &pattern, &saved)?;
         if saved.states.len() != 4 * n * saved.spans.len() || saved.spans.is_empty() {
             let expected = format!("({},)", 4 * n * saved.spans.len());
             return Err(Error::bad_shape(
@@ -100,6 +104,84 @@ impl PeriodicOrbit {
         };
         Self::moved_by(motion, scene, parts)
     }
+}
+
+/// Refuses numbers that no orbit of the scene has: a file may have been changed.
+fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
+    let refused = |part: &str, found: String, rule: &str| {
+        Err(Error::bad_value(
+            format!("{part} of the saved orbit"),
+            found,
+            rule,
+        ))
+    };
+    let count = scene.stops().len();
+    pattern.check(count)?;
+    let Saved {
+        n_periods,
+        phase,
+        spans,
+        states,
+        impulses,
+        courses,
+    } = saved;
+    let mut numbers = spans.iter().chain(states).chain(impulses).chain([phase]);
+    if let Some(x) = numbers.find(|x| !x.is_finite()) {
+        return refused("a number", x.to_string(), "it must be finite");
+    }
+    let period: f64 = spans.iter().sum();
+    if spans.iter().any(|&span| span < 0.0) || period <= 0.0 {
+        let rule = "they must not be negative, nor all zero";
+        return refused("spans", format!("{spans:?}"), rule);
+    }
+    let forcing = scene.period();
+    let is_whole =
+        |forcing: f64| (period / (forcing * *n_periods as f64) - 1.0).abs() <= PERIOD_TOL;
+    if !forcing.is_none_or(is_whole) {
+        let found = format!("n_periods = {n_periods} for a period of {period}");
+        return refused(
+            "the period",
+            found,
+            "it must be that of the forcing so many times",
+        );
+    }
+    let n_struck: usize = pattern.instants().iter().map(Vec::len).sum();
+    if impulses.len() != n_struck {
+        let found = format!("{} impulses", impulses.len());
+        return refused("the pattern", found, &format!("it has {n_struck} impacts"));
+    }
+    if !courses.is_empty() && courses.len() != spans.len() {
+        let found = format!("{} courses", courses.len());
+        return refused("the flights", found, &format!("there are {}", spans.len()));
+    }
+    let begun = if courses.is_empty() {
+        spans.len()
+    } else {
+        courses.iter().filter(|course| course.2).count()
+    };
+    // A period without instants is one flight, which begins with none.
+    let n_instants = pattern.instants().len();
+    if begun != n_instants && !(n_instants == 0 && spans.len() == 1) {
+        let found = format!("{begun} flights that begin with an instant");
+        return refused("the pattern", found, &format!("it has {n_instants}"));
+    }
+    for (kind, stops, _, released) in courses {
+        let fits = match kind {
+            SegmentKind::Flight => stops.is_empty(),
+            SegmentKind::Chatter => stops.len() == 1,
+            SegmentKind::Stick => !stops.is_empty(),
+        };
+        let are_distinct = (1..stops.len()).all(|i| !stops[..i].contains(&stops[i]));
+        let are_there = stops.iter().chain(released).all(|&stop| stop < count);
+        if !(fits && are_distinct && are_there) {
+            let found = format!(
+                "a {} with stops {stops:?}, released {released:?}",
+                kind.name()
+            );
+            return refused("a course", found, &format!("the scene has {count} stops"));
+        }
+    }
+    Ok(())
 }
 
 fn saved_course(flight: &Flight) -> SavedCourse {

@@ -60,6 +60,22 @@ where
     })
 }
 
+/// A part of a saved object; one of a wrong type or size is refused by its name.
+pub(crate) fn saved<'a, 'py, T>(part: &str, value: &'a Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: FromPyObject<'a, 'py>,
+{
+    value.extract().map_err(|error: T::Error| {
+        let (py, error): (_, PyErr) = (value.py(), error.into());
+        let message = format!("{part} of the saved object: {}", error.value(py));
+        if error.is_instance_of::<PyTypeError>(py) {
+            PyTypeError::new_err(message)
+        } else {
+            PyValueError::new_err(message)
+        }
+    })
+}
+
 /// For each name the function that takes the argument of this name, as `from_py_with` asks for it.
 macro_rules! arguments {
     ($($name:ident)*) => {$(
@@ -73,6 +89,6 @@ macro_rules! arguments {
 }
 
 arguments! {
-    amplitude atol between clearance damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
-    method n_periods phase position progress restitution rtol scene side
+    amplitude atol between clearance curvature damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
+    method n_dof n_periods phase position progress restitution rtol scene side
 }

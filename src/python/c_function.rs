@@ -74,24 +74,31 @@ impl CFunction {
 }
 
 fn address(object: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
-    let py = object.py();
-    let ctypes = py.import("ctypes")?;
-    if object.is_instance(&ctypes.getattr("_CFuncPtr")?)? {
-        check_ctypes(object, &ctypes)?;
-        let cast = ctypes.call_method1("cast", (object, ctypes.getattr("c_void_p")?))?;
-        let value: Option<usize> = cast.getattr("value")?.extract()?;
-        return Ok(Some(value.unwrap_or(0)));
+    if let Some(address) = address_of_ctypes(object)? {
+        return Ok(Some(address));
     }
     // scipy.LowLevelCallable is a tuple of a capsule and what it was made of; its module need not be imported for this.
     let class = object.get_type();
     if class.name()? == "LowLevelCallable" && class.module()?.to_string().starts_with("scipy") {
         return low_level(object).map(Some);
     }
-    // A numba @cfunc: `ctypes` carries the signature that `address` does not.
-    if object.hasattr("address")? && object.hasattr("ctypes")? {
-        return address(&object.getattr("ctypes")?);
+    // A numba @cfunc: `ctypes` carries the signature that `address` does not. Other objects may have any attribute.
+    match (object.getattr("address"), object.getattr("ctypes")) {
+        (Ok(_), Ok(function)) => address_of_ctypes(&function),
+        _ => Ok(None),
     }
-    Ok(None)
+}
+
+/// The address of a ctypes function; `None` for any other object.
+fn address_of_ctypes(object: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
+    let ctypes = object.py().import("ctypes")?;
+    if !object.is_instance(&ctypes.getattr("_CFuncPtr")?)? {
+        return Ok(None);
+    }
+    check_ctypes(object, &ctypes)?;
+    let cast = ctypes.call_method1("cast", (object, ctypes.getattr("c_void_p")?))?;
+    let value: Option<usize> = cast.getattr("value")?.extract()?;
+    Ok(Some(value.unwrap_or(0)))
 }
 
 /// The types that a ctypes function declares, if it declares any.

@@ -2,11 +2,14 @@
 //! travels through the core as an error and comes out as itself.
 
 use crate::error::{Error, Result};
-use crate::python::array::{matrix, vector};
+use crate::python::array::{copy_vector, matrix_or_number, vector};
+use crate::watch::is_broken_off;
 use nalgebra::DMatrix;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::exceptions::PyRecursionError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use std::cell::Cell;
 use std::fmt::Write;
 
 /// A Python function, with the name of the argument it was given as.
@@ -42,6 +45,41 @@ fn raised(error: PyErr) -> Error {
     Error::function(error)
 }
 
+/// Calls within calls of a user's functions that are let through: computations in them have frames of a size that the
+/// interpreter, which counts its own, knows nothing of.
+const DEEPEST: u32 = 8;
+
+thread_local! {
+    /// Calls of users' functions that this thread is in.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// A call of a user's function, until it is dropped.
+pub(crate) struct Entered(());
+
+impl Entered {
+    /// Counts a call.
+    ///
+    /// # Errors
+    /// `RecursionError` where calls are in calls too deep.
+    pub fn new() -> Result<Self> {
+        let depth = DEPTH.get();
+        if depth >= DEEPEST {
+            return Err(raised(PyRecursionError::new_err(format!(
+                "the functions of a NonlinearSystem or NonlinearStop start computations that call such functions, {DEEPEST} deep"
+            ))));
+        }
+        DEPTH.set(depth + 1);
+        Ok(Self(()))
+    }
+}
+
+impl Drop for Entered {
+    fn drop(&mut self) {
+        DEPTH.set(DEPTH.get() - 1);
+    }
+}
+
 impl Callable {
     /// A Python function.
     ///
@@ -64,9 +102,14 @@ impl Callable {
         arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
         read: impl FnOnce(&Bound<'_, PyAny>) -> Result<T>,
     ) -> Result<T> {
+        let _entered = Entered::new()?;
         Python::attach(|py| {
             // A function that never enters the interpreter's loop would keep Ctrl-C waiting.
             py.check_signals().map_err(raised)?;
+            // A thread that no signal reaches.
+            if is_broken_off() {
+                return Err(Error::Interrupted);
+            }
             let result = arguments(py)
                 .and_then(|arguments| self.function.bind(py).call1(arguments))
                 .map_err(raised)?;
@@ -96,12 +139,7 @@ impl Callable {
     ) -> Result<()> {
         let n = out.len();
         self.call(arguments, |result| {
-            // The common case without a conversion.
-            if let Ok(array) = result.cast::<PyArray1<f64>>()
-                && let Ok(numbers) = array.readonly().as_slice()
-                && numbers.len() == n
-            {
-                out.copy_from_slice(numbers);
+            if copy_vector(result, out) {
                 return Ok(());
             }
             let numbers =
@@ -134,15 +172,7 @@ impl Callable {
     ) -> Result<DMatrix<f64>> {
         self.call(arguments, |result| {
             let name = format!("the result of {}", self.name);
-            let m = if rows == 1 && columns == 1 && matrix(&name, result).is_err() {
-                DMatrix::from_vec(
-                    1,
-                    1,
-                    vector(&name, result).map_err(raised)?.as_slice().to_vec(),
-                )
-            } else {
-                matrix(&name, result).map_err(raised)?
-            };
+            let m = matrix_or_number(&name, result, (rows, columns)).map_err(raised)?;
             if m.shape() == (rows, columns) {
                 return Ok(m);
             }

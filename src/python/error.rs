@@ -1,7 +1,8 @@
-//! Errors of the core as Python exceptions: bad input is `ValueError`, a failed computation `ConvergenceError`.
+//! Errors of the core as Python exceptions: bad input is `ValueError`, a failed computation `ConvergenceError`,
+//! too little memory `MemoryError`.
 
 use crate::error::{Error, FunctionError};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 pyo3::import_exception!(vibroimpact.errors, ConvergenceError);
@@ -23,6 +24,7 @@ impl From<Error> for PyErr {
                 PyValueError::new_err(error.to_string())
             }
             Error::NoConvergence { .. } => ConvergenceError::new_err(error.to_string()),
+            Error::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),
             Error::Interrupted => PyKeyboardInterrupt::new_err(()),
         }
     }

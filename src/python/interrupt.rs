@@ -1,8 +1,11 @@
 //! Long calls: the interpreter is released, and taken back every 50 ms to look for Ctrl-C and to show progress.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::watch::with_asker;
 use pyo3::prelude::*;
+use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Time between two looks.
@@ -33,33 +36,32 @@ pub(crate) fn run<T: Send>(
     progress: bool,
     work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
 ) -> PyResult<T> {
+    run_asking(py, progress, None, work)
+}
+
+/// [`run`] in which Python is asked too, by a function that raises to break off: on a thread that no signal reaches.
+pub(crate) fn run_asking<T: Send>(
+    py: Python<'_>,
+    progress: bool,
+    ask: Option<&Py<PyAny>>,
+    work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
+) -> PyResult<T> {
     let bar = progress_bar(py, progress)?;
     let shown = bar.as_ref().map(|b| b.clone_ref(py));
+    let ask = ask.map(|ask| ask.clone_ref(py));
     let (result, raised) = py.detach(move || {
-        let mut raised: Option<PyErr> = None;
-        let mut last = Instant::now();
-        let mut observe = |fraction: f64| {
-            if last.elapsed() < SLICE {
-                return ControlFlow::Continue(());
-            }
-            last = Instant::now();
-            let looked = Python::attach(|py| -> PyResult<()> {
-                if let Some(bar) = &shown {
-                    bar.setattr(py, "n", fraction.clamp(0.0, 1.0))?;
-                    bar.call_method0(py, "refresh")?;
-                }
-                py.check_signals()
-            });
-            match looked {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(error) => {
-                    raised = Some(error);
-                    ControlFlow::Break(())
-                }
-            }
-        };
-        let result = work(&mut observe);
-        (result, raised)
+        let looks = Rc::new(Looks {
+            shown,
+            ask,
+            last: Cell::new(Instant::now()),
+            raised: RefCell::new(None),
+        });
+        let asked = Rc::clone(&looks);
+        let result = with_asker(
+            move || asked.look(None),
+            || work(&mut |fraction| looks.look(Some(fraction))),
+        );
+        (result, looks.raised.take())
     });
     if let Some(bar) = bar {
         if result.is_ok() {
@@ -68,8 +70,47 @@ pub(crate) fn run<T: Send>(
         }
         bar.call_method0(py, "close")?;
     }
-    match (result, raised) {
-        (Err(Error::Interrupted), Some(error)) => Err(error),
-        (result, _) => Ok(result?),
+    match raised {
+        Some(error) => Err(error),
+        None => Ok(result?),
+    }
+}
+
+/// The looks that a computation takes at Python.
+struct Looks {
+    shown: Option<Py<PyAny>>,
+    ask: Option<Py<PyAny>>,
+    last: Cell<Instant>,
+    /// The exception for which it is broken off.
+    raised: RefCell<Option<PyErr>>,
+}
+
+impl Looks {
+    /// Takes a look if it is time, and says whether to go on.
+    fn look(&self, fraction: Option<f64>) -> ControlFlow<()> {
+        if self.raised.borrow().is_some() {
+            return ControlFlow::Break(());
+        }
+        if self.last.get().elapsed() < SLICE {
+            return ControlFlow::Continue(());
+        }
+        self.last.set(Instant::now());
+        let looked = Python::attach(|py| -> PyResult<()> {
+            if let (Some(bar), Some(fraction)) = (&self.shown, fraction) {
+                bar.setattr(py, "n", fraction.clamp(0.0, 1.0))?;
+                bar.call_method0(py, "refresh")?;
+            }
+            if let Some(ask) = &self.ask {
+                ask.call0(py)?;
+            }
+            py.check_signals()
+        });
+        match looked {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                self.raised.replace(Some(error));
+                ControlFlow::Break(())
+            }
+        }
     }
 }

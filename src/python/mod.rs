@@ -30,6 +30,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use super::array::_numbers;
+    #[pymodule_export]
     use super::find::find_orbit;
     #[pymodule_export]
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};

@@ -1,9 +1,11 @@
 //! Modes, recovery matrices and their audit in Python.
 
+use crate::error::Error;
 use crate::impact::{self, RecoveryAudit};
-use crate::modal::{self, Modes};
+use crate::modal::{self, Spectrum};
 use crate::python::argument;
 use crate::python::array::{matrix, out_complex, out_matrix, out_vector};
+use crate::python::interrupt;
 use crate::python::model::{PyLinearSystem, PyScene, normals};
 use crate::python::pattern::stop_set;
 use crate::python::text::list;
@@ -15,18 +17,18 @@ use pyo3::prelude::*;
 /// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
 #[pyclass(name = "Modes", module = "vibroimpact", frozen)]
 pub(crate) struct PyModes {
-    modes: Modes,
+    modes: Spectrum,
     system: PyLinearSystem,
 }
 
 #[pymethods]
 impl PyModes {
     #[new]
-    fn new(system: PyRef<'_, PyLinearSystem>) -> PyResult<Self> {
-        Ok(Self {
-            modes: modal::modes(&system.0)?,
-            system: system.clone(),
-        })
+    fn new(py: Python<'_>, system: PyRef<'_, PyLinearSystem>) -> PyResult<Self> {
+        let system = system.clone();
+        let core = &system.0;
+        let modes = interrupt::run(py, false, |_| modal::spectrum(core))?;
+        Ok(Self { modes, system })
     }
 
     /// Natural frequencies of the undamped system [rad/s], shape (n,); nan where the equilibrium is unstable.
@@ -35,13 +37,17 @@ impl PyModes {
         out_vector(py, &self.modes.natural_frequencies)
     }
 
-    /// Mode shapes in the columns, shape (n, n); complex where the stiffness is not symmetric.
+    /// Mode shapes in the columns, shape (n, n); complex where the stiffness is not symmetric. Made when asked for.
+    ///
+    /// Raises
+    /// ------
+    /// MemoryError
+    ///     More modes than their shapes have room for.
     #[getter]
     fn shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        if self.modes.shapes.iter().all(|z| z.im == 0.0) {
-            Ok(out_matrix(py, &self.modes.shapes.map(|z| z.re))?.into_any())
-        } else {
-            Ok(out_matrix::<Complex<f64>>(py, &self.modes.shapes)?.into_any())
+        match self.modes.real_shapes()? {
+            Some(shapes) => Ok(out_matrix(py, &shapes)?.into_any()),
+            None => Ok(out_matrix::<Complex<f64>>(py, &self.modes.shapes()?)?.into_any()),
         }
     }
 
@@ -122,7 +128,7 @@ pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
             "system is {given}, but a LinearSystem is needed{remedy}"
         ))
     })?;
-    PyModes::new(linear)
+    PyModes::new(system.py(), linear)
 }
 
 /// The recovery matrix R of the stops hit together: ``x+ = R x-``, ``x = (q, v)``.
@@ -158,10 +164,8 @@ pub(crate) fn recovery_matrix<'py>(
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     stops: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    out_matrix(
-        py,
-        &impact::recovery_matrix(&scene.0, &stop_set("stops", stops)?)?,
-    )
+    let (scene, stops) = (&scene.0, stop_set("stops", stops)?);
+    out_matrix(py, &py.detach(|| impact::recovery_matrix(scene, &stops))?)
 }
 
 /// What ``audit_recovery`` found.
@@ -272,15 +276,20 @@ impl PyRecoveryAudit {
 /// (False, 5.27)
 #[pyfunction]
 pub(crate) fn audit_recovery(
+    py: Python<'_>,
     matrix: &Bound<'_, PyAny>,
     mass: &Bound<'_, PyAny>,
     normals: &Bound<'_, PyAny>,
 ) -> PyResult<PyRecoveryAudit> {
-    let mass = crate::python::array::coefficient("mass", mass)?.to_dense();
-    let normals = self::normals(normals, mass.nrows())?;
-    Ok(PyRecoveryAudit(impact::audit_recovery(
-        &self::matrix("matrix", matrix)?,
-        &mass,
-        &normals,
-    )?))
+    let mass = crate::python::array::coefficient("mass", mass)?;
+    let matrix = self::matrix("matrix", matrix)?;
+    let n = mass.order();
+    if matrix.shape() != (2 * n, 2 * n) {
+        let found = format!("({}, {})", matrix.nrows(), matrix.ncols());
+        let expected = format!("({}, {})", 2 * n, 2 * n);
+        return Err(Error::bad_shape("matrix", found, expected).into());
+    }
+    let normals = self::normals(normals, n)?;
+    let audit = py.detach(|| impact::audit_recovery(&matrix, &mass.to_dense(), &normals))?;
+    Ok(PyRecoveryAudit(audit))
 }

@@ -9,7 +9,9 @@ use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::pattern::{out_pattern, pattern, shown};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::text::{fixed_complex, list};
+use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
+use crate::watch::stop_if;
 use nalgebra::{Complex, DVector};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -49,10 +51,20 @@ impl PyOrbit {
                 "t is {bad}, but it must be finite"
             )));
         }
-        Ok((
-            times.iter().map(|&t| self.0.state(t, before)).collect(),
-            is_single,
-        ))
+        let orbit = &self.0;
+        room_for(
+            "the motion at these times",
+            times.len(),
+            4 * orbit.scene().n_dof(),
+        )?;
+        let states = interrupt::run(t.py(), false, |observe| {
+            let state = |&t: &f64| {
+                stop_if(observe(0.0))?;
+                Ok(orbit.state(t, before))
+            };
+            times.iter().map(state).collect::<crate::Result<Vec<_>>>()
+        })?;
+        Ok((states, is_single))
     }
 }
 
@@ -329,27 +341,28 @@ impl PyOrbit {
 pub(crate) fn _restore_orbit(
     scene: PyRef<'_, PyScene>,
     pattern: &Bound<'_, PyAny>,
-    n_periods: usize,
-    phase: f64,
-    spans: Vec<f64>,
-    states: Vec<f64>,
-    impulses: Vec<f64>,
-    courses: Vec<(String, Vec<usize>, bool, Option<usize>)>,
+    n_periods: &Bound<'_, PyAny>,
+    phase: &Bound<'_, PyAny>,
+    spans: &Bound<'_, PyAny>,
+    states: &Bound<'_, PyAny>,
+    impulses: &Bound<'_, PyAny>,
+    courses: &Bound<'_, PyAny>,
 ) -> PyResult<PyOrbit> {
     let course = |(kind, stops, is_struck, released): (String, _, _, _)| -> PyResult<SavedCourse> {
         Ok((SegmentKind::from_name(&kind)?, stops, is_struck, released))
     };
+    let courses: Vec<(String, Vec<usize>, bool, Option<usize>)> =
+        argument::saved("courses", courses)?;
     let saved = Saved {
-        n_periods,
-        phase,
-        spans,
-        states,
-        impulses,
+        n_periods: argument::saved("n_periods", n_periods)?,
+        phase: argument::saved("phase", phase)?,
+        spans: argument::saved("spans", spans)?,
+        states: argument::saved("states", states)?,
+        impulses: argument::saved("impulses", impulses)?,
         courses: courses.into_iter().map(course).collect::<PyResult<_>>()?,
     };
-    Ok(PyOrbit(PeriodicOrbit::restore(
-        &scene.0,
-        self::pattern(pattern)?,
-        saved,
-    )?))
+    let (py, pattern) = (pattern.py(), self::pattern(pattern)?);
+    let scene = &scene.0;
+    let orbit = interrupt::run(py, false, |_| PeriodicOrbit::restore(scene, pattern, saved))?;
+    Ok(PyOrbit(orbit))
 }

@@ -1,7 +1,10 @@
 //! What is known of a periodic orbit, in Python: coefficients, violation, family, stability.
 
+use crate::error::Error;
 use crate::orbit::{Coefficients, Family, OrderMultipliers, Stability, Violation};
-use crate::python::array::{complex_vector, out_complex, out_matrix, out_vector, vector};
+use crate::python::argument;
+use crate::python::array::{complex_vector, matrix, out_complex, out_matrix, out_vector, vector};
+use crate::quantity::{finite, finite_square, finite_vector};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -20,12 +23,15 @@ impl PyCoefficients {
         A: &Bound<'_, PyAny>,
         B: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        Ok(Self(Coefficients {
-            a: vector("a", a)?,
-            b: vector("b", b)?,
-            sine: vector("A", A)?,
-            cosine: vector("B", B)?,
-        }))
+        let a = vector("a", a)?;
+        let like_a = |name: &str, value| -> PyResult<_> {
+            let values = vector(name, value)?;
+            finite_vector(name, &values, a.len())?;
+            Ok(values)
+        };
+        let (b, sine, cosine) = (like_a("b", b)?, like_a("A", A)?, like_a("B", B)?);
+        finite_vector("a", &a, a.len())?;
+        Ok(Self(Coefficients { a, b, sine, cosine }))
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
@@ -74,13 +80,22 @@ pub(crate) struct PyViolation(pub Violation);
 #[pymethods]
 impl PyViolation {
     #[new]
-    fn new(stop: usize, time: f64, depth: f64, reason: String) -> Self {
-        Self(Violation {
-            stop,
-            time,
-            depth,
+    fn new(
+        stop: &Bound<'_, PyAny>,
+        time: &Bound<'_, PyAny>,
+        depth: &Bound<'_, PyAny>,
+        reason: String,
+    ) -> PyResult<Self> {
+        let number = |name, value| -> PyResult<f64> {
+            let number = argument::saved(name, value)?;
+            Ok(finite(name, number)?)
+        };
+        Ok(Self(Violation {
+            stop: argument::saved("stop", stop)?,
+            time: number("time", time)?,
+            depth: number("depth", depth)?,
             reason,
-        })
+        }))
     }
 
     fn __getnewargs__(&self) -> (usize, f64, f64, &str) {
@@ -120,13 +135,24 @@ impl PyViolation {
 #[pyclass(name = "Family", module = "vibroimpact", frozen)]
 pub(crate) struct PyFamily(pub Family);
 
+/// A family from its basis, shape (2n, dimension).
+pub(crate) fn family(basis: &Bound<'_, PyAny>) -> PyResult<Family> {
+    let basis = matrix("basis", basis)?;
+    if basis.nrows() % 2 == 1 || basis.ncols() > basis.nrows() {
+        let found = format!("({}, {})", basis.nrows(), basis.ncols());
+        return Err(Error::bad_shape("basis", found, "(2n, dimension)").into());
+    }
+    match basis.iter().find(|x| !x.is_finite()) {
+        None => Ok(Family { basis }),
+        Some(x) => Err(Error::bad_value("basis", x, "it must be finite").into()),
+    }
+}
+
 #[pymethods]
 impl PyFamily {
     #[new]
     fn new(basis: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self(Family {
-            basis: crate::python::array::matrix("basis", basis)?,
-        }))
+        Ok(Self(family(basis)?))
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>,)> {
@@ -160,14 +186,20 @@ type Order<'py> = (Vec<usize>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 #[pymethods]
 impl PyStability {
     #[new]
-    fn new(is_stable: Option<bool>, reason: String, orders: Vec<Order<'_>>) -> PyResult<Self> {
+    fn new(is_stable: Option<bool>, reason: String, orders: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let orders: Vec<Order<'_>> = argument::saved("orders", orders)?;
         let orders = orders
             .into_iter()
             .map(|(order, multipliers, monodromy)| {
+                let multipliers = complex_vector("multipliers", &multipliers)?;
+                let monodromy = matrix("monodromy", &monodromy)?;
+                let n = multipliers.len();
+                finite_vector("multipliers", &multipliers.map(|z| z.re + z.im), n)?;
+                finite_square("monodromy", &monodromy, n)?;
                 Ok(OrderMultipliers {
                     order,
-                    multipliers: complex_vector("multipliers", &multipliers)?,
-                    monodromy: crate::python::array::matrix("monodromy", &monodromy)?,
+                    multipliers,
+                    monodromy,
                 })
             })
             .collect::<PyResult<_>>()?;

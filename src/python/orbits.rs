@@ -7,7 +7,7 @@ use crate::python::array::out_matrix;
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
-use crate::python::orbit_facts::PyFamily;
+use crate::python::orbit_facts::{PyFamily, family};
 use crate::python::pattern::pattern;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -154,21 +154,35 @@ impl PyOrbits {
 /// A list of orbits from what it was saved as; used by pickle.
 #[pyfunction]
 pub(crate) fn _restore_orbits(
-    orbits: Vec<Py<PyOrbit>>,
+    orbits: &Bound<'_, PyAny>,
     verdict: &str,
     reason: String,
-    margin: Option<f64>,
+    margin: &Bound<'_, PyAny>,
     basis: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyOrbits> {
+    let orbits: Vec<Py<PyOrbit>> = argument::saved("orbits", orbits)?;
+    let margin: Option<f64> = argument::saved("margin", margin)?;
+    let refused = |message: String| Err(PyValueError::new_err(message));
     let verdict = match verdict {
         "found" => Verdict::Found,
         "family" => Verdict::Family,
-        _ => Verdict::None,
+        "none" => Verdict::None,
+        _ => {
+            return refused(format!(
+                "verdict is {verdict:?}, but there is no such verdict"
+            ));
+        }
     };
-    let family = basis
-        .map(|b| crate::python::array::matrix("basis", b))
-        .transpose()?
-        .map(|basis| Family { basis });
+    if (verdict == Verdict::Found) == orbits.is_empty() && verdict != Verdict::Family {
+        return refused(format!(
+            "verdict is {verdict:?}, but there are {} orbits",
+            orbits.len()
+        ));
+    }
+    if margin.is_some_and(f64::is_nan) {
+        return refused("margin is nan, but it must be a number or None".to_owned());
+    }
+    let family = basis.map(family).transpose()?;
     Ok(PyOrbits {
         orbits,
         verdict,

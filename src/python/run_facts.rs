@@ -1,9 +1,13 @@
 //! Facts of a run in Python: its counts and its energy ledger.
 
 use crate::error::digits;
+use crate::python::argument;
+use crate::python::array::vector;
+use crate::quantity::finite_vector;
 use crate::simulate::{Energy, Stats};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 /// What a run did, counted.
 #[pyclass(name = "Stats", module = "vibroimpact", frozen)]
@@ -11,6 +15,34 @@ pub(crate) struct PyStats(pub Stats);
 
 #[pymethods]
 impl PyStats {
+    #[new]
+    fn new(
+        n_rhs: &Bound<'_, PyAny>,
+        n_steps: &Bound<'_, PyAny>,
+        n_gap_evaluations: &Bound<'_, PyAny>,
+        n_flights: &Bound<'_, PyAny>,
+        n_impacts: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        Ok(Self(Stats {
+            n_rhs: argument::saved("n_rhs", n_rhs)?,
+            n_steps: argument::saved("n_steps", n_steps)?,
+            n_gap_evaluations: argument::saved("n_gap_evaluations", n_gap_evaluations)?,
+            n_flights: argument::saved("n_flights", n_flights)?,
+            n_impacts: argument::saved("n_impacts", n_impacts)?,
+        }))
+    }
+
+    fn __getnewargs__(&self) -> (usize, usize, usize, usize, usize) {
+        let s = self.0;
+        (
+            s.n_rhs,
+            s.n_steps,
+            s.n_gap_evaluations,
+            s.n_flights,
+            s.n_impacts,
+        )
+    }
+
     /// Evaluations of the right-hand side; none in exact flights.
     #[getter]
     fn n_rhs(&self) -> usize {
@@ -59,6 +91,45 @@ pub(crate) struct PyEnergy(pub Energy);
 
 #[pymethods]
 impl PyEnergy {
+    #[new]
+    fn new(
+        kinetic: &Bound<'_, PyAny>,
+        potential: &Bound<'_, PyAny>,
+        forcing_work: &Bound<'_, PyAny>,
+        damping_loss: &Bound<'_, PyAny>,
+        impact_loss: &Bound<'_, PyAny>,
+        balance: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let kinetic = vector("kinetic", kinetic)?;
+        let values = |name, value| -> PyResult<Vec<f64>> {
+            let values = vector(name, value)?;
+            finite_vector(name, &values, kinetic.len())?;
+            Ok(values.as_slice().to_vec())
+        };
+        Ok(Self(Energy {
+            potential: values("potential", potential)?,
+            forcing_work: values("forcing_work", forcing_work)?,
+            damping_loss: values("damping_loss", damping_loss)?,
+            impact_loss: values("impact_loss", impact_loss)?,
+            balance: values("balance", balance)?,
+            kinetic: kinetic.as_slice().to_vec(),
+        }))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(
+            py,
+            [
+                self.kinetic(py),
+                self.potential(py),
+                self.forcing_work(py),
+                self.damping_loss(py),
+                self.impact_loss(py),
+                self.balance(py),
+            ],
+        )
+    }
+
     /// Kinetic energy.
     #[getter]
     fn kinetic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {

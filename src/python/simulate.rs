@@ -47,7 +47,8 @@ pub(crate) fn count(argument: &str, value: Option<i64>) -> PyResult<Option<usize
         .transpose()
 }
 
-fn method(value: &str) -> PyResult<Method> {
+/// The method of a name, in any letter case.
+pub(crate) fn method(value: &str) -> PyResult<Method> {
     match value.to_lowercase().as_str() {
         "auto" => Ok(Method::Auto),
         "exact" => Ok(Method::Exact),

@@ -1,16 +1,16 @@
 //! Existence maps and ensembles in Python: whole on threads, or in tiles that any executor can take.
 
+use crate::error::Error;
 use crate::model::{Forcing, Parameter, Scene};
 use crate::orbit::Pattern;
 use crate::python::argument;
-use crate::python::array::{matrix, out_matrix, times};
+use crate::python::array::{out_matrix, rows, times};
 use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::pattern::pattern;
-use crate::python::simulate::{count, span};
+use crate::python::simulate::{count, method, span};
 use crate::simulate::{Keep, SimulateOptions};
 use crate::sweep::{self, Axis, ExistenceCell, Progress, SweepOptions};
-use nalgebra::DMatrix;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -152,7 +152,7 @@ pub(crate) fn _existence_cells<'py>(
     Ok(out_cells(py, &cells))
 }
 
-/// The cells ``start`` to ``stop`` of a map, row by row, on the calling thread.
+/// The cells from the first to before the second of a map, row by row, on the calling thread.
 #[pyfunction]
 pub(crate) fn _existence_tile<'py>(
     py: Python<'py>,
@@ -161,13 +161,15 @@ pub(crate) fn _existence_tile<'py>(
     x: (String, Bound<'py, PyAny>),
     y: (String, Bound<'py, PyAny>),
     #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
-    start: usize,
-    stop: usize,
+    cells: (usize, usize),
+    ask: Option<Py<PyAny>>,
 ) -> PyResult<Cells<'py>> {
     let q = question(&scene.0, pattern, &x, &y, n_periods)?;
-    let model = &scene.0;
-    let cells = py.detach(|| {
-        sweep::existence_tile(model, &q.pattern, &q.x, &q.y, q.n_periods, start..stop)
+    let (model, range) = (&scene.0, cells.0..cells.1);
+    let cells = interrupt::run_asking(py, false, ask.as_ref(), |observe| {
+        let axes = (&q.x, &q.y);
+        let observer = &mut |p| observe(fraction(p));
+        sweep::existence_tile_checked(model, &q.pattern, axes, q.n_periods, range, observer)
     })?;
     Ok(out_cells(py, &cells))
 }
@@ -179,10 +181,11 @@ pub(crate) fn _existence_at(
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     pattern: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
+    ask: Option<Py<PyAny>>,
 ) -> PyResult<(u32, bool, bool, f64)> {
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
-    let cell = interrupt::run(py, false, |observe| {
+    let cell = interrupt::run_asking(py, false, ask.as_ref(), |observe| {
         sweep::existence_at_checked(model, &pattern, n_periods, &mut || observe(0.0))
     })?;
     Ok((
@@ -200,21 +203,25 @@ type Ends<'py> = (
     Vec<&'static str>,
 );
 
-fn rows(argument: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<f64>> {
-    let column = value
-        .py()
-        .import("numpy")?
-        .call_method1("asarray", (value,))?;
-    let is_flat = column.getattr("ndim")?.extract::<usize>()? == 1;
-    // For one degree of freedom a list of numbers is a list of rows.
-    if is_flat && n == 1 {
-        matrix(argument, &column.call_method1("reshape", (-1, 1))?)
-    } else {
-        matrix(argument, value)
-    }
+/// Which rows of all the states these are, in an error: the first of them is so many rows down.
+fn counted_from(first: usize, error: Error) -> Error {
+    let Error::BadValue {
+        argument,
+        value,
+        rule,
+    } = error
+    else {
+        return error;
+    };
+    let row = argument.strip_prefix("row ").and_then(|text| {
+        let (row, rest) = text.split_once(':')?;
+        let row: usize = row.parse().ok()?;
+        Some(format!("row {}:{rest}", first + row))
+    });
+    Error::bad_value(row.unwrap_or(argument), value, rule)
 }
 
-/// The ends of many trajectories, on threads.
+/// The ends of many trajectories, on threads; ``first``: the number of the first row, for errors.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // the public signature, and the threads
 pub(crate) fn _simulate_rows<'py>(
@@ -223,11 +230,14 @@ pub(crate) fn _simulate_rows<'py>(
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
     t_span: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
     #[pyo3(from_py_with = argument::atol)] atol: f64,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
     threads: Option<usize>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
+    first: usize,
+    ask: Option<Py<PyAny>>,
 ) -> PyResult<Ends<'py>> {
     let model = &scene.0;
     let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
@@ -236,17 +246,18 @@ pub(crate) fn _simulate_rows<'py>(
         rows("v0", v0, model.n_dof())?,
     );
     let options = SimulateOptions {
+        method: self::method(method)?,
         keep: Keep::Final,
         rtol,
         atol,
         max_impacts,
         ..Default::default()
     };
-    let ends = interrupt::run(py, progress, |observe| {
+    let ends = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
         let sweep = SweepOptions { threads };
-        sweep::simulate_many(model, &q0, &v0, t_span, &options, sweep, &mut |p| {
-            observe(fraction(p))
-        })
+        let observer = &mut |p| observe(fraction(p));
+        sweep::simulate_many(model, &q0, &v0, t_span, &options, sweep, observer)
+            .map_err(|error| counted_from(first, error))
     })?;
     let impacts: Vec<i64> = ends
         .n_impacts

@@ -2,10 +2,13 @@
 
 use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
+use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
+use crate::quantity::room_for;
 use crate::simulate::{ImpactSide, Samples, SavedTrajectory, Trajectory};
+use crate::watch::stop_if;
 use nalgebra::DVector;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::conversion::FromPyObjectOwned;
@@ -29,9 +32,10 @@ impl PyTrajectory {
         }
     }
 
-    fn samples(&self) -> PyResult<&Samples> {
+    fn samples(&self, py: Python<'_>) -> PyResult<&Samples> {
         if self.samples.get().is_none() {
-            let samples = self.core.samples()?;
+            let core = &self.core;
+            let samples = interrupt::run(py, false, |_| core.samples())?;
             let _ = self.samples.set(samples);
         }
         self.samples
@@ -50,32 +54,47 @@ impl PyTrajectory {
             ImpactSide::After
         };
         let (times, is_single) = times("t", t)?;
-        let states = times
-            .iter()
-            .map(|&t| self.core.state(t, side))
-            .collect::<crate::Result<Vec<_>>>()?;
+        let core = &self.core;
+        room_for(
+            "the motion at these times",
+            times.len(),
+            4 * core.scene().n_dof(),
+        )?;
+        let states = interrupt::run(t.py(), false, |observe| {
+            let state = |&t: &f64| {
+                stop_if(observe(0.0))?;
+                core.state(t, side)
+            };
+            times.iter().map(state).collect::<crate::Result<Vec<_>>>()
+        })?;
         Ok((states, is_single))
     }
 }
 
 #[pymethods]
 impl PyTrajectory {
-    /// Times, shape (m,): ``t_eval``, or without it points for drawing, both sides of each impact, at most 200 a segment.
+    /// Times, shape (m,): ``t_eval``, or without it points for drawing, both sides of each impact, at most 200 a segment, fewer
+    /// where these would be more than a million.
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(self.samples()?.0.clone().into_pyarray(py))
+        if let Some(samples) = self.samples.get() {
+            return Ok(samples.0.clone().into_pyarray(py));
+        }
+        let core = &self.core;
+        let times = interrupt::run(py, false, |_| core.sample_times())?;
+        Ok(times.into_pyarray(py))
     }
 
     /// Positions at ``t``, shape (m, n).
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        out_matrix(py, &self.samples()?.1)
+        out_matrix(py, &self.samples(py)?.1)
     }
 
     /// Velocities at ``t``, shape (m, n).
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        out_matrix(py, &self.samples()?.2)
+        out_matrix(py, &self.samples(py)?.2)
     }
 
     /// Position at times inside the span; needs keep="motion".
@@ -100,6 +119,10 @@ impl PyTrajectory {
     }
 
     /// Velocity at times inside the span; needs keep="motion".
+    ///
+    /// What is left of impacts that accumulate (a segment "chatter") is given as motion with the stop held: its velocity is off
+    /// the true one, which jumps without end there, by no more than the speed of the first impact left out, along the stop's
+    /// reaction.
     ///
     /// Parameters
     /// ----------
@@ -154,7 +177,10 @@ impl PyTrajectory {
     #[getter]
     fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
         let core = &self.core;
-        Ok(PyEnergy(py.detach(|| core.energy())?))
+        let energy = interrupt::run(py, false, |observe| {
+            core.energy_checked(&mut || observe(0.0))
+        })?;
+        Ok(PyEnergy(energy))
     }
 
     /// Segments: structured array of kind, stop (-1: none), start, end; needs keep="motion".
@@ -169,6 +195,13 @@ impl PyTrajectory {
     fn last<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
         let (q, v) = self.core.last();
         (out_vector(py, q), out_vector(py, v))
+    }
+
+    /// Time at which the run ended [s], that of ``final``, with every ``keep``: the run goes on with
+    /// ``simulate(scene, *run.final, (run.t_end, later))``, in the same phase of the forcing.
+    #[getter]
+    fn t_end(&self) -> f64 {
+        self.core.t_end()
     }
 
     /// "finished", "max_impacts", "step_underflow" or "unresolved_contact".
@@ -202,12 +235,13 @@ impl PyTrajectory {
     /// dict of ndarray
     fn to_arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let arrays = PyDict::new(py);
-        if self.samples().is_ok() {
+        if self.samples.get().is_some() || self.core.sample_times().is_ok() {
             arrays.set_item("t", self.t(py)?)?;
             arrays.set_item("q", self.q(py)?)?;
             arrays.set_item("v", self.v(py)?)?;
         }
         let (q, v) = self.last(py);
+        arrays.set_item("t_end", vec![self.t_end()].into_pyarray(py))?;
         arrays.set_item("final_q", q)?;
         arrays.set_item("final_v", v)?;
         arrays.set_item("impacts", self.impacts(py)?)?;
@@ -262,11 +296,13 @@ pub(crate) fn _restore_trajectory(
         let item = saved
             .get_item(name)?
             .ok_or_else(|| PyValueError::new_err(format!("{name} is missing")))?;
-        item.extract().map_err(Into::into)
+        argument::saved(name, &item)
     }
+    let py = saved.py();
     let samples = match saved.get_item("samples")? {
         Some(samples) if !samples.is_none() => {
-            let (t, q, v): (Vec<f64>, Bound<'_, PyAny>, Bound<'_, PyAny>) = samples.extract()?;
+            let (t, q, v): (Vec<f64>, Bound<'_, PyAny>, Bound<'_, PyAny>) =
+                argument::saved("samples", &samples)?;
             Some((t, matrix("q", &q)?, matrix("v", &v)?))
         }
         _ => None,
@@ -282,5 +318,7 @@ pub(crate) fn _restore_trajectory(
         motion: get(saved, "motion")?,
         samples,
     };
-    Ok(PyTrajectory::new(Trajectory::restore(&scene.0, saved)?))
+    let scene = &scene.0;
+    let core = interrupt::run(py, false, |_| Trajectory::restore(scene, saved))?;
+    Ok(PyTrajectory::new(core))
 }

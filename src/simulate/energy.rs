@@ -4,10 +4,13 @@
 use crate::error::Result;
 use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts};
 use crate::simulate::Trajectory;
+use crate::simulate::fading::Fading;
 use crate::simulate::held::HeldMotion;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::trajectory::Point;
+use crate::watch::Watch;
 use nalgebra::DVector;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Nodes and weights of Gauss's rule of six points on [0, 1].
@@ -19,7 +22,7 @@ const GAUSS: [(f64, f64); 6] = [
     (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
     (0.966_234_757_101_576, 0.085_662_246_189_585_18),
 ];
-/// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion.
+/// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
 const STRETCH: f64 = 0.5;
 
 /// Energies along a trajectory, one entry for each of its times.
@@ -60,9 +63,17 @@ impl Trajectory {
     /// # Errors
     /// A trajectory that does not keep its motion; a system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
+        self.energy_checked(&mut || ControlFlow::Continue(()))
+    }
+
+    /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
+    pub fn energy_checked(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
         let points = self.points()?;
         let motion = SceneMotion::new(self.scene());
-        Ledger::new(self, &motion)?.fill(&points)
+        Ledger::new(self, &motion)?.fill(&points, &mut Watch::new(observer))
     }
 }
 
@@ -72,7 +83,9 @@ struct Ledger<'a> {
     energetics: Energetics,
     contacts: Arc<Vec<Contact>>,
     phase: f64,
-    longest: f64,
+    fading: Fading<'a>,
+    /// Work of one evaluation, in the units of a watch.
+    work: usize,
 }
 
 impl<'a> Ledger<'a> {
@@ -84,24 +97,25 @@ impl<'a> Ledger<'a> {
             energetics: Energetics::new(scene)?,
             contacts: Arc::new(contacts(scene)),
             phase: scene.forcing().phase(),
-            longest: trajectory.longest_stretch(STRETCH),
+            fading: Fading::new(trajectory.machinery()),
+            work: 8 * scene.n_dof(),
         })
     }
 
-    fn fill(&self, points: &[Point]) -> Result<Energy> {
+    fn fill(&self, points: &[Point], watch: &mut Watch<'_>) -> Result<Energy> {
         let mut energy = Energy::default();
         let (mut works, mut piece, mut local) = (Works::default(), 0, 0.0);
         let mut start = None;
         for point in points {
             while piece < point.piece {
                 let span = self.trajectory.piece_span(piece);
-                self.integrate(piece, (local, span), &mut works)?;
+                self.integrate(piece, (local, span), &mut works, watch)?;
                 let before = self.trajectory.state_in(piece, span);
                 let after = self.trajectory.state_in(piece + 1, 0.0);
                 works.contact += self.jump_loss(&before, &after)?;
                 (piece, local) = (piece + 1, 0.0);
             }
-            self.integrate(piece, (local, point.local), &mut works)?;
+            self.integrate(piece, (local, point.local), &mut works, watch)?;
             local = point.local;
             let (q, v) = self.trajectory.state_in(piece, local);
             let (kinetic, potential) = (
@@ -127,32 +141,43 @@ impl<'a> Ledger<'a> {
     }
 
     /// Adds the works along a part of a piece.
-    fn integrate(&self, piece: usize, (from, to): (f64, f64), works: &mut Works) -> Result<()> {
+    fn integrate(
+        &self,
+        piece: usize,
+        (from, to): (f64, f64),
+        works: &mut Works,
+        watch: &mut Watch<'_>,
+    ) -> Result<()> {
         let (kind, stops) = self.trajectory.kind_of(piece);
-        let count = ((to - from) / self.longest).ceil().max(1.0);
-        if to <= from {
-            return Ok(());
-        }
         let clock = self.trajectory.piece_clock(piece);
-        let stretch = (to - from) / count;
-        for k in 0..count as usize {
-            for (node, weight) in GAUSS {
-                let s = from + stretch * (k as f64 + node);
-                let (q, v) = self.trajectory.state_in(piece, s);
-                let now = clock.after(s);
-                let at = Moment {
-                    time: now.time(),
-                    angle: now.angle() + self.phase,
-                };
-                let w = weight * stretch;
-                works.forcing += w * self.energetics.forcing_power(at, &q, &v);
-                let free = || self.acceleration(at, &q, &v);
-                works.damping +=
-                    w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
-                if kind != SegmentKind::Flight {
-                    works.contact += w * self.contact_power(at, &q, &v, stops)?;
+        let rates = self.fading.of(stops);
+        let mut start = from;
+        while start < to {
+            let (rate, until) = rates.at(start);
+            let end = until.min(to);
+            let count = ((end - start) * rate / STRETCH).ceil().max(1.0);
+            let stretch = (end - start) / count;
+            for k in 0..count as usize {
+                for (node, weight) in GAUSS {
+                    watch.work(self.work)?;
+                    let s = start + stretch * (k as f64 + node);
+                    let (q, v) = self.trajectory.state_in(piece, s);
+                    let now = clock.after(s);
+                    let at = Moment {
+                        time: now.time(),
+                        angle: now.angle() + self.phase,
+                    };
+                    let w = weight * stretch;
+                    works.forcing += w * self.energetics.forcing_power(at, &q, &v);
+                    let free = || self.acceleration(at, &q, &v);
+                    works.damping +=
+                        w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
+                    if kind != SegmentKind::Flight {
+                        works.contact += w * self.contact_power(at, &q, &v, stops)?;
+                    }
                 }
             }
+            start = end;
         }
         Ok(())
     }

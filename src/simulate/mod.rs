@@ -5,6 +5,7 @@ mod clock;
 mod energy;
 mod event_loop;
 mod exact;
+mod fading;
 mod held;
 mod kept;
 mod mover;
@@ -13,6 +14,7 @@ mod plan;
 mod record;
 mod run;
 mod saved;
+mod saved_rules;
 mod stepping;
 mod trajectory;
 

@@ -1,17 +1,28 @@
 //! What will run for a scene, in words: the same choice that the machinery makes by type.
 
-use crate::error::Result;
+use crate::error::{Result, digits};
 use crate::flow::{ModalScene, SceneFlow};
 use crate::modal::Form;
-use crate::model::{Constraint, ContactGeometry, Scene};
+use crate::model::{Constraint, ContactGeometry, Scene, overlaps};
 use crate::simulate::SimulateOptions;
 use crate::simulate::stepping::{has_series, series_order};
 
-/// The machinery that a scene needs, in words.
+/// The machinery that a scene needs, in words, and which stops leave no position between them.
 ///
 /// # Errors
 /// `Error::NoConvergence` if an eigenvalue iteration of a linear scene fails.
 pub fn plan(scene: &Scene) -> Result<String> {
+    let mut plan = machinery(scene)?;
+    for (i, j, depth) in overlaps(scene) {
+        let depth = digits(depth);
+        plan.push_str(&format!(
+            "; no position is admissible: stops {i} and {j} overlap by {depth}"
+        ));
+    }
+    Ok(plan)
+}
+
+fn machinery(scene: &Scene) -> Result<String> {
     let Ok(_) = scene.linear_system("plan") else {
         let forcing = match scene.forcing().frequency() {
             Some(_) => "harmonic forcing",

@@ -4,6 +4,7 @@ use crate::impact::Impact;
 use crate::simulate::clock::Clock;
 use crate::simulate::trajectory::{Graze, Samples};
 use crate::simulate::{Keep, SimulateOptions};
+use crate::watch::is_broken_off;
 use nalgebra::{DMatrix, DVector};
 
 /// What is kept of a run, beside the motion itself.
@@ -80,6 +81,9 @@ impl Record {
             .get(samples.next)
             .filter(|&&t| t < end || last.is_some_and(|last| t <= last))
         {
+            if is_broken_off() {
+                return;
+            }
             let (q, v) = state(start.until(start.at(t)).clamp(0.0, span));
             samples.q.set_row(samples.next, &q.transpose());
             samples.v.set_row(samples.next, &v.transpose());

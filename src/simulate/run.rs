@@ -4,7 +4,7 @@ use crate::error::{Error, Result, shortened};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
-use crate::quantity::finite_vector;
+use crate::quantity::{finite_vector, room_for};
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
 use crate::simulate::kept::{Kept, Machinery};
@@ -75,6 +75,8 @@ pub fn simulate_checked(
     finite_vector("q0", q0, scene.n_dof())?;
     finite_vector("v0", v0, scene.n_dof())?;
     options.check(t_span)?;
+    let n_samples = options.t_eval.as_ref().map_or(0, Vec::len);
+    room_for("the motion at t_eval", 2 * n_samples, scene.n_dof())?;
     let (machinery, done) = match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
             let modal = Arc::new(ModalScene::new(scene, "simulate with method=\"exact\"")?);

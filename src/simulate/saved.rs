@@ -6,6 +6,7 @@ use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, KeptSegment, Machinery, Piece, SegmentKind};
+use crate::simulate::saved_rules::{check, check_finite, check_pieces};
 use crate::simulate::{Graze, Samples, Stats, Status, Trajectory};
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -98,10 +99,12 @@ impl Trajectory {
     /// The trajectory of a scene that was saved.
     ///
     /// # Errors
-    /// A status that does not exist, numbers that do not fit the scene.
+    /// A status that does not exist, numbers that do not fit the scene or each other.
     pub fn restore(scene: &Scene, saved: SavedTrajectory) -> Result<Self> {
+        check(scene, &saved)?;
         let n = scene.n_dof();
-        let order = saved.motion.as_ref().map_or(0, |motion| motion.3);
+        // Without a motion nothing asks what would move it.
+        let order = saved.motion.as_ref().map_or(QUARTIC, |motion| motion.3);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         let mut machinery = if order == QUARTIC {
             Machinery::Steps
@@ -123,7 +126,7 @@ impl Trajectory {
         let width = |kind| machinery.width(kind, n);
         let kept = saved
             .motion
-            .map(|motion| kept(clock, motion, width))
+            .map(|motion| kept(clock, saved.span, motion, width))
             .transpose()?;
         if let (Machinery::Exact { modal, held, .. }, Some(kept)) = (&mut machinery, &kept) {
             for segment in &kept.segments {
@@ -132,13 +135,6 @@ impl Trajectory {
                     held.push(Arc::new(StuckMotion::new(modal, stops)?));
                 }
             }
-        }
-        if saved.last.0.len() != n || saved.last.1.len() != n {
-            return Err(Error::bad_shape(
-                "saved states",
-                "another number of coordinates",
-                format!("{n} coordinates"),
-            ));
         }
         let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
         Ok(Self {
@@ -184,6 +180,7 @@ impl Trajectory {
 /// The motion that was saved, on a clock of its scene; `width` is how many numbers a piece of a kind of segment has.
 fn kept(
     clock: Clock,
+    span: (f64, f64),
     (pieces, numbers, segments, _): SavedMotion,
     width: impl Fn(SegmentKind) -> usize,
 ) -> Result<Kept> {
@@ -198,7 +195,8 @@ fn kept(
             first: *first,
             offset,
         };
-        offset += width(kind) * end.saturating_sub(*first);
+        let numbers = width(kind).checked_mul(end.saturating_sub(*first));
+        offset = numbers.map_or(usize::MAX, |numbers| offset.saturating_add(numbers));
         Ok(kept)
     };
     let segments = segments.iter().zip(&ends).map(&mut segment);
@@ -211,7 +209,8 @@ fn kept(
             format!("{offset} numbers"),
         ));
     }
-    Ok(Kept {
+    check_finite("the motion", numbers.iter())?;
+    let kept = Kept {
         pieces: pieces
             .iter()
             .map(|&[time, rest, span]| Piece {
@@ -221,5 +220,7 @@ fn kept(
             .collect(),
         segments,
         numbers,
-    })
+    };
+    check_pieces(&kept, span)?;
+    Ok(kept)
 }

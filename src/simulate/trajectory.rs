@@ -1,17 +1,21 @@
 //! Trajectories: impacts, grazes, flights, the motion at any time, both sides of an impact.
 
 use crate::error::{Error, Result};
-use crate::flow::{LinearFlow, with_flow};
 use crate::impact::{Impact, wrapped};
 use crate::modal::Form;
 use crate::model::Scene;
+use crate::quantity::room_for;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Machinery, Piece, SegmentKind};
 use crate::simulate::{Stats, Status};
+use crate::watch::is_broken_off;
 use nalgebra::{DMatrix, DVector};
 
 /// Points drawn in one flight at the most.
 const MOST_POINTS: usize = 200;
+/// Points drawn in all, but for both sides of each impact, and positions at them: as many as any figure shows.
+const POINTS_IN_ALL: usize = 1_000_000;
+const NUMBERS_IN_ALL: usize = 100_000_000;
 /// Points drawn in one step of an integrator.
 const POINTS_PER_STEP: usize = 4;
 /// Points drawn in one radian of the fastest motion.
@@ -104,6 +108,12 @@ impl Trajectory {
         self.span
     }
 
+    /// The time at which the run ended, that of [`last`](Self::last): the run goes on from there in the same phase of the
+    /// forcing.
+    pub fn t_end(&self) -> f64 {
+        self.span.1
+    }
+
     /// The forcing phase at a time, zero without forcing.
     pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
         let forcing = self.scene.forcing();
@@ -180,7 +190,9 @@ impl Trajectory {
         })
     }
 
-    /// Position and velocity at a time inside the span.
+    /// Position and velocity at a time inside the span. What is left of impacts that accumulate (a segment `Chatter`) is given as
+    /// motion with the stop held: its velocity is off the true one, which jumps without end there, by no more than the speed of
+    /// the first impact left out, along the stop's reaction.
     ///
     /// # Errors
     /// A time outside the span, or a trajectory that does not keep its motion.
@@ -236,7 +248,8 @@ impl Trajectory {
             .state(segment, kept.pieces[index], numbers, local)
     }
 
-    /// The motion at `t_eval`, or, without it, at points for drawing: both sides of each impact, at most 200 a flight.
+    /// The motion at `t_eval`, or, without it, at points for drawing: both sides of each impact, at most 200 a flight, fewer where
+    /// these would be more than a million.
     ///
     /// # Errors
     /// A trajectory that has neither `t_eval` nor its motion.
@@ -245,15 +258,29 @@ impl Trajectory {
             return Ok(samples.clone());
         }
         let points = self.points()?;
-        let states: Vec<_> = points
-            .iter()
-            .map(|p| self.state_in(p.piece, p.local))
-            .collect();
-        let times = points.iter().map(|p| p.time).collect();
-        let n = self.scene.n_dof();
-        let q = DMatrix::from_fn(states.len(), n, |i, j| states[i].0[j]);
-        let v = DMatrix::from_fn(states.len(), n, |i, j| states[i].1[j]);
-        Ok((times, q, v))
+        let (m, n) = (points.len(), self.scene.n_dof());
+        room_for("the motion at its points", m, 2 * n)?;
+        let (mut q, mut v) = (DMatrix::zeros(m, n), DMatrix::zeros(m, n));
+        for (i, point) in points.iter().enumerate() {
+            if is_broken_off() {
+                return Err(Error::Interrupted);
+            }
+            let (position, velocity) = self.state_in(point.piece, point.local);
+            q.set_row(i, &position.transpose());
+            v.set_row(i, &velocity.transpose());
+        }
+        Ok((points.iter().map(|p| p.time).collect(), q, v))
+    }
+
+    /// The times of [`samples`](Self::samples).
+    ///
+    /// # Errors
+    /// As [`samples`](Self::samples).
+    pub fn sample_times(&self) -> Result<Vec<f64>> {
+        if let Some((times, ..)) = &self.samples {
+            return Ok(times.clone());
+        }
+        Ok(self.points()?.iter().map(|p| p.time).collect())
     }
 
     /// Where the samples are in the motion that was kept.
@@ -268,8 +295,14 @@ impl Trajectory {
             return Ok(times.iter().map(at).collect());
         }
         let rate = self.fastest_rate();
+        let count = kept.segments.len();
+        let in_all = POINTS_IN_ALL.min(NUMBERS_IN_ALL / self.scene.n_dof());
+        let drawn = (in_all / count.max(1)).clamp(2, MOST_POINTS);
         let mut points: Vec<Point> = Vec::new();
-        for segment in 0..kept.segments.len() {
+        for segment in 0..count {
+            if is_broken_off() {
+                return Err(Error::Interrupted);
+            }
             let pieces = kept.pieces_of(segment);
             let Some(&first) = kept.pieces[pieces.clone()].first() else {
                 continue;
@@ -279,7 +312,7 @@ impl Trajectory {
             let by_steps = (POINTS_PER_STEP * pieces.len()) as f64 + 1.0;
             let wanted = if self.is_stepped() { by_steps } else { wanted };
             // A flight of no length is a side of an impact: one point.
-            let most = if span > 0.0 { MOST_POINTS } else { 1 };
+            let most = if span > 0.0 { drawn } else { 1 };
             let count = (wanted.max(2.0) as usize).min(most);
             let (mut piece, mut before) = (pieces.start, 0.0);
             for k in 0..count - 1 {
@@ -337,15 +370,9 @@ impl Trajectory {
         segment.map_or((SegmentKind::Flight, &[]), |s| (s.kind, &s.stops))
     }
 
-    /// The time in which the fastest motion turns by an angle; a step of an integrator is never longer.
-    pub(crate) fn longest_stretch(&self, angle: f64) -> f64 {
-        match &self.machinery {
-            Machinery::Exact { modal, flow, .. } => {
-                let rate = with_flow!(&**flow, f => f.fastest_rate());
-                angle / rate.max(modal.frequency).max(f64::MIN_POSITIVE)
-            }
-            Machinery::Steps | Machinery::Series { .. } => f64::INFINITY,
-        }
+    /// What moves the pieces.
+    pub(crate) fn machinery(&self) -> &Machinery {
+        &self.machinery
     }
 
     fn is_stepped(&self) -> bool {

@@ -8,6 +8,7 @@ use crate::orbit::{
     Instant, OrbitOptions, Pattern, Solution, check, clearance_given, decides, period,
     periodic_orbits_checked, ranking,
 };
+use crate::quantity::room_for;
 use crate::sweep::candidate::{Candidate, judge_all};
 use crate::sweep::moving::Moving;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
@@ -162,6 +163,13 @@ pub fn existence_map(
     options: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ExistenceMap> {
+    // A cell and its part of the map.
+    let words = 2 * size_of::<ExistenceCell>() / size_of::<f64>();
+    room_for(
+        "an existence map",
+        x.values.len().saturating_mul(words),
+        y.values.len(),
+    )?;
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
     let item = |moving: &mut Moving<'_>, index, go_on: GoOn<'_>| sweep.cell(moving, index, go_on);
@@ -183,6 +191,22 @@ pub fn existence_tile(
     n_periods: usize,
     cells: Range<usize>,
 ) -> Result<Vec<ExistenceCell>> {
+    let observer = &mut |_| ControlFlow::Continue(());
+    existence_tile_checked(scene, pattern, (x, y), n_periods, cells, observer)
+}
+
+/// [`existence_tile`], asking `observer` from time to time, with the cells done, whether to go on.
+///
+/// # Errors
+/// As [`existence_tile`]; `Error::Interrupted` when the observer breaks off.
+pub fn existence_tile_checked(
+    scene: &Scene,
+    pattern: &Pattern,
+    (x, y): (&Axis, &Axis),
+    n_periods: usize,
+    cells: Range<usize>,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<ExistenceCell>> {
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     if cells.end > sweep.len() {
         return Err(Error::bad_value(
@@ -192,9 +216,14 @@ pub fn existence_tile(
         ));
     }
     let mut moving = sweep.moving()?;
-    let go_on = &mut || ControlFlow::Continue(());
+    let (start, total) = (cells.start, cells.len());
     cells
-        .map(|index| sweep.cell(&mut moving, index, go_on))
+        .map(|index| {
+            let done = index - start;
+            sweep.cell(&mut moving, index, &mut || {
+                observer(Progress { done, total })
+            })
+        })
         .collect()
 }
 

@@ -9,6 +9,6 @@ mod tiles;
 pub use ensemble::{Ensemble, simulate_many};
 pub use existence::{
     Axis, ExistenceCell, ExistenceMap, existence_at, existence_at_checked, existence_map,
-    existence_tile,
+    existence_tile, existence_tile_checked,
 };
 pub use tiles::{Progress, SweepOptions};

@@ -117,10 +117,10 @@ fn alone<T, W>(
 mod on_threads {
     use super::{OBSERVER_INTERVAL, Progress};
     use crate::error::{Error, Failure, Result};
-    use crate::watch::{GoOn, stop_if};
+    use crate::watch::{GoOn, stop_if, with_asker};
     use std::ops::ControlFlow;
-    use std::sync::Mutex;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+    use std::sync::{Arc, Mutex};
 
     /// What the threads of one sweep share.
     struct Shared<'a, T> {
@@ -128,9 +128,17 @@ mod on_threads {
         tiles: Mutex<std::iter::Enumerate<std::slice::ChunksMut<'a, T>>>,
         done: AtomicUsize,
         working: AtomicUsize,
-        is_stopped: AtomicBool,
+        is_stopped: Arc<AtomicBool>,
         /// The failure of lowest index.
         failure: Mutex<Option<(usize, Error)>>,
+    }
+
+    fn answer(is_stopped: &AtomicBool) -> ControlFlow<()> {
+        if is_stopped.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 
     impl<T> Shared<'_, T> {
@@ -166,13 +174,7 @@ mod on_threads {
                     .unwrap_or_else(std::sync::PoisonError::into_inner)
                     .next();
                 let Some((tile, slots)) = next else { return };
-                let mut go_on = || {
-                    if self.is_stopped.load(Ordering::Relaxed) {
-                        ControlFlow::Break(())
-                    } else {
-                        ControlFlow::Continue(())
-                    }
-                };
+                let mut go_on = || answer(&self.is_stopped);
                 if let Err((index, error)) = items(&mut workspace, tile * size, slots, &mut go_on) {
                     return self.fail(index, error);
                 }
@@ -211,7 +213,7 @@ mod on_threads {
             tiles: Mutex::new(out.chunks_mut(tile).enumerate()),
             done: AtomicUsize::new(0),
             working: AtomicUsize::new(threads),
-            is_stopped: AtomicBool::new(false),
+            is_stopped: Arc::new(AtomicBool::new(false)),
             failure: Mutex::new(None),
         };
         let caller = std::thread::current();
@@ -220,7 +222,9 @@ mod on_threads {
             for _ in 0..threads {
                 scope.spawn(|_| {
                     let _leaving = Leaving(&shared.working, &caller);
-                    shared.work(tile, &workspace, &items);
+                    let is_stopped = Arc::clone(&shared.is_stopped);
+                    let answer = move || answer(&is_stopped);
+                    with_asker(answer, || shared.work(tile, &workspace, &items));
                 });
             }
             let mut last = std::time::Instant::now();

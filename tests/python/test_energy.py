@@ -1,5 +1,7 @@
 """The energy ledger from Python, and nonlinear scenes in ensembles and orbits."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -70,3 +72,41 @@ def test_an_ensemble_of_pendulums_on_two_threads_has_the_bits_of_one():
     two = vi.simulate_many(scene, q0, v0, (0, 20), workers=2)
     np.testing.assert_array_equal(one.q, two.q)
     np.testing.assert_array_equal(one.n_impacts, two.n_impacts)
+
+
+@pytest.mark.parametrize("v0", [0.0, 1.0])
+def test_a_fast_part_that_has_died_out_takes_no_steps(v0):
+    # q'' + (1e8 + 1e-8) q' + q = 0: roots -1e8, -1e-8.
+    fast, slow = 1e8, 1e-8
+    run = vi.simulate(vi.Scene(vi.LinearSystem(1.0, fast + slow, 1.0)), 1.0, v0, (0, 10))
+    start = time.perf_counter()
+    energy = run.energy
+    assert time.perf_counter() - start < 1.0
+    # q = a e^(-slow t) + b e^(-fast t)
+    a = (fast + v0) / (fast - slow)
+    end = a * np.exp(-slow * 10)
+    lost = 0.5 * (1.0 + v0**2) - 0.5 * end**2 * (1.0 + slow**2)
+    assert energy.damping_loss[-1] == pytest.approx(lost, rel=1e-7)
+    assert np.abs(energy.balance).max() < 1e-12
+    assert np.all(np.diff(energy.damping_loss) >= 0.0)
+
+
+def test_the_ledger_of_many_impacts_is_made_in_the_time_of_the_run():
+    stops = [vi.Stop(0, 1.0, 1.0), vi.Stop(0, 1.0, 1.0, side="lower")]
+    run = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), None, stops), 0.0, 2.0, (0, 100_000))
+    assert len(run.impacts) == 100_000
+    start = time.perf_counter()
+    energy = run.energy
+    assert time.perf_counter() - start < 5.0
+    assert np.allclose(energy.kinetic, 2.0, rtol=1e-12)
+    assert np.abs(energy.balance).max() < 1e-9
+
+
+def test_the_points_of_many_impacts_are_few():
+    stops = [vi.Stop(0, 1.0, 1.0), vi.Stop(0, 1.0, 1.0, side="lower")]
+    run = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), None, stops), 0.0, 2.0, (0, 100_000))
+    t = run.t
+    assert len(t) <= 1_000_000 + 2 * len(run.impacts)
+    before, after = (np.searchsorted(t, run.impacts["time"], side=side) for side in ("left", "right"))
+    assert np.all(after - before == 2), "both sides of each impact"
+    assert np.array_equal(run.v[before], -run.v[before + 1])

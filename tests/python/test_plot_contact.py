@@ -20,6 +20,13 @@ def shuttle(n_impacts, restitution=1.0):
     return vi.simulate(scene, [0.0], [2.0], (0, n_impacts), keep="impacts")
 
 
+def held_orbit():
+    """A ball that chatters to rest on a shaken table and is let go where the table falls faster than it would."""
+    ball = vi.LinearSystem([1.0], [0.0], [0.0], load=[-1.0])
+    scene = vi.Scene(ball, vi.Harmonic([1.3], 1.0), [vi.Stop(0, 0.0, 0.5, side="lower")])
+    return vi.find_orbit(scene, vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period)))
+
+
 def line(ax, label):
     (found,) = [drawn for drawn in ax.lines if drawn.get_label() == label]
     return np.asarray(found.get_xdata(), float), np.asarray(found.get_ydata(), float)
@@ -131,6 +138,21 @@ class TestMarksOfContact:
             np.testing.assert_allclose([np.nanmin(part) for part in parts], held["start"], rtol=1e-12)
             np.testing.assert_allclose([np.nanmax(part) for part in parts], held["end"], rtol=1e-12)
             np.testing.assert_allclose(y[~np.isnan(y)], 0.2, atol=1e-9)
+
+    @pytest.mark.parametrize("figure", ["time_history", "phase_portrait"])
+    def test_those_of_an_orbit_come_again_in_every_period(self, figure):
+        orbit = held_orbit()
+        (first,) = orbit.segments[orbit.segments["kind"] == "stick"]
+        turns = np.arange(-2, 4)
+        start, end = -1.5 * orbit.period, 3.25 * orbit.period
+        wanted = [(max(start, first["start"] + n * orbit.period), min(end, first["end"] + n * orbit.period)) for n in turns]
+        wanted = [span for span in wanted if span[0] <= span[1]]
+        x, y = line(getattr(vi.plot, figure)(orbit, t_span=(start, end)), "stick")
+        parts = np.split(np.column_stack([x, y]), np.flatnonzero(np.isnan(x)))[:-1]
+        assert len(parts) == len(wanted) == 6
+        if figure == "time_history":
+            np.testing.assert_allclose([(np.nanmin(part[:, 0]), np.nanmax(part[:, 0])) for part in parts], wanted, rtol=1e-11)
+        np.testing.assert_allclose(y[~np.isnan(y)], 0.0, atol=1e-9)
 
     def test_it_can_be_left_out(self):
         run = slow_oscillator()

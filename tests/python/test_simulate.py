@@ -466,3 +466,25 @@ class TestTrajectory:
         run = vi.simulate(BALL, 1.0, 0.0, (0, 3), progress=True)
         assert run.status == "finished"
         assert "100%" in capsys.readouterr().err
+
+
+class TestEnd:
+    @pytest.mark.parametrize("keep", ["motion", "impacts", "final"])
+    @pytest.mark.parametrize("max_impacts", [None, 5])
+    @pytest.mark.parametrize("method", ["exact", "rk45", "taylor"])
+    def test_a_run_goes_on_where_it_ended(self, keep, max_impacts, method):
+        scene = vi.paper_scene(kind=3, clearance=0.05, linear=method != "taylor")
+        options = {"method": method, "rtol": 1e-12}
+        whole = vi.simulate(scene, [0.0, 0.0], [0.0, 0.1], (0.5, 120), **options)
+        first = vi.simulate(scene, [0.0, 0.0], [0.0, 0.1], (0.5, 61.5), keep=keep, max_impacts=max_impacts, **options)
+        assert first.t_end == (61.5 if max_impacts is None else whole.impacts["time"][4])
+        rest = vi.simulate(scene, *first.final, (first.t_end, 120), **options)
+        assert (first.stats.n_impacts, rest.t_end) == (5 if max_impacts else first.stats.n_impacts, 120)
+        assert first.stats.n_impacts + rest.stats.n_impacts == whole.stats.n_impacts > 5
+        for a, b in zip(rest.final, whole.final, strict=True):
+            np.testing.assert_allclose(a, b, atol=1e-9)
+        np.testing.assert_allclose(rest.impacts["phase"], whole.impacts["phase"][first.stats.n_impacts :], atol=1e-9)
+
+    def test_it_is_saved(self):
+        run = vi.simulate(vi.paper_scene(kind=3), [0.0, 0.0], [0.0, 0.1], (0, 31.5), keep="final")
+        assert pickle.loads(pickle.dumps(run)).t_end == 31.5 == run.to_arrays()["t_end"][0]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
-from vibroimpact.plot._segments import contact_spans
+from vibroimpact.plot._segments import contact_spans, held_segments
 
 IntArray: TypeAlias = NDArray[np.intp]
 
@@ -144,7 +144,9 @@ def _sample_orbit(orbit: Orbit, coordinate: int, t_span: tuple[float, float], po
     start, end = t_span
     period = float(orbit.period)
     step = float(orbit.scene.period or period) / points
-    bounds = np.unique(np.concatenate([[0.0], orbit.impacts["time"], [period]]))
+    held = held_segments(orbit)
+    ends_of_contact = [] if len(held) == 0 else [*held["start"], *held["end"]]
+    bounds = np.unique(np.concatenate([[0.0], orbit.impacts["time"], ends_of_contact, [period]]))
     local, shifts, ends = [], [], []
     for turn in range(int(np.floor(start / period)), int(np.ceil(end / period))):
         shift = turn * period

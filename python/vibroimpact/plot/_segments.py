@@ -7,6 +7,9 @@ functions may push on any.
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.plot._data import is_orbit
 
 CONTACT_KINDS = ("chatter", "stick")
 
@@ -24,23 +27,39 @@ def acts_on(stop: Any, coordinate: int) -> bool:
 def contact_spans(motion: Any, coordinate: int | None, t_span: tuple[float, float]) -> list[tuple[str, float, float]]:
     """Return (kind, start, end) of lasting contacts that act on a coordinate (None: on any), cut to `t_span`.
 
-    An orbit has none, and of a motion that was not kept they are not known.
+    Those of an orbit come again in every period; of a motion that was not kept they are not known.
     """
     return [(kind, start, end) for kind, _, start, end in contacts(motion, coordinate, t_span)]
 
 
 def contacts(motion: Any, coordinate: int | None, t_span: tuple[float, float]) -> list[tuple[str, int, float, float]]:
     """Return (kind, stop, start, end) of lasting contacts that act on a coordinate (None: on any), cut to `t_span`."""
+    held, (first, last) = held_segments(motion), t_span
+    if len(held) == 0:
+        return []
+    stops = motion.scene.stops
+    return [
+        (str(row["kind"]), int(row["stop"]), max(float(row["start"]) + shift, first), min(float(row["end"]) + shift, last))
+        for shift in _shifts(motion, t_span)
+        for row in held[(held["start"] + shift <= last) & (held["end"] + shift >= first)]
+        if coordinate is None or row["stop"] < 0 or acts_on(stops[row["stop"]], coordinate)
+    ]
+
+
+def held_segments(motion: Any) -> NDArray[Any]:
+    """Return the segments of chatter and stick as the motion has them: of an orbit those of its first period."""
     try:
         segments = getattr(motion, "segments", None)
     except ValueError:  # the motion was not kept
         segments = None
     if segments is None:
-        return []
-    held = segments[np.isin(segments["kind"], CONTACT_KINDS) & (segments["start"] <= t_span[1]) & (segments["end"] >= t_span[0])]
-    stops = motion.scene.stops
-    return [
-        (str(row["kind"]), int(row["stop"]), max(float(row["start"]), t_span[0]), min(float(row["end"]), t_span[1]))
-        for row in held
-        if coordinate is None or row["stop"] < 0 or acts_on(stops[row["stop"]], coordinate)
-    ]
+        return np.empty(0)
+    return np.asarray(segments[np.isin(segments["kind"], CONTACT_KINDS)])
+
+
+def _shifts(motion: Any, t_span: tuple[float, float]) -> list[float]:
+    """Return by how much the motion's own times are moved to cover `t_span`: whole periods of an orbit."""
+    if not is_orbit(motion):
+        return [0.0]
+    first, last = (int(np.floor(t / motion.period)) for t in t_span)
+    return [turn * float(motion.period) for turn in range(first, last + 1)]

@@ -69,8 +69,8 @@ def time_history(
     impacts : bool, default True
         Mark the impacts that change this coordinate's velocity by dots, both sides where the velocity is drawn.
     contact : bool, default True
-        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of trajectories that kept
-        their motion.
+        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of orbits, and of
+        trajectories that kept their motion.
     jumps : bool, default False
         Draw the jumps of the velocity as thin dashed lines.
     points : int, default 400
@@ -161,8 +161,8 @@ def phase_portrait(
     impacts : bool, default True
         Mark the impacts that change this coordinate's velocity by dots, both sides where the velocity is drawn.
     contact : bool, default True
-        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of trajectories that kept
-        their motion.
+        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of orbits, and of
+        trajectories that kept their motion.
     jumps : bool, default True
         Draw the jump at each impact as a thin dashed line.
     points : int, default 400

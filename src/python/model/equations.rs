@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::model::EquationsOfMotion;
 use crate::python::array::out_matrix;
 use crate::python::c_function::CFunction;
-use crate::python::callable::{Callable, Place, is_equal, position, read_only};
+use crate::python::callable::{Callable, Entered, Place, is_equal, position, read_only};
 use nalgebra::DMatrix;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -83,6 +83,8 @@ impl EquationsOfMotion for PyEquations {
     fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         match &self.acceleration {
             Acceleration::C { function, .. } => {
+                // It may be a callback into Python, as those of ctypes are.
+                let _entered = Entered::new()?;
                 function.call(t, q, v, a);
                 Ok(())
             }

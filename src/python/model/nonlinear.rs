@@ -1,12 +1,12 @@
 //! Nonlinear systems in Python: their functions are Python's, or a C function.
 
 use crate::model::NonlinearSystem;
-use crate::python::array::{matrix, vector};
+use crate::python::argument;
+use crate::python::array::{matrix_or_number, vector};
 use crate::python::c_function::CFunction;
 use crate::python::callable::{Callable, name_of};
 use crate::python::model::equations::{Acceleration, Mass, PyEquations};
 use crate::python::model::{PyLinearSystem, bad};
-use nalgebra::DMatrix;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -85,19 +85,14 @@ fn mass(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Mass> {
     if value.is_callable() {
         return Ok(Mass::Function(Callable::new("mass", value)?));
     }
-    let is_number = n == 1 && matrix("mass", value).is_err();
-    Ok(Mass::Constant(if is_number {
-        DMatrix::from_vec(1, 1, vector("mass", value)?.as_slice().to_vec())
-    } else {
-        matrix("mass", value)?
-    }))
+    Ok(Mass::Constant(matrix_or_number("mass", value, (n, n))?))
 }
 
 fn acceleration(
     given: &Bound<'_, PyAny>,
     parameters: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Acceleration> {
-    let is_number = given.extract::<i64>().is_ok();
+    let is_number = !given.is_callable() && given.extract::<i64>().is_ok();
     if is_number {
         return Err(PyTypeError::new_err(
             "acceleration is a number, but a function is needed; wrap the address of a C function as \
@@ -120,7 +115,7 @@ impl PyNonlinearSystem {
     #[new]
     #[pyo3(signature = (n_dof, acceleration, *, mass=None, parameters=None, jacobian=None, potential=None))]
     fn new(
-        n_dof: i64,
+        #[pyo3(from_py_with = argument::n_dof)] n_dof: i64,
         acceleration: &Bound<'_, PyAny>,
         mass: Option<&Bound<'_, PyAny>>,
         parameters: Option<&Bound<'_, PyAny>>,

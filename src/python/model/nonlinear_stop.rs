@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::model::{GapFunction, NonlinearStop};
+use crate::python::argument;
 use crate::python::callable::{Callable, Place, is_equal, name_of, position};
 use crate::python::model::stop::{out_reaction, reaction};
 use pyo3::exceptions::PyTypeError;
@@ -99,8 +100,8 @@ impl PyNonlinearStop {
     fn new(
         gap: &Bound<'_, PyAny>,
         gradient: &Bound<'_, PyAny>,
-        restitution: f64,
-        curvature: Option<f64>,
+        #[pyo3(from_py_with = argument::restitution)] restitution: f64,
+        #[pyo3(from_py_with = argument::curvature)] curvature: Option<f64>,
         reaction: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let function = PyGap {

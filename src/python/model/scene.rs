@@ -3,14 +3,15 @@
 use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
-use crate::python::array::{complex_vector, number, vector};
+use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
+use crate::python::interrupt;
 use crate::python::model::forcing::forcing;
 use crate::python::model::stop::constraints;
 use crate::python::model::{
     PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyNonlinearStop, PyNonlinearSystem,
     PyPendulumChain, PyStop, PyWall, bad,
 };
-use crate::python::text::shown;
+use crate::watch::stop_if;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyTypeError;
@@ -185,17 +186,7 @@ impl PyScene {
     /// ndarray, shape (..., n_stops)
     ///     Gaps; negative inside a stop.
     fn gaps<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let numpy = py.import("numpy")?;
-        let array = numpy
-            .getattr("asarray")?
-            .call1((q, "float64"))
-            .map_err(|_| {
-                bad(format!(
-                    "q is {}, but an array of numbers is needed",
-                    shown(q)
-                ))
-            })?;
-        let mut shape: Vec<usize> = array.getattr("shape")?.extract()?;
+        let Numbers { mut shape, values } = numbers::<f64>("q", q)?;
         let n = self.0.n_dof();
         if shape.is_empty() && n == 1 {
             shape.push(1);
@@ -207,11 +198,15 @@ impl PyScene {
                 found.join(", ")
             )));
         }
-        let flat = vector("q", &array.call_method1("reshape", (-1,))?)?;
-        let mut gaps: Vec<f64> = Vec::new();
-        for q in flat.as_slice().chunks(n) {
-            gaps.extend(self.0.gaps(&DVector::from_row_slice(q))?.iter());
-        }
+        let scene = &self.0;
+        let gaps = interrupt::run(py, false, |observe| {
+            let mut gaps: Vec<f64> = Vec::new();
+            for q in values.chunks(n) {
+                stop_if(observe(0.0))?;
+                gaps.extend(scene.gaps(&DVector::from_row_slice(q))?.iter());
+            }
+            Ok(gaps)
+        })?;
         if let Some(last) = shape.last_mut() {
             *last = self.0.stops().len();
         }
@@ -277,13 +272,16 @@ impl PyScene {
     }
 
     /// The linear scene of small motions: linear system, walls and nonlinear stops as plane stops, the same forcing.
-    fn linearise(&self) -> PyResult<Self> {
-        Ok(Self(model::linearise(&self.0)?))
+    fn linearise(&self, py: Python<'_>) -> PyResult<Self> {
+        let scene = &self.0;
+        let linear = interrupt::run(py, false, |_| model::linearise(scene))?;
+        Ok(Self(linear))
     }
 
     /// What will run for this scene, in words.
-    fn plan(&self) -> PyResult<String> {
-        Ok(crate::simulate::plan(&self.0)?)
+    fn plan(&self, py: Python<'_>) -> PyResult<String> {
+        let scene = &self.0;
+        interrupt::run(py, false, |_| crate::simulate::plan(scene))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

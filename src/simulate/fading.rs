@@ -1,0 +1,116 @@
+//! How fast a motion changes a time after it began: parts that have died out have no say.
+
+use crate::flow::ModalScene;
+use crate::modal::Form;
+use crate::simulate::kept::Machinery;
+
+/// Decay, as an exponent, after which nothing is left of a part of the motion beside its own first size: `e^-45 < 3e-20`.
+const DIED_OUT: f64 = 45.0;
+
+/// The rates of free motion and of the motions while stops are held.
+pub(crate) struct Fading<'a> {
+    free: Rates,
+    held: Vec<(&'a [usize], Rates)>,
+}
+
+impl<'a> Fading<'a> {
+    /// Those of exact flights; a step of an integrator is never longer than what it follows.
+    pub fn new(machinery: &'a Machinery) -> Self {
+        let Machinery::Exact { modal, held, .. } = machinery else {
+            return Self {
+                free: Rates::default(),
+                held: Vec::new(),
+            };
+        };
+        let held = held.iter();
+        Self {
+            free: Rates::new(&modal.form.form, modal),
+            held: held
+                .map(|motion| (motion.stops.as_slice(), Rates::new(motion.form(), modal)))
+                .collect(),
+        }
+    }
+
+    /// The rates while these stops are held.
+    pub fn of(&self, stops: &[usize]) -> &Rates {
+        let known = self.held.iter().find(|(held, _)| *held == stops);
+        known.map_or(&self.free, |(_, rates)| rates)
+    }
+}
+
+/// The fastest rate of a motion from each of some times on, until the next.
+#[derive(Debug, Default)]
+pub(crate) struct Rates(Vec<(f64, f64)>);
+
+impl Rates {
+    fn new(form: &Form, scene: &ModalScene) -> Self {
+        let lasting = (f64::INFINITY, scene.frequency);
+        match form {
+            Form::Dense(matrix) => Self::of(vec![lasting, (f64::INFINITY, matrix.norm())]),
+            Form::Blocks(blocks) => {
+                let roots = blocks.iter().flat_map(|block| block.roots());
+                let each = roots.map(|root| {
+                    let fades = root.re < 0.0;
+                    let until = if fades {
+                        DIED_OUT / -root.re
+                    } else {
+                        f64::INFINITY
+                    };
+                    (until, root.norm())
+                });
+                Self::of(each.chain([lasting]).collect())
+            }
+        }
+    }
+
+    /// From parts, each with the time until which it lasts and its rate. A rate of less than half the one before begins a new
+    /// stretch.
+    fn of(mut parts: Vec<(f64, f64)>) -> Self {
+        parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // From the longest-lasting part on, each that is faster rules until it has died out.
+        let mut ruling: Vec<(f64, f64)> = Vec::new();
+        for (until, rate) in parts {
+            match ruling.last_mut() {
+                Some((_, last)) if rate <= *last => {}
+                Some((_, last)) if rate <= 2.0 * *last => *last = rate,
+                _ => ruling.push((until, rate)),
+            }
+        }
+        ruling.reverse();
+        Self(ruling)
+    }
+
+    /// The fastest rate a time after the start, and until when it rules.
+    pub fn at(&self, s: f64) -> (f64, f64) {
+        let k = self.0.partition_point(|(until, _)| *until <= s);
+        let (until, rate) = self.0.get(k).copied().unwrap_or((f64::INFINITY, 0.0));
+        (rate, until)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fastest_part_rules_until_it_has_died_out() {
+        let parts = vec![
+            (f64::INFINITY, 1.0),
+            (1e-6, 1e8),
+            (3.0, 100.0),
+            (2.0, 150.0),
+            (5.0, 0.5),
+        ];
+        let rates = Rates::of(parts);
+        for (s, expected) in [
+            (0.0, (1e8, 1e-6)),
+            (1e-6, (150.0, 3.0)),
+            (2.5, (150.0, 3.0)),
+            (3.0, (1.0, f64::INFINITY)),
+            (1e9, (1.0, f64::INFINITY)),
+        ] {
+            assert_eq!(rates.at(s), expected, "{s}");
+        }
+        assert_eq!(Rates::default().at(0.0), (0.0, f64::INFINITY));
+    }
+}
