@@ -27,8 +27,8 @@ pub(crate) fn from_open(jet: &Jet, step: f64, rounding: f64) -> Ahead {
         };
         Ahead::Reached { at, passed }
     };
-    // Closed from the start: nothing is open that could close later.
-    if jet.c[0] < -rounding {
+    // Passed already: nothing is open that could close later.
+    if jet.c[0] < -rounding && jet.c[1] < 0.0 {
         return Ahead::Reached {
             at: 0.0,
             passed: 0.0,

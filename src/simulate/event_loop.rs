@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 
 /// Roundings of the time of a flight, in which a gap moves on by its speed.
 const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// Events at one instant after which there will be no end of them.
+/// Events at one instant, without an impact, after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
 pub(crate) const RATIO_TOL: f64 = 0.05;
@@ -58,8 +58,8 @@ pub(crate) struct EventLoop {
     n_inelastic: usize,
     /// The stop struck last, and how fast.
     last_blow: Option<(usize, f64)>,
-    /// Events since the time last advanced, and that time.
-    events_at: (Option<Clock>, usize),
+    /// The time that a user sees at the last event, the impacts by then, and the events since either changed.
+    events_at: (f64, usize, usize),
     pub stats: Stats,
 }
 
@@ -110,7 +110,7 @@ impl EventLoop {
         self.n_inelastic = 0;
         self.last_blow = None;
         self.departure = None;
-        self.events_at = (None, 0);
+        self.events_at = (t0, 0, 0);
         let begun = self.begin(mover, record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
     }
@@ -131,7 +131,7 @@ impl EventLoop {
         }
         self.stats.n_flights += 1;
         self.departure = Some(mover.clock());
-        if self.is_looping(mover.clock()) {
+        if self.is_looping(now) {
             let reason = "contacts open and close without end at one instant".to_owned();
             return ControlFlow::Break(Unresolved { reason }.at(now));
         }
@@ -211,6 +211,12 @@ impl EventLoop {
                 self.touching.push(stop);
             }
         }
+        // A start inside a stop, as far as tolerances allow, is one on it.
+        let inside = |&stop: &usize| mover.gap(stop).gap < -mover.rounding(stop);
+        let inside: Vec<usize> = self.touching.iter().copied().filter(inside).collect();
+        if !inside.is_empty() {
+            mover.touch(&inside)?;
+        }
         if self.touching.iter().any(|&stop| self.closes(mover, stop)) {
             // A flight of no length has the state before the impact.
             mover.stay(None, record)?;
@@ -226,13 +232,13 @@ impl EventLoop {
         speed < 0.0 && speed < -ROUNDING * mover.speed_size(stop) && !self.held.contains(&stop)
     }
 
-    /// Whether so many events fell on one instant that there will be no end of them.
-    fn is_looping(&mut self, now: Clock) -> bool {
-        let (time, count) = &mut self.events_at;
-        if *time == Some(now) {
+    /// Whether so many events without an impact fell on one instant that there will be no end of them.
+    fn is_looping(&mut self, now: f64) -> bool {
+        let (time, impacts, count) = &mut self.events_at;
+        if *time == now && *impacts == self.stats.n_impacts {
             *count += 1;
         } else {
-            (*time, *count) = (Some(now), 0);
+            (*time, *impacts, *count) = (now, self.stats.n_impacts, 0);
         }
         *count > MOST_EVENTS_AT_ONCE
     }
@@ -258,7 +264,7 @@ impl EventLoop {
                 self.touching.push(stop);
             }
         }
-        if self.accumulates(mover, reached) {
+        if self.accumulates(mover, reached)? {
             return self.accumulate(mover, reached, record);
         }
         self.strike_all(mover, record)
@@ -280,13 +286,13 @@ impl EventLoop {
 
     /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
     /// the tolerance, or the flights between them lost in rounding (theory 9).
-    fn accumulates<M: Mover + ?Sized>(&self, mover: &M, reached: usize) -> bool {
+    fn accumulates<M: Mover + ?Sized>(&self, mover: &M, reached: usize) -> Result<bool> {
         let e = mover.restitution(reached);
         let state = mover.gap(reached);
         let (speed, pull) = (state.speed, state.acceleration);
         let is_alone = self.touching.len() == 1 && self.held.is_empty();
         if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
-            return false;
+            return Ok(false);
         }
         let residual = 2.0 * e / (1.0 - e) * speed * speed / -pull;
         let tolerance = mover.tolerance(reached, self.sizes[reached]);
@@ -296,17 +302,24 @@ impl EventLoop {
         // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
         let is_low = 0.5 * (e * speed).powi(2) < LOW * ROUNDING * self.sizes[reached] * -pull;
         let span = 2.0 * e * speed / ((1.0 - e) * pull);
-        let stays = |(stop, other): (usize, GapState)| {
-            stop == reached
-                || other.gap
-                    + span * (other.speed.min(0.0) + 0.5 * span * other.acceleration.min(0.0))
-                    > 0.0
-        };
-        let others = (0..mover.n_stops()).map(|stop| (stop, mover.gap(stop)));
-        (SAFETY * residual < tolerance || is_low)
+        let is_due = (SAFETY * residual < tolerance || is_low)
             && regular
-            && pull + span * state.jerk.abs() < 0.0
-            && others.into_iter().all(stays)
+            && pull + span * state.jerk.abs() < 0.0;
+        if !is_due {
+            return Ok(false);
+        }
+        // Whether every other stop stays open, whatever the impulses, and what is left of the gap, do to it.
+        for stop in (0..mover.n_stops()).filter(|&stop| stop != reached) {
+            let other = mover.gap(stop);
+            let coupling = mover.delassus(&[reached, stop])?;
+            let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
+            let drift = other.speed.min(0.0) + (1.0 + e) / (1.0 - e) * share * speed;
+            let bend = 0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.abs());
+            if other.gap + span * (drift + bend) - SAFETY * share * residual <= 0.0 {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 }
 

@@ -353,6 +353,13 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.look()
     }
 
+    fn touch(&mut self, stops: &[usize]) -> Result<()> {
+        let (q, v) = self.physical();
+        let q = self.on_stops(stops, q)?;
+        self.put((&q, &v), 0.0);
+        self.look()
+    }
+
     fn hold(&mut self, stops: &[usize]) -> Result<()> {
         if stops.is_empty() {
             self.holding = None;

@@ -368,6 +368,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         self.complete(stop, record)
     }
 
+    fn touch(&mut self, stops: &[usize]) -> Result<()> {
+        self.put_on(stops)?;
+        self.look()
+    }
+
     fn hold(&mut self, stops: &[usize]) -> Result<()> {
         self.holding.clear();
         self.holding.extend_from_slice(stops);

@@ -22,15 +22,21 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     /// The present position and velocity, moved onto some stops along their reactions: what is left of an impact that comes to
     /// rest is taken as impacts take it, not along the normals.
     pub(super) fn settled(&self, stops: &[usize]) -> Result<(DVector<f64>, DVector<f64>)> {
-        let (mut q, mut v) = self.physical();
-        let g = &self.scene.geometry;
-        let (normals, reactions) = g.directions(stops);
-        let parts = |of: &dyn Fn(usize) -> f64| DVector::from_fn(stops.len(), |i, _| of(i));
-        let gaps = parts(&|i| g.clearances[stops[i]] - normals[i].dot(&q));
-        let speeds = parts(&|i| normals[i].dot(&v));
-        q += along_reactions(&normals, &reactions, &gaps)?;
+        let (q, mut v) = self.physical();
+        let q = self.on_stops(stops, q)?;
+        let (normals, reactions) = self.scene.geometry.directions(stops);
+        let speeds = DVector::from_fn(stops.len(), |i, _| normals[i].dot(&v));
         v -= along_reactions(&normals, &reactions, &speeds)?;
         Ok((q, v))
+    }
+
+    /// A position moved onto some stops along their reactions.
+    pub(super) fn on_stops(&self, stops: &[usize], q: DVector<f64>) -> Result<DVector<f64>> {
+        let g = &self.scene.geometry;
+        let (normals, reactions) = g.directions(stops);
+        let gap = |i: usize| g.clearances[stops[i]] - normals[i].dot(&q);
+        let gaps = DVector::from_fn(stops.len(), |i, _| gap(i));
+        Ok(q + along_reactions(&normals, &reactions, &gaps)?)
     }
 
     /// The motion while the given stops are held.

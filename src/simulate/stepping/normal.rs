@@ -10,7 +10,18 @@ use nalgebra::DVector;
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
     pub(super) fn settle(&mut self, stops: &[usize]) -> Result<()> {
+        self.put_on(stops)?;
+        let approach = |&stop: &usize| Ok(self.along(self.directions(stop)?.both().0));
+        let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
+        let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
+        self.push_along(moves.as_slice(), 1.0);
+        Ok(())
+    }
+
+    /// Moves the present position onto some stops, along their reactions.
+    pub(super) fn put_on(&mut self, stops: &[usize]) -> Result<()> {
         let n = self.n();
+        self.is_begun = false;
         for _ in 0..MOST_POLISHES {
             let values = stops.iter().map(|&stop| {
                 let (q, v) = self.x.slice().split_at(n);
@@ -29,10 +40,6 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 break;
             }
         }
-        let approach = |&stop: &usize| Ok(self.along(self.directions(stop)?.both().0));
-        let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
-        let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
-        self.push_along(moves.as_slice(), 1.0);
         Ok(())
     }
 
