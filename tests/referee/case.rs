@@ -7,6 +7,9 @@ use vibroimpact::{
     SimulateOptions, Stop,
 };
 
+/// Without loss at impacts a damped motion under a load bounces ever faster: no run is followed further.
+pub const MOST_IMPACTS: usize = 4000;
+
 #[derive(Debug, Clone, PartialEq)]
 pub enum Push {
     Inertia,
@@ -126,6 +129,7 @@ impl Case {
             method: self.method,
             rtol: self.rtol,
             atol: self.atol,
+            max_impacts: Some(MOST_IMPACTS),
             ..Default::default()
         }
     }

@@ -1,0 +1,570 @@
+//! The library's run beside the referee's: as far as the answer does not hang on rounding, which a second and a third run of
+//! the referee with all numbers moved by `1e-13` tell, impacts, lasting contact and states must agree.
+
+use crate::case::{Case, MOST_IMPACTS};
+use crate::double_double::Dd;
+use crate::invariants;
+use crate::motion::{Factors, Model};
+use crate::record::{Hit, Record, Stretch};
+use crate::simulator::follow;
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+use vibroimpact::{ImpactSide, Method, SegmentKind, Status, Trajectory, simulate_checked};
+
+pub struct Difference {
+    pub class: String,
+    pub detail: String,
+}
+
+pub enum Verdict {
+    /// Agreement up to a part of the span; why not further.
+    Agree(f64, Option<&'static str>),
+    Disagree(Vec<Difference>),
+    /// The generator made what is no scene.
+    NoScene(String),
+}
+
+const SAMPLES: usize = 40;
+
+/// How far the numbers are moved to see what the answer is sensitive to, and the error that is allowed besides.
+struct Allowance {
+    moved: f64,
+    base: f64,
+}
+
+fn allowance(case: &Case) -> Allowance {
+    if case.method == Method::Exact {
+        Allowance {
+            moved: 1e-13,
+            base: 1e-12,
+        }
+    } else {
+        Allowance {
+            moved: 1e2 * case.rtol,
+            base: 1e3 * case.rtol,
+        }
+    }
+}
+
+/// The referee's run, and two beside it.
+pub struct Reference {
+    pub main: Record,
+    pub aside: [Record; 2],
+    pub times: Vec<f64>,
+    /// Up to where they tell the same story, and why not further.
+    pub horizon: (f64, Option<&'static str>),
+    pub model: Model,
+}
+
+pub fn reference(case: &Case) -> Reference {
+    let duration = Dd::from(case.span.1) - Dd::from(case.span.0);
+    let mut times: Vec<f64> = (0..SAMPLES)
+        .map(|k| {
+            let part = (k as f64 + 0.37 * (k as f64).sin().abs()) / SAMPLES as f64;
+            case.span.0 + part * (case.span.1 - case.span.0)
+        })
+        .collect();
+    times.dedup();
+    let samples: Vec<Dd> = times
+        .iter()
+        .map(|&t| Dd::from(t) - Dd::from(case.span.0))
+        .collect();
+    let run = |factors: Factors, completion: Option<f64>| {
+        let model = Model::new(case, &factors);
+        let start = model.start(case, &factors);
+        (
+            follow(&model, start, duration, &samples, completion, MOST_IMPACTS),
+            model,
+        )
+    };
+    let touches = case.stops.iter().any(|s| {
+        let gap = s.clearance
+            - s.outward()
+                .iter()
+                .zip(&case.q0)
+                .map(|(n, q)| n * q)
+                .sum::<f64>();
+        gap.abs() <= 1e-6 * (s.clearance.abs() + 1.0)
+    });
+    let moved = |sign: f64| {
+        let by = sign * allowance(case).moved;
+        let q = if touches { 1.0 } else { 1.0 - 0.7 * by };
+        [
+            1.0 + 0.4 * by,
+            1.0 - by,
+            1.0 - 0.6 * by,
+            1.0 + by,
+            1.0 + 0.8 * by,
+            q,
+            1.0 + 0.9 * by,
+        ]
+    };
+    let completion = Some(case.rtol);
+    let (main, model) = run([1.0; 7], None);
+    let aside = [
+        run(moved(1.0), completion).0,
+        run(moved(-1.0), completion).0,
+    ];
+    let mut reference = Reference {
+        horizon: (main.end, None),
+        main,
+        aside,
+        times,
+        model,
+    };
+    reference.horizon = horizon(&reference, case);
+    reference
+}
+
+impl Reference {
+    /// How far the runs aside are off at a sample and its neighbours, relative to the motion.
+    fn deviation(&self, k: usize) -> f64 {
+        (k.saturating_sub(2)..=k + 1)
+            .map(|j| self.deviation_at(j))
+            .fold(0.0, f64::max)
+    }
+
+    fn deviation_at(&self, k: usize) -> f64 {
+        let Some(x) = self.main.samples.get(k) else {
+            return 0.0;
+        };
+        self.aside
+            .iter()
+            .filter_map(|r| r.samples.get(k))
+            .map(|y| self.distance(x, y))
+            .fold(0.0, f64::max)
+    }
+
+    /// Largest difference of two states, relative to the largest position and velocity.
+    pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        let n = x.len() / 2;
+        let (q, v) = (self.main.q_size.max(1e-300), self.main.v_size.max(1e-300));
+        x.iter()
+            .zip(y)
+            .enumerate()
+            .map(|(i, (a, b))| (a - b).abs() / if i < n { q } else { v })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Impacts outside the ends of accumulating ones, several of one stop at one instant as one.
+fn outside(hits: &[Hit], chatters: &[Stretch], slack: f64) -> Vec<Hit> {
+    let mut kept: Vec<Hit> = Vec::new();
+    for hit in hits {
+        let time = hit.time.to_f64();
+        let is_inside = chatters
+            .iter()
+            .any(|c| c.stop == hit.stop && time > c.start + slack && time < c.end + slack);
+        if !is_inside && hit.approach > 0.0 {
+            kept.push(hit.clone());
+        }
+    }
+    kept
+}
+
+/// Sorts impacts at practically one time by their stops.
+fn in_order(mut hits: Vec<Hit>, slack: f64) -> Vec<Hit> {
+    let mut i = 0;
+    while i < hits.len() {
+        let start = hits[i].time.to_f64();
+        let mut j = i + 1;
+        while j < hits.len() && hits[j].time.to_f64() - start <= slack {
+            j += 1;
+        }
+        hits[i..j].sort_by_key(|h| h.stop);
+        i = j;
+    }
+    hits
+}
+
+fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
+    let main = &reference.main;
+    let mut end = (main.end, None);
+    let mut cut = |time: f64, why: &'static str| {
+        if time < end.0 {
+            end = (time, Some(why));
+        }
+    };
+    for record in std::iter::once(main).chain(&reference.aside) {
+        for &(time, why) in &record.doubts {
+            cut(time, why);
+        }
+        if let Some((time, why)) = record.stopped {
+            cut(time, why);
+        }
+    }
+    let slack = 1e-9 / reference.model.rate;
+    for aside in &reference.aside {
+        let mine = in_order(outside(&main.hits, &aside.chatters, 0.0), slack);
+        let theirs = in_order(outside(&aside.hits, &[], 0.0), slack);
+        for (a, b) in mine.iter().zip(&theirs) {
+            let (s, t) = (a.time.to_f64(), b.time.to_f64());
+            if a.stop != b.stop || (s - t).abs() > 1e-3 / reference.model.rate {
+                cut(s.min(t), "another order of impacts");
+                break;
+            }
+        }
+        if mine.len() != theirs.len() {
+            let at = mine.len().min(theirs.len());
+            let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
+            cut(next.time.to_f64(), "another number of impacts");
+        }
+        let (mine, theirs) = (long(&main.sticks, slack), long(&aside.sticks, slack));
+        for (a, b) in mine.iter().zip(&theirs) {
+            if a.stop != b.stop || (a.start - b.start).abs() > 1e-3 / reference.model.rate {
+                cut(a.start.min(b.start), "another order of lasting contacts");
+                break;
+            }
+            if (a.end - b.end).abs() > 1e-3 / reference.model.rate {
+                cut(a.end.min(b.end), "another end of lasting contact");
+                break;
+            }
+        }
+        if mine.len() != theirs.len() {
+            let at = mine.len().min(theirs.len());
+            let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
+            cut(next.start, "another number of lasting contacts");
+        }
+    }
+    for k in 0..main.samples.len() {
+        if reference.deviation_at(k) > 1e-4 {
+            cut(reference.times[k] - case.span.0, "sensitive to rounding");
+            break;
+        }
+    }
+    end
+}
+
+fn long(sticks: &[Stretch], shortest: f64) -> Vec<Stretch> {
+    let mut kept: Vec<Stretch> = Vec::new();
+    for stick in sticks {
+        // What goes on at the same stop is one.
+        if let Some(last) = kept.iter_mut().rev().find(|s| s.stop == stick.stop)
+            && stick.start - last.end <= shortest
+        {
+            last.end = stick.end;
+        } else {
+            kept.push(stick.clone());
+        }
+    }
+    kept.retain(|s| s.end - s.start > 1e3 * shortest);
+    kept.sort_by(|a, b| a.start.total_cmp(&b.start));
+    let mut i = 0;
+    while i < kept.len() {
+        let mut j = i + 1;
+        while j < kept.len() && kept[j].start - kept[i].start <= shortest {
+            j += 1;
+        }
+        kept[i..j].sort_by_key(|s| s.stop);
+        i = j;
+    }
+    kept
+}
+
+fn library(case: &Case, scene: &vibroimpact::Scene) -> Result<Trajectory, Difference> {
+    let (q0, v0) = case.start();
+    let began = Instant::now();
+    let mut observer = |_| {
+        if began.elapsed() > Duration::from_secs(10) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let run = catch_unwind(AssertUnwindSafe(|| {
+        simulate_checked(scene, &q0, &v0, case.span, &case.options(), &mut observer)
+    }));
+    let difference = |class: &str, detail: String| Difference {
+        class: class.to_string(),
+        detail,
+    };
+    match run {
+        Err(panic) => {
+            let text = panic
+                .downcast_ref::<String>()
+                .cloned()
+                .or(panic.downcast_ref::<&str>().map(ToString::to_string));
+            Err(difference("panic", text.unwrap_or_default()))
+        }
+        Ok(Err(vibroimpact::Error::Interrupted)) => {
+            Err(difference("endless", "more than 10 s".to_string()))
+        }
+        Ok(Err(error)) => Err(difference("error", error.to_string())),
+        Ok(Ok(run)) => Ok(run),
+    }
+}
+
+pub fn judge(case: &Case) -> Verdict {
+    let scene = match case.scene() {
+        Ok(scene) => scene,
+        Err(error) => return Verdict::NoScene(error.to_string()),
+    };
+    let began = Instant::now();
+    let reference = reference(case);
+    if began.elapsed().as_secs_f64() > 1.0 {
+        println!(
+            "the referee took {:.1} s: {}",
+            began.elapsed().as_secs_f64(),
+            case.label
+        );
+    }
+    let part = reference.horizon.0 / (case.span.1 - case.span.0);
+    let run = match library(case, &scene) {
+        Ok(run) => run,
+        Err(difference) => return Verdict::Disagree(vec![difference]),
+    };
+    let mut differences = invariants::check(case, &scene, &run, &reference);
+    differences.extend(first_difference(case, &run, &reference));
+    if differences.is_empty() {
+        Verdict::Agree(part, reference.horizon.1)
+    } else {
+        Verdict::Disagree(differences)
+    }
+}
+
+/// What the library saw, in the referee's form.
+fn seen(case: &Case, run: &Trajectory) -> (Vec<Hit>, Vec<Stretch>, Vec<Stretch>) {
+    let since = |t: f64| (Dd::from(t) - Dd::from(case.span.0)).to_f64();
+    let hits = run
+        .impacts()
+        .iter()
+        .map(|i| Hit {
+            time: Dd::from(i.time) - Dd::from(case.span.0),
+            stop: i.stop,
+            approach: i.approach,
+            departure: i.departure,
+            impulse: i.impulse,
+            curvature: f64::NAN,
+            rounds: 1,
+        })
+        .collect();
+    let of = |kind: SegmentKind| {
+        let segments = run.segments().expect("kept");
+        segments
+            .iter()
+            .filter(|s| s.kind == kind)
+            .map(|s| Stretch {
+                stop: s.stop.unwrap_or(usize::MAX),
+                start: since(s.start),
+                end: since(s.end),
+            })
+            .collect()
+    };
+    (hits, of(SegmentKind::Chatter), of(SegmentKind::Stick))
+}
+
+fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
+    let allowance = allowance(case);
+    let main = &reference.main;
+    let tick = 4.0 * f64::EPSILON * case.span.0.abs().max(case.span.1.abs());
+    let rate = reference.model.rate;
+    let slack = 1e-9 / rate + 2.0 * tick;
+    let (their_hits, their_chatters, their_sticks) = seen(case, run);
+    // Up to here decisions are compared; an impact just before the horizon may be just behind it.
+    let until = reference.horizon.0 * (1.0 - 1e-9) - 1e-6 / rate - 2.0 * tick;
+    let mut found: Option<(f64, Difference)> = None;
+    let mut report = |time: f64, class: String, detail: String| {
+        if found.as_ref().is_none_or(|f| time < f.0) {
+            found = Some((
+                time,
+                Difference {
+                    class,
+                    detail: format!("at {time:e}: {detail}"),
+                },
+            ));
+        }
+    };
+    let reached = (Dd::from(run.span().1) - Dd::from(case.span.0)).to_f64();
+    if !matches!(run.status(), Status::Finished | Status::MaxImpacts) && reached < until {
+        report(
+            reached,
+            format!("status {}", run.status().name()),
+            run.message().to_string(),
+        );
+    }
+    let mine = in_order(outside(&main.hits, &their_chatters, slack), slack);
+    let theirs = in_order(outside(&their_hits, &main.chatters, slack), slack);
+    let beside: Vec<Vec<Hit>> = reference
+        .aside
+        .iter()
+        .map(|r| in_order(outside(&r.hits, &their_chatters, slack), slack))
+        .collect();
+    let normal_size = |stop: usize| case.stops[stop].normal.iter().map(|x| x.abs()).sum::<f64>();
+    for k in 0..mine.len().max(theirs.len()) {
+        let (a, b) = (mine.get(k), theirs.get(k));
+        let time = |h: Option<&Hit>| h.map_or(f64::INFINITY, |h| h.time.to_f64());
+        if time(a).min(time(b)) >= until {
+            break;
+        }
+        let apart = (time(a) - time(b)).abs();
+        let aside = |f: &dyn Fn(&Hit) -> f64| {
+            let a = a.map_or(0.0, f);
+            beside
+                .iter()
+                .filter_map(|r| r.get(k))
+                .map(|h| (f(h) - a).abs())
+                .fold(0.0, f64::max)
+        };
+        let is_same = a.zip(b).is_some_and(|(a, b)| a.stop == b.stop)
+            && apart < 1e-3 / rate + 1e2 * aside(&|h| h.time.to_f64()) + tick;
+        if !is_same {
+            let (class, hit) = if time(a) <= time(b) {
+                ("impact missed", a)
+            } else {
+                ("impact extra", b)
+            };
+            let hit = hit.expect("the earlier one");
+            let bend = if hit.curvature.is_finite() {
+                hit.curvature
+            } else {
+                main.v_size * rate * normal_size(hit.stop)
+            };
+            let depth = hit.approach.powi(2) / (2.0 * bend.abs().max(1e-300));
+            let margin = 20.0
+                * (case.atol * normal_size(hit.stop)
+                    + case.rtol.min(1e-9).max(1e-15) * normal_size(hit.stop) * main.q_size);
+            let shallow = if depth < margin { ", shallow" } else { "" };
+            report(
+                hit.time.to_f64(),
+                format!("{class}{shallow}"),
+                format!("impact {k}: referee {}, library {}", show(a), show(b)),
+            );
+            break;
+        }
+        let (a, b) = (a.expect("same"), b.expect("same"));
+        let speed_allowed = 10.0 * aside(&|h| h.approach)
+            + allowance.base * main.v_size * normal_size(a.stop) * 10.0;
+        let time_allowed = 10.0 * aside(&|h| h.time.to_f64())
+            + tick
+            + allowance.base
+                * (main.q_size * normal_size(a.stop) * 10.0 / a.approach + 10.0 / rate);
+        let impulse_allowed =
+            10.0 * aside(&|h| h.impulse) + allowance.base * 20.0 * (a.impulse + main.v_size);
+        let details = || {
+            format!(
+                "impact {k}: referee {}, library {}",
+                show(Some(a)),
+                show(Some(b))
+            )
+        };
+        if apart > time_allowed {
+            report(
+                a.time.to_f64(),
+                "impact time".into(),
+                format!("{:e} off, allowed {time_allowed:e}; {}", apart, details()),
+            );
+        } else if (a.approach - b.approach).abs() > speed_allowed {
+            report(a.time.to_f64(), "speed before".into(), details());
+        } else if (a.departure - b.departure).abs() > speed_allowed {
+            report(a.time.to_f64(), "speed after".into(), details());
+        } else if a.rounds == 1 && (a.impulse - b.impulse).abs() > impulse_allowed {
+            report(a.time.to_f64(), "impulse".into(), details());
+        }
+    }
+    compare_sticks(case, reference, &their_sticks, until, slack, &mut report);
+    for (k, &t) in reference.times.iter().enumerate() {
+        let since = (Dd::from(t) - Dd::from(case.span.0)).to_f64();
+        let near = |time: f64| (time - since).abs() <= slack;
+        let is_beside = mine.iter().any(|h| near(h.time.to_f64()))
+            || their_chatters
+                .iter()
+                .chain(&main.chatters)
+                .any(|c| since > c.start - slack && since < c.end + slack);
+        if since >= until || since > reached || is_beside || k >= main.samples.len() {
+            continue;
+        }
+        let Ok((q, v)) = run.state(t, ImpactSide::After) else {
+            report(since, "state refused".into(), format!("at {t:?}"));
+            break;
+        };
+        let theirs: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
+        let off = reference.distance(&main.samples[k], &theirs);
+        let allowed = 10.0 * (reference.deviation(k) + allowance.base);
+        if off > allowed || off.is_nan() {
+            report(
+                since,
+                "state".into(),
+                format!(
+                    "{off:e} off, allowed {allowed:e}: referee {:?}, library {theirs:?}",
+                    main.samples[k]
+                ),
+            );
+            break;
+        }
+    }
+    found.map(|f| f.1)
+}
+
+fn compare_sticks(
+    case: &Case,
+    reference: &Reference,
+    theirs: &[Stretch],
+    until: f64,
+    slack: f64,
+    report: &mut dyn FnMut(f64, String, String),
+) {
+    let (mine, theirs) = (long(&reference.main.sticks, slack), long(theirs, slack));
+    let beside: Vec<Vec<Stretch>> = reference
+        .aside
+        .iter()
+        .map(|r| long(&r.sticks, slack))
+        .collect();
+    let rate = reference.model.rate;
+    for k in 0..mine.len().max(theirs.len()) {
+        let (a, b) = (mine.get(k), theirs.get(k));
+        let start = |s: Option<&Stretch>| s.map_or(f64::INFINITY, |s| s.start);
+        if start(a).min(start(b)) >= until {
+            return;
+        }
+        let details = format!("lasting contact {k}: referee {a:?}, library {b:?}");
+        let is_same = a
+            .zip(b)
+            .is_some_and(|(a, b)| a.stop == b.stop && (a.start - b.start).abs() < 1e-3 / rate);
+        if !is_same {
+            let class = if start(a) <= start(b) {
+                "lasting contact missed"
+            } else {
+                "lasting contact extra"
+            };
+            return report(start(a).min(start(b)), class.into(), details);
+        }
+        let (a, b) = (a.expect("same"), b.expect("same"));
+        let aside = |f: &dyn Fn(&Stretch) -> f64| {
+            beside
+                .iter()
+                .filter_map(|r| r.get(k))
+                .map(|s| (f(s) - f(a)).abs())
+                .fold(0.0, f64::max)
+        };
+        // A force that falls slowly ends at a time as uncertain as the force is over its slope: the runs aside know.
+        let allowed = |f: &dyn Fn(&Stretch) -> f64| {
+            100.0 * aside(f)
+                + slack
+                    * if case.method == Method::Exact {
+                        1e1
+                    } else {
+                        1e5
+                    }
+        };
+        if (a.start - b.start).abs() > allowed(&|s| s.start) {
+            return report(a.start, "start of lasting contact".into(), details);
+        }
+        if (a.end - b.end).abs() > allowed(&|s| s.end) && a.end.min(b.end) < until {
+            return report(a.end.min(b.end), "end of lasting contact".into(), details);
+        }
+    }
+}
+
+fn show(hit: Option<&Hit>) -> String {
+    hit.map_or("none".to_string(), |h| {
+        format!(
+            "[stop {} t {:.17e} in {:.15e} out {:.15e} p {:.15e}]",
+            h.stop,
+            h.time.to_f64(),
+            h.approach,
+            h.departure,
+            h.impulse
+        )
+    })
+}
