@@ -8,7 +8,7 @@ use vibroimpact::{
 };
 
 /// Without loss at impacts a damped motion under a load bounces ever faster: no run is followed further.
-pub const MOST_IMPACTS: usize = 4000;
+pub const MOST_IMPACTS: usize = 1500;
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Push {

@@ -1,16 +1,17 @@
 //! The library's run beside the referee's: as far as the answer does not hang on rounding, which a second and a third run of
 //! the referee with all numbers moved by `1e-13` tell, impacts, lasting contact and states must agree.
 
-use crate::case::{Case, MOST_IMPACTS};
+use crate::case::{Case, MOST_IMPACTS, StopCase};
 use crate::double_double::Dd;
 use crate::invariants;
 use crate::motion::{Factors, Model};
 use crate::record::{Hit, Record, Stretch};
-use crate::simulator::follow;
+use crate::simulator::{Roughness, follow};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
-use vibroimpact::{ImpactSide, Method, SegmentKind, Status, Trajectory, simulate_checked};
+use vibroimpact::{ImpactSide, Method, Scene, SegmentKind, Status, Trajectory, simulate_checked};
 
 pub struct Difference {
     pub class: String,
@@ -25,6 +26,8 @@ pub enum Verdict {
     NoScene(String),
 }
 
+/// After this time a run of the library counts as endless.
+const PATIENCE: Duration = Duration::from_secs(5);
 const SAMPLES: usize = 40;
 
 /// How far the numbers are moved to see what the answer is sensitive to, and the error that is allowed besides.
@@ -55,6 +58,9 @@ pub struct Reference {
     /// Up to where they tell the same story, and why not further.
     pub horizon: (f64, Option<&'static str>),
     pub model: Model,
+    /// Sizes of positions and velocities, of steps at least those at which the absolute tolerance takes over.
+    pub q_unit: f64,
+    pub v_unit: f64,
 }
 
 pub fn reference(case: &Case) -> Reference {
@@ -70,11 +76,11 @@ pub fn reference(case: &Case) -> Reference {
         .iter()
         .map(|&t| Dd::from(t) - Dd::from(case.span.0))
         .collect();
-    let run = |factors: Factors, completion: Option<f64>| {
+    let run = |factors: Factors, roughness: Option<Roughness>| {
         let model = Model::new(case, &factors);
         let start = model.start(case, &factors);
         (
-            follow(&model, start, duration, &samples, completion, MOST_IMPACTS),
+            follow(&model, start, duration, &samples, roughness, MOST_IMPACTS),
             model,
         )
     };
@@ -100,13 +106,30 @@ pub fn reference(case: &Case) -> Reference {
             1.0 + 0.9 * by,
         ]
     };
-    let completion = Some(case.rtol);
+    let rough = |sign: f64| {
+        Some(Roughness {
+            completion: case.rtol,
+            gap: sign
+                * if case.method == Method::Exact {
+                    2e-15
+                } else {
+                    case.rtol
+                },
+        })
+    };
     let (main, model) = run([1.0; 7], None);
     let aside = [
-        run(moved(1.0), completion).0,
-        run(moved(-1.0), completion).0,
+        run(moved(1.0), rough(1.0)).0,
+        run(moved(-1.0), rough(-1.0)).0,
     ];
+    let floor = if case.method == Method::Exact {
+        1e-300
+    } else {
+        case.atol / case.rtol
+    };
     let mut reference = Reference {
+        q_unit: main.q_size.max(floor),
+        v_unit: main.v_size.max(floor),
         horizon: (main.end, None),
         main,
         aside,
@@ -139,7 +162,7 @@ impl Reference {
     /// Largest difference of two states, relative to the largest position and velocity.
     pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
         let n = x.len() / 2;
-        let (q, v) = (self.main.q_size.max(1e-300), self.main.v_size.max(1e-300));
+        let (q, v) = (self.q_unit, self.v_unit);
         x.iter()
             .zip(y)
             .enumerate()
@@ -155,7 +178,7 @@ fn outside(hits: &[Hit], chatters: &[Stretch], slack: f64) -> Vec<Hit> {
         let time = hit.time.to_f64();
         let is_inside = chatters
             .iter()
-            .any(|c| c.stop == hit.stop && time > c.start + slack && time < c.end + slack);
+            .any(|c| c.stop == hit.stop && time > c.start - slack && time < c.end + slack);
         if !is_inside && hit.approach > 0.0 {
             kept.push(hit.clone());
         }
@@ -210,7 +233,10 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
             cut(next.time.to_f64(), "another number of impacts");
         }
-        let (mine, theirs) = (long(&main.sticks, slack), long(&aside.sticks, slack));
+        let (mine, theirs) = (
+            long(&on_planes(case, &main.sticks), slack),
+            long(&on_planes(case, &aside.sticks), slack),
+        );
         for (a, b) in mine.iter().zip(&theirs) {
             if a.stop != b.stop || (a.start - b.start).abs() > 1e-3 / reference.model.rate {
                 cut(a.start.min(b.start), "another order of lasting contacts");
@@ -234,6 +260,48 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
         }
     }
     end
+}
+
+/// Lasting contact by planes: stops at one place, on either side, are one, since which of them carries the force is nobody's.
+fn on_planes(case: &Case, sticks: &[Stretch]) -> Vec<Stretch> {
+    let plane = |stop: usize| {
+        let unit = |stop: &StopCase| {
+            let n = stop.outward();
+            let size = n
+                .iter()
+                .fold(0.0, |m: f64, x| if x.abs() > m.abs() { *x } else { m });
+            let place = stop.clearance / size;
+            (n.iter().map(|x| x / size).collect::<Vec<f64>>(), place)
+        };
+        let (n, place) = unit(&case.stops[stop]);
+        let is_same = |other: &StopCase| {
+            let (m, there) = unit(other);
+            (place - there).abs() <= 1e-14 * place.abs()
+                && n.iter().zip(&m).all(|(a, b)| (a - b).abs() < 1e-14)
+        };
+        case.stops.iter().position(is_same).unwrap_or(stop)
+    };
+    let mut planes: Vec<Stretch> = Vec::new();
+    for stick in sticks {
+        let stick = Stretch {
+            stop: if stick.stop < case.stops.len() {
+                plane(stick.stop)
+            } else {
+                stick.stop
+            },
+            ..stick.clone()
+        };
+        let same = planes
+            .iter_mut()
+            .rev()
+            .find(|s| s.stop == stick.stop && s.end >= stick.start);
+        if let Some(same) = same {
+            same.end = same.end.max(stick.end);
+        } else {
+            planes.push(stick);
+        }
+    }
+    planes
 }
 
 fn long(sticks: &[Stretch], shortest: f64) -> Vec<Stretch> {
@@ -262,36 +330,41 @@ fn long(sticks: &[Stretch], shortest: f64) -> Vec<Stretch> {
     kept
 }
 
-fn library(case: &Case, scene: &vibroimpact::Scene) -> Result<Trajectory, Difference> {
-    let (q0, v0) = case.start();
-    let began = Instant::now();
-    let mut observer = |_| {
-        if began.elapsed() > Duration::from_secs(10) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    };
-    let run = catch_unwind(AssertUnwindSafe(|| {
-        simulate_checked(scene, &q0, &v0, case.span, &case.options(), &mut observer)
-    }));
+/// The library's run, in a thread that is left behind if it never ends.
+fn library(case: &Case, scene: &Scene) -> Result<Trajectory, Difference> {
     let difference = |class: &str, detail: String| Difference {
         class: class.to_string(),
         detail,
     };
-    match run {
-        Err(panic) => {
-            let text = panic
-                .downcast_ref::<String>()
-                .cloned()
-                .or(panic.downcast_ref::<&str>().map(ToString::to_string));
+    let (sender, receiver) = channel();
+    let (case, scene) = (case.clone(), scene.clone());
+    std::thread::spawn(move || {
+        let (q0, v0) = case.start();
+        let began = Instant::now();
+        let mut observer = |_| {
+            if began.elapsed() > PATIENCE {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let run = catch_unwind(AssertUnwindSafe(|| {
+            simulate_checked(&scene, &q0, &v0, case.span, &case.options(), &mut observer)
+        }));
+        let _ = sender.send(run);
+    });
+    match receiver.recv_timeout(2 * PATIENCE) {
+        Err(_) => Err(difference("endless, and asks nobody", String::new())),
+        Ok(Err(panic)) => {
+            let text = panic.downcast_ref::<String>().cloned();
+            let text = text.or(panic.downcast_ref::<&str>().map(ToString::to_string));
             Err(difference("panic", text.unwrap_or_default()))
         }
-        Ok(Err(vibroimpact::Error::Interrupted)) => {
-            Err(difference("endless", "more than 10 s".to_string()))
+        Ok(Ok(Err(vibroimpact::Error::Interrupted))) => {
+            Err(difference("endless", format!("more than {PATIENCE:?}")))
         }
-        Ok(Err(error)) => Err(difference("error", error.to_string())),
-        Ok(Ok(run)) => Ok(run),
+        Ok(Ok(Err(error))) => Err(difference("error", error.to_string())),
+        Ok(Ok(Ok(run))) => Ok(run),
     }
 }
 
@@ -434,13 +507,13 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
         }
         let (a, b) = (a.expect("same"), b.expect("same"));
         let speed_allowed = 10.0 * aside(&|h| h.approach)
-            + allowance.base * main.v_size * normal_size(a.stop) * 10.0;
+            + allowance.base * reference.v_unit * normal_size(a.stop) * 10.0;
         let time_allowed = 10.0 * aside(&|h| h.time.to_f64())
             + tick
             + allowance.base
-                * (main.q_size * normal_size(a.stop) * 10.0 / a.approach + 10.0 / rate);
-        let impulse_allowed =
-            10.0 * aside(&|h| h.impulse) + allowance.base * 20.0 * (a.impulse + main.v_size);
+                * (reference.q_unit * normal_size(a.stop) * 10.0 / a.approach + 10.0 / rate);
+        let push = reference.model.delassus.rows[a.stop][a.stop].to_f64();
+        let impulse_allowed = 10.0 * aside(&|h| h.impulse) + 4.0 * speed_allowed / push;
         let details = || {
             format!(
                 "impact {k}: referee {}, library {}",
@@ -504,11 +577,12 @@ fn compare_sticks(
     slack: f64,
     report: &mut dyn FnMut(f64, String, String),
 ) {
-    let (mine, theirs) = (long(&reference.main.sticks, slack), long(theirs, slack));
+    let by_plane = |sticks: &[Stretch]| long(&on_planes(case, sticks), slack);
+    let (mine, theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
     let beside: Vec<Vec<Stretch>> = reference
         .aside
         .iter()
-        .map(|r| long(&r.sticks, slack))
+        .map(|r| by_plane(&r.sticks))
         .collect();
     let rate = reference.model.rate;
     for k in 0..mine.len().max(theirs.len()) {
@@ -567,4 +641,42 @@ fn show(hit: Option<&Hit>) -> String {
             h.impulse
         )
     })
+}
+
+/// Both runs in full, for one scene that is looked at.
+pub fn print(case: &Case) {
+    let reference = reference(case);
+    println!(
+        "horizon {:?}, rate {:e}, sizes {:e} {:e}",
+        reference.horizon, reference.model.rate, reference.main.q_size, reference.main.v_size
+    );
+    for hit in reference.main.hits.iter().take(400) {
+        println!("  referee {}", show(Some(hit)));
+    }
+    println!("  referee sticks {:?}", reference.main.sticks);
+    println!("  referee chatters {:?}", reference.main.chatters);
+    println!(
+        "  referee doubts {:?}, stopped {:?}",
+        reference.main.doubts, reference.main.stopped
+    );
+    match library(case, &case.scene().expect("a scene")) {
+        Err(difference) => println!("library: {} {}", difference.class, difference.detail),
+        Ok(run) => {
+            for hit in seen(case, &run).0.iter().take(400) {
+                println!("  library {}", show(Some(hit)));
+            }
+            for segment in run
+                .segments()
+                .expect("kept")
+                .iter()
+                .filter(|s| s.kind != SegmentKind::Flight)
+            {
+                println!("  library {segment:?}");
+            }
+            for graze in run.grazes().iter().take(20) {
+                println!("  library {graze:?}");
+            }
+            println!("  library {}", run.message());
+        }
+    }
 }

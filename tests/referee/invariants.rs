@@ -25,6 +25,7 @@ pub fn check(
         impacts_keep_the_law(case, run, reference),
         forces_press(case, run),
         energy_adds_up(case, run),
+        segments_fill_the_span(run),
         same_bits_twice(case, scene, run),
     ]
     .into_iter()
@@ -139,6 +140,14 @@ fn impacts_keep_the_law(
         if !is_alone {
             continue;
         }
+        let begins_chatter = held.iter().any(|s| {
+            s.kind == SegmentKind::Chatter
+                && s.stop == Some(impact.stop)
+                && (s.start - impact.time).abs() <= 4.0 * tick + 1e-9 / reference.model.rate
+        });
+        if begins_chatter {
+            continue;
+        }
         let (Ok(before), Ok(after)) = (
             run.state(impact.time, ImpactSide::Before),
             run.state(impact.time, ImpactSide::After),
@@ -149,7 +158,7 @@ fn impacts_keep_the_law(
         let normal = DVector::from_vec(case.stops[impact.stop].outward());
         // A time in doubles is off by a tick, and the motion there by as much as it moves.
         let acceleration = reference.model.rate * reference.main.v_size;
-        let size = reference.main.v_size * normal.lp_norm(1);
+        let size = reference.v_unit * normal.lp_norm(1);
         let allowed = 1e-12 * size + 4.0 * tick * acceleration * normal.lp_norm(1);
         let (into, out) = (normal.dot(&before.1), -normal.dot(&after.1));
         if (into - impact.approach).abs() > allowed || (out - impact.departure).abs() > allowed {
@@ -267,6 +276,19 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
                     ),
                 );
             }
+        }
+    }
+    None
+}
+
+fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
+    let (start, end) = run.span();
+    for segment in run.segments().expect("kept") {
+        if segment.start < start || segment.end > end || segment.end < segment.start {
+            return difference(
+                "segment outside the run",
+                format!("{segment:?} in {:?}", run.span()),
+            );
         }
     }
     None

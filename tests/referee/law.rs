@@ -53,6 +53,8 @@ pub struct Instant {
     /// Opening speeds afterwards.
     pub opening: Vec<Dd>,
     pub rounds: usize,
+    /// Whether dependent stops share impulses, so that these are not unique.
+    pub is_shared: bool,
     /// Why another answer is as good, if so.
     pub doubt: Option<&'static str>,
 }
@@ -65,6 +67,7 @@ pub fn impulses(g: &Matrix, opening: &[Dd], restitution: &[f64], scale: f64) -> 
         impulses: vec![Dd::ZERO; n],
         opening: opening.to_vec(),
         rounds: 0,
+        is_shared: false,
         doubt: None,
     };
     let zero = ZERO * scale;
@@ -109,7 +112,13 @@ pub fn impulses(g: &Matrix, opening: &[Dd], restitution: &[f64], scale: f64) -> 
         }) {
             instant.doubt = Some("several sets of impulses solve the law");
         }
-        let x = least_norm(&inner, first, &solutions);
+        instant.is_shared |= solutions.iter().any(|x| {
+            let pairs = x.iter().zip(first);
+            pairs
+                .into_iter()
+                .any(|(a, b)| (*a - *b).abs().to_f64() > 1e-18 * scale)
+        });
+        let x = shared(first, &solutions);
         for (&i, &x) in enters.iter().zip(&x) {
             instant.impulses[i] += x;
             for (j, opening) in instant.opening.iter_mut().enumerate() {
@@ -128,12 +137,8 @@ pub fn impulses(g: &Matrix, opening: &[Dd], restitution: &[f64], scale: f64) -> 
     instant
 }
 
-/// Impulses of least norm with the same effect, where several independent sets have it: the mean of all if that is what
-/// symmetry asks for, else the first.
-fn least_norm(_g: &Matrix, first: &[Dd], solutions: &[Vec<Dd>]) -> Vec<Dd> {
-    if solutions.len() < 2 {
-        return first.to_vec();
-    }
+/// Where several independent sets of impulses have the same effect, their mean.
+fn shared(first: &[Dd], solutions: &[Vec<Dd>]) -> Vec<Dd> {
     let share = Dd::ONE / Dd::from(solutions.len() as f64);
     (0..first.len())
         .map(|i| {

@@ -55,6 +55,7 @@ fn the_library_agrees_with_the_referee() {
                     let case = generator::scene(seed, number);
                     if only.is_some() {
                         println!("{}", case.dump());
+                        compare::print(&case);
                     }
                     let started = Instant::now();
                     let verdict = compare::judge(&case);

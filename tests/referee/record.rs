@@ -11,7 +11,7 @@ pub struct Hit {
     pub impulse: f64,
     /// Second derivative of the gap without contact forces.
     pub curvature: f64,
-    /// Rounds in which the impulses of the instant were found.
+    /// Rounds in which the impulses of the instant were found; 0 where dependent stops share them.
     pub rounds: usize,
 }
 

@@ -30,6 +30,15 @@ const AHEAD: f64 = 1e-6;
 /// Gaps in double-double numbers below this part of their terms are closed.
 const CLOSED: f64 = 1e-22;
 
+/// What a computation in doubles cannot know better, for the runs aside.
+#[derive(Debug, Clone, Copy)]
+pub struct Roughness {
+    /// Impacts that accumulate are completed where the error of doing so is below this part of the motion.
+    pub completion: f64,
+    /// By what part of its terms a gap is off at a contact.
+    pub gap: f64,
+}
+
 pub struct Run<'a> {
     model: &'a Model,
     motions: HashMap<Vec<usize>, Option<Rc<Motion>>>,
@@ -40,9 +49,10 @@ pub struct Run<'a> {
     held: Vec<usize>,
     since: Vec<Option<Dd>>,
     samples: &'a [Dd],
-    /// Impacts that accumulate are completed where the error of doing so is below this part of the motion: as the library does.
-    completion: Option<f64>,
+    roughness: Option<Roughness>,
     record: Record,
+    /// Changes of contact since the time last went on.
+    at_once: usize,
 }
 
 /// Follows a motion over a time, with states at given times (ascending, from 0).
@@ -51,7 +61,7 @@ pub fn follow(
     start: Vec<Dd>,
     duration: Dd,
     samples: &[Dd],
-    completion: Option<f64>,
+    roughness: Option<Roughness>,
     most_hits: usize,
 ) -> Record {
     let k = model.stops.len();
@@ -64,8 +74,9 @@ pub fn follow(
         held: Vec::new(),
         since: vec![None; k],
         samples,
-        completion,
+        roughness,
         record: Record::default(),
+        at_once: 0,
     };
     run.begin();
     while run.time < duration && run.record.stopped.is_none() {
@@ -184,6 +195,14 @@ impl Run<'_> {
                 *contact = Contact::Open;
             }
         }
+        if passed.to_f64() > 1e-14 * step {
+            self.at_once = 0;
+        } else {
+            self.at_once += 1;
+            if self.at_once > 100 {
+                return self.stop("contacts change without end at one instant");
+            }
+        }
         match event {
             None => {}
             Some(Event::Touch(stop)) => self.touch(stop),
@@ -258,6 +277,8 @@ impl Run<'_> {
 
     /// A gap closes.
     fn touch(&mut self, stop: usize) {
+        self.blur(stop);
+        self.near_place(stop);
         let touching: Vec<usize> = (0..self.contacts.len())
             .filter(|&i| {
                 i == stop
@@ -266,6 +287,43 @@ impl Run<'_> {
             })
             .collect();
         self.strike(&touching);
+    }
+
+    /// Shifts a contact by what the rounding of its gap does to its time.
+    fn blur(&mut self, stop: usize) {
+        let Some(roughness) = self.roughness else {
+            return;
+        };
+        let held = self.held.clone();
+        let motion = self.motion(&held).expect("independent stops");
+        let a = dot(
+            &self.model.stops[stop].normal,
+            &motion.acceleration(&self.x),
+        );
+        let speed = -self.model.opening(stop, &self.x).to_f64();
+        let depth = roughness.gap * self.size(stop);
+        if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {
+            let shift = Dd::from(depth / speed);
+            self.x = motion.advance(&self.x, shift);
+            self.time += shift;
+        }
+    }
+
+    /// Another stop that closes at practically this place, and depends on this one: which is hit is one of rounding.
+    fn near_place(&mut self, stop: usize) {
+        let g = &self.model.delassus;
+        let is_near = (0..self.contacts.len()).any(|j| {
+            let gap = self.model.gap(j, &self.x).to_f64();
+            j != stop
+                && self.contacts[j] == Contact::Open
+                && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
+                && self.model.opening(j, &self.x) < Dd::ZERO
+                && gap.abs() > CLOSED * self.size(j)
+                && gap < 1e-13 * self.size(j)
+        });
+        if is_near {
+            self.doubt("two stops at almost one place");
+        }
     }
 
     /// Impulses of the stops in contact, then what stays in contact.
@@ -283,7 +341,7 @@ impl Run<'_> {
             .iter()
             .map(|&i| match self.contacts[i] {
                 Contact::Held => Dd::ZERO,
-                _ => self.model.opening(i, &self.x),
+                _ => self.opening_at_contact(i),
             })
             .collect();
         let restitution: Vec<f64> = touching
@@ -325,7 +383,7 @@ impl Run<'_> {
                     departure: result.opening[k].to_f64(),
                     impulse: result.impulses[k].to_f64(),
                     curvature: -dot(&self.model.stops[i].normal, &accelerations).to_f64(),
-                    rounds: result.rounds,
+                    rounds: if result.is_shared { 0 } else { result.rounds },
                 });
             }
         }
@@ -343,6 +401,18 @@ impl Run<'_> {
         {
             self.complete(stop);
         }
+    }
+
+    /// The opening speed; at the start what is zero but for the rounding of the velocity given is zero.
+    fn opening_at_contact(&self, stop: usize) -> Dd {
+        let opening = self.model.opening(stop, &self.x);
+        let terms = self.model.stops[stop]
+            .normal
+            .iter()
+            .zip(&self.x[self.model.n..]);
+        let size: f64 = terms.map(|(n, v)| (*n * *v).abs().to_f64()).sum();
+        let is_rounding = self.time == Dd::ZERO && opening.abs().to_f64() <= 1e-15 * size;
+        if is_rounding { Dd::ZERO } else { opening }
     }
 
     /// Stops that depend on each other and are hit almost together: their order is one of rounding.
@@ -492,7 +562,7 @@ impl Run<'_> {
         let flight = 2.0 * speed.to_f64() / -a;
         let duration = flight / (1.0 - e);
         let mut is_short = flight * self.model.rate < 1e-9;
-        if let Some(tolerance) = self.completion {
+        if let Some(roughness) = self.roughness {
             let previous = self
                 .record
                 .hits
@@ -503,8 +573,8 @@ impl Run<'_> {
             let is_regular =
                 previous.is_some_and(|hit| (speed.to_f64() / hit.departure / e - 1.0).abs() < 0.05);
             let residual = 8.0 * speed.to_f64().powi(2) / (e * (1.0 - e)) / -a;
-            is_short |=
-                is_regular && residual < tolerance * self.size(stop).max(self.record.q_size);
+            is_short |= is_regular
+                && residual < roughness.completion * self.size(stop).max(self.record.q_size);
         }
         let others_stay = (0..self.contacts.len()).all(|i| {
             if i == stop || self.contacts[i] == Contact::Held {
