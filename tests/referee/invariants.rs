@@ -196,14 +196,14 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
     let segments = run.segments().expect("kept");
     let sticks: Vec<_> = segments
         .iter()
-        .filter(|s| s.kind == SegmentKind::Stick)
+        .filter(|s| s.kind == SegmentKind::Stick && s.end > s.start)
         .collect();
     for stick in &sticks {
         for k in 1..20 {
             let t = stick.start + (stick.end - stick.start) * f64::from(k) / 20.0;
             let mut held: Vec<usize> = sticks
                 .iter()
-                .filter(|s| s.start <= t && t <= s.end)
+                .filter(|s| s.start < t && t < s.end)
                 .filter_map(|s| s.stop)
                 .collect();
             held.sort_unstable();
@@ -284,7 +284,15 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
 fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
     let (start, end) = run.span();
     for segment in run.segments().expect("kept") {
-        if segment.start < start || segment.end > end || segment.end < segment.start {
+        let tick = 4.0 * f64::EPSILON * start.abs().max(end.abs());
+        let is_far = segment.start < start - tick || segment.end > end + tick;
+        if is_far || segment.end < segment.start {
+            return difference(
+                "segment far outside the run",
+                format!("{segment:?} in {:?}", run.span()),
+            );
+        }
+        if segment.start < start || segment.end > end {
             return difference(
                 "segment outside the run",
                 format!("{segment:?} in {:?}", run.span()),
