@@ -1,6 +1,7 @@
 //! A referee for `simulate`: a slow simulator of linear scenes that shares nothing with the library, a generator of scenes,
 //! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, their seed from
-//! `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one.
+//! `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
+//! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found.
 
 mod case;
 mod closed_forms;
@@ -12,6 +13,7 @@ mod law;
 mod motion;
 mod polynomial;
 mod record;
+mod shrink;
 mod simulator;
 
 use compare::Verdict;
@@ -96,6 +98,18 @@ fn the_library_agrees_with_the_referee() {
         }
     });
     let tally = tally.into_inner().expect("no panic");
+    if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
+        for (class, numbers) in &tally.classes {
+            let (number, case) = shrink::smallest(class, numbers, seed);
+            println!("-- {class}, from scene {number} of seed {seed}");
+            if let Verdict::Disagree(differences) = compare::judge(&case) {
+                for difference in differences {
+                    println!("   {}: {}", difference.class, difference.detail);
+                }
+            }
+            println!("{}", case.dump());
+        }
+    }
     for report in tally.reports.values() {
         println!("{report}");
     }
