@@ -127,9 +127,10 @@ pub fn reference(case: &Case) -> Reference {
     } else {
         case.atol / case.rtol
     };
+    let (q_terms, v_terms) = terms(case);
     let mut reference = Reference {
-        q_unit: main.q_size.max(floor),
-        v_unit: main.v_size.max(floor),
+        q_unit: main.q_size.max(floor).max(q_terms),
+        v_unit: main.v_size.max(floor).max(v_terms),
         horizon: (main.end, None),
         main,
         aside,
@@ -138,6 +139,33 @@ pub fn reference(case: &Case) -> Reference {
     };
     reference.horizon = horizon(&reference, case);
     reference
+}
+
+/// Sizes of the terms of a motion that is the sum of a steady and a free one: forces over the least stiffness, where they are
+/// not faster than all modes. A motion from rest is at first the small difference of such terms, and known to their rounding.
+fn terms(case: &Case) -> (f64, f64) {
+    let values = case
+        .mass
+        .clone()
+        .try_inverse()
+        .map(|m| (m * &case.stiffness).complex_eigenvalues());
+    let squares: Vec<f64> = values.map_or(Vec::new(), |v| v.iter().map(|z| z.norm()).collect());
+    let (least, most) = squares
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+    if squares.is_empty() || least <= 1e-9 * most {
+        return (0.0, 0.0);
+    }
+    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let mut force = largest(&case.load);
+    if let Some(f) = &case.force
+        && f.frequency * f.frequency < 4.0 * most
+    {
+        force += largest(&f.re) + largest(&f.im);
+    }
+    let lightest = case.mass.diagonal().min();
+    let q = force / lightest / least;
+    (q, q * most.sqrt())
 }
 
 impl Reference {

@@ -98,18 +98,6 @@ fn the_library_agrees_with_the_referee() {
         }
     });
     let tally = tally.into_inner().expect("no panic");
-    if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
-        for (class, numbers) in &tally.classes {
-            let (number, case) = shrink::smallest(class, numbers, seed);
-            println!("-- {class}, from scene {number} of seed {seed}");
-            if let Verdict::Disagree(differences) = compare::judge(&case) {
-                for difference in differences {
-                    println!("   {}: {}", difference.class, difference.detail);
-                }
-            }
-            println!("{}", case.dump());
-        }
-    }
     for report in tally.reports.values() {
         println!("{report}");
     }
@@ -131,6 +119,18 @@ fn the_library_agrees_with_the_referee() {
             numbers.len(),
             &numbers[..numbers.len().min(12)]
         );
+    }
+    if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
+        for (class, numbers) in tally.classes.iter().filter(|c| !c.0.starts_with("endless")) {
+            let (number, case) = shrink::smallest(class, numbers, seed);
+            println!("-- {class}, from scene {number} of seed {seed}");
+            if let Verdict::Disagree(differences) = compare::judge(&case) {
+                for difference in differences {
+                    println!("   {}: {}", difference.class, difference.detail);
+                }
+            }
+            println!("{}", case.dump());
+        }
     }
     assert!(
         tally.classes.is_empty(),

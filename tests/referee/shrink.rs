@@ -6,13 +6,15 @@ use crate::generator;
 use nalgebra::DMatrix;
 use vibroimpact::Method;
 
-fn disagrees(case: &Case, class: &str) -> bool {
+fn disagrees(case: &Case, original: &Case, class: &str) -> bool {
     let is_feasible = case.stops.iter().all(|stop| {
         let normal = stop.outward();
         let gap = stop.clearance - normal.iter().zip(&case.q0).map(|(n, q)| n * q).sum::<f64>();
         gap >= -1e-13 && normal.iter().any(|x| *x != 0.0)
     });
+    let is_long = case.span.1 - case.span.0 > 1e-3 * (original.span.1 - original.span.0);
     is_feasible
+        && is_long
         && matches!(judge(case), Verdict::Disagree(all) if all.iter().any(|d| d.class == class))
 }
 
@@ -130,6 +132,7 @@ fn round(c: &mut Case, d: usize) {
 }
 
 fn shrunk(mut case: Case, class: &str) -> Case {
+    let original = case.clone();
     let mut left = 250;
     'again: while left > 0 {
         for other in simpler(&case) {
@@ -137,7 +140,7 @@ fn shrunk(mut case: Case, class: &str) -> Case {
             if left == 0 {
                 break;
             }
-            if disagrees(&other, class) {
+            if disagrees(&other, &original, class) {
                 case = other;
                 continue 'again;
             }
