@@ -1,0 +1,209 @@
+//! A scene as plain numbers, from which the referee and the library each make their own; printed as Rust code where they
+//! disagree.
+
+use nalgebra::{Complex, DMatrix, DVector};
+use vibroimpact::{
+    Coefficient, Forcing, Harmonic, LinearSystem, Method, Reaction, Result, Scene, Side,
+    SimulateOptions, Stop,
+};
+
+/// Without loss at impacts a damped motion under a load bounces ever faster: no run is followed further.
+pub const MOST_IMPACTS: usize = 1500;
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Push {
+    Inertia,
+    Coordinate,
+    Direction(Vec<f64>),
+}
+
+/// A stop; `normal` and a given direction as of the upper side, both turned when `lower`.
+#[derive(Debug, Clone)]
+pub struct StopCase {
+    pub normal: Vec<f64>,
+    pub clearance: f64,
+    pub restitution: f64,
+    pub lower: bool,
+    pub push: Push,
+}
+
+#[derive(Debug, Clone)]
+pub struct ForceCase {
+    pub re: Vec<f64>,
+    pub im: Vec<f64>,
+    pub frequency: f64,
+    pub phase: f64,
+}
+
+#[derive(Debug, Clone)]
+pub struct Case {
+    pub label: String,
+    pub mass: DMatrix<f64>,
+    pub damping: DMatrix<f64>,
+    pub stiffness: DMatrix<f64>,
+    pub load: Vec<f64>,
+    pub force: Option<ForceCase>,
+    pub stops: Vec<StopCase>,
+    pub q0: Vec<f64>,
+    pub v0: Vec<f64>,
+    pub span: (f64, f64),
+    pub method: Method,
+    pub rtol: f64,
+    pub atol: f64,
+}
+
+fn is_diagonal(a: &DMatrix<f64>) -> bool {
+    let off = |i: usize, j: usize| i == j || a[(i, j)] == 0.0;
+    (0..a.nrows()).all(|i| (0..a.ncols()).all(|j| off(i, j)))
+}
+
+impl StopCase {
+    /// The normal towards the stop.
+    pub fn outward(&self) -> Vec<f64> {
+        let sign = if self.lower { -1.0 } else { 1.0 };
+        self.normal.iter().map(|x| sign * x).collect()
+    }
+}
+
+impl Case {
+    pub fn n(&self) -> usize {
+        self.q0.len()
+    }
+
+    /// The library's scene; a matrix that happens to be diagonal is given as one.
+    pub fn scene(&self) -> Result<Scene> {
+        let coefficient = |a: &DMatrix<f64>| {
+            if is_diagonal(a) {
+                Coefficient::Diagonal(a.diagonal())
+            } else {
+                Coefficient::Dense(a.clone())
+            }
+        };
+        let system = LinearSystem::new(
+            coefficient(&self.mass),
+            coefficient(&self.damping),
+            coefficient(&self.stiffness),
+        )?
+        .with_load(DVector::from_row_slice(&self.load))?;
+        let forcing = match &self.force {
+            None => Forcing::Unforced,
+            Some(f) => {
+                let amplitude =
+                    f.re.iter()
+                        .zip(&f.im)
+                        .map(|(&re, &im)| Complex::new(re, im));
+                Harmonic::new(
+                    DVector::from_iterator(self.n(), amplitude),
+                    f.frequency,
+                    f.phase,
+                )?
+                .into()
+            }
+        };
+        let stops: Result<Vec<Stop>> = self
+            .stops
+            .iter()
+            .map(|stop| {
+                let normal = DVector::from_row_slice(&stop.normal);
+                Stop::new(normal, stop.clearance, stop.restitution)?
+                    .on_side(if stop.lower { Side::Lower } else { Side::Upper })
+                    .with_reaction(match &stop.push {
+                        Push::Inertia => Reaction::Inertia,
+                        Push::Coordinate => Reaction::Coordinate,
+                        Push::Direction(b) => Reaction::Direction(DVector::from_row_slice(b)),
+                    })
+            })
+            .collect();
+        Scene::new(system, forcing, stops?)
+    }
+
+    pub fn start(&self) -> (DVector<f64>, DVector<f64>) {
+        (
+            DVector::from_row_slice(&self.q0),
+            DVector::from_row_slice(&self.v0),
+        )
+    }
+
+    pub fn options(&self) -> SimulateOptions {
+        SimulateOptions {
+            method: self.method,
+            rtol: self.rtol,
+            atol: self.atol,
+            max_impacts: Some(MOST_IMPACTS),
+            ..Default::default()
+        }
+    }
+
+    /// The body of a test that repeats the run.
+    pub fn dump(&self) -> String {
+        let vector = |v: &[f64]| format!("dvector!{v:?}");
+        let matrix = |a: &DMatrix<f64>| {
+            if is_diagonal(a) {
+                return vector(a.diagonal().as_slice());
+            }
+            let rows: Vec<String> = a
+                .row_iter()
+                .map(|r| {
+                    r.iter()
+                        .map(|x| format!("{x:?}"))
+                        .collect::<Vec<_>>()
+                        .join(", ")
+                })
+                .collect();
+            format!("dmatrix![{}]", rows.join("; "))
+        };
+        let mut text = format!(
+            "let system = LinearSystem::new({}, {}, {})?.with_load({})?;\n",
+            matrix(&self.mass),
+            matrix(&self.damping),
+            matrix(&self.stiffness),
+            vector(&self.load)
+        );
+        text += &match &self.force {
+            None => "let force = Forcing::Unforced;\n".to_string(),
+            Some(f) => {
+                let z: Vec<String> =
+                    f.re.iter()
+                        .zip(&f.im)
+                        .map(|(re, im)| format!("Complex::new({re:?}, {im:?})"))
+                        .collect();
+                format!(
+                    "let force = Harmonic::new(dvector![{}], {:?}, {:?})?;\n",
+                    z.join(", "),
+                    f.frequency,
+                    f.phase
+                )
+            }
+        };
+        text += "let stops = [\n";
+        for s in &self.stops {
+            text += &format!(
+                "    Stop::new({}, {:?}, {:?})?",
+                vector(&s.normal),
+                s.clearance,
+                s.restitution
+            );
+            if s.lower {
+                text += ".on_side(Side::Lower)";
+            }
+            match &s.push {
+                Push::Inertia => {}
+                Push::Coordinate => text += ".with_reaction(Reaction::Coordinate)?",
+                Push::Direction(b) => {
+                    text += &format!(".with_reaction(Reaction::Direction({}))?", vector(b))
+                }
+            }
+            text += ",\n";
+        }
+        text += &format!(
+            "];\nlet scene = Scene::new(system, force, stops)?;\nlet options = SimulateOptions {{ method: Method::{:?}, rtol: {:e}, atol: {:e}, ..Default::default() }};\nlet run = simulate(&scene, &{}, &{}, {:?}, &options)?;\n",
+            self.method,
+            self.rtol,
+            self.atol,
+            vector(&self.q0),
+            vector(&self.v0),
+            self.span
+        );
+        text
+    }
+}

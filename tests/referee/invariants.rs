@@ -1,0 +1,380 @@
+//! What must hold of the library's answer whatever the motion is.
+
+use crate::case::{Case, Push};
+use crate::compare::{Difference, Reference};
+use nalgebra::{DMatrix, DVector};
+use vibroimpact::{ImpactSide, Method, Scene, SegmentKind, Trajectory, simulate};
+
+/// Relative rounding allowed; steps of an integrator add their tolerance.
+fn rounding(case: &Case) -> f64 {
+    if case.method == Method::Exact {
+        1e-13
+    } else {
+        1e-13 + 10.0 * case.rtol
+    }
+}
+
+pub fn check(
+    case: &Case,
+    scene: &Scene,
+    run: &Trajectory,
+    reference: &Reference,
+) -> Vec<Difference> {
+    [
+        gaps_stay_open(case, run, reference),
+        impacts_keep_the_law(case, run, reference),
+        forces_press(case, run),
+        energy_adds_up(case, run),
+        segments_fill_the_span(run),
+        same_bits_twice(case, scene, run),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn difference(class: &str, detail: String) -> Option<Difference> {
+    Some(Difference {
+        class: class.to_string(),
+        detail,
+    })
+}
+
+/// Number of points at which gaps are looked at.
+const POINTS: usize = 300;
+
+fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
+    let (start, end) = run.span();
+    for k in 0..POINTS {
+        let t = start + (end - start) * k as f64 / POINTS as f64;
+        let Ok((q, _)) = run.state(t, ImpactSide::After) else {
+            continue;
+        };
+        for (i, stop) in case.stops.iter().enumerate() {
+            let terms = stop
+                .outward()
+                .iter()
+                .zip(q.iter())
+                .map(|(n, q)| n * q)
+                .collect::<Vec<_>>();
+            let gap = stop.clearance - terms.iter().sum::<f64>();
+            let size = stop.clearance.abs() + terms.iter().map(|x| x.abs()).sum::<f64>();
+            let reach: f64 = stop.normal.iter().map(|x| x.abs()).sum();
+            let allowed =
+                rounding(case) * size.max(reach * reference.main.q_size) + start_depth(case, i);
+            if gap < -allowed {
+                let margin = 10.0
+                    * (case.atol * reach
+                        + case.rtol.min(1e-9) * size.max(reach * reference.main.q_size));
+                let class = if gap < -margin {
+                    "behind a stop"
+                } else {
+                    "behind a stop, within the margin"
+                };
+                return difference(class, format!("stop {i} at {:e}: gap {gap:e}", t - start));
+            }
+        }
+    }
+    None
+}
+
+/// How far the start itself is behind the stop.
+fn start_depth(case: &Case, stop: usize) -> f64 {
+    let gap = case.stops[stop].clearance
+        - case.stops[stop]
+            .outward()
+            .iter()
+            .zip(&case.q0)
+            .map(|(n, q)| n * q)
+            .sum::<f64>();
+    (-gap).max(0.0) * 2.0
+}
+
+fn inverse_mass(case: &Case) -> DMatrix<f64> {
+    case.mass.clone().try_inverse().expect("positive definite")
+}
+
+fn reaction(case: &Case, inverse: &DMatrix<f64>, stop: usize) -> DVector<f64> {
+    let stop = &case.stops[stop];
+    let normal = DVector::from_vec(stop.outward());
+    match &stop.push {
+        Push::Inertia => inverse * normal,
+        Push::Coordinate => normal,
+        Push::Direction(b) => DVector::from_row_slice(b) * if stop.lower { -1.0 } else { 1.0 },
+    }
+}
+
+fn impacts_keep_the_law(
+    case: &Case,
+    run: &Trajectory,
+    reference: &Reference,
+) -> Option<Difference> {
+    let inverse = inverse_mass(case);
+    let impacts = run.impacts();
+    let held = run.segments().expect("kept");
+    let tick = 2.0 * f64::EPSILON * case.span.0.abs().max(case.span.1.abs());
+    for (k, impact) in impacts.iter().enumerate() {
+        if impact.approach < 0.0
+            || impact.departure < 0.0
+            || impact.impulse < 0.0
+            || !impact.time.is_finite()
+        {
+            return difference("row of an impact", format!("{impact:?}"));
+        }
+        if k > 0 && impact.time < impacts[k - 1].time {
+            return difference(
+                "impacts out of order",
+                format!("{impact:?} after {:?}", impacts[k - 1]),
+            );
+        }
+        // Impacts of other stops too near to tell the times apart: the sides are those of all together.
+        let is_alone = impacts
+            .iter()
+            .enumerate()
+            .skip(k.saturating_sub(8))
+            .take(17)
+            .all(|(j, other)| {
+                j == k
+                    || (other.time - impact.time).abs() > 4.0 * tick + 1e-9 / reference.model.rate
+            });
+        if !is_alone {
+            continue;
+        }
+        let begins_chatter = held.iter().any(|s| {
+            s.kind == SegmentKind::Chatter
+                && s.stop == Some(impact.stop)
+                && (s.start - impact.time).abs() <= 4.0 * tick + 1e-9 / reference.model.rate
+        });
+        if begins_chatter {
+            continue;
+        }
+        let (Ok(before), Ok(after)) = (
+            run.state(impact.time, ImpactSide::Before),
+            run.state(impact.time, ImpactSide::After),
+        ) else {
+            return difference("state refused", format!("{impact:?}"));
+        };
+        let b = reaction(case, &inverse, impact.stop);
+        let normal = DVector::from_vec(case.stops[impact.stop].outward());
+        // A time in doubles is off by a tick, and the motion there by as much as it moves.
+        let acceleration = reference.model.rate * reference.main.v_size;
+        let size = reference.v_unit * normal.lp_norm(1);
+        let allowed = 1e-12 * size + 4.0 * tick * acceleration * normal.lp_norm(1);
+        let (into, out) = (normal.dot(&before.1), -normal.dot(&after.1));
+        if (into - impact.approach).abs() > allowed || (out - impact.departure).abs() > allowed {
+            let bend = reference.model.rate * reference.v_unit * normal.lp_norm(1);
+            let height = impact.departure.powi(2) / (2.0 * bend);
+            let margin = 30.0
+                * (case.atol + case.rtol.min(1e-9) * reference.main.q_size)
+                * normal.lp_norm(1);
+            let is_shallow = (into - impact.approach).abs() <= allowed
+                && height < margin
+                && out.abs() <= allowed;
+            return difference(
+                if is_shallow {
+                    "row against motion, low flight"
+                } else {
+                    "row against motion"
+                },
+                format!("{impact:?}, motion {into:e} before, {out:e} after"),
+            );
+        }
+        let touching = held.iter().any(|s| {
+            s.kind == SegmentKind::Stick
+                && s.start <= impact.time + tick
+                && s.end >= impact.time - tick
+                && s.stop != Some(impact.stop)
+        });
+        if touching {
+            continue;
+        }
+        let e = case.stops[impact.stop].restitution;
+        if (impact.departure - e * impact.approach).abs() > 1e-13 * size {
+            return difference("law of restitution", format!("{impact:?}, e = {e}"));
+        }
+        let jump = (&after.1 - &before.1 + &b * impact.impulse).amax();
+        if jump
+            > 1e-12 * reference.main.v_size.max(b.amax() * impact.impulse)
+                + 4.0 * tick * acceleration
+        {
+            return difference("jump of the velocity", format!("{impact:?}: {jump:e}"));
+        }
+    }
+    None
+}
+
+fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
+    let inverse = inverse_mass(case);
+    let segments = run.segments().expect("kept");
+    let sticks: Vec<_> = segments
+        .iter()
+        .filter(|s| s.kind == SegmentKind::Stick && s.end > s.start)
+        .collect();
+    for stick in &sticks {
+        for k in 1..20 {
+            let t = stick.start + (stick.end - stick.start) * f64::from(k) / 20.0;
+            let mut held: Vec<usize> = sticks
+                .iter()
+                .filter(|s| s.start < t && t < s.end)
+                .filter_map(|s| s.stop)
+                .collect();
+            held.sort_unstable();
+            held.dedup();
+            let Ok((q, v)) = run.state(t, ImpactSide::After) else {
+                continue;
+            };
+            let mut force = DVector::from_row_slice(&case.load);
+            let mut size = force.amax();
+            if let Some(f) = &case.force {
+                let angle = (crate::double_double::Dd::from(f.frequency)
+                    * crate::double_double::Dd::from(t)
+                    + crate::double_double::Dd::from(f.phase))
+                .cos_sin();
+                let (c, s) = (angle.0.to_f64(), angle.1.to_f64());
+                for i in 0..case.n() {
+                    force[i] += f.re[i] * c - f.im[i] * s;
+                    size = size.max(f.re[i].abs()).max(f.im[i].abs());
+                }
+            }
+            let (damping, spring) = (&case.damping * &v, &case.stiffness * &q);
+            size = size.max(damping.amax()).max(spring.amax());
+            let free = &inverse * (force - damping - spring);
+            let normals = DMatrix::from_fn(case.n(), held.len(), |i, j| {
+                case.stops[held[j]].outward()[i]
+            });
+            let reactions: Vec<DVector<f64>> =
+                held.iter().map(|&i| reaction(case, &inverse, i)).collect();
+            if held.is_empty() {
+                continue;
+            }
+            let b = DMatrix::from_columns(&reactions);
+            let delassus = normals.transpose() * &b;
+            let values = delassus.clone().svd(false, false).singular_values;
+            if values.min() < 1e-9 * values.max() {
+                continue;
+            }
+            let Some(forces) = delassus.lu().solve(&(normals.transpose() * free)) else {
+                continue;
+            };
+            let largest = inverse.amax() * size / b.amax();
+            let allowed = if case.method == Method::Exact {
+                1e-9
+            } else {
+                1e-5
+            } * largest.max(1e-300);
+            if forces.min() < -allowed {
+                return difference(
+                    "a contact force pulls",
+                    format!(
+                        "at {:e}: stops {held:?}, forces {:?}",
+                        t - case.span.0,
+                        forces.as_slice()
+                    ),
+                );
+            }
+            let speeds = normals.transpose() * &v;
+            let limit = if case.method == Method::Exact {
+                1e-10
+            } else {
+                1e-6
+            };
+            if speeds.amax() > limit * (1.0 + v.amax()) {
+                return difference(
+                    "held and moving",
+                    format!(
+                        "at {:e}: stops {held:?}, speeds {:?}",
+                        t - case.span.0,
+                        speeds.as_slice()
+                    ),
+                );
+            }
+        }
+    }
+    None
+}
+
+fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
+    let (start, end) = run.span();
+    for segment in run.segments().expect("kept") {
+        let tick = 4.0 * f64::EPSILON * start.abs().max(end.abs());
+        let is_far = segment.start < start - tick || segment.end > end + tick;
+        if is_far || segment.end < segment.start {
+            return difference(
+                "segment far outside the run",
+                format!("{segment:?} in {:?}", run.span()),
+            );
+        }
+        if segment.start < start || segment.end > end {
+            return difference(
+                "segment outside the run",
+                format!("{segment:?} in {:?}", run.span()),
+            );
+        }
+    }
+    None
+}
+
+fn is_symmetric(a: &DMatrix<f64>) -> bool {
+    (a - a.transpose()).amax() <= 1e-14 * a.amax()
+}
+
+fn energy_adds_up(case: &Case, run: &Trajectory) -> Option<Difference> {
+    if case.stops.iter().any(|s| s.push != Push::Inertia) || !is_symmetric(&case.stiffness) {
+        return None;
+    }
+    let energy = match run.energy() {
+        Ok(energy) => energy,
+        Err(error) => return difference("energy refused", error.to_string()),
+    };
+    let all = [
+        &energy.kinetic,
+        &energy.potential,
+        &energy.forcing_work,
+        &energy.damping_loss,
+        &energy.impact_loss,
+    ];
+    let size = all
+        .iter()
+        .flat_map(|x| x.iter())
+        .fold(0.0, |m: f64, x| m.max(x.abs()));
+    let worst = energy.balance.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let allowed = if case.method == Method::Exact {
+        1e-8
+    } else {
+        1e-5
+    };
+    if worst > allowed * size || worst.is_nan() {
+        return difference("energy balance", format!("{worst:e} of {size:e}"));
+    }
+    let loss = energy
+        .impact_loss
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .fold(0.0, f64::min);
+    if loss < -1e-9 * size {
+        return difference("impacts gain energy", format!("{loss:e} of {size:e}"));
+    }
+    None
+}
+
+fn same_bits_twice(case: &Case, scene: &Scene, run: &Trajectory) -> Option<Difference> {
+    let (q0, v0) = case.start();
+    let again = simulate(scene, &q0, &v0, case.span, &case.options()).ok()?;
+    if again.impacts() == run.impacts() && again.last() == run.last() {
+        return None;
+    }
+    let is_nan = again
+        .last()
+        .0
+        .iter()
+        .chain(again.last().1.iter())
+        .any(|x| x.is_nan());
+    difference(
+        if is_nan {
+            "not a number"
+        } else {
+            "other bits the second time"
+        },
+        String::new(),
+    )
+}

@@ -1,0 +1,139 @@
+//! A referee for `simulate`: a slow simulator of linear scenes that shares nothing with the library, a generator of scenes,
+//! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, their seed from
+//! `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
+//! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found.
+
+mod case;
+mod closed_forms;
+mod compare;
+mod double_double;
+mod generator;
+mod invariants;
+mod law;
+mod motion;
+mod polynomial;
+mod record;
+mod shrink;
+mod simulator;
+
+use compare::Verdict;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+fn from_environment(name: &str) -> Option<u64> {
+    std::env::var(name).ok().and_then(|text| text.parse().ok())
+}
+
+#[derive(Default)]
+struct Tally {
+    agree: usize,
+    cut: BTreeMap<&'static str, usize>,
+    parts: f64,
+    no_scene: usize,
+    classes: BTreeMap<String, Vec<u64>>,
+    reports: BTreeMap<u64, String>,
+}
+
+#[test]
+fn the_library_agrees_with_the_referee() {
+    let count = from_environment("VIBROIMPACT_REFEREE").unwrap_or(300);
+    let seed = from_environment("VIBROIMPACT_REFEREE_SEED").unwrap_or(1);
+    let only = from_environment("VIBROIMPACT_REFEREE_SCENE");
+    let numbers: Vec<u64> = only.map_or((0..count).collect(), |n| vec![n]);
+    let (next, tally, began) = (
+        AtomicU64::new(0),
+        Mutex::new(Tally::default()),
+        Instant::now(),
+    );
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed) as usize;
+                    let Some(&number) = numbers.get(k) else { break };
+                    let case = generator::scene(seed, number);
+                    if only.is_some() {
+                        println!("{}", case.dump());
+                        compare::print(&case);
+                    }
+                    let started = Instant::now();
+                    let verdict = compare::judge(&case);
+                    let took = started.elapsed().as_secs_f64();
+                    let mut tally = tally.lock().expect("no panic");
+                    if took > 1.0 {
+                        println!("scene {number} took {took:.1} s: {}", case.label);
+                    }
+                    match verdict {
+                        Verdict::NoScene(why) => {
+                            tally.no_scene += 1;
+                            tally.reports.insert(number, format!("no scene: {why}"));
+                        }
+                        Verdict::Agree(part, why) => {
+                            tally.agree += 1;
+                            tally.parts += part;
+                            if let Some(why) = why {
+                                *tally.cut.entry(why).or_default() += 1;
+                            }
+                        }
+                        Verdict::Disagree(differences) => {
+                            let mut text =
+                                format!("scene {number} of seed {seed}: {}\n", case.label);
+                            for difference in differences {
+                                text += &format!("  {}: {}\n", difference.class, difference.detail);
+                                tally
+                                    .classes
+                                    .entry(difference.class)
+                                    .or_default()
+                                    .push(number);
+                            }
+                            text += &case.dump();
+                            tally.reports.insert(number, text);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let tally = tally.into_inner().expect("no panic");
+    for report in tally.reports.values() {
+        println!("{report}");
+    }
+    let took = began.elapsed().as_secs_f64();
+    println!(
+        "{} scenes in {took:.1} s; {} agree, {} are none",
+        numbers.len(),
+        tally.agree,
+        tally.no_scene
+    );
+    println!(
+        "compared {:.3} of the spans; cut short: {:?}",
+        tally.parts / tally.agree.max(1) as f64,
+        tally.cut
+    );
+    for (class, numbers) in &tally.classes {
+        println!(
+            "{:5} {class}: {:?}",
+            numbers.len(),
+            &numbers[..numbers.len().min(12)]
+        );
+    }
+    if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
+        for (class, numbers) in tally.classes.iter().filter(|c| !c.0.starts_with("endless")) {
+            let (number, case) = shrink::smallest(class, numbers, seed);
+            println!("-- {class}, from scene {number} of seed {seed}");
+            if let Verdict::Disagree(differences) = compare::judge(&case) {
+                for difference in differences {
+                    println!("   {}: {}", difference.class, difference.detail);
+                }
+            }
+            println!("{}", case.dump());
+        }
+    }
+    assert!(
+        tally.classes.is_empty(),
+        "the library and the referee disagree"
+    );
+}
