@@ -1,7 +1,7 @@
 //! Lasting contact of a linear scene (theory 9): while stops are held, the motion is that of a smaller linear system,
 //! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
 use crate::linalg::rank;
 use crate::modal::{Form, ModalForm, Pair};
@@ -54,7 +54,14 @@ impl StuckMotion {
         let (own, drawn) = (system.solve_mass(system.load()), &stiffness * &anchor);
         let sizes = own.abs() + drawn.abs();
         let (load, force) = (own - drawn, system.solve_mass_complex(&scene.amplitude));
-        let reduced = Reduced::new(system, &free, &reactions)?;
+        // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
+        let delassus = normals.tr_mul(&reactions);
+        let inverse = delassus
+            .pseudo_inverse(DEPENDENT_TOL * reactions.amax() * normals.amax())
+            .unwrap_or_else(|_| DMatrix::zeros(stops.len(), stops.len()));
+        // Where normals depend on each other, stops share their forces: they react along what these make of their reactions.
+        let shared = &reactions * &inverse;
+        let reduced = Reduced::new(system, &free, &shared)?;
         let form = reduced.form(&stiffness, &damping, &free)?;
         let flow = modal_flow(
             &form,
@@ -63,11 +70,6 @@ impl StuckMotion {
             scene.frequency,
         );
 
-        // (N^T B)^+ N^T, which takes the free acceleration to the contact forces.
-        let delassus = normals.tr_mul(&reactions);
-        let inverse = delassus
-            .pseudo_inverse(DEPENDENT_TOL * reactions.amax() * normals.amax())
-            .unwrap_or_else(|_| DMatrix::zeros(stops.len(), stops.len()));
         let takes = inverse * normals.transpose();
         let row = |q: DVector<f64>, v: DVector<f64>| -> Vec<Pair> {
             form.position_row(&q)
@@ -217,6 +219,13 @@ impl Reduced {
             rank::solve(&reactions.transpose(), &DVector::zeros(k), tolerance)?.null_space
         };
         let product = across.tr_mul(free);
+        if !product.is_square() {
+            return Err(Error::bad_value(
+                "stops",
+                "stops held whose reactions depend on each other",
+                "where their normals do not, no forces keep them closed",
+            ));
+        }
         let takes = product
             .clone()
             .lu()

@@ -58,6 +58,8 @@ pub(crate) struct EventLoop {
     n_inelastic: usize,
     /// The stop struck last, and how fast.
     last_blow: Option<(usize, f64)>,
+    /// How fast each stop was approached at its last impact, zero before.
+    approaches: Vec<f64>,
     /// The time that a user sees at the last event, the impacts by then, and the events since either changed.
     events_at: (f64, usize, usize),
     pub stats: Stats,
@@ -109,6 +111,8 @@ impl EventLoop {
         self.still.clear();
         self.n_inelastic = 0;
         self.last_blow = None;
+        self.approaches.clear();
+        self.approaches.resize(mover.n_stops(), 0.0);
         self.departure = None;
         self.events_at = (t0, 0, 0);
         let begun = self.begin(mover, record)?;
@@ -266,6 +270,9 @@ impl EventLoop {
         }
         if self.accumulates(mover, reached)? {
             return self.accumulate(mover, reached, record);
+        }
+        if self.are_spent(mover)? {
+            return self.come_to_rest(mover, record);
         }
         self.strike_all(mover, record)
     }

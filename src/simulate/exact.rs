@@ -353,6 +353,12 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.look()
     }
 
+    fn note_chatter(&mut self, stop: usize, _record: &mut Record) -> Result<()> {
+        self.motion_of(&[stop])?;
+        self.keep_piece(SegmentKind::Chatter, &[stop], 0.0);
+        Ok(())
+    }
+
     fn touch(&mut self, stops: &[usize]) -> Result<()> {
         let (q, v) = self.physical();
         let q = self.on_stops(stops, q)?;

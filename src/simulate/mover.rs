@@ -112,6 +112,8 @@ pub(crate) trait Mover {
     /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes to the end of the
     /// infinite sequence, where the gap and its speed are zero. The gaps must have been looked at.
     fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()>;
+    /// Keeps the end of impacts that lose speed, in no time, as a segment of chatter.
+    fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()>;
     /// Moves the motion onto some stops, along their reactions; its velocity stays.
     fn touch(&mut self, stops: &[usize]) -> Result<()>;
     /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.

@@ -368,6 +368,14 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         self.complete(stop, record)
     }
 
+    fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()> {
+        if let Some(kept) = &mut self.kept {
+            kept.begin(SegmentKind::Chatter, &[stop]);
+        }
+        self.keep_no_step(None, record);
+        Ok(())
+    }
+
     fn touch(&mut self, stops: &[usize]) -> Result<()> {
         self.put_on(stops)?;
         self.look()

@@ -21,7 +21,7 @@ impl EventLoop {
         let before = std::mem::take(&mut self.held);
         let mut resting = Vec::new();
         for &stop in self.touching.iter().chain(&before) {
-            if self.is_still(mover, stop, &before)? {
+            if self.is_still(mover, stop) {
                 resting.push(stop);
             } else {
                 self.starts[stop] = 1;
@@ -40,12 +40,18 @@ impl EventLoop {
         Ok(Ok(()))
     }
 
-    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. The others are judged anew: if
-    /// one of them opens with it, its gap has an acceleration, and may be held after all.
+    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. The others in contact at rest are
+    /// judged anew: a stop that faces it may take over, and if one of them opens with it, its gap has an acceleration, and it may
+    /// be held after all.
     #[cold]
     pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
         let all = std::mem::take(&mut self.held);
-        let others: Vec<usize> = all.iter().copied().filter(|&held| held != stop).collect();
+        let rests = |other: &usize| {
+            all.contains(other) || (self.is_closed(mover, *other) && self.is_still(mover, *other))
+        };
+        let others = (0..mover.n_stops()).filter(|other| *other != stop);
+        let others: Vec<usize> = others.filter(rests).collect();
+        self.still.clear();
         self.starts.fill(0);
         if let Err(unresolved) = self.hold_or_open(mover, &others)? {
             return Ok(Err(unresolved));
@@ -74,19 +80,10 @@ impl EventLoop {
         Ok(Ok(()))
     }
 
-    /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none; so does one
-    /// of the last of impacts that lose speed, whose flight would rise by no more than rounding.
-    fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize, held: &[usize]) -> Result<bool> {
+    /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
+    fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
         let speed = mover.gap(stop).speed;
-        if self.still.contains(&stop) || speed.abs() <= ROUNDING * mover.speed_size(stop) {
-            return Ok(true);
-        }
-        if speed < 0.0 || mover.restitution(stop) >= 1.0 {
-            return Ok(false);
-        }
-        let others: Vec<usize> = held.iter().copied().filter(|&h| h != stop).collect();
-        let pull = -drawn(mover, stop, &others)?;
-        Ok(pull > 0.0 && 0.25 * speed * speed < ROUNDING * self.sizes[stop] * pull)
+        self.still.contains(&stop) || speed.abs() <= ROUNDING * mover.speed_size(stop)
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
@@ -114,7 +111,7 @@ impl EventLoop {
 }
 
 /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
-fn drawn<M: Mover + ?Sized>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
+pub(super) fn drawn<M: Mover + ?Sized>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
     let free = mover.gap(stop).acceleration;
     let k = held.len();
     if k == 0 {

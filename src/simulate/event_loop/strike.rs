@@ -1,7 +1,9 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9).
 
-use super::{EventLoop, Resolved, Unresolved};
+use super::settle::drawn;
+use super::{EventLoop, RATIO_TOL, Resolved, Unresolved};
 use crate::contact::walk::ROUNDING;
+use crate::error::Result;
 use crate::impact::{Impact, resolve_impacts};
 use crate::quantity::positive_part;
 use crate::simulate::Keep;
@@ -19,7 +21,8 @@ impl EventLoop {
     ) -> Resolved {
         self.still.clear();
         if self.touching.len() > 1 && self.is_coupled(mover) {
-            if let Err(unresolved) = self.strike_together(mover, record)? {
+            let restitutions = self.restitutions(mover);
+            if let Err(unresolved) = self.strike_together(mover, &restitutions, Some(record))? {
                 return Ok(Err(unresolved));
             }
         } else {
@@ -48,17 +51,64 @@ impl EventLoop {
             .any(|(stop, other)| stop != other && mover.is_coupled(stop, other))
     }
 
-    /// The impacts of all stops in contact at one instant (Newton and Moreau).
-    fn strike_together<M: Mover + ?Sized>(
+    /// Whether the stops that are approached are struck for the last time: the impacts before were in the ratio of restitution,
+    /// and flights from these would rise by no more than rounding; or by what rounding leaves of that, whatever came before.
+    pub(super) fn are_spent<M: Mover + ?Sized>(&self, mover: &M) -> Result<bool> {
+        let mut any = false;
+        for &stop in self.touching.iter().filter(|&&s| self.closes(mover, s)) {
+            let (e, speed) = (mover.restitution(stop), -mover.gap(stop).speed);
+            let pull = -drawn(mover, stop, &self.held)?;
+            let is_regular = (speed / self.approaches[stop] / e - 1.0).abs() < RATIO_TOL;
+            let rounding = if is_regular { ROUNDING } else { ROUNDING.powi(2) };
+            let is_low = 0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull;
+            if e <= 0.0 || e >= 1.0 || !is_low {
+                return Ok(false);
+            }
+            any = true;
+        }
+        Ok(any)
+    }
+
+    /// The end of impacts that lose speed, on several stops or beside stops that are held: what is left of the speeds is taken
+    /// away. The rest of the sequence takes no time that the motion would notice.
+    #[cold]
+    pub(super) fn come_to_rest<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         record: &mut Record,
+    ) -> Resolved {
+        self.still.clear();
+        for k in 0..self.touching.len() {
+            let stop = self.touching[k];
+            if self.closes(mover, stop) {
+                mover.note_chatter(stop, record)?;
+            }
+        }
+        let inelastic = DVector::zeros(self.touching.len());
+        if let Err(unresolved) = self.strike_together(mover, &inelastic, None)? {
+            return Ok(Err(unresolved));
+        }
+        mover.look()?;
+        self.settle(mover)
+    }
+
+    /// The restitution coefficients of the stops in contact.
+    fn restitutions<M: Mover + ?Sized>(&self, mover: &M) -> DVector<f64> {
+        let each = self.touching.iter().map(|&stop| mover.restitution(stop));
+        DVector::from_iterator(self.touching.len(), each)
+    }
+
+    /// The impacts of all stops in contact at one instant (Newton and Moreau), with their restitution coefficients.
+    fn strike_together<M: Mover + ?Sized>(
+        &mut self,
+        mover: &mut M,
+        restitutions: &DVector<f64>,
+        mut record: Option<&mut Record>,
     ) -> Resolved {
         let stops = self.touching.clone();
         let each = |of: &dyn Fn(usize) -> f64| {
             DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
         };
-        let restitutions = each(&|stop| mover.restitution(stop));
         let held = &self.held;
         let speeds = each(&|stop| {
             if held.contains(&stop) {
@@ -69,7 +119,7 @@ impl EventLoop {
         });
         let slack = each(&|stop| ROUNDING * mover.speed_size(stop));
         let delassus = mover.delassus(&stops)?;
-        let Ok(resolved) = resolve_impacts(&delassus, &restitutions, &speeds, &slack) else {
+        let Ok(resolved) = resolve_impacts(&delassus, restitutions, &speeds, &slack) else {
             let reason = format!("no impulses that push resolve the contacts {stops:?}: a jam");
             return Ok(Err(Unresolved { reason }));
         };
@@ -84,7 +134,9 @@ impl EventLoop {
                     departure,
                     impulse,
                 };
-                self.note(mover, stop, blow, record);
+                if let Some(record) = &mut record {
+                    self.note(mover, stop, blow, record);
+                }
             }
             if departure == 0.0 {
                 self.still.push(stop);
@@ -96,6 +148,7 @@ impl EventLoop {
     /// Takes note of an impact.
     fn note<M: Mover + ?Sized>(&mut self, mover: &M, stop: usize, blow: Blow, record: &mut Record) {
         self.last_blow = Some((stop, blow.approach));
+        self.approaches[stop] = blow.approach;
         self.stats.n_impacts += 1;
         if record.keep != Keep::Final {
             keep_impact(mover, stop, blow, record);

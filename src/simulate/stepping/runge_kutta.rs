@@ -152,7 +152,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// Keeps a piece of no length at the present state; `last` as in `keep`.
-    fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
+    pub(super) fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
         let still = Dense::line(&self.x, &self.x, 1.0);
         self.keep_dense(&still, 0.0, last, record);
     }
