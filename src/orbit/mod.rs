@@ -4,6 +4,7 @@ mod admissible;
 mod certificate;
 mod chatter;
 mod closed_form;
+mod closing;
 mod conditions;
 mod course;
 mod find;
@@ -36,6 +37,7 @@ mod stability;
 mod stepped;
 mod two_instants;
 mod units;
+mod unseen;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
@@ -49,7 +51,7 @@ pub use saved::{Saved, SavedCourse};
 pub use search::{periodic_orbits, periodic_orbits_checked};
 pub use stability::{OrderMultipliers, Stability};
 
-pub(crate) use admissible::{Admissibility, Judge};
+pub(crate) use admissible::{Admissibility, Judge, Ruling};
 pub(crate) use impulses::Instant;
 pub(crate) use one_instant::{Solution, clearance_given};
 pub(crate) use periodic_orbit::list_impacts;

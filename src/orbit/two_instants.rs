@@ -13,8 +13,9 @@ use crate::orbit::flight_time::Search;
 use crate::orbit::impulses::Instant;
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::refine::settle_speeds;
-use crate::orbit::search::{period, sorted, with_contacts};
-use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use crate::orbit::search::{keep_closed, period, sorted, with_contacts};
+use crate::orbit::unseen::Unseen;
+use crate::orbit::{Family, OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -56,7 +57,9 @@ pub(crate) fn two_instants(
         }
     }
     let period = period(modal, options.n_periods)?;
-    let instant = Instant::new(modal, &stops, period);
+    let mut instant = Instant::new(modal, &stops, period);
+    let unseen = Unseen::set_aside(&mut instant);
+    let instant = instant;
     if instant.n_inner() + 2 > MOST_UNKNOWNS {
         let rule = "the search in the flight time keeps at most four undamped modes in step with the period; damp them";
         return Err(Error::bad_value(
@@ -78,19 +81,25 @@ pub(crate) fn two_instants(
         phase: options.phase.map(|phase| [phase.cos(), phase.sin()]),
         pair: pair.unwrap_or((0, first.len())),
     };
-    let (roots, reason) = search.run(watch)?;
+    let (roots, mut reason) = search.run(watch)?;
     let mut orbits = Vec::with_capacity(roots.len());
+    let mut alone = 0;
     for root in &roots {
         let (impulses, u) = conditions.read(&root.x);
         let phase = options
             .phase
             .map_or_else(|| wrapped(u[1].atan2(u[0])), wrapped);
+        let mut states = conditions.states(root.dt, &root.x);
+        if !unseen.fill([phase.cos(), phase.sin()], root.dt, &mut states)? {
+            alone += 1;
+            continue;
+        }
         let flights = flights(
             modal,
             &stops,
             first.len(),
             &impulses,
-            conditions.states(root.dt, &root.x),
+            states,
             (root.dt, period),
         )?;
         let (scene, modal) = if options.phase.is_some() {
@@ -119,17 +128,25 @@ pub(crate) fn two_instants(
         };
         orbits.push(PeriodicOrbit::new(&scene, modal, parts)?);
     }
-    let verdict = if orbits.is_empty() {
-        Verdict::None
-    } else {
-        Verdict::Found
+    if alone > 0 {
+        reason.push_str(
+            "; none of them repeats as a whole: a mode that these stops do not see is in resonance with the forcing, or has \
+             nothing to rest on under its load",
+        );
+    }
+    keep_closed(&mut orbits, &mut reason);
+    let basis = unseen.basis()?;
+    let verdict = match (orbits.is_empty(), basis.ncols()) {
+        (true, _) => Verdict::None,
+        (false, 0) => Verdict::Found,
+        (false, _) => Verdict::Family,
     };
     Ok(Orbits {
         all: sorted(orbits, watch)?,
         verdict,
         reason,
         margin: None,
-        family: None,
+        family: (verdict == Verdict::Family).then_some(Family { basis }),
     })
 }
 

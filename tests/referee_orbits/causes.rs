@@ -143,3 +143,59 @@ fn stops_with_one_normal_and_two_reactions_are_hit_together() {
         );
     }
 }
+
+#[test]
+fn a_body_that_no_stop_sees_is_a_family_or_there_is_no_orbit() {
+    let mass = DMatrix::<f64>::identity(2, 2);
+    let face = inertial(&mass, dvector![0.0, 1.0], 0.2, 0.6);
+    let plant = |force: f64, load: f64| Plant {
+        kind: "apart",
+        faces: vec![face.clone()],
+        load: dvector![load, 0.0],
+        mass: mass.clone(),
+        damping: dmatrix![0.0, 0.0; 0.0, 0.1],
+        stiffness: dmatrix![0.0, 0.0; 0.0, 1.0],
+        force: dvector![Complex::new(force, 0.0), Complex::new(1.5, 0.0)],
+        w: 2.3,
+    };
+    let twice = Pattern::new(vec![vec![0], vec![0]]).expect("two instants");
+    let options = OrbitOptions {
+        n_periods: 3,
+        ..Default::default()
+    };
+    // The same without the body.
+    let alone = Plant {
+        faces: vec![inertial(&dmatrix![1.0], dvector![1.0], 0.2, 0.6)],
+        load: dvector![0.0],
+        mass: dmatrix![1.0],
+        damping: dmatrix![0.1],
+        stiffness: dmatrix![1.0],
+        force: dvector![Complex::new(1.5, 0.0)],
+        ..plant(0.0, 0.0)
+    };
+    let alone = periodic_orbits(&alone.scene(), &twice, &options).expect("solved");
+    assert!(!alone.is_empty(), "{}", alone.reason());
+    for force in [0.0, 0.7] {
+        let plant = plant(force, 0.0);
+        check(&plant, &twice, &options, alone.len());
+        let found = periodic_orbits(&plant.scene(), &twice, &options).expect("solved");
+        assert_eq!(
+            (found.verdict(), found.len()),
+            (Verdict::Family, alone.len())
+        );
+        let basis = &found.family().expect("a family").basis;
+        assert_eq!(basis.shape(), (4, 1));
+        // The body may be anywhere.
+        assert!(
+            basis[(0, 0)].abs() > 0.0 && basis.rows(1, 3).amax() == 0.0,
+            "{basis}"
+        );
+    }
+    let loaded = periodic_orbits(&plant(0.0, 0.3).scene(), &twice, &options).expect("solved");
+    assert_eq!(loaded.verdict(), Verdict::None);
+    assert!(
+        loaded.reason().contains("nothing to rest on"),
+        "{}",
+        loaded.reason()
+    );
+}
