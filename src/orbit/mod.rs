@@ -38,6 +38,7 @@ mod stepped;
 mod two_instants;
 mod units;
 mod unseen;
+mod value_roots;
 
 pub use admissible::{Touch, Violation};
 pub use closed_form::{Coefficients, first_kind_coefficients};
