@@ -131,7 +131,10 @@ class NonlinearSystem:
         parameters: Any = None,
         jacobian: Callable[..., ArrayLike] | None = None,
         potential: _OfPosition | None = None,
+        time_offset: float = 0.0,
     ) -> Self: ...
+    @property
+    def time_offset(self) -> float: ...
     @property
     def n_dof(self) -> int: ...
     @property

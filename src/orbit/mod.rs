@@ -22,6 +22,7 @@ mod motion;
 mod one_instant;
 mod one_stop;
 mod orbits;
+mod own_time;
 mod pattern;
 mod periodic_orbit;
 mod pieces;
