@@ -167,8 +167,16 @@ impl Admissibility {
 
     /// The worst breach, or what is not known, in words.
     pub fn describe(&self) -> Option<Violation> {
-        let breach = self.breach.map(|breach| breach.describe());
-        breach.or_else(|| self.undecided.map(|open| open.describe()))
+        let open = self.undecided.map(|open| open.describe());
+        let Some(breach) = &self.breach else {
+            return open;
+        };
+        let mut found = breach.describe();
+        if let Some(open) = open {
+            found.reason.push_str("; it may be worse: ");
+            found.reason.push_str(&open.reason);
+        }
+        Some(found)
     }
 
     /// Takes note of where a search on a flight proved nothing more.
