@@ -142,7 +142,7 @@ pub(super) fn free_parameter(
     })?;
     let mut all: Vec<PeriodicOrbit> = Vec::new();
     let mut apart = 0;
-    for &root in &found.roots {
+    for &root in &found.places {
         let changed = scene.replace(parameter.change(root))?;
         let orbits = at_root(&changed, pattern, options, watch)?;
         apart += usize::from(orbits.is_empty());

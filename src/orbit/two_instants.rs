@@ -17,7 +17,7 @@ use crate::orbit::search::{keep_closed, period, sorted, with_contacts};
 use crate::orbit::unseen::Unseen;
 use crate::orbit::{Family, OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Unknowns whose determinants are still expanded: two impulses and four retained modes.
@@ -102,22 +102,9 @@ pub(crate) fn two_instants(
             states,
             (root.dt, period),
         )?;
-        let (scene, modal) = if options.phase.is_some() {
-            let rows = &modal.position_rows;
-            let contact = |i: usize| {
-                along(
-                    &rows[stops[i]],
-                    &flights[usize::from(i >= first.len())].after,
-                )
-            };
-            with_contacts(
-                scene,
-                modal,
-                &stops,
-                &(0..stops.len()).map(contact).collect::<Vec<_>>(),
-            )?
-        } else {
-            (scene.clone(), modal.clone())
+        let (scene, modal) = match options.phase {
+            Some(_) => at_contacts(scene, modal, (&stops, first.len()), &flights)?,
+            None => (scene.clone(), modal.clone()),
         };
         let parts = Parts {
             pattern: pattern.clone(),
@@ -135,7 +122,16 @@ pub(crate) fn two_instants(
         );
     }
     keep_closed(&mut orbits, &mut reason);
-    let basis = unseen.basis()?;
+    listed(orbits, reason, unseen.basis()?, watch)
+}
+
+/// The list of orbits, a family where there are directions in which each may be moved.
+fn listed(
+    orbits: Vec<PeriodicOrbit>,
+    reason: String,
+    basis: DMatrix<f64>,
+    watch: &mut Watch<'_>,
+) -> Result<Orbits> {
     let verdict = match (orbits.is_empty(), basis.ncols()) {
         (true, _) => Verdict::None,
         (false, 0) => Verdict::Found,
@@ -148,6 +144,20 @@ pub(crate) fn two_instants(
         margin: None,
         family: (verdict == Verdict::Family).then_some(Family { basis }),
     })
+}
+
+/// The scene with the clearances at which two flights meet the stops of their instants, of which the first few are hit first.
+fn at_contacts(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    (stops, first): (&[usize], usize),
+    flights: &[Flight],
+) -> Result<(Scene, Arc<ModalScene>)> {
+    let contacts = stops.iter().enumerate().map(|(i, &stop)| {
+        let state = &flights[usize::from(i >= first)].after;
+        along(&modal.position_rows[stop], state)
+    });
+    with_contacts(scene, modal, stops, &contacts.collect::<Vec<_>>())
 }
 
 /// Where a stop of both instants stands in their joint list.

@@ -23,7 +23,7 @@ const NODES: usize = 5;
 /// What a search found.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Roots {
-    pub roots: Vec<f64>,
+    pub places: Vec<f64>,
     /// Stretches in which the values decide nothing, in order.
     pub undecided: Vec<(f64, f64)>,
     /// Number of values.
@@ -150,7 +150,7 @@ pub(crate) fn roots(
                     for k in quarters {
                         let ends =
                             [k, k + 1].map(|i| (cell.place(i), cell.y[i].unwrap_or(f64::NAN)));
-                        found.roots.extend(bracketed(&mut f, ends[0], ends[1])?);
+                        found.places.extend(bracketed(&mut f, ends[0], ends[1])?);
                     }
                 }
                 Some(Verdict::Rounding) => extend(&mut found.undecided, (cell.low, cell.high)),
@@ -221,14 +221,14 @@ mod tests {
                 let pair = found((0.0, 4.3), |x| {
                     ((x - middle).powi(2) - gap * gap) / (1.0 + x * x)
                 });
-                assert_eq!(pair.roots.len(), 2, "{gap} {middle}: {pair:?}");
-                for (root, exact) in pair.roots.iter().zip([middle - gap, middle + gap]) {
+                assert_eq!(pair.places.len(), 2, "{gap} {middle}: {pair:?}");
+                for (root, exact) in pair.places.iter().zip([middle - gap, middle + gap]) {
                     assert!((root - exact).abs() < 1e-14 / gap, "{root} {exact}");
                 }
                 assert!(pair.undecided.is_empty(), "{pair:?}");
                 assert!(
                     found((0.0, 4.3), |x| (x - middle).powi(2) + gap * gap)
-                        .roots
+                        .places
                         .is_empty()
                 );
             }
@@ -240,16 +240,16 @@ mod tests {
         let fast = found((0.0, 10.0), |x| (20.0 * x).sin() + 0.999);
         assert!(fast.undecided.is_empty());
         // Two about each minimum, 3 pi/2 + 2 pi k below 200: k up to 31.
-        assert_eq!(fast.roots.len(), 64);
+        assert_eq!(fast.places.len(), 64);
         let double = found((0.0, 1.0), |x| (x - 0.3).powi(2));
-        assert_eq!((double.roots.len(), double.undecided.len()), (0, 1));
+        assert_eq!((double.places.len(), double.undecided.len()), (0, 1));
         let (low, high) = double.undecided[0];
         assert!(
             low <= 0.3 && 0.3 <= high && high - low < 1e-5,
             "{low} {high}"
         );
         let half = roots((0.0, 1.0), |x| Ok((x > 0.4).then_some(x - 0.7))).expect("no failure");
-        assert_eq!((half.roots.len(), half.undecided.len()), (1, 1));
-        assert!((half.roots[0] - 0.7).abs() < 1e-15);
+        assert_eq!((half.places.len(), half.undecided.len()), (1, 1));
+        assert!((half.places[0] - 0.7).abs() < 1e-15);
     }
 }

@@ -37,7 +37,7 @@ fn fixed_points(plant: &Plant, map: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let matrix = DMatrix::from_fn(m, m, |i, j| raw[(i, j)] * unit[j] / unit[i]);
     let svd = matrix.clone().svd(false, false);
     let (largest, least) = (svd.singular_values.max(), svd.singular_values.min());
-    if !(least > largest / WORST_CONDITION) {
+    if least.is_nan() || least <= largest / WORST_CONDITION {
         return None;
     }
     let rhs = DMatrix::from_fn(m, 3, |i, j| map[(i, m + j)] / unit[i]);
@@ -70,9 +70,9 @@ pub fn phases(plant: &Plant, stop: usize, n_periods: usize) -> Option<Vec<f64>> 
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
                 if gap(middle) * a > 0.0 {
-                    low = middle
+                    low = middle;
                 } else {
-                    high = middle
+                    high = middle;
                 }
             }
             found.push(0.5 * (low + high));
@@ -164,9 +164,9 @@ impl<'a> Times<'a> {
                 for _ in 0..45 {
                     let middle = 0.5 * (low + high);
                     if self.at(middle)? * pair[0] > 0.0 {
-                        low = middle
+                        low = middle;
                     } else {
-                        high = middle
+                        high = middle;
                     }
                 }
                 found.push(0.5 * (low + high));
