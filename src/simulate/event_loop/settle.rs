@@ -120,6 +120,9 @@ impl EventLoop {
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
 fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
+    if held.is_empty() {
+        return false;
+    }
     let among = delassus.select_rows(held).select_columns(held);
     let (row, column) = (delassus.row(contact), delassus.column(contact));
     let moves = |inverse: DMatrix<f64>| {
@@ -127,8 +130,7 @@ fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
         delassus[(contact, contact)] - across.sum()
     };
     let inverse = among.clone().pseudo_inverse(DEPENDENT * among.amax());
-    !held.is_empty()
-        && inverse.is_ok_and(|inverse| moves(inverse) <= DEPENDENT * delassus[(contact, contact)])
+    inverse.is_ok_and(|inverse| moves(inverse) <= DEPENDENT * delassus[(contact, contact)])
 }
 
 /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
