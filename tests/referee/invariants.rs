@@ -1,7 +1,8 @@
 //! What must hold of the library's answer whatever the motion is.
 
 use crate::case::{Case, Push};
-use crate::compare::{Difference, Reference};
+use crate::compare::Difference;
+use crate::reference::Reference;
 use nalgebra::{DMatrix, DVector};
 use vibroimpact::{ImpactSide, Method, Scene, SegmentKind, Trajectory, simulate};
 
@@ -295,20 +296,11 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
 
 fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
     let (start, end) = run.span();
-    for segment in run.segments().expect("kept") {
-        let tick = 4.0 * f64::EPSILON * start.abs().max(end.abs());
-        let is_far = segment.start < start - tick || segment.end > end + tick;
-        if is_far || segment.end < segment.start {
-            return difference(
-                "segment far outside the run",
-                format!("{segment:?} in {:?}", run.span()),
-            );
-        }
-        if segment.start < start || segment.end > end {
-            return difference(
-                "segment outside the run",
-                format!("{segment:?} in {:?}", run.span()),
-            );
+    for segment in run.segments().expect("motion is kept") {
+        let is_inside = segment.start >= start.next_down() && segment.end <= end.next_up();
+        if !is_inside || segment.end < segment.start {
+            let detail = format!("{segment:?} in {:?}", run.span());
+            return difference("segment outside the run", detail);
         }
     }
     None
