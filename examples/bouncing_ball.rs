@@ -63,7 +63,7 @@ fn check_orbits() -> Result<PeriodicOrbit> {
         );
         assert!((orbit.v0()[0] - speed).abs() < 1e-12 * speed);
         assert!((orbit.phase() - phase).abs() < 1e-12);
-        assert!(orbit.is_admissible() && is_stable == Some(i == 0));
+        assert!(orbit.is_admissible() == Some(true) && is_stable == Some(i == 0));
     }
     Ok(orbits[0].clone())
 }

@@ -36,7 +36,7 @@ fn main() -> Result<()> {
             stability.orders[0].spectral_radius(),
             kind = format!("{kind:?}"),
         );
-        assert!(orbit.is_admissible() && stability.is_stable == Some(true));
+        assert!(orbit.is_admissible() == Some(true) && stability.is_stable == Some(true));
         if kind == Kind::One {
             assert!((orbit.phase().to_degrees() - 73.0915).abs() < 5e-5);
             assert!((orbit.q0()[0] - 0.806_286).abs() < 5e-7);

@@ -32,7 +32,7 @@ fn admissible_orbits(frequency: f64) -> Result<Vec<PeriodicOrbit>> {
     let orbits = periodic_orbits(&oscillator(frequency)?, &both, &OrbitOptions::default())?;
     Ok(orbits
         .iter()
-        .filter(|o| o.is_admissible())
+        .filter(|o| o.is_admissible() == Some(true))
         .cloned()
         .collect())
 }

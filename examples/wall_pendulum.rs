@@ -55,7 +55,7 @@ fn check_orbits() -> Result<PeriodicOrbit> {
             orbit.stability()?.orders[0].spectral_radius()
         );
     }
-    assert!(real.is_admissible() && real.stability()?.is_stable == Some(true));
+    assert!(real.is_admissible() == Some(true) && real.stability()?.is_stable == Some(true));
     let (small, smaller) = (difference(0.1)?, difference(0.01)?);
     println!(
         "the linear speed is wrong by {:.1e}, in a motion a tenth as large by {small:.1e}, a hundredth {smaller:.1e}",

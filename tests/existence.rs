@@ -191,12 +191,14 @@ fn compare(
         assert_eq!(cell.n_orbits as usize, orbits.len());
         assert_eq!(
             cell.is_admissible,
-            orbits.iter().any(PeriodicOrbit::is_admissible)
+            orbits.iter().any(|o| o.is_admissible() == Some(true))
         );
         let stable = |o: &PeriodicOrbit| o.stability().expect("converges").is_stable == Some(true);
         assert_eq!(
             cell.is_stable,
-            orbits.iter().any(|o| o.is_admissible() && stable(o))
+            orbits
+                .iter()
+                .any(|o| o.is_admissible() == Some(true) && stable(o))
         );
         let first = orbits.first().map(|o| o.stability().expect("converges"));
         match first.and_then(|s| s.orders.first().map(OrderMultipliers::spectral_radius)) {

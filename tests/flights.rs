@@ -43,7 +43,8 @@ fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
     for orbits in [first, one(Kind::Two, 0), one(Kind::Three, 1)] {
         let orbit = &orbits[0];
         assert!(
-            orbit.is_admissible() && orbit.stability().expect("converges").is_stable == Some(true)
+            orbit.is_admissible() == Some(true)
+                && orbit.stability().expect("converges").is_stable == Some(true)
         );
         let span = (0.0, 1000.0 * orbit.period());
         let options = SimulateOptions {

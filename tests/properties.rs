@@ -347,7 +347,7 @@ fn check_orbit(orbit: &PeriodicOrbit) {
         .iter()
         .map(vibroimpact::OrderMultipliers::spectral_radius)
         .fold(0.0, f64::max);
-    if orbit.is_admissible() && !stability.orders.is_empty() && radius < 10.0 {
+    if orbit.is_admissible() == Some(true) && !stability.orders.is_empty() && radius < 10.0 {
         let first_flight = orbit
             .impacts()
             .iter()

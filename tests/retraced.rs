@@ -189,7 +189,7 @@ fn retrace(kind: Kind, scenes: usize) -> usize {
             periodic_orbits(&scene, &kind.pattern(), &kind.options(n_periods)).expect("solved");
         for orbit in orbits
             .iter()
-            .filter(|orbit| orbit.is_admissible() && is_clearly_stable(orbit))
+            .filter(|orbit| orbit.is_admissible() == Some(true) && is_clearly_stable(orbit))
         {
             let label = format!("{kind:?}, scene {case}, n = {n}, n_periods = {n_periods}");
             let drift = drift(orbit, &label);
@@ -273,7 +273,7 @@ fn members_of_a_family() {
             .expect("solved");
             for orbit in members
                 .iter()
-                .filter(|orbit| orbit.is_admissible() && is_clearly_stable(orbit))
+                .filter(|orbit| orbit.is_admissible() == Some(true) && is_clearly_stable(orbit))
             {
                 let off_phase = (orbit.phase() - phase).sin().abs();
                 assert!(off_phase < 1e-9, "{label}: phase off by {off_phase:e}");

@@ -62,8 +62,8 @@ pub(crate) struct KeptStep {
     pub dense: Dense<Vec<f64>>,
 }
 
-/// A motion and deviations from it as one motion: coordinates `(q, dq_1, dq_2, ...)`. The derivatives of the acceleration
-/// are central differences along each deviation.
+/// A motion and deviations from it as one motion: coordinates `(q, dq_1, dq_2, ...)`. The derivative of the acceleration is
+/// the system's own where it is known, and else central differences along each deviation.
 pub(crate) struct Variational<'a, D> {
     pub dynamics: &'a D,
     /// Number of deviations.
@@ -83,6 +83,18 @@ impl<D: Dynamics> Dynamics for Variational<'_, D> {
         let (base_q, base_v) = (&q[..n], &v[..n]);
         self.dynamics
             .acceleration(at, base_q, base_v, &mut a[..n])?;
+        if self.count > 0
+            && let Some(jacobian) = self.dynamics.jacobian(at, base_q, base_v)?
+        {
+            for k in 1..=self.count {
+                let deviation = q[k * n..(k + 1) * n].iter().chain(&v[k * n..(k + 1) * n]);
+                for (i, out) in a[k * n..(k + 1) * n].iter_mut().enumerate() {
+                    let row = jacobian.row(i);
+                    *out = row.iter().zip(deviation.clone()).map(|(j, d)| j * d).sum();
+                }
+            }
+            return Ok(());
+        }
         let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let size = 1.0 + largest(base_q).max(largest(base_v));
         let (mut moved_q, mut moved_v) = (vec![0.0; n], vec![0.0; n]);

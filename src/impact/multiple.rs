@@ -12,6 +12,9 @@ const MAX_ROUNDS: usize = 100;
 /// Rounding of a sum of a few products, relative to the size of its terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// Slacks to which the law is solved: (1 + e) gamma is known to twice that of gamma; as much again leaves a feasible problem room.
+const SOLVED: f64 = 4.0;
+
 /// What several stops do at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResolvedImpacts {
@@ -80,8 +83,11 @@ pub fn resolve_impacts(
     let mut rounds = 0;
     while state.is_closing() && rounds < MAX_ROUNDS {
         let entering: Vec<usize> = (0..k).filter(|&i| !state.is_opening(i)).collect();
-        state.apply(delassus, restitutions, &entering)?;
+        let has_pushed = state.apply(delassus, restitutions, &entering)?;
         rounds += 1;
+        if !has_pushed {
+            state.rest();
+        }
     }
     let is_inelastic = state.is_closing();
     if is_inelastic {
@@ -155,14 +161,22 @@ impl State {
         (0..self.speeds.len()).any(|i| self.speeds[i] < -self.slack[i])
     }
 
-    /// One round: the law for the stops that enter.
-    fn apply(&mut self, g: &DMatrix<f64>, e: &DVector<f64>, entering: &[usize]) -> Result<()> {
+    /// Where no impulse is left, what a stop closes with is none: the law knows it to some slacks alone.
+    fn rest(&mut self) {
+        for i in 0..self.speeds.len() {
+            if self.speeds[i].abs() <= SOLVED * self.slack[i] {
+                (self.speeds[i], self.reported[i]) = (0.0, 0.0);
+            }
+        }
+    }
+
+    /// One round: the law for the stops that enter. Whether any was pushed.
+    fn apply(&mut self, g: &DMatrix<f64>, e: &DVector<f64>, entering: &[usize]) -> Result<bool> {
         // What rounding left of the zero speed of a sustained contact is not to be reversed.
         let before = |i: usize| if self.is_zero(i) { 0.0 } else { self.speeds[i] };
         let matrix = g.select_rows(entering).select_columns(entering);
         let rebound: Vec<f64> = entering.iter().map(|&i| (1.0 + e[i]) * before(i)).collect();
-        // (1 + e) gamma is known to twice the slack of gamma; as much again leaves a feasible problem room.
-        let slack: Vec<f64> = entering.iter().map(|&i| 4.0 * self.slack[i]).collect();
+        let slack: Vec<f64> = entering.iter().map(|&i| SOLVED * self.slack[i]).collect();
         let solution =
             complementarity::solve(&matrix, &rebound, &slack).ok_or_else(unsolvable_impacts)?;
         let mut push = DVector::zeros(g.nrows());
@@ -185,7 +199,7 @@ impl State {
         self.reported = reported;
         let all = self.speeds.iter().chain(&self.slack).chain(&self.impulses);
         if all.into_iter().all(|value| value.is_finite()) {
-            Ok(())
+            Ok(push.iter().any(|&p| p > 0.0))
         } else {
             Err(unsolvable_impacts())
         }

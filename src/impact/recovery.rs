@@ -8,7 +8,7 @@ use crate::quantity::room_for;
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values of `N^T B` below this, relative to the largest, are zero: the normals are dependent.
-const DEPENDENT_TOL: f64 = 1e-12;
+pub(crate) const DEPENDENT_TOL: f64 = 1e-12;
 
 /// `(N^T B)^-1 (I + E)` for the stops hit: what turns approach speeds into impulses, shape `(k, k)`.
 ///

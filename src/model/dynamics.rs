@@ -7,6 +7,9 @@ use crate::model::{
 };
 use nalgebra::{DMatrix, DVector};
 
+/// Size of a difference, relative to the coordinates: the cube root of the rounding unit.
+const DIFFERENCE: f64 = 6e-6;
+
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moment {
@@ -20,6 +23,11 @@ pub(crate) trait Dynamics {
     fn n_dof(&self) -> usize;
     /// The acceleration.
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
+    /// The derivative of the acceleration by `(q, v)`, shape `(n, 2n)`, where it is known other than by differences.
+    fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
+        let _ = (at, q, v);
+        Ok(None)
+    }
 }
 
 /// Eq. (3), the large motions of the double pendulum, in its symmetric form `M(q) q'' = f`.
@@ -175,20 +183,50 @@ impl Dynamics for NonlinearMotion {
 
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         self.system.acceleration(at.time, q, v, a)?;
-        let Some(force) = &self.force else {
-            return Ok(());
+        for (a, f) in a.iter_mut().zip(self.forced(at, q)?) {
+            *a += f;
+        }
+        Ok(())
+    }
+
+    /// As the system's equations give it, with that of `M(q)^-1` times the force.
+    fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
+        let Some(mut jacobian) = self.system.given_jacobian(at.time, q, v)? else {
+            return Ok(None);
         };
-        let mut f = vec![0.0; a.len()];
+        if self.force.is_some() {
+            let size = q.iter().fold(1.0f64, |m, x| m.max(x.abs()));
+            let step = DIFFERENCE * size;
+            let moved = |j: usize, step: f64| {
+                let mut q = q.to_vec();
+                q[j] += step;
+                self.forced(at, &q)
+            };
+            for j in 0..q.len() {
+                let (ahead, behind) = (moved(j, step)?, moved(j, -step)?);
+                for (i, (a, b)) in ahead.into_iter().zip(behind).enumerate() {
+                    jacobian[(i, j)] += (a - b) / (2.0 * step);
+                }
+            }
+        }
+        Ok(Some(jacobian))
+    }
+}
+
+impl NonlinearMotion {
+    /// `M(q)^-1` times the force, nothing without one.
+    fn forced(&self, at: Moment, q: &[f64]) -> Result<Vec<f64>> {
+        let Some(force) = &self.force else {
+            return Ok(Vec::new());
+        };
+        let mut f = vec![0.0; q.len()];
         // There is no base to move: scenes of such systems are refused one.
         force.add(at, |_| 0.0, &mut f);
         // The matrix is symmetric: its rows are its columns.
         if !small::solve_positive(self.system.mass(q)?.as_mut_slice(), &mut f) {
             return Err(singular_mass());
         }
-        for (a, f) in a.iter_mut().zip(f) {
-            *a += f;
-        }
-        Ok(())
+        Ok(f)
     }
 }
 

@@ -13,6 +13,10 @@ use std::sync::Arc;
 const PROBES: [f64; 3] = [0.0, 1.0, std::f64::consts::SQRT_2];
 /// Numbers that a step of an integrator takes for each coordinate, roughly: its stages and dense output.
 const NUMBERS_OF_A_STEP: usize = 32;
+/// Part of its size by which an entry of a given derivative may differ from a difference.
+const WRONG: f64 = 1e-3;
+/// Error of a difference, relative to the largest entry of its column.
+const ROUGH: f64 = 1e-6;
 /// The distance in q, in units of the coordinates, within which an equilibrium counts as the one at q = 0.
 const EQUILIBRIUM_TOL: f64 = 1e-12;
 
@@ -101,7 +105,11 @@ pub trait EquationsOfMotion: Any + Send + Sync {
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 #[derive(Clone)]
-pub struct NonlinearSystem(Arc<dyn EquationsOfMotion>);
+pub struct NonlinearSystem {
+    equations: Arc<dyn EquationsOfMotion>,
+    /// What is added to the time that the equations are given.
+    time_offset: f64,
+}
 
 impl fmt::Debug for NonlinearSystem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -112,7 +120,9 @@ impl fmt::Debug for NonlinearSystem {
 impl PartialEq for NonlinearSystem {
     /// One object is equal to itself; others as far as they know.
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0) || self.0.equals(&*other.0)
+        let (ours, theirs) = (&self.equations, &other.equations);
+        self.time_offset == other.time_offset
+            && (Arc::ptr_eq(ours, theirs) || ours.equals(&**theirs))
     }
 }
 
@@ -127,22 +137,40 @@ impl NonlinearSystem {
             return Err(Error::bad_value("n_dof", 0, "it must be at least 1"));
         }
         room_for("a step of the motion", n, NUMBERS_OF_A_STEP)?;
-        Ok(Self(Arc::new(equations)))
+        Ok(Self {
+            equations: Arc::new(equations),
+            time_offset: 0.0,
+        })
+    }
+
+    /// The same equations at a time that is later by `offset`: what they are at t, this system's are at `t - offset`. An orbit's
+    /// scene, whose time begins at the first impact, has it where the equations depend on time by themselves.
+    ///
+    /// # Errors
+    /// An offset that is not finite.
+    pub fn with_time_offset(mut self, offset: f64) -> Result<Self> {
+        self.time_offset = crate::quantity::finite("time_offset", offset)?;
+        Ok(self)
+    }
+
+    /// What is added to the time that the equations are given.
+    pub fn time_offset(&self) -> f64 {
+        self.time_offset
     }
 
     /// The equations as they were given.
     pub fn equations(&self) -> &dyn EquationsOfMotion {
-        &*self.0
+        &*self.equations
     }
 
     /// Number of degrees of freedom.
     pub fn n_dof(&self) -> usize {
-        self.0.n_dof()
+        self.equations.n_dof()
     }
 
     /// Whether the mass matrix is known.
     pub fn has_mass(&self) -> bool {
-        self.0.has_mass()
+        self.equations.has_mass()
     }
 
     /// Writes the acceleration.
@@ -150,7 +178,8 @@ impl NonlinearSystem {
     /// # Errors
     /// What the equations report; a value that is not finite.
     pub fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        self.0.acceleration(t, q, v, a)?;
+        let t = t + self.time_offset;
+        self.equations.acceleration(t, q, v, a)?;
         match a.iter().position(|x| !x.is_finite()) {
             None => Ok(()),
             Some(i) => Err(Error::bad_value(
@@ -166,7 +195,7 @@ impl NonlinearSystem {
     /// # Errors
     /// What the equations report; a matrix of another shape, not finite or not symmetric.
     pub fn mass(&self, q: &[f64]) -> Result<DMatrix<f64>> {
-        let mass = self.0.mass(q)?;
+        let mass = self.equations.mass(q)?;
         finite_square("mass", &mass, self.n_dof())?;
         let mass = Coefficient::Dense(mass);
         if !mass.is_symmetric() {
@@ -193,7 +222,7 @@ impl NonlinearSystem {
     /// # Errors
     /// What the equations report; a value that is not finite.
     pub fn potential(&self, q: &[f64]) -> Result<Option<f64>> {
-        self.0
+        self.equations
             .potential(q)?
             .map(|u| crate::quantity::finite("potential", u))
             .transpose()
@@ -204,31 +233,81 @@ impl NonlinearSystem {
     /// # Errors
     /// What the equations report; a derivative of another shape or not finite; differences that settle on no value.
     pub fn jacobian(&self, t: f64, q: &[f64], v: &[f64]) -> Result<DMatrix<f64>> {
-        let n = self.n_dof();
-        if let Some(jacobian) = self.0.jacobian(t, q, v)? {
-            if jacobian.shape() != (n, 2 * n) {
-                let found = format!("({}, {})", jacobian.nrows(), jacobian.ncols());
-                let expected = format!("({n}, {}), by q and then by v,", 2 * n);
-                return Err(Error::bad_shape("jacobian", found, expected));
-            }
-            return match jacobian.iter().find(|x| !x.is_finite()) {
-                None => Ok(jacobian),
-                Some(x) => Err(Error::bad_value("jacobian", x, "it must be finite")),
-            };
+        if let Some(jacobian) = self.given_jacobian(t, q, v)? {
+            return Ok(jacobian);
         }
-        let x: Vec<f64> = q.iter().chain(v).copied().collect();
-        let columns: Vec<DVector<f64>> = (0..2 * n)
-            .map(|j| {
-                derivative(|h| {
-                    let mut y = x.clone();
-                    y[j] += h;
-                    let mut a = DVector::zeros(n);
-                    self.0.acceleration(t, &y[..n], &y[n..], a.as_mut_slice())?;
-                    Ok(a)
-                })
-            })
+        let columns: Vec<DVector<f64>> = (0..2 * self.n_dof())
+            .map(|j| self.difference(t, q, v, j))
             .collect::<Result<_>>()?;
         Ok(DMatrix::from_columns(&columns))
+    }
+
+    /// The derivative of the acceleration by `(q, v)` as the equations give it, `None` where they do not.
+    ///
+    /// # Errors
+    /// What the equations report; a derivative of another shape or not finite.
+    pub(crate) fn given_jacobian(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+    ) -> Result<Option<DMatrix<f64>>> {
+        let n = self.n_dof();
+        let Some(jacobian) = self.equations.jacobian(t + self.time_offset, q, v)? else {
+            return Ok(None);
+        };
+        if jacobian.shape() != (n, 2 * n) {
+            let found = format!("({}, {})", jacobian.nrows(), jacobian.ncols());
+            let expected = format!("({n}, {}), by q and then by v,", 2 * n);
+            return Err(Error::bad_shape("jacobian", found, expected));
+        }
+        match jacobian.iter().find(|x| !x.is_finite()) {
+            None => Ok(Some(jacobian)),
+            Some(x) => Err(Error::bad_value("jacobian", x, "it must be finite")),
+        }
+    }
+
+    /// The derivative of the acceleration by entry j of `(q, v)`, by differences.
+    fn difference(&self, t: f64, q: &[f64], v: &[f64], j: usize) -> Result<DVector<f64>> {
+        let n = self.n_dof();
+        let x: Vec<f64> = q.iter().chain(v).copied().collect();
+        derivative(|h| {
+            let mut y = x.clone();
+            y[j] += h;
+            let mut a = DVector::zeros(n);
+            let t = t + self.time_offset;
+            self.equations
+                .acceleration(t, &y[..n], &y[n..], a.as_mut_slice())?;
+            Ok(a)
+        })
+    }
+
+    /// Compares the derivative that the equations give, if they do, with a difference at one place. Where differences settle on
+    /// no value nothing is said.
+    ///
+    /// # Errors
+    /// What the equations report; an entry that is off by more than 1e-3 of its size.
+    pub fn check_jacobian(&self, t: f64, q: &[f64], v: &[f64]) -> Result<()> {
+        let Some(given) = self.given_jacobian(t, q, v)? else {
+            return Ok(());
+        };
+        for (j, column) in given.column_iter().enumerate() {
+            let found = match self.difference(t, q, v, j) {
+                Err(Error::NoConvergence { .. }) => continue,
+                found => found?,
+            };
+            let rounding = ROUGH * column.amax().max(found.amax());
+            for (i, (&given, &found)) in column.iter().zip(found.iter()).enumerate() {
+                if (given - found).abs() > WRONG * given.abs().max(found.abs()) + rounding {
+                    let rule = format!(
+                        "a difference gives {found} at t = {t}, q = {q:?}, v = {v:?}: it must be the derivative of acceleration[{i}] \
+                         by entry {j} of (q, v)"
+                    );
+                    return Err(Error::bad_value(format!("jacobian[{i}, {j}]"), given, rule));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// The linear system about the equilibrium q = 0, `K = -M da/dq`, `C = -M da/dv`.
@@ -242,6 +321,7 @@ impl NonlinearSystem {
         }
         let n = self.n_dof();
         let zero = vec![0.0; n];
+        self.check_jacobian(0.0, &zero, &zero)?;
         let jacobian = self.jacobian(0.0, &zero, &zero)?;
         let small = EQUILIBRIUM_TOL * jacobian.columns(0, n).amax();
         for t in PROBES {

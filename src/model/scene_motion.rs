@@ -65,4 +65,8 @@ impl Dynamics for SceneMotion {
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         with_motion!(self, motion => motion.acceleration(at, q, v, a))
     }
+
+    fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
+        with_motion!(self, motion => motion.jacobian(at, q, v))
+    }
 }

@@ -8,6 +8,8 @@ use crate::flow::{
 };
 use crate::impact::Impact;
 use crate::modal::Pair;
+use crate::orbit::Pattern;
+use crate::orbit::closing::{Carrier, is_closed};
 use crate::orbit::held::{Stretch, is_hop, search_held, search_stretch};
 use crate::orbit::periodic_orbit::Flight;
 use crate::simulate::SegmentKind;
@@ -19,14 +21,15 @@ use std::sync::Arc;
 /// orbit's position, with room to spare.
 const MARGIN: f64 = 2e-13;
 
-/// Where and by how much an orbit breaks the rules of contact.
+/// Where and by how much an orbit breaks the rules of contact; or, with a depth that is not a number, where the search could
+/// not decide whether it does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
     /// The stop.
     pub stop: usize,
     /// The time of the deepest point, or of the impact \[s\], counted from the first impact.
     pub time: f64,
-    /// How far the stop is passed, in units of the gap; zero where an impulse or a contact force pulls.
+    /// How far the stop is passed, in units of the gap; zero where an impulse or a contact force pulls, nan where it is not known.
     pub depth: f64,
     /// The rule that is broken, in words.
     pub reason: String,
@@ -107,17 +110,85 @@ impl Breach {
     }
 }
 
+/// A gap, or a contact force, of which the search proved nothing from some time on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Undecided {
+    pub stop: usize,
+    pub time: f64,
+}
+
+impl Undecided {
+    /// What is not known, in words; the depth is not a number.
+    pub fn describe(&self) -> Violation {
+        let Self { stop, time } = *self;
+        let reason = format!(
+            "the search could not decide whether stop {stop} is passed: from t = {time:.6} on its bounds prove nothing"
+        );
+        Violation {
+            stop,
+            time,
+            depth: f64::NAN,
+            reason,
+        }
+    }
+}
+
+/// What the rules of contact say of an orbit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Ruling {
+    Admissible,
+    /// Nothing was found, and not everything was proved.
+    Undecided,
+    /// With the depth of the worst breach.
+    Broken(f64),
+}
+
 /// What the search of a whole period found.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Admissibility {
     /// The worst breach of the rules of contact.
     pub breach: Option<Breach>,
+    /// The first place where the search proved nothing more.
+    pub undecided: Option<Undecided>,
     pub touches: Vec<Touch>,
     /// An impact whose approach speed is within the margin of zero.
     pub has_grazing_impact: bool,
 }
 
 impl Admissibility {
+    /// Admissible only where everything was proved.
+    pub fn ruling(&self) -> Ruling {
+        match (self.breach, self.undecided) {
+            (Some(breach), _) => Ruling::Broken(breach.depth),
+            (None, Some(_)) => Ruling::Undecided,
+            (None, None) => Ruling::Admissible,
+        }
+    }
+
+    /// The worst breach, or what is not known, in words.
+    pub fn describe(&self) -> Option<Violation> {
+        let open = self.undecided.map(|open| open.describe());
+        let Some(breach) = &self.breach else {
+            return open;
+        };
+        let mut found = breach.describe();
+        if let Some(open) = open {
+            found.reason.push_str("; it may be worse: ");
+            found.reason.push_str(&open.reason);
+        }
+        Some(found)
+    }
+
+    /// Takes note of where a search on a flight proved nothing more.
+    pub(super) fn leave_open(&mut self, stop: usize, start: f64, check: &FlightCheck) {
+        if let (None, Some(time)) = (self.undecided, check.undecided) {
+            self.undecided = Some(Undecided {
+                stop,
+                time: start + time,
+            });
+        }
+    }
+
     pub(super) fn keep_worst(&mut self, breach: Breach) {
         if self.breach.is_none_or(|worst| breach.depth > worst.depth) {
             self.breach = Some(breach);
@@ -126,6 +197,7 @@ impl Admissibility {
 
     /// Takes note of what the search of one gap found on a flight.
     pub(super) fn note(&mut self, stop: usize, start: f64, check: &FlightCheck) {
+        self.leave_open(stop, start, check);
         if let Some(lowest) = check.violation {
             self.keep_worst(Breach {
                 stop,
@@ -160,6 +232,21 @@ impl<'a> Judge<'a> {
         let rows = rows.zip(scene.geometry.clearances.iter());
         let gaps = with_flow!(&flow, f => rows.map(|(row, &c)| f.gap_row(&Quantity::gap(c, row))).collect());
         Self { scene, flow, gaps }
+    }
+
+    /// Whether each of some motions of one flight and one instant, given with their phases, closes.
+    pub fn are_closed<'m>(
+        &self,
+        pattern: &Pattern,
+        motions: impl Iterator<Item = (f64, &'m [Flight])>,
+    ) -> Vec<bool> {
+        with_flow!(&self.flow, f => {
+            let mut carrier = Carrier::new(self.scene, f);
+            let closed = motions.map(|(phase, flights)| {
+                is_closed(self.scene, flights, carrier.misfit(pattern, phase, flights))
+            });
+            closed.collect()
+        })
     }
 
     /// Judges the impacts, and searches every flight for every stop.

@@ -3,12 +3,13 @@
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::impact::wrapped;
-use crate::model::{Change, Scene, contacts};
+use crate::model::{Scene, System, contacts};
 use crate::orbit::chatter::project;
 use crate::orbit::course::{Course, Event};
 use crate::orbit::guess::{Guess, Start};
 use crate::orbit::modal_motion::{ModalMotion, stuck_motions};
 use crate::orbit::motion::{OrbitMotion, paired};
+use crate::orbit::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::pieces::Motion;
 use crate::orbit::shooting::{Clocked, Landing, Loop, Shooting};
@@ -29,6 +30,10 @@ use std::sync::Arc;
 /// forcing the period is found too. Where the orbits form a family, the member nearest the guess is returned. The result may be
 /// inadmissible, and says so.
 ///
+/// Equations that depend on time by themselves (of a [`NonlinearSystem`](crate::NonlinearSystem)) have to repeat with the forcing;
+/// the orbit's scene has them later, as much as its phase is. A Jacobian that they give is used in every derivative of free
+/// flights, and is compared with a difference first.
+///
 /// A motion may chatter, stay on stops and be let go ([`PeriodicOrbit::segments`]): impacts that accumulate are gone through until
 /// what is left of them is 1e-12 of the motion, whatever the tolerances of the guess, and completed there; t = 0 is then right
 /// after the first impact that follows a release. Contact forces have to push. Each chatter that ends in lasting contact has
@@ -37,7 +42,8 @@ use std::sync::Arc;
 /// # Errors
 /// `Error::NoConvergence`, with the mismatch reached, when no motion of the pattern closes near the guess to 1e-11 of its
 /// size; a guess of another number of degrees of freedom, or with stops that the scene does not have; a trajectory that
-/// did not keep its motion or does not return. Of lasting contact two things are refused: stops let go at one time, and a
+/// did not keep its motion or does not return; equations that depend on time and do not repeat with the forcing; a Jacobian
+/// that is off by more than 1e-3 of its size. Of lasting contact two things are refused: stops let go at one time, and a
 /// contact with e > 0 that comes to rest while another stop is held or hit.
 ///
 /// # References
@@ -52,7 +58,7 @@ use std::sync::Arc;
 /// let orbits = periodic_orbits(&known, &Pattern::single(1), &options)?;
 /// let other = paper_scene(Kind::Three, &PaperOptions { damping: Some(0.06), ..Default::default() })?;
 /// let orbit = find_orbit(&other, &orbits[0], None)?;
-/// assert!(orbit.is_admissible() && orbit.phase() != orbits[0].phase());
+/// assert!(orbit.is_admissible() == Some(true) && orbit.phase() != orbits[0].phase());
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn find_orbit<'a>(
@@ -76,12 +82,14 @@ pub fn find_orbit_checked<'a>(
     let frequency = scene.forcing().frequency();
     let start = guess.into().read(frequency, n_periods)?;
     check(scene, &start)?;
-    let scene = match frequency {
-        Some(_) => scene.replace(Change::Phase(start.phase))?,
-        None => scene.clone(),
-    };
+    let depends = depends_on_own_time(scene, &start.states)?;
+    let scene = with_phase(scene, start.phase, depends)?;
+    if let System::Nonlinear(system) = scene.system() {
+        let (q, v) = start.states[0].as_slice().split_at(scene.n_dof());
+        system.check_jacobian(0.0, q, v)?;
+    }
     if scene.linear_system("find_orbit").is_err() {
-        return stepped(&scene, &start, observer);
+        return stepped(&scene, &start, depends, observer);
     }
     // Deviations, and the matrices between coordinates and modes.
     let n = scene.n_dof();
@@ -99,14 +107,16 @@ pub fn find_orbit_checked<'a>(
 fn stepped(
     scene: &Scene,
     start: &Start,
+    depends: bool,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
     let motion = SteppedMotion::new(scene, scene.forcing().phase());
     let (found, landings) = shoot(&motion, scene, start, observer)?;
     let parts = parts(scene, start, &found, &landings, &motion, paired)?;
-    let from_first = Arc::new(SteppedMotion::new(scene, parts.phase));
+    let scene = with_phase(scene, parts.phase, depends)?;
+    let from_first = Arc::new(SteppedMotion::new(&scene, parts.phase));
     let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
-    PeriodicOrbit::moved_by(moved, scene, parts)
+    PeriodicOrbit::moved_by(moved, &scene, parts)
 }
 
 /// Closes the guess.

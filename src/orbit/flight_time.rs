@@ -210,6 +210,8 @@ impl Search<'_> {
                 }
             }
         }
+        // Nearer to an end than this nothing is searched: the instants cannot be told apart.
+        roots.retain(|root| root.dt.min(self.period - root.dt) >= SAME * self.period);
         let solved = roots.len();
         roots.retain(|root| !self.is_shorter(root));
         let repeats = solved > roots.len() || (splits && self.is_alike);

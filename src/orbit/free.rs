@@ -7,12 +7,13 @@ use crate::model::{Change, Parameter, Scene};
 use crate::orbit::impulses::Instant;
 use crate::orbit::one_instant::{clearance_margin, meet_circle};
 use crate::orbit::search::{describe, finish, one_instant, period, sorted};
+use crate::orbit::value_roots::{Roots, roots};
 use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
 use std::sync::Arc;
 
-/// Samples of a free parameter's range.
-const SAMPLES: usize = 400;
+/// Undecided stretches that a reason names.
+const MOST_SHOWN: usize = 5;
 
 /// The parameter that is one more unknown of a pattern whose stops are hit together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +119,7 @@ fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Op
     Ok(clearance_margin(&instant)?.filter(|m| m.is_finite()))
 }
 
-/// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as good as its samples.
+/// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as far as its values show them.
 pub(super) fn free_parameter(
     scene: &Scene,
     pattern: &Pattern,
@@ -128,60 +129,74 @@ pub(super) fn free_parameter(
 ) -> Result<Orbits> {
     let stops = &pattern.instants()[0];
     let (low, high) = options.between.unwrap_or((0.0, 0.0));
-    let at = |x: f64, watch: &mut Watch<'_>| {
-        watch.look()?;
-        mismatch(&scene.replace(parameter.change(x))?, stops, options)
-    };
     let mut best: Option<f64> = None;
-    let mut roots = Vec::new();
-    let mut previous: Option<(f64, f64)> = None;
-    for i in 0..=SAMPLES {
-        let x = low + (high - low) * i as f64 / SAMPLES as f64;
-        let Some(y) = at(x, watch)? else {
-            previous = None;
-            continue;
+    let found = roots((low, high), |x| {
+        watch.look()?;
+        let Some(margin) = mismatch(&scene.replace(parameter.change(x))?, stops, options)? else {
+            return Ok(None);
         };
-        if best.is_none_or(|b| y.abs() < b.abs()) {
-            best = Some(y);
+        if best.is_none_or(|b| margin.abs() < b.abs()) {
+            best = Some(margin);
         }
-        if y == 0.0 {
-            roots.push(x);
-        } else if let Some((x0, y0)) = previous.filter(|&(_, y0)| y0 * y < 0.0)
-            && let Some(root) = bracketed(|x| at(x, watch), (x0, y0), (x, y))?
-        {
-            roots.push(root);
-        }
-        previous = Some((x, y));
-    }
+        Ok(Some(bounded(margin)))
+    })?;
     let mut all: Vec<PeriodicOrbit> = Vec::new();
-    for &root in &roots {
+    let mut apart = 0;
+    for &root in &found.places {
         let changed = scene.replace(parameter.change(root))?;
-        all.extend(at_root(&changed, pattern, options, watch)?);
+        let orbits = at_root(&changed, pattern, options, watch)?;
+        apart += usize::from(orbits.is_empty());
+        all.extend(orbits);
     }
     let verdict = if all.is_empty() {
         Verdict::None
     } else {
         Verdict::Found
     };
-    let reason = if all.is_empty() {
-        format!(
-            "no value in [{low}, {high}] was found on {} samples",
-            SAMPLES + 1
-        )
-    } else {
-        format!(
-            "{} solutions in [{low}, {high}], found on {} samples",
-            all.len(),
-            SAMPLES + 1
-        )
-    };
     Ok(Orbits {
+        reason: described(all.len(), apart, (low, high), &found),
         all: sorted(all, watch)?,
         verdict,
-        reason,
         margin: best,
         family: None,
     })
+}
+
+/// A mismatch `1 - r` as `(1 - r^2)/(1 + r^2)`: the same roots, and smooth where r has a pole.
+fn bounded(margin: f64) -> f64 {
+    let square = (1.0 - margin).powi(2);
+    if square.is_finite() {
+        margin * (2.0 - margin) / (1.0 + square)
+    } else {
+        -1.0
+    }
+}
+
+/// What the search of a range came to, in words.
+fn described(solutions: usize, apart: usize, (low, high): (f64, f64), found: &Roots) -> String {
+    let solutions = match solutions {
+        0 => "no solution".to_owned(),
+        1 => "one solution".to_owned(),
+        n => format!("{n} solutions"),
+    };
+    let mut text = format!(
+        "{solutions} in [{low}, {high}], by {} values of the mismatch, at which its second differences leave no room for more (no \
+         proof by bounds)",
+        found.values
+    );
+    if apart > 0 {
+        text.push_str(&format!("; at {apart} more the motion does not repeat"));
+    }
+    if !found.undecided.is_empty() {
+        let shown = found.undecided.iter().take(MOST_SHOWN);
+        let places: Vec<String> = shown.map(|(a, b)| format!("[{a}, {b}]")).collect();
+        let more = found.undecided.len().saturating_sub(MOST_SHOWN);
+        text.push_str(&format!("; undecided: {}", places.join(", ")));
+        if more > 0 {
+            text.push_str(&format!(" and {more} more stretches"));
+        }
+    }
+    text
 }
 
 /// The orbit at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as little.
@@ -207,39 +222,4 @@ fn at_root(
         ..options.clone()
     };
     Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed, watch)?.all)
-}
-
-/// The root of a continuous function in a bracket by bisection and secants; `None` where the sign changes at a pole.
-fn bracketed(
-    mut f: impl FnMut(f64) -> Result<Option<f64>>,
-    (mut x0, mut y0): (f64, f64),
-    (mut x1, mut y1): (f64, f64),
-) -> Result<Option<f64>> {
-    let start = y0.abs().max(y1.abs());
-    for round in 0..200 {
-        let secant = x1 - y1 * (x1 - x0) / (y1 - y0);
-        let x = if round % 3 == 2 || !secant.is_finite() {
-            0.5 * (x0 + x1)
-        } else {
-            secant
-        };
-        if x <= x0.min(x1) || x >= x0.max(x1) || (x1 - x0).abs() <= 4.0 * f64::EPSILON * x.abs() {
-            break;
-        }
-        let Some(y) = f(x)? else { return Ok(None) };
-        if y == 0.0 {
-            return Ok(Some(x));
-        }
-        if y * y0 < 0.0 {
-            (x1, y1) = (x, y);
-        } else {
-            (x0, y0) = (x, y);
-        }
-    }
-    let (x, y) = if y0.abs() < y1.abs() {
-        (x0, y0)
-    } else {
-        (x1, y1)
-    };
-    Ok((y.abs() < 1e-6 * start.max(1e-6)).then_some(x))
 }

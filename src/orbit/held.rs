@@ -51,6 +51,7 @@ pub(crate) fn search_held(
                 let margin = FORCE_MARGIN * row.jet(&derivatives).size;
                 let stretch = Stretch { span: flight.span, margin, is_released: false };
                 let (_, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
+                found.leave_open(stop, flight.start, &check);
                 if let Some(lowest) = check.violation {
                     let rule = Rule::Holds { force: lowest.gap };
                     found.keep_worst(Breach { stop, time: flight.start + lowest.time, depth: 0.0, rule });

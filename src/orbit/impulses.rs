@@ -5,7 +5,8 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
-use crate::linalg::rank::SolutionSet;
+use crate::impact::{DEPENDENT_TOL, impulse_matrix};
+use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, Pair, times};
 use nalgebra::{DMatrix, DVector};
 
@@ -166,6 +167,10 @@ impl<'a> Instant<'a> {
             for c in 0..2 {
                 matrix[(a, inner + c)] = (1.0 + e) * velocity.by_phase[(a, c)];
             }
+            // At an equilibrium nothing moves, but what is eliminated of one may: the retained blocks have the rest.
+            if !self.retained.is_empty() {
+                rhs[a] = -(1.0 + e) * velocity.constant[a];
+            }
             self.put_retained(&mut matrix, a, 1.0 + e, &self.scene.velocity_rows[stop]);
         }
         self.put_repetition(&mut matrix, &mut rhs);
@@ -224,6 +229,28 @@ impl<'a> Instant<'a> {
         }
     }
 
+    /// Adds to the rows of restitution what settles the impulses of dependent stops, hit together, of which the velocities leave
+    /// some combination open: it is zero, so that they are those of least norm.
+    ///
+    /// `U (S V^T x + ..) = 0` has no row for it; along its left null vectors, where the rows say nothing, `V^T p = 0` has room.
+    fn settle_dependent(&self, matrix: &mut DMatrix<f64>) -> Result<()> {
+        let k = self.n_impulses();
+        if k < 2 {
+            return Ok(());
+        }
+        let delassus = self.delassus();
+        let (tolerance, none) = (DEPENDENT_TOL * delassus.amax(), DVector::zeros(k));
+        let open = rank::solve(&delassus, &none, tolerance)?.null_space;
+        if open.ncols() > 0 {
+            // Refuses restitutions that contradict each other.
+            impulse_matrix(&self.scene.geometry, self.stops)?;
+            let unsaid = rank::solve(&delassus.transpose(), &none, tolerance)?.null_space;
+            let mut block = matrix.view_mut((0, 0), (k, k));
+            block += unsaid * open.transpose() * delassus.amax();
+        }
+        Ok(())
+    }
+
     /// Rows that say where the contacts are: `matrix X + constant = n.q` at the stops hit.
     pub(super) fn contact_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
@@ -244,7 +271,8 @@ impl<'a> Instant<'a> {
     /// All X for a given phase.
     pub fn at_phase(&self, u: Pair) -> Result<SolutionSet> {
         let inner = self.n_inner();
-        let (matrix, rhs) = self.repeat_rows();
+        let (mut matrix, rhs) = self.repeat_rows();
+        self.settle_dependent(&mut matrix)?;
         let known = matrix.columns(inner, 2) * DVector::from_row_slice(&u);
         let units = self.units(&matrix, 0);
         let floor = 1.0 / units.columns[inner];
@@ -267,7 +295,7 @@ impl<'a> Instant<'a> {
     /// All X, u unrestricted, for which the contacts are where the stops are: `n.q = clearance`. With `scaled`, at
     /// `n.q = scale clearance` for one more unknown, the last entry of X.
     pub fn at_clearance(&self, scaled: Option<&DVector<f64>>) -> Result<SolutionSet> {
-        self.solve_contacts(&self.rows_at_clearance(scaled))
+        self.solve_contacts(&self.rows_at_clearance(scaled)?)
     }
 
     /// All X that satisfy the rows of [`at_clearance`](Self::at_clearance).
@@ -277,9 +305,10 @@ impl<'a> Instant<'a> {
     }
 
     /// The rows of [`at_clearance`](Self::at_clearance).
-    pub fn rows_at_clearance(&self, scaled: Option<&DVector<f64>>) -> Rows {
+    pub fn rows_at_clearance(&self, scaled: Option<&DVector<f64>>) -> Result<Rows> {
         let (k, inner) = (self.n_impulses(), self.n_inner());
-        let (repeat, rhs) = self.repeat_rows();
+        let (mut repeat, rhs) = self.repeat_rows();
+        self.settle_dependent(&mut repeat)?;
         let (contact, constant) = self.contact_rows();
         let columns = inner + 2 + usize::from(scaled.is_some());
         let mut matrix = DMatrix::zeros(inner + k, columns);
@@ -299,7 +328,7 @@ impl<'a> Instant<'a> {
             None => self.clearances() - constant,
         };
         let rhs = DVector::from_iterator(inner + k, rhs.iter().chain(target.iter()).copied());
-        (matrix, rhs)
+        Ok((matrix, rhs))
     }
 
     /// The phase part u of X, or of a null vector.

@@ -8,6 +8,7 @@ use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge};
+use crate::orbit::closing::{Carrier, is_closed};
 use crate::orbit::course::{Course, struck};
 use crate::orbit::modal_motion::{ModalMotion, joined, stuck_motions};
 use crate::orbit::monodromy::{Flown, monodromy};
@@ -124,6 +125,17 @@ impl OrbitMotion {
                 (DVector::from_column_slice(q), DVector::from_column_slice(v))
             }
         }
+    }
+
+    /// By how much free flights miss their ends and contacts, relative to the size of the motion, where that is more than rounding
+    /// explains.
+    pub fn lost(&self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
+        let Self::Modal { modal, flow, .. } = self else {
+            return None;
+        };
+        let flow = flow.get_or_init(|| modal.flow());
+        let misfit = with_flow!(flow, f => Carrier::new(modal, f).misfit(pattern, phase, flights));
+        (!is_closed(modal, flights, misfit)).then_some(misfit)
     }
 
     /// The impacts of a period, instant by instant.

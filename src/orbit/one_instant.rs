@@ -214,7 +214,7 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
     if let Some(crossing) = one_stop::clearance_given(instant) {
         return Ok(crossing);
     }
-    let rows = instant.rows_at_clearance(None);
+    let rows = instant.rows_at_clearance(None)?;
     let mut crossing = meet_contacts(instant, &rows)?;
     if crossing.basis.ncols() == 0 && !crossing.is_any_phase {
         for x in &mut crossing.points {
@@ -228,7 +228,7 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
 pub(crate) fn clearance_margin(instant: &Instant<'_>) -> Result<Option<f64>> {
     let crossing = match one_stop::clearance_given(instant) {
         Some(crossing) => crossing,
-        None => meet_contacts(instant, &instant.rows_at_clearance(None))?,
+        None => meet_contacts(instant, &instant.rows_at_clearance(None)?)?,
     };
     Ok(crossing.margin)
 }

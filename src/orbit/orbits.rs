@@ -45,7 +45,8 @@ impl Default for OrbitOptions {
     }
 }
 
-/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation. In systems
+/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then those of which the search could not
+/// decide it, then by depth of violation. In systems
 /// of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost O(n^3), are computed
 /// only when asked for.
 #[derive(Debug, Clone)]

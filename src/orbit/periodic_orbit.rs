@@ -6,7 +6,7 @@ use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
 use crate::model::{Change, Scene};
 use crate::orbit::Pattern;
-use crate::orbit::admissible::{Admissibility, Touch, Violation};
+use crate::orbit::admissible::{Admissibility, Ruling, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::course::{Course, struck};
 use crate::orbit::motion::OrbitMotion;
@@ -138,6 +138,11 @@ impl PeriodicOrbit {
         &self.impacts
     }
 
+    /// By how much the motion misses its own beginning, relative to its size, where that is more than rounding explains.
+    pub(super) fn lost(&self) -> Option<f64> {
+        self.motion.lost(&self.pattern, self.phase, &self.flights)
+    }
+
     /// Its flights.
     pub(crate) fn flights(&self) -> &[Flight] {
         &self.flights
@@ -241,9 +246,10 @@ impl PeriodicOrbit {
         Ok(self.admissibility.get_or_init(|| found))
     }
 
-    /// Whether the orbit keeps the rules of contact at every time; searched when first asked for.
-    pub fn is_admissible(&self) -> bool {
-        self.admissibility().breach.is_none()
+    /// Whether the orbit keeps the rules of contact at every time; searched when first asked for. `None` where the search found
+    /// no breach and could not prove that there is none: [`violation`](Self::violation) says where.
+    pub fn is_admissible(&self) -> Option<bool> {
+        decided(self.admissibility().ruling())
     }
 
     /// [`is_admissible`](Self::is_admissible), asking `observer` from time to time whether to go on.
@@ -253,14 +259,14 @@ impl PeriodicOrbit {
     pub fn is_admissible_checked(
         &self,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<bool> {
-        Ok(self.judged(&mut Watch::new(observer))?.breach.is_none())
+    ) -> Result<Option<bool>> {
+        Ok(decided(self.judged(&mut Watch::new(observer))?.ruling()))
     }
 
-    /// The worst breach of the rules of contact.
+    /// The worst breach of the rules of contact; where there is none, and none is excluded, where the search could not decide.
     pub fn violation(&self) -> Option<&Violation> {
         self.violation
-            .get_or_init(|| self.admissibility().breach.map(|breach| breach.describe()))
+            .get_or_init(|| self.admissibility().describe())
             .as_ref()
     }
 
@@ -303,6 +309,15 @@ impl PeriodicOrbit {
             watch,
         )?;
         Ok(self.stability.get_or_init(|| found))
+    }
+}
+
+/// A ruling as an answer.
+fn decided(ruling: Ruling) -> Option<bool> {
+    match ruling {
+        Ruling::Admissible => Some(true),
+        Ruling::Undecided => None,
+        Ruling::Broken(_) => Some(false),
     }
 }
 

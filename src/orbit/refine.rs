@@ -9,9 +9,13 @@ use crate::modal::Pair;
 use crate::orbit::impulses::{Instant, RANK_TOL, Rows};
 use nalgebra::{DMatrix, DVector};
 
+/// Residual of the conditions, each in units of its own terms, up to which they agree.
+const CONSISTENT: f64 = 1e-11;
+
 impl Instant<'_> {
     /// Takes the unknowns of a solution for given clearances anew for its phase, by least squares on the rows of these with each
-    /// in units of its own rounding: those in which the phase matters little decide. Where that leaves one of them open, X stays.
+    /// in units of its own rounding: those in which the phase matters little decide. Where that leaves one of them open, or the
+    /// rows contradict each other in these units (the phase itself is not known well enough for the smallest of them), X stays.
     pub fn refine(&self, (mut matrix, mut rhs): Rows, x: &mut DVector<f64>) -> Result<()> {
         let inner = self.n_inner();
         let mut sizes = x.abs();
@@ -32,7 +36,7 @@ impl Instant<'_> {
             return Ok(());
         }
         let set = rank::solve(&scaled, &left, RANK_TOL * scaled.amax())?;
-        if set.null_space.ncols() == 0 {
+        if set.null_space.ncols() == 0 && set.residual <= CONSISTENT {
             for (x, factor) in x.iter_mut().zip(set.particular.iter()) {
                 *x *= factor;
             }

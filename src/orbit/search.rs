@@ -3,6 +3,7 @@
 use crate::error::{Error, Result, digits};
 use crate::flow::ModalScene;
 use crate::model::{Change, Parameter, Scene};
+use crate::orbit::admissible::Ruling;
 use crate::orbit::free::{Free, free_clearance, free_forcing, free_parameter};
 use crate::orbit::impulses::Instant;
 use crate::orbit::one_instant::{Crossing, Solution, clearance_given, phase_given};
@@ -48,7 +49,7 @@ const SORT_BY_STABILITY_UP_TO: usize = 60;
 /// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
 /// let options = OrbitOptions { n_periods: 2, ..Default::default() };
 /// let orbits = periodic_orbits(&scene, &Pattern::single(1), &options)?;
-/// assert!(orbits[0].is_admissible());
+/// assert_eq!(orbits[0].is_admissible(), Some(true));
 /// assert_eq!(orbits[0].stability()?.is_stable, Some(true));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
@@ -283,11 +284,13 @@ pub(super) fn finish(
     reason: String,
     watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
-    let orbits = crossing
+    let mut orbits = crossing
         .points
         .iter()
         .map(|x| build(scene, modal, pattern, options, instant, x))
         .collect::<Result<Vec<_>>>()?;
+    let mut reason = reason;
+    keep_closed(&mut orbits, &mut reason);
     let basis = family_basis(modal, instant, crossing);
     let is_family = basis.ncols() > 0 || crossing.is_any_phase;
     let verdict = match (orbits.is_empty(), is_family) {
@@ -303,6 +306,23 @@ pub(super) fn finish(
         margin: crossing.margin,
         family,
     })
+}
+
+/// Takes the orbits out that do not close, and says so: there rounding has left no digits of them.
+pub(super) fn keep_closed(orbits: &mut Vec<PeriodicOrbit>, reason: &mut String) {
+    let mut lost = Vec::new();
+    orbits.retain(|orbit| {
+        let misfit = orbit.lost();
+        lost.extend(misfit);
+        misfit.is_none()
+    });
+    if let Some(worst) = lost.iter().copied().reduce(f64::max) {
+        reason.push_str(&format!(
+            "; {} of these cannot be told from rounding: gone through once, the motion misses its beginning by {} of its size",
+            lost.len(),
+            digits(worst)
+        ));
+    }
 }
 
 /// Null vectors as changes of the contact state (q, v).
@@ -374,21 +394,25 @@ pub(super) fn with_contacts(
     ))
 }
 
-/// The order of orbits of given depths of violation (`None`: admissible): stable and admissible first, then admissible,
-/// then by depth. Asks for stability only where it decides.
+/// The order of orbits: stable and admissible first, then admissible, then undecided, then by depth of violation. Asks for
+/// stability only where it decides.
 pub(crate) fn ranking(
     n_dof: usize,
-    depths: &[Option<f64>],
+    rulings: &[Ruling],
     mut is_stable: impl FnMut(usize) -> Result<bool>,
 ) -> Result<Vec<usize>> {
-    let asks =
-        n_dof <= SORT_BY_STABILITY_UP_TO && depths.iter().filter(|d| d.is_none()).count() > 1;
-    let mut keys = Vec::with_capacity(depths.len());
-    for (i, depth) in depths.iter().enumerate() {
-        let is_first = asks && depth.is_none() && is_stable(i)?;
-        keys.push((u8::from(!is_first), depth.unwrap_or(-1.0)));
+    let is_admissible = |ruling: &&Ruling| **ruling == Ruling::Admissible;
+    let asks = n_dof <= SORT_BY_STABILITY_UP_TO && rulings.iter().filter(is_admissible).count() > 1;
+    let mut keys = Vec::with_capacity(rulings.len());
+    for (i, ruling) in rulings.iter().enumerate() {
+        keys.push(match *ruling {
+            Ruling::Admissible if asks && is_stable(i)? => (0, 0.0),
+            Ruling::Admissible => (1, 0.0),
+            Ruling::Undecided => (2, 0.0),
+            Ruling::Broken(depth) => (3, depth),
+        });
     }
-    let mut order: Vec<usize> = (0..depths.len()).collect();
+    let mut order: Vec<usize> = (0..rulings.len()).collect();
     order.sort_by(|&i, &j| {
         keys[i]
             .0
@@ -406,11 +430,11 @@ pub(super) fn sorted(
     if orbits.len() < 2 {
         return Ok(orbits);
     }
-    let depths = orbits
+    let rulings = orbits
         .iter()
-        .map(|o| Ok(o.judged(watch)?.breach.map(|breach| breach.depth)))
+        .map(|o| Ok(o.judged(watch)?.ruling()))
         .collect::<Result<Vec<_>>>()?;
-    let order = ranking(orbits[0].scene().n_dof(), &depths, |i| {
+    let order = ranking(orbits[0].scene().n_dof(), &rulings, |i| {
         Ok(orbits[i].decided(watch)?.is_stable == Some(true))
     })?;
     let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();

@@ -13,10 +13,11 @@ use crate::orbit::flight_time::Search;
 use crate::orbit::impulses::Instant;
 use crate::orbit::periodic_orbit::{Flight, Parts};
 use crate::orbit::refine::settle_speeds;
-use crate::orbit::search::{period, sorted, with_contacts};
-use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
+use crate::orbit::search::{keep_closed, period, sorted, with_contacts};
+use crate::orbit::unseen::Unseen;
+use crate::orbit::{Family, OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Unknowns whose determinants are still expanded: two impulses and four retained modes.
@@ -56,7 +57,9 @@ pub(crate) fn two_instants(
         }
     }
     let period = period(modal, options.n_periods)?;
-    let instant = Instant::new(modal, &stops, period);
+    let mut instant = Instant::new(modal, &stops, period);
+    let unseen = Unseen::set_aside(&mut instant);
+    let instant = instant;
     if instant.n_inner() + 2 > MOST_UNKNOWNS {
         let rule = "the search in the flight time keeps at most four undamped modes in step with the period; damp them";
         return Err(Error::bad_value(
@@ -78,37 +81,30 @@ pub(crate) fn two_instants(
         phase: options.phase.map(|phase| [phase.cos(), phase.sin()]),
         pair: pair.unwrap_or((0, first.len())),
     };
-    let (roots, reason) = search.run(watch)?;
+    let (roots, mut reason) = search.run(watch)?;
     let mut orbits = Vec::with_capacity(roots.len());
+    let mut alone = 0;
     for root in &roots {
         let (impulses, u) = conditions.read(&root.x);
         let phase = options
             .phase
             .map_or_else(|| wrapped(u[1].atan2(u[0])), wrapped);
+        let mut states = conditions.states(root.dt, &root.x);
+        if !unseen.fill([phase.cos(), phase.sin()], root.dt, &mut states)? {
+            alone += 1;
+            continue;
+        }
         let flights = flights(
             modal,
             &stops,
             first.len(),
             &impulses,
-            conditions.states(root.dt, &root.x),
+            states,
             (root.dt, period),
         )?;
-        let (scene, modal) = if options.phase.is_some() {
-            let rows = &modal.position_rows;
-            let contact = |i: usize| {
-                along(
-                    &rows[stops[i]],
-                    &flights[usize::from(i >= first.len())].after,
-                )
-            };
-            with_contacts(
-                scene,
-                modal,
-                &stops,
-                &(0..stops.len()).map(contact).collect::<Vec<_>>(),
-            )?
-        } else {
-            (scene.clone(), modal.clone())
+        let (scene, modal) = match options.phase {
+            Some(_) => at_contacts(scene, modal, (&stops, first.len()), &flights)?,
+            None => (scene.clone(), modal.clone()),
         };
         let parts = Parts {
             pattern: pattern.clone(),
@@ -119,18 +115,49 @@ pub(crate) fn two_instants(
         };
         orbits.push(PeriodicOrbit::new(&scene, modal, parts)?);
     }
-    let verdict = if orbits.is_empty() {
-        Verdict::None
-    } else {
-        Verdict::Found
+    if alone > 0 {
+        reason.push_str(
+            "; none of them repeats as a whole: a mode that these stops do not see is in resonance with the forcing, or has \
+             nothing to rest on under its load",
+        );
+    }
+    keep_closed(&mut orbits, &mut reason);
+    listed(orbits, reason, unseen.basis()?, watch)
+}
+
+/// The list of orbits, a family where there are directions in which each may be moved.
+fn listed(
+    orbits: Vec<PeriodicOrbit>,
+    reason: String,
+    basis: DMatrix<f64>,
+    watch: &mut Watch<'_>,
+) -> Result<Orbits> {
+    let verdict = match (orbits.is_empty(), basis.ncols()) {
+        (true, _) => Verdict::None,
+        (false, 0) => Verdict::Found,
+        (false, _) => Verdict::Family,
     };
     Ok(Orbits {
         all: sorted(orbits, watch)?,
         verdict,
         reason,
         margin: None,
-        family: None,
+        family: (verdict == Verdict::Family).then_some(Family { basis }),
     })
+}
+
+/// The scene with the clearances at which two flights meet the stops of their instants, of which the first few are hit first.
+fn at_contacts(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    (stops, first): (&[usize], usize),
+    flights: &[Flight],
+) -> Result<(Scene, Arc<ModalScene>)> {
+    let contacts = stops.iter().enumerate().map(|(i, &stop)| {
+        let state = &flights[usize::from(i >= first)].after;
+        along(&modal.position_rows[stop], state)
+    });
+    with_contacts(scene, modal, stops, &contacts.collect::<Vec<_>>())
 }
 
 /// Where a stop of both instants stands in their joint list.

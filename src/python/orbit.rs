@@ -171,13 +171,15 @@ impl PyOrbit {
         self.0.coefficients().map(PyCoefficients)
     }
 
-    /// Whether the orbit keeps the rules of contact at every time.
+    /// Whether the orbit keeps the rules of contact at every time; None where the search found no breach and could not prove that
+    /// there is none: ``violation`` says where.
     #[getter]
-    fn is_admissible(&self, py: Python<'_>) -> PyResult<bool> {
+    fn is_admissible(&self, py: Python<'_>) -> PyResult<Option<bool>> {
         Ok(self.judged(py)?.is_admissible())
     }
 
-    /// The worst breach of the rules of contact, None where there is none.
+    /// The worst breach of the rules of contact, None where there is none; with a depth of nan the place from which on the search
+    /// could not decide.
     #[getter]
     fn violation(&self, py: Python<'_>) -> PyResult<Option<PyViolation>> {
         Ok(self.judged(py)?.violation().cloned().map(PyViolation))
@@ -241,7 +243,7 @@ impl PyOrbit {
         arrays.set_item("segments", self.segments(py)?)?;
         arrays.set_item(
             "is_admissible",
-            vec![self.is_admissible(py)?].into_pyarray(py),
+            vec![self.is_admissible(py)? == Some(true)].into_pyarray(py),
         )?;
         if let Some(multipliers) = self.floquet_multipliers(py)? {
             arrays.set_item("floquet_multipliers", multipliers)?;
@@ -254,6 +256,7 @@ impl PyOrbit {
         let admissible = match o.violation() {
             None if o.touches().is_empty() => "admissible".to_owned(),
             None => "admissible, touching a stop without impact".to_owned(),
+            Some(v) if v.depth.is_nan() => format!("admissible or not: {}", v.reason),
             Some(v) => format!("not admissible: {}", v.reason),
         };
         let mut text = format!(

@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PySlice, PyTuple};
 
-/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then by depth of violation.
+/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then undecided ones, then by depth of violation.
 ///
 /// In systems of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost O(n^3), are
 /// computed only when asked for.
@@ -214,7 +214,8 @@ pub(crate) fn _restore_orbits(
 /// Returns
 /// -------
 /// Orbits
-///     A sequence: stable and admissible orbits first, then admissible ones, then by depth of violation; with ``verdict``,
+///     A sequence: stable and admissible orbits first, then admissible ones, then those of which the search could not decide it
+///     (``is_admissible`` is None), then by depth of violation; with ``verdict``,
 ///     ``reason``, ``margin``, ``family``. In systems of more than 60 degrees of freedom admissible orbits come first, stable
 ///     or not: the multipliers, which cost O(n^3), are computed only when asked for.
 ///

@@ -4,7 +4,9 @@ use crate::contact::walk::Effort;
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
-use crate::orbit::{Admissibility, Judge, Pattern, Solution, largest_multiplier, list_impacts};
+use crate::orbit::{
+    Admissibility, Judge, Pattern, Ruling, Solution, largest_multiplier, list_impacts,
+};
 use crate::watch::Watch;
 
 /// Relative error of the depth of a violation that is good enough to tell two of them apart.
@@ -48,8 +50,13 @@ impl Candidate {
         Ok(())
     }
 
-    /// Depth of the violation, `None` if the orbit is admissible.
-    pub fn depth(&self) -> Option<f64> {
+    /// What the rules of contact say.
+    pub fn ruling(&self) -> Ruling {
+        self.admissibility.ruling()
+    }
+
+    /// Depth of the violation, if there is one.
+    fn depth(&self) -> Option<f64> {
         self.admissibility.breach.map(|breach| breach.depth)
     }
 
@@ -71,14 +78,21 @@ impl Candidate {
     }
 }
 
-/// Judges all candidates as far as their order asks: a violation that is deeper than one before need not be followed to
+/// Leaves out candidates that do not close, and judges the others as far as their order asks: a violation that is deeper than one before need not be followed to
 /// its end, and depths are worked out only where they are near each other.
 pub(super) fn judge_all(
     scene: &ModalScene,
-    candidates: &mut [Candidate],
+    pattern: &Pattern,
+    candidates: &mut Vec<Candidate>,
     watch: &mut Watch<'_>,
 ) -> Result<()> {
     let mut judge = Judge::new(scene);
+    let motions = candidates.iter().map(|c| {
+        let flights = std::slice::from_ref(&c.solution.flight);
+        (c.solution.phase, flights)
+    });
+    let mut closed = judge.are_closed(pattern, motions).into_iter();
+    candidates.retain(|_| closed.next() == Some(true));
     let mut least = f64::INFINITY;
     for candidate in candidates.iter_mut() {
         candidate.judge(
@@ -89,8 +103,12 @@ pub(super) fn judge_all(
             },
             watch,
         )?;
-        // After an admissible one, any violation is enough.
-        least = candidate.depth().unwrap_or(-1.0).min(least);
+        least = match candidate.ruling() {
+            // After an admissible one, any violation is enough.
+            Ruling::Admissible => -1.0,
+            Ruling::Undecided => least,
+            Ruling::Broken(depth) => depth.min(least),
+        };
     }
     let mut depths: Vec<f64> = candidates.iter().filter_map(Candidate::depth).collect();
     depths.sort_by(f64::total_cmp);

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{
-    Instant, OrbitOptions, Pattern, Solution, check, clearance_given, decides, period,
+    Instant, OrbitOptions, Pattern, Ruling, Solution, check, clearance_given, decides, period,
     periodic_orbits_checked, ranking,
 };
 use crate::quantity::room_for;
@@ -42,7 +42,7 @@ impl Axis {
 pub struct ExistenceCell {
     /// Number of orbits of the pattern, admissible or not.
     pub n_orbits: u32,
-    /// Whether one of them is admissible.
+    /// Whether one of them is proved to be admissible.
     pub is_admissible: bool,
     /// Whether one of them is admissible and stable; of more than 60 degrees of freedom, whose orbits are not ordered by
     /// stability: whether the first one is.
@@ -261,8 +261,8 @@ pub fn existence_at_checked(
     let stability = first.stability_checked(observer)?;
     Ok(ExistenceCell {
         n_orbits: count(orbits.len()),
-        is_admissible: first.is_admissible(),
-        is_stable: first.is_admissible() && stability.is_stable == Some(true),
+        is_admissible: first.is_admissible() == Some(true),
+        is_stable: first.is_admissible() == Some(true) && stability.is_stable == Some(true),
         multiplier: stability
             .orders
             .first()
@@ -413,12 +413,15 @@ fn one_instant(
     if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
         return Ok(EMPTY);
     }
-    judge_all(scene, &mut candidates, watch)?;
-    let depths: Vec<Option<f64>> = candidates.iter().map(Candidate::depth).collect();
+    judge_all(scene, pattern, &mut candidates, watch)?;
+    if candidates.is_empty() {
+        return Ok(EMPTY);
+    }
+    let rulings: Vec<Ruling> = candidates.iter().map(Candidate::ruling).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
     let mut radius = |i: usize| candidates[i].largest_multiplier(scene, pattern, watch);
-    let first = ranking(scene.form.n_dof(), &depths, |i| Ok(is_stable(radius(i)?)))?[0];
-    let (is_admissible, radius) = (depths[first].is_none(), radius(first)?);
+    let first = ranking(scene.form.n_dof(), &rulings, |i| Ok(is_stable(radius(i)?)))?[0];
+    let (is_admissible, radius) = (rulings[first] == Ruling::Admissible, radius(first)?);
     Ok(ExistenceCell {
         n_orbits: count(candidates.len()),
         is_admissible,

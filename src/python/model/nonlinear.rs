@@ -29,9 +29,13 @@ use pyo3::types::PyDict;
 ///     Handed over to the acceleration and the Jacobian as it is; numbers, shape (p,), for a C function, which has a null
 ///     pointer without them.
 /// jacobian : callable, optional
-///     ``f(t, q, v[, parameters])``: the derivative of the acceleration by (q, v), shape (n, 2n); else by differences.
+///     ``f(t, q, v[, parameters])``: the derivative of the acceleration by (q, v), shape (n, 2n); else by differences. It is
+///     compared with a difference before it is used: an entry off by more than 1e-3 of its size is a ``ValueError``.
 /// potential : callable, optional
 ///     ``f(q)``: the potential energy.
+/// time_offset : float, default 0.0
+///     Added to the time that acceleration and jacobian are given. ``orbit.scene``, whose time begins at the first impact, has it
+///     where they depend on time.
 ///
 /// Raises
 /// ------
@@ -113,7 +117,7 @@ fn acceleration(
 #[pymethods]
 impl PyNonlinearSystem {
     #[new]
-    #[pyo3(signature = (n_dof, acceleration, *, mass=None, parameters=None, jacobian=None, potential=None))]
+    #[pyo3(signature = (n_dof, acceleration, *, mass=None, parameters=None, jacobian=None, potential=None, time_offset=0.0))]
     fn new(
         #[pyo3(from_py_with = argument::n_dof)] n_dof: i64,
         acceleration: &Bound<'_, PyAny>,
@@ -121,6 +125,7 @@ impl PyNonlinearSystem {
         parameters: Option<&Bound<'_, PyAny>>,
         jacobian: Option<&Bound<'_, PyAny>>,
         potential: Option<&Bound<'_, PyAny>>,
+        time_offset: f64,
     ) -> PyResult<Self> {
         let n = usize::try_from(n_dof)
             .ok()
@@ -138,7 +143,7 @@ impl PyNonlinearSystem {
             jacobian: function("jacobian", jacobian)?,
             potential: function("potential", potential)?,
         })?;
-        let system = Self(system);
+        let system = Self(system.with_time_offset(time_offset)?);
         if let Some(Mass::Constant(_)) = system.parts()?.mass {
             system.0.check_mass(&vec![0.0; n])?;
         }
@@ -181,6 +186,12 @@ impl PyNonlinearSystem {
     fn potential(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let function = self.parts()?.potential.as_ref();
         Ok(function.map(|f| f.function.clone_ref(py)))
+    }
+
+    /// What is added to the time that acceleration and jacobian are given.
+    #[getter]
+    fn time_offset(&self) -> f64 {
+        self.0.time_offset()
     }
 
     /// The linear system about the equilibrium q = 0.
@@ -233,6 +244,9 @@ impl PyNonlinearSystem {
                 text.push_str(&format!(", {name}"));
             }
         }
+        if self.0.time_offset() != 0.0 {
+            text.push_str(&format!(", time_offset={:.6}", self.0.time_offset()));
+        }
         text.push(')');
         Ok(text)
     }
@@ -252,6 +266,7 @@ impl PyNonlinearSystem {
         options.set_item("parameters", self.parameters(py)?)?;
         options.set_item("jacobian", self.jacobian(py)?)?;
         options.set_item("potential", self.potential(py)?)?;
+        options.set_item("time_offset", self.time_offset())?;
         Ok(((self.n_dof(), self.acceleration(py)?), options))
     }
 }

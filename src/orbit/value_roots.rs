@@ -1,0 +1,255 @@
+//! Roots on an interval of a function of which only values are known. Cells are halved until the values in them leave no room for
+//! a root that they do not show: by their second differences, once these agree with each other. That is no proof, as bounds are
+//! (`isolate.rs`), but it follows the function where it is steep or bends, and says where it could not decide.
+
+use crate::error::Result;
+use std::cell::Cell;
+
+/// Cells to begin with.
+const CELLS: usize = 64;
+/// Halvings of a cell.
+const DEEPEST: u32 = 30;
+/// Halvings of a cell in which the function has no value at some places.
+const DEEPEST_GAP: u32 = 10;
+/// Values after which what is left is undecided.
+const MOST_VALUES: usize = 20_000;
+/// Second differences count this often, for what they may be between the places at which they are known.
+const SAFETY: f64 = 2.0;
+/// A value this small is rounding.
+const ROUNDING: f64 = 1e-13;
+/// Values in a cell.
+const NODES: usize = 5;
+
+/// What a search found.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Roots {
+    pub places: Vec<f64>,
+    /// Stretches in which the values decide nothing, in order.
+    pub undecided: Vec<(f64, f64)>,
+    /// Number of values.
+    pub values: usize,
+}
+
+struct Stretch {
+    low: f64,
+    high: f64,
+    depth: u32,
+    /// At five places of equal distance, both ends among them; none where the function has no value.
+    y: [Option<f64>; NODES],
+}
+
+enum Verdict {
+    Clear,
+    /// The quarters with a simple root.
+    Crossed(Vec<usize>),
+    Unknown,
+    /// All values are rounding.
+    Rounding,
+}
+
+/// What the values of a cell say of it.
+fn judge(y: [f64; NODES]) -> Verdict {
+    let second: [f64; NODES - 2] = std::array::from_fn(|i| y[i] - 2.0 * y[i + 1] + y[i + 2]);
+    let largest = second.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+    let spread = second.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        - second.iter().copied().fold(f64::INFINITY, f64::min);
+    let size = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    if size <= 10.0 * ROUNDING {
+        return Verdict::Rounding;
+    }
+    // Where the function bends alike all over the cell, or hardly, the second differences tell how far it may leave a chord.
+    if spread > 0.5 * largest && largest > 0.05 * size {
+        return Verdict::Unknown;
+    }
+    let room = SAFETY * largest;
+    let mut crossed = Vec::new();
+    for (quarter, ends) in y.windows(2).enumerate() {
+        let (a, b) = (ends[0], ends[1]);
+        if a.abs().min(b.abs()) <= ROUNDING {
+            return Verdict::Unknown;
+        }
+        if a * b < 0.0 {
+            if (b - a).abs() <= room {
+                return Verdict::Unknown;
+            }
+            crossed.push(quarter);
+        } else if a.abs().min(b.abs()) <= 0.125 * room {
+            return Verdict::Unknown;
+        }
+    }
+    if crossed.is_empty() {
+        Verdict::Clear
+    } else {
+        Verdict::Crossed(crossed)
+    }
+}
+
+impl Stretch {
+    fn place(&self, i: usize) -> f64 {
+        self.low + (self.high - self.low) * (i as f64 / (NODES - 1) as f64)
+    }
+
+    /// The halves, their values in between made.
+    fn halves(&self, mut f: impl FnMut(f64) -> Result<Option<f64>>) -> Result<[Self; 2]> {
+        let middle = self.place(2);
+        let mut half = |low: f64, high: f64, [a, b, c]: [Option<f64>; 3]| -> Result<Self> {
+            let between = |part: f64| low + (high - low) * part;
+            Ok(Self {
+                low,
+                high,
+                depth: self.depth + 1,
+                y: [a, f(between(0.25))?, b, f(between(0.75))?, c],
+            })
+        };
+        let [a, b, c, d, e] = self.y;
+        Ok([
+            half(self.low, middle, [a, b, c])?,
+            half(middle, self.high, [c, d, e])?,
+        ])
+    }
+}
+
+/// Searches an interval for the simple roots of a function, which may be without a value at some places.
+pub(crate) fn roots(
+    (low, high): (f64, f64),
+    mut f: impl FnMut(f64) -> Result<Option<f64>>,
+) -> Result<Roots> {
+    let mut found = Roots::default();
+    let values = Cell::new(0);
+    let mut f = |x: f64| {
+        values.set(values.get() + 1);
+        f(x)
+    };
+    let at = |i: usize| low + (high - low) * i as f64 / CELLS as f64;
+    let mut last = f(low)?;
+    for i in 0..CELLS {
+        let mut y = [last; NODES];
+        let (start, end) = (at(i), at(i + 1));
+        for (k, y) in y.iter_mut().enumerate().skip(1) {
+            *y = f(start + (end - start) * (k as f64 / (NODES - 1) as f64))?;
+        }
+        last = y[NODES - 1];
+        // The cells that are open, the first one last.
+        let mut open = vec![Stretch {
+            low: start,
+            high: end,
+            depth: 0,
+            y,
+        }];
+        while let Some(cell) = open.pop() {
+            let known: Option<Vec<f64>> = cell.y.iter().copied().collect();
+            let deepest = if known.is_some() {
+                DEEPEST
+            } else {
+                DEEPEST_GAP
+            };
+            let verdict = known.and_then(|y| Some(judge(y.try_into().ok()?)));
+            match verdict {
+                Some(Verdict::Clear) => {}
+                Some(Verdict::Crossed(quarters)) => {
+                    for k in quarters {
+                        let ends =
+                            [k, k + 1].map(|i| (cell.place(i), cell.y[i].unwrap_or(f64::NAN)));
+                        found.places.extend(bracketed(&mut f, ends[0], ends[1])?);
+                    }
+                }
+                Some(Verdict::Rounding) => extend(&mut found.undecided, (cell.low, cell.high)),
+                _ if cell.depth >= deepest || values.get() >= MOST_VALUES => {
+                    extend(&mut found.undecided, (cell.low, cell.high));
+                }
+                _ => {
+                    let [first, second] = cell.halves(&mut f)?;
+                    open.push(second);
+                    open.push(first);
+                }
+            }
+        }
+    }
+    found.values = values.get();
+    Ok(found)
+}
+
+/// Adds a stretch, joined to the last one where they touch.
+fn extend(stretches: &mut Vec<(f64, f64)>, (low, high): (f64, f64)) {
+    match stretches.last_mut() {
+        Some(last) if last.1 >= low => last.1 = high,
+        _ => stretches.push((low, high)),
+    }
+}
+
+/// The root of a continuous function in a bracket by bisection and secants; `None` where it has no value on the way.
+fn bracketed(
+    mut f: impl FnMut(f64) -> Result<Option<f64>>,
+    (mut x0, mut y0): (f64, f64),
+    (mut x1, mut y1): (f64, f64),
+) -> Result<Option<f64>> {
+    for round in 0..200 {
+        let secant = x1 - y1 * (x1 - x0) / (y1 - y0);
+        let x = if round % 3 == 2 || !secant.is_finite() {
+            0.5 * (x0 + x1)
+        } else {
+            secant
+        };
+        if x <= x0.min(x1) || x >= x0.max(x1) || (x1 - x0).abs() <= 4.0 * f64::EPSILON * x.abs() {
+            break;
+        }
+        let Some(y) = f(x)? else { return Ok(None) };
+        if y == 0.0 {
+            return Ok(Some(x));
+        }
+        if y * y0 < 0.0 {
+            (x1, y1) = (x, y);
+        } else {
+            (x0, y0) = (x, y);
+        }
+    }
+    Ok(Some(if y0.abs() < y1.abs() { x0 } else { x1 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(range: (f64, f64), f: impl Fn(f64) -> f64) -> Roots {
+        roots(range, |x| Ok(Some(f(x)))).expect("no failure")
+    }
+
+    #[test]
+    fn pairs_between_the_first_places_are_found() {
+        for gap in [1e-2, 1e-3, 1e-5] {
+            for middle in [0.3, 1.234_567, 4.0] {
+                let pair = found((0.0, 4.3), |x| {
+                    ((x - middle).powi(2) - gap * gap) / (1.0 + x * x)
+                });
+                assert_eq!(pair.places.len(), 2, "{gap} {middle}: {pair:?}");
+                for (root, exact) in pair.places.iter().zip([middle - gap, middle + gap]) {
+                    assert!((root - exact).abs() < 1e-14 / gap, "{root} {exact}");
+                }
+                assert!(pair.undecided.is_empty(), "{pair:?}");
+                assert!(
+                    found((0.0, 4.3), |x| (x - middle).powi(2) + gap * gap)
+                        .places
+                        .is_empty()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_root_of_a_fast_function_is_found_and_a_double_one_is_undecided() {
+        let fast = found((0.0, 10.0), |x| (20.0 * x).sin() + 0.999);
+        assert!(fast.undecided.is_empty());
+        // Two about each minimum, 3 pi/2 + 2 pi k below 200: k up to 31.
+        assert_eq!(fast.places.len(), 64);
+        let double = found((0.0, 1.0), |x| (x - 0.3).powi(2));
+        assert_eq!((double.places.len(), double.undecided.len()), (0, 1));
+        let (low, high) = double.undecided[0];
+        assert!(
+            low <= 0.3 && 0.3 <= high && high - low < 1e-5,
+            "{low} {high}"
+        );
+        let half = roots((0.0, 1.0), |x| Ok((x > 0.4).then_some(x - 0.7))).expect("no failure");
+        assert_eq!((half.places.len(), half.undecided.len()), (1, 1));
+        assert!((half.places[0] - 0.7).abs() < 1e-15);
+    }
+}
