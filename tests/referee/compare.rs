@@ -9,6 +9,7 @@ use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
 use crate::record::{Hit, Record};
 use crate::reference::{Reference, allowance, reference};
+use std::collections::VecDeque;
 use std::time::Instant;
 use vibroimpact::{ImpactSide, SegmentKind, Status, Trajectory};
 
@@ -83,13 +84,13 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     let sticks = [&main.sticks[..], &theirs.sticks[..]];
     let my_hits = counting.counted(&main.hits, &chatters, &sticks);
     let their_hits = counting.counted(&theirs.hits, &chatters, &sticks);
-    // What the completion of accumulating impacts may cost: a few tolerances.
+    // What each completion of accumulating impacts may cost: a few tolerances.
     let completed = |time: f64| {
-        let has = theirs.chatters.iter().any(|c| c.start <= time);
-        if has { 10.0 * case.rtol } else { 0.0 }
+        let count = theirs.chatters.iter().filter(|c| c.start <= time).count();
+        10.0 * case.rtol.max(1e-14) * count as f64
     };
     let hits = (&my_hits[..], &their_hits[..]);
-    compare_hits(case, reference, hits, until, &completed, &mut first);
+    let drifts = compare_hits(case, reference, hits, until, &completed, &mut first);
     let has_chatter = !theirs.chatters.is_empty();
     compare_sticks(
         case,
@@ -116,7 +117,12 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
         };
         let x: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
         let off = reference.distance(&main.samples[k], &x);
-        let base = allowance(case).base + completed(since);
+        let drift = drifts
+            .iter()
+            .rev()
+            .find(|d| d.0 <= since)
+            .map_or(0.0, |d| d.1);
+        let base = allowance(case).base + completed(since) + drift / reference.v_unit;
         let allowed = 10.0 * (reference.deviation(k) + base);
         if off > allowed || off.is_nan() {
             let mine = &main.samples[k];
@@ -129,7 +135,7 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     first.0.map(|f| f.1)
 }
 
-/// Impacts that count, the referee's and the library's.
+/// Impacts that count, the referee's and the library's. Returns their times, and what rounding of the gaps has done to speeds.
 fn compare_hits(
     case: &Case,
     reference: &Reference,
@@ -137,10 +143,13 @@ fn compare_hits(
     until: f64,
     completed: &dyn Fn(f64) -> f64,
     first: &mut First,
-) {
+) -> Vec<(f64, f64)> {
     let main = &reference.main;
     let (counting, rate) = (reference.counting(case), reference.model.rate);
     let mut drift = Drift::new(case.stops.len());
+    // Deviations of the last few impacts: one alone may be small by chance.
+    let mut recent: VecDeque<[f64; 3]> = VecDeque::new();
+    let mut drifts = Vec::new();
     let chatters = |r: &Record| [r.chatters.clone(), main.chatters.clone()].concat();
     let beside: Vec<Vec<Hit>> = reference
         .aside
@@ -191,20 +200,29 @@ fn compare_hits(
             let shallow = if depth < margin { ", shallow" } else { "" };
             let class = format!("impact {what}{shallow}");
             first.report(hit.time.to_f64(), class, &details());
-            return;
+            break;
         }
         let (a, b) = (a.expect("same"), b.expect("same"));
         let (late, fast) = drift.next(&counting, a, i.checked_sub(1).map(|k| &mine[k]));
         let base = allowance(case).base + completed(a.time.to_f64());
-        let speed_allowed = 10.0 * aside(&|h| h.approach)
-            + 4.0 * fast
-            + base * reference.v_unit * normal_size(a.stop) * 10.0;
-        let time_allowed = 10.0 * aside(&|h| h.time.to_f64())
+        recent.push_back([
+            aside(&|h| h.approach),
+            aside(&|h| h.time.to_f64()),
+            aside(&|h| h.impulse),
+        ]);
+        if recent.len() > 8 {
+            recent.pop_front();
+        }
+        let [speed_aside, time_aside, impulse_aside] =
+            [0, 1, 2].map(|k| recent.iter().map(|r| r[k]).fold(0.0, f64::max));
+        let speed_allowed =
+            10.0 * speed_aside + 4.0 * fast + base * reference.v_unit * normal_size(a.stop) * 10.0;
+        let time_allowed = 10.0 * time_aside
             + counting.tick()
             + 4.0 * late
             + base * (reference.q_unit * normal_size(a.stop) * 10.0 / a.approach + 10.0 / rate);
         let push = reference.model.delassus.rows[a.stop][a.stop].to_f64();
-        let impulse_allowed = 10.0 * aside(&|h| h.impulse) + 4.0 * speed_allowed / push;
+        let impulse_allowed = 10.0 * impulse_aside + 4.0 * speed_allowed / push;
         let time = a.time.to_f64();
         let mut differs = |class: &str, off: f64, allowed: f64| {
             if off > allowed {
@@ -226,8 +244,10 @@ fn compare_hits(
         if a.rounds == 1 {
             differs("impulse", (a.impulse - b.impulse).abs(), impulse_allowed);
         }
+        drifts.push((time, 4.0 * fast));
         (i, j) = (i + 1, j + 1);
     }
+    drifts
 }
 
 fn show(hit: Option<&Hit>) -> String {
@@ -277,6 +297,14 @@ pub fn print(case: &Case) {
                 println!("  library {graze:?}");
             }
             println!("  library {}", run.message());
+            if let (Ok(energy), Ok(times)) = (run.energy(), run.sample_times()) {
+                for (k, w) in energy.impact_loss.windows(2).enumerate() {
+                    if w[1] < w[0] {
+                        let t = [times[k], times[k + 1]].map(|t| t - case.span.0);
+                        println!("  library loses {:e} at impacts in {t:?}", w[1] - w[0]);
+                    }
+                }
+            }
         }
     }
 }

@@ -67,7 +67,7 @@ impl Counting<'_> {
     }
 
     /// How long the rest of a geometric series of impacts takes that may be completed here.
-    fn rest(&self, hit: &Hit) -> Option<f64> {
+    pub fn rest(&self, hit: &Hit) -> Option<f64> {
         let e = hit.departure / hit.approach;
         let a = hit.curvature.abs();
         if e >= 1.0 || a == 0.0 || !a.is_finite() {
@@ -94,15 +94,13 @@ impl Counting<'_> {
             let near = slack + self.time_rounding(hit);
             // What is known of the time of an end is a small part of its length.
             let is_inside = chatters.iter().copied().flatten().any(|c| {
-                let later = 0.1 * (c.end - c.start);
-                c.stop == hit.stop && time > c.start - near && time < c.end + later + near
+                let (sooner, later) = (0.02 * (c.end - c.start), 0.1 * (c.end - c.start));
+                c.stop == hit.stop && time > c.start - sooner - near && time < c.end + later + near
             });
-            let begins = chatters
-                .iter()
-                .chain(sticks)
-                .copied()
-                .flatten()
-                .any(|c| c.stop == hit.stop && (time - c.start).abs() < near);
+            let begins = chatters.iter().chain(sticks).copied().flatten().any(|c| {
+                let sooner = 0.02 * (c.end - c.start).min(1e-3 / self.rate);
+                c.stop == hit.stop && (time - c.start).abs() < near + sooner
+            });
             if let Some(rest) = self.rest(hit)
                 && begins
                 && hit.departure > 0.0

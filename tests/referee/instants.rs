@@ -39,7 +39,9 @@ impl Run<'_> {
         let sign = if bits == 0 { 1.0 } else { -1.0 };
         let depth = sign * roughness.gap * self.size(stop);
         if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {
-            let shift = Dd::from(depth / speed);
+            // Where a gap closes so slowly that its time is anyone's, the motion is moved by no more than a little.
+            let most = 1e-6 / self.model.rate;
+            let shift = Dd::from((depth / speed).clamp(-most, most));
             self.x = motion.advance(&self.x, shift);
             self.time += shift;
         }

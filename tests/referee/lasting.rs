@@ -7,7 +7,7 @@ use crate::reference::Reference;
 use vibroimpact::Method;
 
 /// Lasting contact by planes: stops at one place, on either side, are one, since which of them carries the force is nobody's.
-pub fn on_planes(case: &Case, sticks: &[Stretch]) -> Vec<Stretch> {
+fn on_planes(case: &Case, sticks: &[Stretch]) -> Vec<Stretch> {
     let plane = |stop: usize| {
         let unit = |stop: &StopCase| {
             let n = stop.outward();
@@ -48,14 +48,15 @@ pub fn on_planes(case: &Case, sticks: &[Stretch]) -> Vec<Stretch> {
     planes
 }
 
-pub fn long(sticks: &[Stretch], shortest: f64) -> Vec<Stretch> {
+/// Lasting contacts longer than rounding, by their starts; what goes on at the same plane is one. Between two stops that face
+/// each other without room a flight is one of rounding, however long it takes: `breaks` are those that are overlooked there.
+fn long(sticks: &[Stretch], shortest: f64, breaks: &dyn Fn(usize) -> f64) -> Vec<Stretch> {
     let mut kept: Vec<Stretch> = Vec::new();
     for stick in sticks {
-        // What goes on at the same stop is one.
         if let Some(last) = kept.iter_mut().rev().find(|s| s.stop == stick.stop)
-            && stick.start - last.end <= shortest
+            && stick.start - last.end <= shortest.max(breaks(stick.stop))
         {
-            last.end = stick.end;
+            last.end = last.end.max(stick.end);
         } else {
             kept.push(stick.clone());
         }
@@ -74,6 +75,48 @@ pub fn long(sticks: &[Stretch], shortest: f64) -> Vec<Stretch> {
     kept
 }
 
+/// Lasting contacts by planes.
+pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, rate: f64) -> Vec<Stretch> {
+    let faces_another = |plane: usize| {
+        let one = |stop: usize| Stretch {
+            stop,
+            start: 0.0,
+            end: 0.0,
+        };
+        let same = |stop: usize| {
+            plane < case.stops.len() && on_planes(case, &[one(stop)])[0].stop == plane
+        };
+        (0..case.stops.len()).filter(|&i| same(i)).count() > 1
+    };
+    let breaks = |plane: usize| {
+        if faces_another(plane) {
+            1e-4 / rate
+        } else {
+            0.0
+        }
+    };
+    long(&on_planes(case, sticks), shortest, &breaks)
+}
+
+/// How long the impacts take that lead to a lasting contact and may be completed.
+fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
+    let counting = reference.counting(case);
+    let plane = on_planes(case, std::slice::from_ref(stick))[0].stop;
+    let of_plane = |stop: usize| {
+        let one = Stretch {
+            stop,
+            ..stick.clone()
+        };
+        on_planes(case, &[one])[0].stop == plane
+    };
+    let hits = reference.main.hits.iter().rev();
+    let first = hits
+        .filter(|h| h.time.to_f64() <= stick.start + counting.slack() && of_plane(h.stop))
+        .take_while(|h| counting.rest(h).is_some())
+        .last();
+    first.map_or(0.0, |h| stick.start - h.time.to_f64())
+}
+
 pub fn compare_sticks(
     case: &Case,
     reference: &Reference,
@@ -83,7 +126,7 @@ pub fn compare_sticks(
     has_chatter: bool,
     first: &mut First,
 ) {
-    let by_plane = |sticks: &[Stretch]| long(&on_planes(case, sticks), slack);
+    let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, reference.model.rate);
     let (mine, theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
     let beside: Vec<Vec<Stretch>> = reference
         .aside
@@ -121,7 +164,7 @@ pub fn compare_sticks(
         let tolerance = if case.method == Method::Exact && !has_chatter {
             1e-10
         } else {
-            case.rtol
+            (10.0 * case.rtol).max(1e-10)
         };
         let allowed =
             |f: &dyn Fn(&Stretch) -> f64| 100.0 * (aside(f) + tolerance / rate) + 10.0 * slack;
@@ -130,7 +173,7 @@ pub fn compare_sticks(
             (10.0 * case.rtol).sqrt() / rate
         } else {
             0.0
-        };
+        } + rest_before(reference, case, a);
         if (a.start - b.start).abs() > allowed(&|s| s.start) + early {
             return first.report(a.start, "start of lasting contact", &details);
         }

@@ -4,7 +4,7 @@
 use crate::case::{Case, MOST_IMPACTS};
 use crate::double_double::Dd;
 use crate::hits::Counting;
-use crate::lasting::{long, on_planes};
+use crate::lasting::planes;
 use crate::motion::{Factors, Model};
 use crate::record::Record;
 use crate::simulator::{Roughness, follow};
@@ -91,7 +91,7 @@ pub fn reference(case: &Case) -> Reference {
     };
     let rough = |sign: f64| {
         Some(Roughness {
-            completion: 4.0 * case.rtol.max(1e-14),
+            completion: 40.0 * case.rtol.max(1e-14),
             gap: sign
                 * if case.method == Method::Exact {
                     2e-15
@@ -110,7 +110,7 @@ pub fn reference(case: &Case) -> Reference {
     } else {
         case.atol / case.rtol
     };
-    let (q_terms, v_terms) = terms(case);
+    let (q_terms, v_terms) = terms(case, model.rate);
     let mut reference = Reference {
         q_unit: main.q_size.max(floor).max(q_terms),
         v_unit: main.v_size.max(floor).max(v_terms),
@@ -124,9 +124,18 @@ pub fn reference(case: &Case) -> Reference {
     reference
 }
 
-/// Sizes of the terms of a motion that is the sum of a steady and a free one: forces over the least stiffness, where they are
-/// not faster than all modes. A motion from rest is at first the small difference of such terms, and known to their rounding.
-fn terms(case: &Case) -> (f64, f64) {
+/// Sizes of positions and velocities that the forces alone make: over a radian of the fastest motion, and, of a motion that is
+/// the sum of a steady and a free one, over the least stiffness, where they are not faster than all modes. A motion from rest
+/// is at first the small difference of such terms, and known to their rounding.
+fn terms(case: &Case, rate: f64) -> (f64, f64) {
+    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let load = largest(&case.load);
+    let shaking = case
+        .force
+        .as_ref()
+        .map_or(0.0, |f| largest(&f.re) + largest(&f.im));
+    let lightest = case.mass.diagonal().min();
+    let short = (load + shaking) / lightest / (rate * rate);
     let values = case
         .mass
         .clone()
@@ -137,18 +146,15 @@ fn terms(case: &Case) -> (f64, f64) {
         .iter()
         .fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
     if squares.is_empty() || least <= 1e-9 * most {
-        return (0.0, 0.0);
+        return (short, short * rate);
     }
-    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let mut force = largest(&case.load);
-    if let Some(f) = &case.force
-        && f.frequency * f.frequency < 4.0 * most
-    {
-        force += largest(&f.re) + largest(&f.im);
-    }
-    let lightest = case.mass.diagonal().min();
+    let is_slow = case
+        .force
+        .as_ref()
+        .is_some_and(|f| f.frequency * f.frequency < 4.0 * most);
+    let force = if is_slow { load + shaking } else { load };
     let q = force / lightest / least;
-    (q, q * most.sqrt())
+    (q.max(short), (q * most.sqrt()).max(short * rate))
 }
 
 impl Reference {
@@ -199,6 +205,9 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             end = (time, Some(why));
         }
     };
+    if (0..case.stops.len()).any(|i| case.starts_within_tolerance(i)) {
+        cut(0.0, "a start within the tolerance of a stop");
+    }
     for record in std::iter::once(main).chain(&reference.aside) {
         for &(time, why) in &record.doubts {
             cut(time, why);
@@ -227,8 +236,8 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             cut(next.time.to_f64(), "another number of impacts");
         }
         let (mine, theirs) = (
-            long(&on_planes(case, &main.sticks), slack),
-            long(&on_planes(case, &aside.sticks), slack),
+            planes(case, &main.sticks, slack, reference.model.rate),
+            planes(case, &aside.sticks, slack, reference.model.rate),
         );
         for (a, b) in mine.iter().zip(&theirs) {
             if a.stop != b.stop || (a.start - b.start).abs() > 1e-3 / reference.model.rate {
