@@ -130,7 +130,7 @@ fn peaks() -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Twice the wall's distance: the size of the terms of the gap in contact. `10 (atol + rtol size)` of theory 8.
+/// Twice the wall's distance: the size of the terms of the gap in contact. Ten tolerances, `10 (atol + rtol size)`.
 fn margin(rtol: f64, wall: f64) -> f64 {
     10.0 * rtol * (1e-3 + 2.0 * wall)
 }
@@ -143,10 +143,10 @@ fn excursions(peaks: &[(f64, f64)], wall: f64) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn no_contact_deeper_than_the_margin_is_missed() {
+fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
     // A contact is missed if the first impact of a run comes after the end of the first excursion, of the motion without a
-    // wall, that is deeper than the margin; a tenth of the margin, the tolerance, is left to the error of the motion itself.
-    // 26 depths below each of 8 peaks, at every tolerance; a shallower contact is at least a graze.
+    // wall, that is deeper than two tolerances, which are left to the error of the motion itself: 26 depths below each of 8 peaks, at
+    // every tolerance.
     let peaks = peaks();
     for exponent in 3..=12 {
         let rtol = 10f64.powi(-exponent);
@@ -159,7 +159,7 @@ fn no_contact_deeper_than_the_margin_is_missed() {
                     max_impacts: Some(1),
                     ..rk45(rtol)
                 };
-                let deep = 1.1 * margin(rtol, wall);
+                let deep = 0.2 * margin(rtol, wall);
                 let over = excursions(&peaks, wall);
                 let run = resonant(wall).run((0.0, time + 4.0), &options);
                 let label = format!("rtol {rtol:e}, peak at {time}, depth {depth:e}");
@@ -168,10 +168,6 @@ fn no_contact_deeper_than_the_margin_is_missed() {
                     let hit = run.impacts().first().map(|impact| impact.time);
                     assert!(hit.is_some_and(|t| t < *until), "missed: {label}, {hit:?}");
                 }
-                assert!(
-                    run.impacts().len() + run.grazes().len() > 0,
-                    "unnoticed: {label}"
-                );
             }
         }
         if exponent >= 9 {

@@ -148,9 +148,9 @@ fn the_error_follows_the_tolerance_through_impacts() {
     }
 }
 
-/// A wall below the peak of a swing by a depth: hit, or a touch within the margin and listed as such.
+/// A wall below the peak of a swing by a depth: hit, wherever that exceeds the error of the motion, one and a half tolerances.
 #[test]
-fn no_contact_deeper_than_the_margin_is_missed() {
+fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
     let angle = 0.3f64;
     let mut missed = Vec::new();
     let mut impacts = 0;
@@ -172,11 +172,8 @@ fn no_contact_deeper_than_the_margin_is_missed() {
                     &taylor(rtol),
                 )
                 .expect("runs");
-                let margin = 10.0 * (1e-3 * rtol + rtol * 2.0 * angle.sin());
-                let is_found = match (run.impacts(), run.grazes()) {
-                    ([_, ..], _) => true,
-                    ([], grazes) => grazes.len() == 1 && depth < 1.5 * margin,
-                };
+                let tolerance = 1e-3 * rtol + rtol * 2.0 * angle.sin();
+                let is_found = !run.impacts().is_empty() || depth < 1.5 * tolerance;
                 impacts += usize::from(!run.impacts().is_empty());
                 if !is_found {
                     missed.push((depth, rtol, start));

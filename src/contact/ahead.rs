@@ -28,7 +28,7 @@ pub(crate) fn from_open(jet: &Jet, step: f64, rounding: f64) -> Ahead {
         Ahead::Reached { at, passed }
     };
     // Passed already: nothing is open that could close later.
-    if jet.c[0] < -rounding && jet.c[1] < 0.0 {
+    if jet.c[0] < -rounding {
         return Ahead::Reached {
             at: 0.0,
             passed: 0.0,

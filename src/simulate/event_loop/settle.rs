@@ -11,6 +11,9 @@ use nalgebra::{DMatrix, DVector};
 /// Acceleration of a gap, relative to the largest in contact, that the rounding of the time of a release may leave of none.
 const RELEASED: f64 = 1e-9;
 
+/// Singular values of a Delassus matrix below this part of its largest entry are zero: normals depend on each other.
+const DEPENDENT: f64 = 1e-12;
+
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
     pub(super) fn settle<M: Mover + ?Sized>(&mut self, mover: &mut M) -> Resolved {
@@ -97,17 +100,37 @@ impl EventLoop {
         };
         // The third derivative is that of free motion: beside forces, which change too, it says nothing.
         let is_free = forces.iter().all(|f| f.release != Release::Stays);
-        for (&stop, force) in resting.iter().zip(&forces) {
+        let delassus = mover.delassus(resting)?;
+        let stays = |i: &usize| forces[*i].release == Release::Stays;
+        let stays: Vec<usize> = (0..resting.len()).filter(stays).collect();
+        for (i, (&stop, force)) in resting.iter().zip(&forces).enumerate() {
             match force.release {
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided if is_free && mover.gap(stop).jerk > 0.0 => {
                     self.starts[stop] = 3;
                 }
+                // It carries nothing, and the others leave its gap no motion: it faces one of them.
+                Release::Undecided if is_bound(&delassus, &stays, i) => self.starts[stop] = 3,
                 Release::Stays | Release::Undecided => self.held.push(stop),
             }
         }
         Ok(Ok(()))
     }
+}
+
+/// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
+fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
+    if held.is_empty() {
+        return false;
+    }
+    let among = delassus.select_rows(held).select_columns(held);
+    let (row, column) = (delassus.row(contact), delassus.column(contact));
+    let moves = |inverse: DMatrix<f64>| {
+        let across = row.select_columns(held) * inverse * column.select_rows(held);
+        delassus[(contact, contact)] - across.sum()
+    };
+    let inverse = among.clone().pseudo_inverse(DEPENDENT * among.amax());
+    inverse.is_ok_and(|inverse| moves(inverse) <= DEPENDENT * delassus[(contact, contact)])
 }
 
 /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
