@@ -117,6 +117,29 @@ impl Case {
         Scene::new(system, forcing, stops?)
     }
 
+    /// The gap of a stop at the start.
+    pub fn first_gap(&self, stop: usize) -> f64 {
+        let normal = self.stops[stop].outward();
+        self.stops[stop].clearance - normal.iter().zip(&self.q0).map(|(n, q)| n * q).sum::<f64>()
+    }
+
+    /// How far from a stop a start may be to count as in contact.
+    pub fn start_tolerance(&self, stop: usize) -> f64 {
+        let normal = &self.stops[stop].normal;
+        let size = normal.iter().map(|n| n.abs()).sum::<f64>();
+        let terms = normal.iter().zip(&self.q0).map(|(n, q)| (n * q).abs());
+        10.0 * (self.atol * size + self.rtol * terms.sum::<f64>())
+    }
+
+    /// Whether a start is in contact by the tolerance alone.
+    pub fn starts_within_tolerance(&self, stop: usize) -> bool {
+        let normal = &self.stops[stop].normal;
+        let terms = normal.iter().zip(&self.q0).map(|(n, q)| (n * q).abs());
+        let size = self.stops[stop].clearance.abs() + terms.sum::<f64>();
+        let gap = self.first_gap(stop).abs();
+        gap > 1e-13 * size && gap <= self.start_tolerance(stop)
+    }
+
     pub fn start(&self) -> (DVector<f64>, DVector<f64>) {
         (
             DVector::from_row_slice(&self.q0),

@@ -3,16 +3,24 @@
 //! `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
 //! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found.
 
+mod accumulation;
 mod case;
 mod closed_forms;
 mod compare;
 mod double_double;
+mod draw;
 mod generator;
+mod hits;
+mod instants;
 mod invariants;
+mod lasting;
 mod law;
+mod library;
 mod motion;
 mod polynomial;
+mod random;
 mod record;
+mod reference;
 mod shrink;
 mod simulator;
 

@@ -112,10 +112,15 @@ impl Model {
     pub fn start(&self, case: &Case, factors: &Factors) -> Vec<Dd> {
         let mut x: Vec<Dd> = case.q0.iter().map(|&q| Dd::from(q) * factors[5]).collect();
         x.extend(case.v0.iter().map(|&v| Dd::from(v) * factors[6]));
-        let phase = case.force.as_ref().map_or(0.0, |f| f.phase);
-        let (cos, sin) = (self.frequency * Dd::from(case.span.0) + Dd::from(phase)).cos_sin();
-        x.extend([Dd::ONE, cos, sin]);
+        x.extend(self.forcing_at(case, case.span.0));
         x
+    }
+
+    /// The end of a state: one, and cosine and sine of the forcing.
+    pub fn forcing_at(&self, case: &Case, time: f64) -> [Dd; 3] {
+        let phase = case.force.as_ref().map_or(0.0, |f| f.phase);
+        let (cos, sin) = (self.frequency * Dd::from(time) + Dd::from(phase)).cos_sin();
+        [Dd::ONE, cos, sin]
     }
 
     /// The opening speed of a stop.

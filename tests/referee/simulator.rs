@@ -2,16 +2,15 @@
 //! contact force is found on the Taylor polynomial of a step; impacts that accumulate are gone through one by one, down to
 //! flights of `1e-9` of the fastest motion's time, whose rest is the geometric series.
 
-use crate::double_double::{Dd, Matrix, dot};
-use crate::law::{complementary, impulses};
+use crate::double_double::Dd;
 use crate::motion::{Model, Motion};
 use crate::polynomial::{first_fall, polish};
-use crate::record::{Hit, Record, Stretch};
+use crate::record::{Record, Stretch};
 use std::collections::HashMap;
 use std::rc::Rc;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Contact {
+pub enum Contact {
     Open,
     /// In lasting contact.
     Held,
@@ -26,9 +25,9 @@ enum Event {
 }
 
 /// How far ahead, in steps, the sign of a force or gap is looked at that vanishes now.
-const AHEAD: f64 = 1e-6;
+pub const AHEAD: f64 = 1e-6;
 /// Gaps in double-double numbers below this part of their terms are closed.
-const CLOSED: f64 = 1e-22;
+pub const CLOSED: f64 = 1e-22;
 
 /// What a computation in doubles cannot know better, for the runs aside.
 #[derive(Debug, Clone, Copy)]
@@ -40,19 +39,19 @@ pub struct Roughness {
 }
 
 pub struct Run<'a> {
-    model: &'a Model,
-    motions: HashMap<Vec<usize>, Option<Rc<Motion>>>,
-    x: Vec<Dd>,
-    time: Dd,
-    contacts: Vec<Contact>,
+    pub model: &'a Model,
+    pub motions: HashMap<Vec<usize>, Option<Rc<Motion>>>,
+    pub x: Vec<Dd>,
+    pub time: Dd,
+    pub contacts: Vec<Contact>,
     /// Independent stops whose forces are the unknowns of lasting contact; the others held follow from them.
-    held: Vec<usize>,
-    since: Vec<Option<Dd>>,
-    samples: &'a [Dd],
-    roughness: Option<Roughness>,
-    record: Record,
+    pub held: Vec<usize>,
+    pub since: Vec<Option<Dd>>,
+    pub samples: &'a [Dd],
+    pub roughness: Option<Roughness>,
+    pub record: Record,
     /// Changes of contact since the time last went on.
-    at_once: usize,
+    pub at_once: usize,
 }
 
 /// Follows a motion over a time, with states at given times (ascending, from 0).
@@ -90,17 +89,17 @@ pub fn follow(
 }
 
 impl Run<'_> {
-    fn stop(&mut self, reason: &'static str) {
+    pub fn stop(&mut self, reason: &'static str) {
         if self.record.stopped.is_none() {
             self.record.stopped = Some((self.time.to_f64(), reason));
         }
     }
 
-    fn doubt(&mut self, reason: &'static str) {
+    pub fn doubt(&mut self, reason: &'static str) {
         self.record.doubts.push((self.time.to_f64(), reason));
     }
 
-    fn motion(&mut self, held: &[usize]) -> Option<Rc<Motion>> {
+    pub fn motion(&mut self, held: &[usize]) -> Option<Rc<Motion>> {
         let model = self.model;
         self.motions
             .entry(held.to_vec())
@@ -109,7 +108,7 @@ impl Run<'_> {
     }
 
     /// Size of the terms of a gap.
-    fn size(&self, stop: usize) -> f64 {
+    pub fn size(&self, stop: usize) -> f64 {
         let plane = &self.model.stops[stop];
         let terms = plane
             .normal
@@ -119,14 +118,14 @@ impl Run<'_> {
         plane.clearance.abs().to_f64() + terms.sum::<f64>()
     }
 
-    fn speed_size(&self) -> f64 {
+    pub fn speed_size(&self) -> f64 {
         self.x[self.model.n..2 * self.model.n]
             .iter()
             .map(|v| v.abs().to_f64())
             .fold(self.record.v_size, f64::max)
     }
 
-    fn begin(&mut self) {
+    pub fn begin(&mut self) {
         let touching = (0..self.contacts.len())
             .filter(|&i| self.model.gap(i, &self.x).abs().to_f64() <= 1e-13 * self.size(i));
         let touching: Vec<usize> = touching.collect();
@@ -134,7 +133,7 @@ impl Run<'_> {
         self.strike(&touching);
     }
 
-    fn measure(&mut self) {
+    pub fn measure(&mut self) {
         let n = self.model.n;
         let largest = |x: &[Dd]| x.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
         self.record.q_size = self.record.q_size.max(largest(&self.x[..n]));
@@ -142,7 +141,7 @@ impl Run<'_> {
     }
 
     /// One node on, or up to the first event before it.
-    fn step(&mut self, duration: Dd) {
+    pub fn step(&mut self, duration: Dd) {
         let held = self.held.clone();
         let motion = self.motion(&held).expect("independent stops");
         let step = self.model.step;
@@ -217,14 +216,20 @@ impl Run<'_> {
         }
     }
 
-    fn held_stops(&self) -> Vec<usize> {
+    pub fn held_stops(&self) -> Vec<usize> {
         (0..self.contacts.len())
             .filter(|&i| self.contacts[i] == Contact::Held)
             .collect()
     }
 
     /// Where a gap falls through zero, its zero of the given order at the left end divided out.
-    fn fall_of_gap(&mut self, stop: usize, series: &[Dd], order: usize, end: f64) -> Option<Dd> {
+    pub fn fall_of_gap(
+        &mut self,
+        stop: usize,
+        series: &[Dd],
+        order: usize,
+        end: f64,
+    ) -> Option<Dd> {
         let rough: Vec<f64> = series.iter().map(|c| c.to_f64()).collect();
         let fall = first_fall(&rough, end, 0.0);
         let (size, largest) = (
@@ -242,7 +247,7 @@ impl Run<'_> {
         fall.bracket.map(|bracket| polish(series, bracket))
     }
 
-    fn fall_of_force(&mut self, series: &[Dd], end: f64) -> Option<Dd> {
+    pub fn fall_of_force(&mut self, series: &[Dd], end: f64) -> Option<Dd> {
         let rough: Vec<f64> = series.iter().map(|c| c.to_f64()).collect();
         let largest = rough.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
         self.record.force_size = self.record.force_size.max(largest);
@@ -263,7 +268,7 @@ impl Run<'_> {
     }
 
     /// States at the times of the samples within what is passed.
-    fn sample(&mut self, motion: &Motion, passed: Dd) {
+    pub fn sample(&mut self, motion: &Motion, passed: Dd) {
         while let Some(&time) = self.samples.get(self.record.samples.len()) {
             if time >= self.time + passed {
                 break;
@@ -275,373 +280,7 @@ impl Run<'_> {
         }
     }
 
-    /// A gap closes.
-    fn touch(&mut self, stop: usize) {
-        self.blur(stop);
-        self.near_place(stop);
-        let touching: Vec<usize> = (0..self.contacts.len())
-            .filter(|&i| {
-                i == stop
-                    || self.contacts[i] == Contact::Held
-                    || self.model.gap(i, &self.x).abs().to_f64() <= CLOSED * self.size(i)
-            })
-            .collect();
-        self.strike(&touching);
-    }
-
-    /// Shifts a contact by what the rounding of its gap does to its time.
-    fn blur(&mut self, stop: usize) {
-        let Some(roughness) = self.roughness else {
-            return;
-        };
-        let held = self.held.clone();
-        let motion = self.motion(&held).expect("independent stops");
-        let a = dot(
-            &self.model.stops[stop].normal,
-            &motion.acceleration(&self.x),
-        );
-        let speed = -self.model.opening(stop, &self.x).to_f64();
-        let depth = roughness.gap * self.size(stop);
-        if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {
-            let shift = Dd::from(depth / speed);
-            self.x = motion.advance(&self.x, shift);
-            self.time += shift;
-        }
-    }
-
-    /// Another stop that closes at practically this place, and depends on this one: which is hit is one of rounding.
-    fn near_place(&mut self, stop: usize) {
-        let g = &self.model.delassus;
-        let is_near = (0..self.contacts.len()).any(|j| {
-            let gap = self.model.gap(j, &self.x).to_f64();
-            j != stop
-                && self.contacts[j] == Contact::Open
-                && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
-                && self.model.opening(j, &self.x) < Dd::ZERO
-                && gap.abs() > CLOSED * self.size(j)
-                && gap < 1e-13 * self.size(j)
-        });
-        if is_near {
-            self.doubt("two stops at almost one place");
-        }
-    }
-
-    /// Impulses of the stops in contact, then what stays in contact.
-    fn strike(&mut self, touching: &[usize]) {
-        let part: Vec<Vec<Dd>> = touching
-            .iter()
-            .map(|&i| {
-                touching
-                    .iter()
-                    .map(|&j| self.model.delassus.rows[i][j])
-                    .collect()
-            })
-            .collect();
-        let opening: Vec<Dd> = touching
-            .iter()
-            .map(|&i| match self.contacts[i] {
-                Contact::Held => Dd::ZERO,
-                _ => self.opening_at_contact(i),
-            })
-            .collect();
-        let restitution: Vec<f64> = touching
-            .iter()
-            .map(|&i| self.model.stops[i].restitution)
-            .collect();
-        let reach = touching
-            .iter()
-            .flat_map(|&i| &self.model.stops[i].normal)
-            .map(|x| x.abs().to_f64())
-            .fold(0.0, f64::max);
-        let scale = reach * self.speed_size();
-        let accelerations = self.model.free.times(&self.x);
-        let result = impulses(&Matrix { rows: part }, &opening, &restitution, scale);
-        if let Some(reason) = result.doubt {
-            self.doubt(reason);
-            if result.opening.iter().any(|s| s.to_f64() < -CLOSED * scale) {
-                return self.stop(reason);
-            }
-        }
-        let n = self.model.n;
-        for (&i, &p) in touching.iter().zip(&result.impulses) {
-            for (v, &b) in self.x[n..2 * n]
-                .iter_mut()
-                .zip(&self.model.stops[i].reaction)
-            {
-                *v -= b * p;
-            }
-        }
-        let mut hit = Vec::new();
-        for (k, &i) in touching.iter().enumerate() {
-            if result.impulses[k] > Dd::ZERO {
-                self.near_coincidence(i);
-                hit.push(i);
-                self.record.hits.push(Hit {
-                    time: self.time,
-                    stop: i,
-                    approach: -opening[k].to_f64(),
-                    departure: result.opening[k].to_f64(),
-                    impulse: result.impulses[k].to_f64(),
-                    curvature: -dot(&self.model.stops[i].normal, &accelerations).to_f64(),
-                    rounds: if result.is_shared { 0 } else { result.rounds },
-                });
-            }
-        }
-        let mut stays = Vec::new();
-        for (k, &i) in touching.iter().enumerate() {
-            if result.opening[k].to_f64() > 0.0 {
-                self.leave(i, 1);
-            } else {
-                stays.push(i);
-            }
-        }
-        self.settle(&stays);
-        if let [stop] = hit[..]
-            && self.contacts[stop] == Contact::Leaving(1)
-        {
-            self.complete(stop);
-        }
-    }
-
-    /// The opening speed; at the start what is zero but for the rounding of the velocity given is zero.
-    fn opening_at_contact(&self, stop: usize) -> Dd {
-        let opening = self.model.opening(stop, &self.x);
-        let terms = self.model.stops[stop]
-            .normal
-            .iter()
-            .zip(&self.x[self.model.n..]);
-        let size: f64 = terms.map(|(n, v)| (*n * *v).abs().to_f64()).sum();
-        let is_rounding = self.time == Dd::ZERO && opening.abs().to_f64() <= 1e-15 * size;
-        if is_rounding { Dd::ZERO } else { opening }
-    }
-
-    /// Stops that depend on each other and are hit almost together: their order is one of rounding.
-    fn near_coincidence(&mut self, stop: usize) {
-        let g = &self.model.delassus;
-        let near = self
-            .record
-            .hits
-            .iter()
-            .rev()
-            .take_while(|hit| ((self.time - hit.time).to_f64() * self.model.rate) < 1e-10);
-        let is_near = near.into_iter().any(|hit| {
-            let j = hit.stop;
-            j != stop
-                && hit.time != self.time
-                && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
-        });
-        if is_near {
-            self.doubt("two stops hit almost together");
-        }
-    }
-
-    fn leave(&mut self, stop: usize, order: usize) {
-        if let Some(start) = self.since[stop].take() {
-            self.record.sticks.push(Stretch {
-                stop,
-                start: start.to_f64(),
-                end: self.time.to_f64(),
-            });
-        }
-        self.contacts[stop] = Contact::Leaving(order);
-    }
-
-    /// Which of the stops in contact with no normal speed stay, by the signs of forces and accelerations just ahead.
-    fn settle(&mut self, stays: &[usize]) {
-        let delassus = Matrix {
-            rows: stays
-                .iter()
-                .map(|&i| {
-                    stays
-                        .iter()
-                        .map(|&j| self.model.delassus.rows[i][j])
-                        .collect()
-                })
-                .collect(),
-        };
-        let ahead = Dd::from(AHEAD * self.model.step);
-        let mut held: Vec<usize> = stays
-            .iter()
-            .copied()
-            .filter(|i| self.held.contains(i))
-            .collect();
-        let mut is_settled = false;
-        for _ in 0..12 {
-            let Some(motion) = self.motion(&held) else {
-                held.clear();
-                continue;
-            };
-            let y = motion.advance(&self.x, ahead);
-            let free = self.model.free.times(&y);
-            let pull: Vec<Dd> = stays
-                .iter()
-                .map(|&i| dot(&self.model.stops[i].normal, &free))
-                .collect();
-            let scale = free.iter().map(|a| a.abs().to_f64()).fold(0.0, f64::max);
-            let solutions = complementary(&delassus, &pull, scale);
-            let Some(forces) = solutions.first() else {
-                return self.stop("no contact forces solve the law");
-            };
-            let effect = delassus.times(forces);
-            if solutions.iter().any(|f| {
-                delassus
-                    .times(f)
-                    .iter()
-                    .zip(&effect)
-                    .any(|(a, b)| (*a - *b).abs().to_f64() > 1e-15 * scale)
-            }) {
-                self.doubt("several sets of contact forces solve the law");
-            }
-            let mut next = Vec::new();
-            for (k, &i) in stays.iter().enumerate() {
-                if forces[k] > Dd::ZERO {
-                    next.push(i);
-                }
-            }
-            for (k, &i) in stays.iter().enumerate() {
-                let opens = (effect[k] - pull[k]).to_f64();
-                if !next.contains(&i) && opens.abs() <= 1e-19 * scale {
-                    let mut more = next.clone();
-                    more.push(i);
-                    more.sort_unstable();
-                    if self.motion(&more).is_some() {
-                        next = more;
-                    }
-                }
-            }
-            if next == held {
-                is_settled = true;
-                break;
-            }
-            held = next;
-        }
-        if !is_settled {
-            return self.stop("contact forces do not settle");
-        }
-        self.held.clone_from(&held);
-        let motion = self.motion(&held).expect("settled");
-        let y = motion.advance(&self.x, ahead);
-        let a = motion.acceleration(&y);
-        let scale = self
-            .model
-            .free
-            .times(&y)
-            .iter()
-            .map(|a| a.abs().to_f64())
-            .fold(0.0, f64::max);
-        for &i in stays {
-            let opens = -dot(&self.model.stops[i].normal, &a).to_f64();
-            if held.contains(&i) || opens.abs() <= 1e-19 * scale {
-                self.since[i].get_or_insert(self.time);
-                self.contacts[i] = Contact::Held;
-            } else {
-                let series = motion.gap_series(i, &self.x);
-                let weight = |k: usize| series[k].abs().to_f64() * AHEAD.powi(k as i32);
-                let order = (2..8)
-                    .max_by(|&a, &b| weight(a).total_cmp(&weight(b)))
-                    .expect("not empty");
-                if series[order].to_f64() < 0.0 {
-                    self.doubt("a gap opens and closes at once");
-                }
-                self.leave(i, order);
-            }
-        }
-    }
-
-    /// The rest of impacts that accumulate, as a geometric series, once its flights are short enough.
-    fn complete(&mut self, stop: usize) {
-        let e = self.model.stops[stop].restitution;
-        let held = self.held.clone();
-        let motion = self.motion(&held).expect("settled");
-        let accelerations = motion.acceleration(&self.x);
-        let curvature = |i: usize| -dot(&self.model.stops[i].normal, &accelerations).to_f64();
-        let (speed, a) = (self.model.opening(stop, &self.x), curvature(stop));
-        if e >= 1.0 || e == 0.0 || a >= 0.0 {
-            return;
-        }
-        let flight = 2.0 * speed.to_f64() / -a;
-        let duration = flight / (1.0 - e);
-        let mut is_short = flight * self.model.rate < 1e-9;
-        if let Some(roughness) = self.roughness {
-            let previous = self
-                .record
-                .hits
-                .iter()
-                .rev()
-                .skip(1)
-                .find(|hit| hit.stop == stop);
-            let is_regular =
-                previous.is_some_and(|hit| (speed.to_f64() / hit.departure / e - 1.0).abs() < 0.05);
-            let residual = 8.0 * speed.to_f64().powi(2) / (e * (1.0 - e)) / -a;
-            is_short |= is_regular
-                && residual < roughness.completion * self.size(stop).max(self.record.q_size);
-        }
-        let others_stay = (0..self.contacts.len()).all(|i| {
-            if i == stop || self.contacts[i] == Contact::Held {
-                return true;
-            }
-            let (gap, opening, bend) = (
-                self.model.gap(i, &self.x).to_f64(),
-                self.model.opening(i, &self.x).to_f64(),
-                curvature(i),
-            );
-            match self.contacts[i] {
-                Contact::Leaving(_) => bend >= 0.0 || 2.0 * opening / -bend > 2.0 * duration,
-                _ => gap > 2.0 * duration * (opening.abs() + duration * bend.abs()),
-            }
-        });
-        let mut all = held;
-        all.push(stop);
-        all.sort_unstable();
-        if !is_short || !others_stay || duration > 0.5 * self.model.step {
-            return;
-        }
-        let Some(motion) = self.motion(&all) else {
-            return;
-        };
-        // The normal speeds vanish; the held motion takes the time of the series.
-        let inner = Matrix {
-            rows: all
-                .iter()
-                .map(|&i| {
-                    all.iter()
-                        .map(|&j| self.model.delassus.rows[i][j])
-                        .collect()
-                })
-                .collect(),
-        };
-        let closing: Vec<Dd> = all
-            .iter()
-            .map(|&i| -self.model.opening(i, &self.x))
-            .collect();
-        let Some(p) = inner.solve(&closing) else {
-            return;
-        };
-        let n = self.model.n;
-        for (&i, &p) in all.iter().zip(&p) {
-            for (v, &b) in self.x[n..2 * n]
-                .iter_mut()
-                .zip(&self.model.stops[i].reaction)
-            {
-                *v -= b * p;
-            }
-        }
-        let passed = speed * 2.0 / Dd::from(-a) / (Dd::ONE - Dd::from(e));
-        self.sample(&motion, passed);
-        self.x = motion.advance(&self.x, passed);
-        let start = self.time.to_f64();
-        self.time += passed;
-        self.record.chatters.push(Stretch {
-            stop,
-            start,
-            end: self.time.to_f64(),
-        });
-        let mut stays = self.held_stops();
-        stays.push(stop);
-        self.settle(&stays);
-    }
-
-    fn finish(mut self) -> Record {
+    pub fn finish(mut self) -> Record {
         for (stop, since) in self.since.clone().into_iter().enumerate() {
             if let Some(start) = since {
                 self.record.sticks.push(Stretch {

@@ -1,0 +1,290 @@
+//! What happens to the contacts at one instant of the referee's run: a gap closes, impulses act, and stops with no normal speed
+//! stay or are left.
+
+use crate::double_double::{Dd, Matrix, dot};
+use crate::law::{complementary, impulses};
+use crate::record::{Hit, Stretch};
+use crate::simulator::{AHEAD, CLOSED, Contact, Run};
+
+impl Run<'_> {
+    /// A gap closes.
+    pub fn touch(&mut self, stop: usize) {
+        self.blur(stop);
+        self.near_place(stop);
+        let touching: Vec<usize> = (0..self.contacts.len())
+            .filter(|&i| {
+                i == stop
+                    || self.contacts[i] == Contact::Held
+                    || self.model.gap(i, &self.x).abs().to_f64() <= CLOSED * self.size(i)
+            })
+            .collect();
+        self.strike(&touching);
+    }
+
+    /// Shifts a contact by what the rounding of its gap does to its time.
+    pub fn blur(&mut self, stop: usize) {
+        let Some(roughness) = self.roughness else {
+            return;
+        };
+        let held = self.held.clone();
+        let motion = self.motion(&held).expect("independent stops");
+        let a = dot(
+            &self.model.stops[stop].normal,
+            &motion.acceleration(&self.x),
+        );
+        let speed = -self.model.opening(stop, &self.x).to_f64();
+        // Signs of no pattern: a shift of one sign is a stop that stands elsewhere, and changes little.
+        let count = self.record.hits.len() as u64 + 1;
+        let bits = count.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 63;
+        let sign = if bits == 0 { 1.0 } else { -1.0 };
+        let depth = sign * roughness.gap * self.size(stop);
+        if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {
+            // Where a gap closes so slowly that its time is anyone's, the motion is moved by no more than a little.
+            let most = 1e-6 / self.model.rate;
+            let shift = Dd::from((depth / speed).clamp(-most, most));
+            self.x = motion.advance(&self.x, shift);
+            self.time += shift;
+        }
+    }
+
+    /// Another stop that closes at practically this place, and depends on this one: which is hit is one of rounding.
+    pub fn near_place(&mut self, stop: usize) {
+        let g = &self.model.delassus;
+        let is_near = (0..self.contacts.len()).any(|j| {
+            let gap = self.model.gap(j, &self.x).to_f64();
+            j != stop
+                && self.contacts[j] == Contact::Open
+                && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
+                && self.model.opening(j, &self.x) < Dd::ZERO
+                && gap.abs() > CLOSED * self.size(j)
+                && gap < 1e-13 * self.size(j)
+        });
+        if is_near {
+            self.doubt("two stops at almost one place");
+        }
+    }
+
+    /// Impulses of the stops in contact, then what stays in contact.
+    pub fn strike(&mut self, touching: &[usize]) {
+        let part: Vec<Vec<Dd>> = touching
+            .iter()
+            .map(|&i| {
+                touching
+                    .iter()
+                    .map(|&j| self.model.delassus.rows[i][j])
+                    .collect()
+            })
+            .collect();
+        let opening: Vec<Dd> = touching
+            .iter()
+            .map(|&i| match self.contacts[i] {
+                Contact::Held => Dd::ZERO,
+                _ => self.opening_at_contact(i),
+            })
+            .collect();
+        let restitution: Vec<f64> = touching
+            .iter()
+            .map(|&i| self.model.stops[i].restitution)
+            .collect();
+        let reach = touching
+            .iter()
+            .flat_map(|&i| &self.model.stops[i].normal)
+            .map(|x| x.abs().to_f64())
+            .fold(0.0, f64::max);
+        let scale = reach * self.speed_size();
+        let held = self.held.clone();
+        let motion = self.motion(&held).expect("independent stops");
+        let accelerations = motion.acceleration(&self.x);
+        let result = impulses(&Matrix { rows: part }, &opening, &restitution, scale);
+        if let Some(reason) = result.doubt {
+            self.doubt(reason);
+            if result.opening.iter().any(|s| s.to_f64() < -CLOSED * scale) {
+                return self.stop(reason);
+            }
+        }
+        let n = self.model.n;
+        for (&i, &p) in touching.iter().zip(&result.impulses) {
+            for (v, &b) in self.x[n..2 * n]
+                .iter_mut()
+                .zip(&self.model.stops[i].reaction)
+            {
+                *v -= b * p;
+            }
+        }
+        let mut hit = Vec::new();
+        for (k, &i) in touching.iter().enumerate() {
+            if result.impulses[k] > Dd::ZERO {
+                self.near_coincidence(i);
+                hit.push(i);
+                self.record.hits.push(Hit {
+                    time: self.time,
+                    stop: i,
+                    approach: -opening[k].to_f64(),
+                    departure: result.opening[k].to_f64(),
+                    impulse: result.impulses[k].to_f64(),
+                    curvature: -dot(&self.model.stops[i].normal, &accelerations).to_f64(),
+                    rounds: if result.is_shared { 0 } else { result.rounds },
+                });
+            }
+        }
+        let mut stays = Vec::new();
+        for (k, &i) in touching.iter().enumerate() {
+            if result.opening[k].to_f64() > 0.0 {
+                self.leave(i, 1);
+            } else {
+                stays.push(i);
+            }
+        }
+        self.settle(&stays);
+        if let [stop] = hit[..]
+            && self.contacts[stop] == Contact::Leaving(1)
+        {
+            self.complete(stop);
+        }
+    }
+
+    /// The opening speed; at the start what is zero but for the rounding of the velocity given is zero.
+    pub fn opening_at_contact(&self, stop: usize) -> Dd {
+        let opening = self.model.opening(stop, &self.x);
+        let terms = self.model.stops[stop]
+            .normal
+            .iter()
+            .zip(&self.x[self.model.n..]);
+        let size: f64 = terms.map(|(n, v)| (*n * *v).abs().to_f64()).sum();
+        let is_rounding = self.time == Dd::ZERO && opening.abs().to_f64() <= 1e-15 * size;
+        if is_rounding { Dd::ZERO } else { opening }
+    }
+
+    /// Stops that depend on each other and are hit almost together: their order is one of rounding.
+    pub fn near_coincidence(&mut self, stop: usize) {
+        let g = &self.model.delassus;
+        let near = self
+            .record
+            .hits
+            .iter()
+            .rev()
+            .take_while(|hit| ((self.time - hit.time).to_f64() * self.model.rate) < 1e-10);
+        let is_near = near.into_iter().any(|hit| {
+            let j = hit.stop;
+            j != stop
+                && hit.time != self.time
+                && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
+        });
+        if is_near {
+            self.doubt("two stops hit almost together");
+        }
+    }
+
+    pub fn leave(&mut self, stop: usize, order: usize) {
+        if let Some(start) = self.since[stop].take() {
+            self.record.sticks.push(Stretch {
+                stop,
+                start: start.to_f64(),
+                end: self.time.to_f64(),
+            });
+        }
+        self.contacts[stop] = Contact::Leaving(order);
+    }
+
+    /// Which of the stops in contact with no normal speed stay, by the signs of forces and accelerations just ahead.
+    pub fn settle(&mut self, stays: &[usize]) {
+        let delassus = Matrix {
+            rows: stays
+                .iter()
+                .map(|&i| {
+                    stays
+                        .iter()
+                        .map(|&j| self.model.delassus.rows[i][j])
+                        .collect()
+                })
+                .collect(),
+        };
+        let ahead = Dd::from(AHEAD * self.model.step);
+        let mut held: Vec<usize> = stays
+            .iter()
+            .copied()
+            .filter(|i| self.held.contains(i))
+            .collect();
+        let mut is_settled = false;
+        for _ in 0..12 {
+            let Some(motion) = self.motion(&held) else {
+                held.clear();
+                continue;
+            };
+            let y = motion.advance(&self.x, ahead);
+            let free = self.model.free.times(&y);
+            let pull: Vec<Dd> = stays
+                .iter()
+                .map(|&i| dot(&self.model.stops[i].normal, &free))
+                .collect();
+            let scale = free.iter().map(|a| a.abs().to_f64()).fold(0.0, f64::max);
+            let solutions = complementary(&delassus, &pull, scale);
+            let Some(forces) = solutions.first() else {
+                return self.stop("no contact forces solve the law");
+            };
+            let effect = delassus.times(forces);
+            if solutions.iter().any(|f| {
+                delassus
+                    .times(f)
+                    .iter()
+                    .zip(&effect)
+                    .any(|(a, b)| (*a - *b).abs().to_f64() > 1e-15 * scale)
+            }) {
+                self.doubt("several sets of contact forces solve the law");
+            }
+            let mut next = Vec::new();
+            for (k, &i) in stays.iter().enumerate() {
+                if forces[k] > Dd::ZERO {
+                    next.push(i);
+                }
+            }
+            for (k, &i) in stays.iter().enumerate() {
+                let opens = (effect[k] - pull[k]).to_f64();
+                if !next.contains(&i) && opens.abs() <= 1e-19 * scale {
+                    let mut more = next.clone();
+                    more.push(i);
+                    more.sort_unstable();
+                    if self.motion(&more).is_some() {
+                        next = more;
+                    }
+                }
+            }
+            if next == held {
+                is_settled = true;
+                break;
+            }
+            held = next;
+        }
+        if !is_settled {
+            return self.stop("contact forces do not settle");
+        }
+        self.held.clone_from(&held);
+        let motion = self.motion(&held).expect("settled");
+        let y = motion.advance(&self.x, ahead);
+        let a = motion.acceleration(&y);
+        let scale = self
+            .model
+            .free
+            .times(&y)
+            .iter()
+            .map(|a| a.abs().to_f64())
+            .fold(0.0, f64::max);
+        for &i in stays {
+            let opens = -dot(&self.model.stops[i].normal, &a).to_f64();
+            if held.contains(&i) || opens.abs() <= 1e-19 * scale {
+                self.since[i].get_or_insert(self.time);
+                self.contacts[i] = Contact::Held;
+            } else {
+                let series = motion.gap_series(i, &self.x);
+                let weight = |k: usize| series[k].abs().to_f64() * AHEAD.powi(k as i32);
+                let order = (2..8)
+                    .max_by(|&a, &b| weight(a).total_cmp(&weight(b)))
+                    .expect("not empty");
+                if series[order].to_f64() < 0.0 {
+                    self.doubt("a gap opens and closes at once");
+                }
+                self.leave(i, order);
+            }
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! Lasting contact, the library's beside the referee's.
+
+use crate::case::{Case, StopCase};
+use crate::compare::First;
+use crate::record::Stretch;
+use crate::reference::Reference;
+use vibroimpact::Method;
+
+/// Lasting contact by planes: stops at one place, on either side, are one, since which of them carries the force is nobody's.
+fn on_planes(case: &Case, sticks: &[Stretch]) -> Vec<Stretch> {
+    let plane = |stop: usize| {
+        let unit = |stop: &StopCase| {
+            let n = stop.outward();
+            let size = n
+                .iter()
+                .fold(0.0, |m: f64, x| if x.abs() > m.abs() { *x } else { m });
+            let place = stop.clearance / size;
+            (n.iter().map(|x| x / size).collect::<Vec<f64>>(), place)
+        };
+        let (n, place) = unit(&case.stops[stop]);
+        let is_same = |other: &StopCase| {
+            let (m, there) = unit(other);
+            (place - there).abs() <= 1e-14 * place.abs()
+                && n.iter().zip(&m).all(|(a, b)| (a - b).abs() < 1e-14)
+        };
+        case.stops.iter().position(is_same).unwrap_or(stop)
+    };
+    let mut planes: Vec<Stretch> = Vec::new();
+    for stick in sticks {
+        let stick = Stretch {
+            stop: if stick.stop < case.stops.len() {
+                plane(stick.stop)
+            } else {
+                stick.stop
+            },
+            ..stick.clone()
+        };
+        let same = planes
+            .iter_mut()
+            .rev()
+            .find(|s| s.stop == stick.stop && s.end >= stick.start);
+        if let Some(same) = same {
+            same.end = same.end.max(stick.end);
+        } else {
+            planes.push(stick);
+        }
+    }
+    planes
+}
+
+/// Lasting contacts longer than rounding, by their starts; what goes on at the same plane is one. Between two stops that face
+/// each other without room a flight is one of rounding, however long it takes: `breaks` are those that are overlooked there.
+fn long(sticks: &[Stretch], shortest: f64, breaks: &dyn Fn(usize) -> f64) -> Vec<Stretch> {
+    let mut kept: Vec<Stretch> = Vec::new();
+    for stick in sticks {
+        if let Some(last) = kept.iter_mut().rev().find(|s| s.stop == stick.stop)
+            && stick.start - last.end <= shortest.max(breaks(stick.stop))
+        {
+            last.end = last.end.max(stick.end);
+        } else {
+            kept.push(stick.clone());
+        }
+    }
+    kept.retain(|s| s.end - s.start > 1e3 * shortest);
+    kept.sort_by(|a, b| a.start.total_cmp(&b.start));
+    let mut i = 0;
+    while i < kept.len() {
+        let mut j = i + 1;
+        while j < kept.len() && kept[j].start - kept[i].start <= shortest {
+            j += 1;
+        }
+        kept[i..j].sort_by_key(|s| s.stop);
+        i = j;
+    }
+    kept
+}
+
+/// Lasting contacts by planes.
+pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, rate: f64) -> Vec<Stretch> {
+    let faces_another = |plane: usize| {
+        let one = |stop: usize| Stretch {
+            stop,
+            start: 0.0,
+            end: 0.0,
+        };
+        let same = |stop: usize| {
+            plane < case.stops.len() && on_planes(case, &[one(stop)])[0].stop == plane
+        };
+        (0..case.stops.len()).filter(|&i| same(i)).count() > 1
+    };
+    let breaks = |plane: usize| {
+        if faces_another(plane) {
+            1e-4 / rate
+        } else {
+            0.0
+        }
+    };
+    long(&on_planes(case, sticks), shortest, &breaks)
+}
+
+/// How long the impacts take that lead to a lasting contact and may be completed.
+fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
+    let counting = reference.counting(case);
+    let plane = on_planes(case, std::slice::from_ref(stick))[0].stop;
+    let of_plane = |stop: usize| {
+        let one = Stretch {
+            stop,
+            ..stick.clone()
+        };
+        on_planes(case, &[one])[0].stop == plane
+    };
+    let hits = reference.main.hits.iter().rev();
+    let first = hits
+        .filter(|h| h.time.to_f64() <= stick.start + counting.slack() && of_plane(h.stop))
+        .take_while(|h| counting.rest(h).is_some())
+        .last();
+    first.map_or(0.0, |h| stick.start - h.time.to_f64())
+}
+
+pub fn compare_sticks(
+    case: &Case,
+    reference: &Reference,
+    theirs: &[Stretch],
+    until: f64,
+    slack: f64,
+    has_chatter: bool,
+    first: &mut First,
+) {
+    let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, reference.model.rate);
+    let (mine, theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
+    let beside: Vec<Vec<Stretch>> = reference
+        .aside
+        .iter()
+        .map(|r| by_plane(&r.sticks))
+        .collect();
+    let rate = reference.model.rate;
+    for k in 0..mine.len().max(theirs.len()) {
+        let (a, b) = (mine.get(k), theirs.get(k));
+        let start = |s: Option<&Stretch>| s.map_or(f64::INFINITY, |s| s.start);
+        if start(a).min(start(b)) >= until {
+            return;
+        }
+        let details = format!("lasting contact {k}: referee {a:?}, library {b:?}");
+        let is_same = a
+            .zip(b)
+            .is_some_and(|(a, b)| a.stop == b.stop && (a.start - b.start).abs() < 1e-3 / rate);
+        if !is_same {
+            let class = if start(a) <= start(b) {
+                "lasting contact missed"
+            } else {
+                "lasting contact extra"
+            };
+            return first.report(start(a).min(start(b)), class, &details);
+        }
+        let (a, b) = (a.expect("same"), b.expect("same"));
+        let aside = |f: &dyn Fn(&Stretch) -> f64| {
+            beside
+                .iter()
+                .filter_map(|r| r.get(k))
+                .map(|s| (f(s) - f(a)).abs())
+                .fold(0.0, f64::max)
+        };
+        // A force that falls slowly ends at a time as uncertain as the force is over its slope: the runs aside know.
+        let tolerance = if case.method == Method::Exact && !has_chatter {
+            1e-10
+        } else {
+            (10.0 * case.rtol).max(1e-10)
+        };
+        let allowed =
+            |f: &dyn Fn(&Stretch) -> f64| 100.0 * (aside(f) + tolerance / rate) + 10.0 * slack;
+        // Where impacts that accumulate are completed early, their end is known to the root of the tolerance, the motion to it.
+        let early = if has_chatter {
+            (10.0 * case.rtol).sqrt() / rate
+        } else {
+            0.0
+        } + rest_before(reference, case, a);
+        if (a.start - b.start).abs() > allowed(&|s| s.start) + early {
+            return first.report(a.start, "start of lasting contact", &details);
+        }
+        if (a.end - b.end).abs() > allowed(&|s| s.end) && a.end.min(b.end) < until {
+            return first.report(a.end.min(b.end), "end of lasting contact", &details);
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! The referee's run of a scene, two runs beside it with all numbers moved by a little, and up to where the three tell the
+//! same story: further on the answer hangs on rounding.
+
+use crate::case::{Case, MOST_IMPACTS};
+use crate::double_double::Dd;
+use crate::hits::Counting;
+use crate::lasting::planes;
+use crate::motion::{Factors, Model};
+use crate::record::Record;
+use crate::simulator::{Roughness, follow};
+use vibroimpact::Method;
+
+/// Times at which states are compared.
+const SAMPLES: usize = 40;
+
+/// How far the numbers are moved to see what the answer is sensitive to, and the error that is allowed besides.
+pub struct Allowance {
+    pub moved: f64,
+    pub base: f64,
+}
+
+pub fn allowance(case: &Case) -> Allowance {
+    if case.method == Method::Exact {
+        Allowance {
+            moved: 1e-13,
+            base: 1e-12,
+        }
+    } else {
+        Allowance {
+            moved: 1e2 * case.rtol,
+            base: 1e3 * case.rtol,
+        }
+    }
+}
+
+/// The referee's run, and two beside it.
+pub struct Reference {
+    pub main: Record,
+    pub aside: [Record; 2],
+    pub times: Vec<f64>,
+    /// Up to where they tell the same story, and why not further.
+    pub horizon: (f64, Option<&'static str>),
+    pub model: Model,
+    /// Sizes of positions and velocities, of steps at least those at which the absolute tolerance takes over.
+    pub q_unit: f64,
+    pub v_unit: f64,
+}
+
+pub fn reference(case: &Case) -> Reference {
+    let duration = Dd::from(case.span.1) - Dd::from(case.span.0);
+    let mut times: Vec<f64> = (0..SAMPLES)
+        .map(|k| {
+            let part = (k as f64 + 0.37 * (k as f64).sin().abs()) / SAMPLES as f64;
+            case.span.0 + part * (case.span.1 - case.span.0)
+        })
+        .collect();
+    times.dedup();
+    let samples: Vec<Dd> = times
+        .iter()
+        .map(|&t| Dd::from(t) - Dd::from(case.span.0))
+        .collect();
+    let run = |factors: Factors, roughness: Option<Roughness>| {
+        let model = Model::new(case, &factors);
+        let start = model.start(case, &factors);
+        (
+            follow(&model, start, duration, &samples, roughness, MOST_IMPACTS),
+            model,
+        )
+    };
+    let touches = case.stops.iter().any(|s| {
+        let gap = s.clearance
+            - s.outward()
+                .iter()
+                .zip(&case.q0)
+                .map(|(n, q)| n * q)
+                .sum::<f64>();
+        gap.abs() <= 1e-6 * (s.clearance.abs() + 1.0)
+    });
+    let moved = |sign: f64| {
+        let by = sign * allowance(case).moved;
+        let q = if touches { 1.0 } else { 1.0 - 0.7 * by };
+        [
+            1.0 + 0.4 * by,
+            1.0 - by,
+            1.0 - 0.6 * by,
+            1.0 + by,
+            1.0 + 0.8 * by,
+            q,
+            1.0 + 0.9 * by,
+        ]
+    };
+    let rough = |sign: f64| {
+        Some(Roughness {
+            completion: 40.0 * case.rtol.max(1e-14),
+            gap: sign
+                * if case.method == Method::Exact {
+                    2e-15
+                } else {
+                    case.rtol
+                },
+        })
+    };
+    let (main, model) = run([1.0; 7], None);
+    let aside = [
+        run(moved(1.0), rough(1.0)).0,
+        run(moved(-1.0), rough(-1.0)).0,
+    ];
+    let floor = if case.method == Method::Exact {
+        1e-12
+    } else {
+        case.atol / case.rtol
+    };
+    let (q_terms, v_terms) = terms(case, model.rate);
+    let mut reference = Reference {
+        q_unit: main.q_size.max(floor).max(q_terms),
+        v_unit: main.v_size.max(floor).max(v_terms),
+        horizon: (main.end, None),
+        main,
+        aside,
+        times,
+        model,
+    };
+    reference.horizon = horizon(&reference, case);
+    reference
+}
+
+/// Sizes of positions and velocities that the forces alone make: over a radian of the fastest motion, and, of a motion that is
+/// the sum of a steady and a free one, over the least stiffness, where they are not faster than all modes. A motion from rest
+/// is at first the small difference of such terms, and known to their rounding.
+fn terms(case: &Case, rate: f64) -> (f64, f64) {
+    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let load = largest(&case.load);
+    let shaking = case
+        .force
+        .as_ref()
+        .map_or(0.0, |f| largest(&f.re) + largest(&f.im));
+    let lightest = case.mass.diagonal().min();
+    let short = (load + shaking) / lightest / (rate * rate);
+    let values = case
+        .mass
+        .clone()
+        .try_inverse()
+        .map(|m| (m * &case.stiffness).complex_eigenvalues());
+    let squares: Vec<f64> = values.map_or(Vec::new(), |v| v.iter().map(|z| z.norm()).collect());
+    let (least, most) = squares
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+    if squares.is_empty() || least <= 1e-9 * most {
+        return (short, short * rate);
+    }
+    let is_slow = case
+        .force
+        .as_ref()
+        .is_some_and(|f| f.frequency * f.frequency < 4.0 * most);
+    let force = if is_slow { load + shaking } else { load };
+    let q = force / lightest / least;
+    (q.max(short), (q * most.sqrt()).max(short * rate))
+}
+
+impl Reference {
+    pub fn counting<'a>(&self, case: &'a Case) -> Counting<'a> {
+        Counting {
+            case,
+            q_unit: self.q_unit,
+            v_unit: self.v_unit,
+            rate: self.model.rate,
+        }
+    }
+
+    /// How far the runs aside are off at a sample and its neighbours, relative to the motion.
+    pub fn deviation(&self, k: usize) -> f64 {
+        (k.saturating_sub(2)..=k + 1)
+            .map(|j| self.deviation_at(j))
+            .fold(0.0, f64::max)
+    }
+
+    fn deviation_at(&self, k: usize) -> f64 {
+        let Some(x) = self.main.samples.get(k) else {
+            return 0.0;
+        };
+        self.aside
+            .iter()
+            .filter_map(|r| r.samples.get(k))
+            .map(|y| self.distance(x, y))
+            .fold(0.0, f64::max)
+    }
+
+    /// Largest difference of two states, relative to the largest position and velocity.
+    pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        let n = x.len() / 2;
+        let (q, v) = (self.q_unit, self.v_unit);
+        x.iter()
+            .zip(y)
+            .enumerate()
+            .map(|(i, (a, b))| (a - b).abs() / if i < n { q } else { v })
+            .fold(0.0, f64::max)
+    }
+}
+
+fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
+    let main = &reference.main;
+    let mut end = (main.end, None);
+    let mut cut = |time: f64, why: &'static str| {
+        if time < end.0 {
+            end = (time, Some(why));
+        }
+    };
+    if (0..case.stops.len()).any(|i| case.starts_within_tolerance(i)) {
+        cut(0.0, "a start within the tolerance of a stop");
+    }
+    for record in std::iter::once(main).chain(&reference.aside) {
+        for &(time, why) in &record.doubts {
+            cut(time, why);
+        }
+        if let Some((time, why)) = record.stopped {
+            cut(time, why);
+        }
+    }
+    let counting = reference.counting(case);
+    let slack = 1e-9 / reference.model.rate;
+    for aside in &reference.aside {
+        let chatters = [&main.chatters[..], &aside.chatters[..]];
+        let sticks = [&main.sticks[..], &aside.sticks[..]];
+        let mine = counting.counted(&main.hits, &chatters, &sticks);
+        let theirs = counting.counted(&aside.hits, &chatters, &sticks);
+        for (a, b) in mine.iter().zip(&theirs) {
+            let (s, t) = (a.time.to_f64(), b.time.to_f64());
+            if a.stop != b.stop || (s - t).abs() > 1e-3 / reference.model.rate {
+                cut(s.min(t), "another order of impacts");
+                break;
+            }
+        }
+        if mine.len() != theirs.len() {
+            let at = mine.len().min(theirs.len());
+            let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
+            cut(next.time.to_f64(), "another number of impacts");
+        }
+        let (mine, theirs) = (
+            planes(case, &main.sticks, slack, reference.model.rate),
+            planes(case, &aside.sticks, slack, reference.model.rate),
+        );
+        for (a, b) in mine.iter().zip(&theirs) {
+            if a.stop != b.stop || (a.start - b.start).abs() > 1e-3 / reference.model.rate {
+                cut(a.start.min(b.start), "another order of lasting contacts");
+                break;
+            }
+            if (a.end - b.end).abs() > 1e-3 / reference.model.rate {
+                cut(a.end.min(b.end), "another end of lasting contact");
+                break;
+            }
+        }
+        if mine.len() != theirs.len() {
+            let at = mine.len().min(theirs.len());
+            let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
+            cut(next.start, "another number of lasting contacts");
+        }
+    }
+    for k in 0..main.samples.len() {
+        if reference.deviation_at(k) > 1e-4 {
+            cut(reference.times[k] - case.span.0, "sensitive to rounding");
+            break;
+        }
+    }
+    end
+}
