@@ -178,7 +178,7 @@ impl Quintic {
         let mut left = 0.0;
         for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
             let (before, there) = (value(c, left), value(c, right));
-            let gap = there * right.powi(order as i32);
+            let gap = (0..order).fold(there, |gap, _| gap * right);
             let is_minimum = right < 1.0 && there < before;
             let doubt = judgement.doubt(right);
             if is_minimum && gap.abs() <= rounding + doubt && doubt > 0.5 * rounding {
