@@ -87,7 +87,7 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     // What each completion of accumulating impacts may cost: a few tolerances.
     let completed = |time: f64| {
         let count = theirs.chatters.iter().filter(|c| c.start <= time).count();
-        10.0 * case.rtol.max(1e-14) * count as f64
+        20.0 * case.rtol.max(1e-14) * count as f64
     };
     let hits = (&my_hits[..], &their_hits[..]);
     let drifts = compare_hits(case, reference, hits, until, &completed, &mut first);
