@@ -240,7 +240,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         flow.norms(state, norms);
         active.retain(|&stop| {
             let (least, size) = gaps[stop].least(norms);
-            let is_beyond_reach = least > ROUNDING * size && starts.is_none_or(|orders| orders[stop] == 0);
+            let is_beyond_reach =
+                least > ROUNDING * size && starts.is_none_or(|orders| orders[stop] == 0);
             !is_beyond_reach
         });
     }

@@ -160,9 +160,12 @@ impl RealModes {
 fn beyond_rounding(matrix: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DVector<f64> {
     let values = compensated::quadratic(matrix, shapes);
     let rounding = compensated::quadratic_rounding(matrix, shapes);
-    values.zip_map(&rounding, |value, rounding| {
-        if value.abs() <= rounding { 0.0 } else { value }
-    })
+    values.zip_map(
+        &rounding,
+        |value, rounding| {
+            if value.abs() <= rounding { 0.0 } else { value }
+        },
+    )
 }
 
 /// Inside each cluster of equal frequencies, turns the shapes so that they diagonalise the damping too.

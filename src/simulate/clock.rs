@@ -138,10 +138,16 @@ mod tests {
                 }
                 let sum = f64::from(count) / 1024.0 + f64::from(count) * third;
                 let error = Clock::new(start, frequency).until(clock) - sum;
-                assert!(error.abs() <= 1e-16 * sum, "{frequency:e} {start:e} {error:e}");
+                assert!(
+                    error.abs() <= 1e-16 * sum,
+                    "{frequency:e} {start:e} {error:e}"
+                );
                 let angle = frequency * sum + Clock::new(start, frequency).angle();
                 let miss = (clock.angle() - angle).sin().abs();
-                assert!(miss <= 1e-15 * (1.0 + frequency * sum), "{frequency:e} {start:e} {miss:e}");
+                assert!(
+                    miss <= 1e-15 * (1.0 + frequency * sum),
+                    "{frequency:e} {start:e} {miss:e}"
+                );
             }
         }
     }

@@ -56,7 +56,8 @@ pub(super) fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
 /// What happens along a trajectory with lasting contact, segment by segment.
 pub(super) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let stretches = trajectory.stretches()?;
-    let flown = stretches.iter().filter(|(s, _)| s.end > s.start);
+    let is_part = |s: &Segment| s.end > s.start || s.kind == SegmentKind::Chatter;
+    let flown = stretches.iter().filter(|(s, _)| is_part(s));
     let mut impacts = trajectory.impacts().iter().peekable();
     let mut found = Vec::new();
     let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
@@ -97,6 +98,11 @@ pub(super) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
             (None, true, &[]) => None,
             (None, true, _) => {
                 return Err(unsupported("stops that are let go at one time", start));
+            }
+            (Some((stop, time)), ..) if stops.contains(&stop) => {
+                let what =
+                    format!("impacts whose bouncing comes to rest on stop {stop} beside others");
+                return Err(unsupported(&what, time));
             }
             (Some(_), ..) => {
                 return Err(unsupported("accumulating impacts without rest", start));

@@ -59,7 +59,11 @@ impl EventLoop {
             let (e, speed) = (mover.restitution(stop), -mover.gap(stop).speed);
             let pull = -drawn(mover, stop, &self.held)?;
             let is_regular = (speed / self.approaches[stop] / e - 1.0).abs() < RATIO_TOL;
-            let rounding = if is_regular { ROUNDING } else { ROUNDING.powi(2) };
+            let rounding = if is_regular {
+                ROUNDING
+            } else {
+                ROUNDING.powi(2)
+            };
             let is_low = 0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull;
             if e <= 0.0 || e >= 1.0 || !is_low {
                 return Ok(false);
