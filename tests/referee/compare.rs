@@ -279,6 +279,10 @@ pub fn print(case: &Case) {
         "  referee doubts {:?}, stopped {:?}",
         reference.main.doubts, reference.main.stopped
     );
+    for aside in &reference.aside {
+        println!("  aside sticks {:?}", aside.sticks);
+        println!("  aside chatters {:?}", aside.chatters);
+    }
     match library(case, &case.scene().expect("a scene")) {
         Err(difference) => println!("library: {} {}", difference.class, difference.detail),
         Ok(run) => {
