@@ -87,7 +87,7 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     // What each completion of accumulating impacts may cost: a few tolerances.
     let completed = |time: f64| {
         let count = theirs.chatters.iter().filter(|c| c.start <= time).count();
-        10.0 * case.rtol.max(1e-14) * count as f64
+        20.0 * case.rtol.max(1e-14) * count as f64
     };
     let hits = (&my_hits[..], &their_hits[..]);
     let drifts = compare_hits(case, reference, hits, until, &completed, &mut first);
@@ -279,6 +279,10 @@ pub fn print(case: &Case) {
         "  referee doubts {:?}, stopped {:?}",
         reference.main.doubts, reference.main.stopped
     );
+    for aside in &reference.aside {
+        println!("  aside sticks {:?}", aside.sticks);
+        println!("  aside chatters {:?}", aside.chatters);
+    }
     match library(case, &case.scene().expect("a scene")) {
         Err(difference) => println!("library: {} {}", difference.class, difference.detail),
         Ok(run) => {

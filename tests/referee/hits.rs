@@ -6,6 +6,8 @@ use crate::case::Case;
 use crate::record::{Hit, Stretch};
 use vibroimpact::Method;
 
+/// To what part of its terms a gap is known in doubles: some 16 units of rounding, as theory 8 has it.
+pub const GAP_ROUNDING: f64 = 4e-15;
 /// Flights lower than this part of the motion are completed whatever the tolerance.
 const LOW: f64 = 1e-14;
 /// The error of a completion is up to this many times the residual gap (A. Nordmark and P. Piiroinen, Nonlinear Dyn. 58
@@ -41,7 +43,7 @@ impl Counting<'_> {
     /// To what a gap is known.
     fn gap_rounding(&self, stop: usize) -> f64 {
         let relative = if self.case.method == Method::Exact {
-            2e-15
+            GAP_ROUNDING
         } else {
             self.case.rtol
         };

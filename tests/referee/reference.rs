@@ -3,7 +3,7 @@
 
 use crate::case::{Case, MOST_IMPACTS};
 use crate::double_double::Dd;
-use crate::hits::Counting;
+use crate::hits::{Counting, GAP_ROUNDING};
 use crate::lasting::planes;
 use crate::motion::{Factors, Model};
 use crate::record::Record;
@@ -89,18 +89,20 @@ pub fn reference(case: &Case) -> Reference {
             1.0 + 0.9 * by,
         ]
     };
+    let (main, model) = run([1.0; 7], None);
+    let (q_terms, v_terms) = terms(case, model.rate);
     let rough = |sign: f64| {
         Some(Roughness {
+            terms: q_terms,
             completion: 40.0 * case.rtol.max(1e-14),
             gap: sign
                 * if case.method == Method::Exact {
-                    2e-15
+                    GAP_ROUNDING
                 } else {
                     case.rtol
                 },
         })
     };
-    let (main, model) = run([1.0; 7], None);
     let aside = [
         run(moved(1.0), rough(1.0)).0,
         run(moved(-1.0), rough(-1.0)).0,
@@ -110,7 +112,6 @@ pub fn reference(case: &Case) -> Reference {
     } else {
         case.atol / case.rtol
     };
-    let (q_terms, v_terms) = terms(case, model.rate);
     let mut reference = Reference {
         q_unit: main.q_size.max(floor).max(q_terms),
         v_unit: main.v_size.max(floor).max(v_terms),

@@ -36,6 +36,8 @@ pub struct Roughness {
     pub completion: f64,
     /// By what part of its terms a gap is off at a contact.
     pub gap: f64,
+    /// Size of positions that the motion is the small difference of.
+    pub terms: f64,
 }
 
 pub struct Run<'a> {

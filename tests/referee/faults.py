@@ -1,0 +1,162 @@
+"""Faults put into the library on purpose, which the referee must find.
+
+Copies the crate to target/faults, puts a switch for each fault into the copy (a text that is gone is an error, so that the
+list stays true), builds the referee once, and runs it without and with each fault: every fault must bring scenes that
+disagree and agreed before. From the root of the repository: python3 tests/referee/faults.py [scenes].
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+
+class Fault(NamedTuple):
+    """A fault: what is wrong, the file, the text there, and the text that the fault puts in its place."""
+
+    name: str
+    meaning: str
+    file: str
+    sound: str
+    faulty: str
+
+
+SWITCH = """
+pub(crate) fn has_fault(name: &str) -> bool {
+    static FAULT: std::sync::OnceLock<String> = std::sync::OnceLock::new();
+    FAULT.get_or_init(|| std::env::var("VIBROIMPACT_FAULT").unwrap_or_default()) == name
+}
+"""
+
+FAULTS = [
+    Fault(
+        "release",
+        "a stop whose gap is drawn open stays held",
+        "src/simulate/event_loop/settle.rs",
+        "Release::Leaves => self.starts[stop] = 2,",
+        'Release::Leaves if crate::has_fault("release") => self.held.push(stop),\n'
+        "                Release::Leaves => self.starts[stop] = 2,",
+    ),
+    Fault(
+        "root",
+        "the time of a contact is late by 1e-9 of the flight",
+        "src/contact/next.rs",
+        "                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {\n"
+        "                    *z = d.after(step);",
+        '                let late = if crate::has_fault("root") { 1e-9 * time } else { 0.0 };\n'
+        "                let (step, time) = (step + late, time + late);\n"
+        "                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {\n"
+        "                    *z = d.after(step);",
+    ),
+    Fault(
+        "impact",
+        "an impact changes the velocity of the highest mode with the wrong sign",
+        "src/simulate/exact.rs",
+        "        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {\n"
+        "            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];\n"
+        "        }\n",
+        "        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {\n"
+        "            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];\n"
+        "        }\n"
+        '        if crate::has_fault("impact") && self.state.len() > 1 {\n'
+        "            let last = self.state.len() - 1;\n"
+        "            let jump = self.scene.jumps[stop][last];\n"
+        "            let z = &mut self.state[last];\n"
+        "            *z = [z[0] + 2.0 * jump[0] * impulse, z[1] + 2.0 * jump[1] * impulse];\n"
+        "        }\n",
+    ),
+    Fault(
+        "lost stop",
+        "the third stop of a scene is not looked at",
+        "src/contact/next.rs",
+        "            !is_beyond_reach\n",
+        '            !(is_beyond_reach || stop == 2 && crate::has_fault("lost stop"))\n',
+    ),
+    Fault(
+        "stale force",
+        "stops that stay when one is let go keep the motion, and the forces, of those held before",
+        "src/simulate/event_loop/settle.rs",
+        "        let held = self.held.clone();\n        mover.hold(&held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a stop",
+        "        let held = self.held.clone();\n"
+        '        if held.is_empty() || !crate::has_fault("stale force") {\n'
+        "            mover.hold(&held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a stop",
+    ),
+    Fault(
+        "end of chatter",
+        "impacts that accumulate end too late, by the factor 1/e",
+        "src/simulate/exact.rs",
+        "        let span = 2.0 * e * part / acceleration;\n",
+        '        let own = if crate::has_fault("end of chatter") { 1.0 } else { e };\n'
+        "        let span = 2.0 * own * part / acceleration;\n",
+    ),
+]
+
+
+def copy_with_switches(root: Path, copy: Path) -> None:
+    """Copy the crate, with a switch for each fault."""
+    shutil.rmtree(copy, ignore_errors=True)
+    copy.mkdir(parents=True)
+    for name in ["src", "tests", "examples", "benches"]:
+        shutil.copytree(root / name, copy / name)
+    for name in ["Cargo.toml", "Cargo.lock", "README.md"]:
+        shutil.copy(root / name, copy / name)
+    with (copy / "src/lib.rs").open("a") as file:
+        file.write(SWITCH)
+    for fault in FAULTS:
+        path = copy / fault.file
+        text = path.read_text()
+        count = text.count(fault.sound)
+        if count != 1:
+            sys.exit(f"fault {fault.name!r}: its text stands {count} times in {fault.file}, not once")
+        path.write_text(text.replace(fault.sound, fault.faulty))
+
+
+def build(copy: Path) -> str:
+    """Build the referee of the copy; the path of the program."""
+    target = os.environ.get("CARGO_TARGET_DIR", str(copy.parent))
+    environment = os.environ | {"CARGO_TARGET_DIR": target, "RUSTFLAGS": "", "CARGO_PROFILE_TEST_DEBUG": "0"}
+    command = ["cargo", "test", "--test", "referee", "--no-run"]
+    run = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, check=False)
+    found = re.search(r"Executable .*\((.*)\)", run.stderr)
+    if found is None:
+        sys.exit(run.stderr)
+    return str(copy / found[1])
+
+
+def disagreeing(program: str, fault: str, scenes: int) -> tuple[set[int], list[str]]:
+    """Run the referee: the scenes that disagree, and the lines that count them by classes."""
+    environment = os.environ | {"VIBROIMPACT_FAULT": fault, "VIBROIMPACT_REFEREE": str(scenes)}
+    command = [program, "the_library_agrees", "--nocapture"]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if " scenes in " not in run.stdout:
+        sys.exit(run.stdout + run.stderr)
+    numbers = {int(n) for n in re.findall(r"^scene (\d+) of seed", run.stdout, re.MULTILINE)}
+    return numbers, re.findall(r"^ +\d+ [a-z, -]+: \[", run.stdout, re.MULTILINE)
+
+
+def main() -> None:
+    """Run every fault; the exit code says whether all were found."""
+    scenes = int(sys.argv[1]) if len(sys.argv) > 1 else 300
+    root = Path.cwd()
+    copy = root / "target/faults"
+    copy_with_switches(root, copy)
+    program = build(copy)
+    before, _ = disagreeing(program, "", scenes)
+    print(f"without a fault {len(before)} of {scenes} scenes disagree")
+    missed = []
+    for fault in FAULTS:
+        found, classes = disagreeing(program, fault.name, scenes)
+        new = sorted(found - before)
+        counts = "; ".join(line.strip(" [").rstrip(":") for line in classes)
+        print(f"{fault.name}: {fault.meaning}: {len(new)} more scenes disagree, the first {new[:5]} ({counts})")
+        if not new:
+            missed.append(fault.name)
+    if missed:
+        sys.exit(f"not found: {missed}")
+
+
+if __name__ == "__main__":
+    main()
