@@ -11,7 +11,7 @@ use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
-use crate::simulate::kept::{Kept, SegmentKind};
+use crate::simulate::kept::Kept;
 use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats};
@@ -329,13 +329,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         let e = self.restitution(stop);
         let part = speed / (1.0 - e);
         let span = 2.0 * e * part / acceleration;
-        let motion = self.motion_of(&[stop])?;
-        self.keep_piece(SegmentKind::Chatter, &[stop], span);
-        let (q, v) = self.physical();
-        let angle = self.angle(self.clock);
-        record.sample(self.clock, span, None, |local| {
-            motion.carry(angle, local, &q, &v)
-        });
+        self.keep_chatter(stop, span, record)?;
         // Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)
         let (drift, kick) = (2.0 * e / acceleration * part, self.rebounds[stop] * part);
         let rates = self.search.derivatives().iter().map(|d| d.d1);
@@ -353,10 +347,8 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.look()
     }
 
-    fn note_chatter(&mut self, stop: usize, _record: &mut Record) -> Result<()> {
-        self.motion_of(&[stop])?;
-        self.keep_piece(SegmentKind::Chatter, &[stop], 0.0);
-        Ok(())
+    fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()> {
+        self.keep_chatter(stop, 0.0, record)
     }
 
     fn touch(&mut self, stops: &[usize]) -> Result<()> {

@@ -3,7 +3,9 @@
 use super::ExactMover;
 use crate::contact::lowest::Lowest;
 use crate::contact::next::Grazed;
+use crate::error::Result;
 use crate::flow::LinearFlow;
+use crate::modal::Pair;
 use crate::simulate::Keep;
 use crate::simulate::kept::{Piece, SegmentKind};
 use crate::simulate::record::Record;
@@ -43,12 +45,33 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         });
     }
 
+    /// Keeps the rest of impacts on a stop that accumulate: of these none is left, so that the motion begins without normal
+    /// speed.
+    pub(super) fn keep_chatter(
+        &mut self,
+        stop: usize,
+        span: f64,
+        record: &mut Record,
+    ) -> Result<()> {
+        let motion = self.motion_of(&[stop])?;
+        let (q, v) = self.settled(&[stop])?;
+        let whole = self.scene.form.to_modal(&q, &v);
+        self.keep_whole(&whole, SegmentKind::Chatter, &[stop], span);
+        let angle = self.angle(self.clock);
+        record.sample(self.clock, span, None, |local| {
+            motion.carry(angle, local, &q, &v)
+        });
+        Ok(())
+    }
+
     /// Keeps a segment of one piece from the present state.
     pub(super) fn keep_piece(&mut self, kind: SegmentKind, stops: &[usize], span: f64) {
-        if self.kept.is_none() {
-            return;
+        if self.kept.is_some() {
+            self.keep_whole(&self.whole(&self.state), kind, stops, span);
         }
-        let whole = self.whole(&self.state);
+    }
+
+    fn keep_whole(&mut self, whole: &[Pair], kind: SegmentKind, stops: &[usize], span: f64) {
         if let Some(kept) = &mut self.kept {
             let clock = self.clock;
             kept.begin(kind, stops);
