@@ -7,19 +7,25 @@ pub(crate) struct Bracket {
     open: f64,
     /// The first after that at which it was not; infinite where there is none.
     pub closed: f64,
+    /// The gap that is none: what rounding left below zero where the flight began on the stop, zero elsewhere.
+    pub floor: f64,
 }
 
 impl Bracket {
-    /// What is known at the start of a flight, before which nothing is.
-    pub const START: Self = Self {
-        open: 0.0,
-        closed: f64::INFINITY,
-    };
+    /// What is known at the start of a flight from a gap with a root of some order there: before it nothing is. A flight may rise
+    /// by less than rounding left its start below zero.
+    pub fn start(gap: f64, order: usize) -> Self {
+        Self {
+            open: 0.0,
+            closed: f64::INFINITY,
+            floor: if order > 0 { gap.min(0.0) } else { 0.0 },
+        }
+    }
 
     /// Takes note of a gap at a later time.
     #[inline]
     pub fn note(&mut self, time: f64, gap: f64) {
-        if gap > 0.0 {
+        if gap > self.floor {
             (self.open, self.closed) = (time, f64::INFINITY);
         } else {
             self.closed = self.closed.min(time);
@@ -28,7 +34,7 @@ impl Bracket {
 
     /// Takes note of a gap at a time inside.
     pub fn narrow(&mut self, time: f64, gap: f64) {
-        if gap > 0.0 {
+        if gap > self.floor {
             self.open = time;
         } else {
             self.closed = time;
@@ -51,7 +57,7 @@ mod tests {
 
     #[test]
     fn a_zero_stays_between_open_and_closed() {
-        let mut bracket = Bracket::START;
+        let mut bracket = Bracket::start(0.4, 0);
         for (time, gap) in [(1.0, 0.2), (2.0, -1e-9), (3.0, -1e-9)] {
             bracket.note(time, gap);
         }
@@ -66,6 +72,15 @@ mod tests {
         assert_eq!(bracket.next(Some(5.0), 4.0), 5.0);
         // Without a time at which it is closed nothing is known but that it comes after the last at which it was open.
         assert_eq!(bracket.next(Some(3.0), 4.5), 4.5);
-        assert_eq!(Bracket::START.next(Some(-0.1), 0.2), 0.2);
+        assert_eq!(Bracket::start(0.0, 1).next(Some(-0.1), 0.2), 0.2);
+    }
+
+    #[test]
+    fn a_flight_from_just_below_a_stop_ends_where_it_began() {
+        let mut bracket = Bracket::start(-1e-16, 1);
+        bracket.note(1.0, -1e-17);
+        bracket.note(2.0, -2e-16);
+        assert_eq!((bracket.open, bracket.closed), (1.0, 2.0));
+        assert_eq!(Bracket::start(-1e-16, 0).floor, 0.0);
     }
 }

@@ -145,7 +145,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.active.clear();
         self.active.extend(0..self.gaps.len());
         self.brackets.clear();
-        self.brackets.resize(self.gaps.len(), Bracket::START);
+        let starting = self.jets.iter().zip(starts);
+        (self.brackets).extend(starting.map(|(jet, &order)| Bracket::start(jet.c[0], order)));
         self.extents.fill(0.0);
         self.state.clear();
         self.state.extend_from_slice(start);
@@ -372,12 +373,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
-            let jet = self.look(arrived)[stop];
+            let mut jet = self.look(arrived)[stop];
+            jet.c[0] -= bracket.floor;
             looked = time;
             if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
                 break;
             }
-            bracket.narrow(time, jet.c[0]);
+            bracket.narrow(time, jet.c[0] + bracket.floor);
             let wanted = newton_step(&jet, self.orders[stop], time).map(|step| time + step);
             let next = bracket.next(wanted, time);
             let step = next - time;

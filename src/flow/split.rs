@@ -123,12 +123,15 @@ impl LinearFlow for SplitFlow {
             .map(|(r, e)| r[0] * e[0] + r[1] * e[1])
             .sum();
         let mut enlarged = self.enlarged(row);
+        let mut turned = 0.0;
         if let Some(turning) = enlarged.last_mut() {
             *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
+            turned = turning[0].hypot(turning[1]);
         }
+        // The rounding of the rotation is that of its amplitude, however small what is seen of it at a time.
         self.flow.gap_row(&Quantity {
             constant: constant - rest,
-            size: size + rest.abs(),
+            size: size + rest.abs() + turned,
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
         })

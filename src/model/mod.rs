@@ -1,5 +1,6 @@
 //! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
 
+mod acceleration_terms;
 mod change;
 mod contact;
 mod contact_geometry;
@@ -21,6 +22,7 @@ mod scene_motion;
 mod stop;
 mod system;
 
+pub(crate) use acceleration_terms::acceleration_terms;
 pub use change::{Change, Parameter};
 pub(crate) use contact::{
     Contact, GapValue, Surface, along_reactions, are_coupled, contacts, reaction_weights,

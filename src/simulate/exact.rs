@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, along};
 use crate::impact::wrapped;
 use crate::modal::Pair;
+use crate::model::acceleration_terms;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
@@ -224,6 +225,22 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             .zip(&self.state)
             .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
             .sum()
+    }
+
+    fn acceleration_size(&self, stop: usize) -> f64 {
+        let ModalScene {
+            system,
+            amplitude,
+            geometry,
+            ..
+        } = self.scene;
+        let (q, v) = self.physical();
+        acceleration_terms(
+            system,
+            amplitude,
+            &geometry.normals.column(stop).into_owned(),
+            (&q, &v),
+        )
     }
 
     fn work_of_flight(&self) -> usize {

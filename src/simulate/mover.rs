@@ -83,6 +83,8 @@ pub(crate) trait Mover {
     fn extent(&self, stop: usize) -> f64;
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
+    /// Size of the terms of the acceleration of a gap.
+    fn acceleration_size(&self, stop: usize) -> f64;
     /// Operations that a flight of few steps is, in the units of a watch.
     fn work_of_flight(&self) -> usize;
     /// Whether an impact on one of two stops changes the normal velocity at the other.

@@ -21,7 +21,10 @@ use crate::flow::StuckMotion;
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
 use crate::flow::step_size::Controller;
 use crate::impact::wrapped;
-use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, are_coupled, contacts};
+use crate::model::{
+    Constraint, Contact, Dynamics, GapValue, Moment, Scene, System, acceleration_terms,
+    are_coupled, contacts,
+};
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
@@ -291,6 +294,23 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         // The look before has had this normal: an error would have ended the run there.
         let size = self.contacts[stop].surface.speed_size(q, v);
         size.unwrap_or(0.0)
+    }
+
+    fn acceleration_size(&self, stop: usize) -> f64 {
+        // The look before has had this normal: an error would have ended the run there.
+        let Ok(directions) = self.directions(stop) else {
+            return 0.0;
+        };
+        let normal = directions.both().0;
+        if let System::Linear(system) = self.scene.system() {
+            let amplitude = self.scene.forcing().force_on(system);
+            let (q, v) = self.physical();
+            let normal = DVector::from_column_slice(normal);
+            return acceleration_terms(system, &amplitude, &normal, (&q, &v));
+        }
+        let (_, acceleration) = self.stepper.start_rate().slice().split_at(self.n());
+        let terms = normal.iter().zip(acceleration).map(|(n, a)| n * a);
+        terms.map(f64::abs).sum()
     }
 
     fn work_of_flight(&self) -> usize {

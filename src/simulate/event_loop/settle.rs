@@ -1,7 +1,7 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
 //! others open (theory 9, at acceleration level).
 
-use super::{EventLoop, Resolved, Unresolved};
+use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
@@ -59,12 +59,12 @@ impl EventLoop {
         if let Err(unresolved) = self.hold_or_open(mover, &others)? {
             return Ok(Err(unresolved));
         }
-        let acceleration = drawn(mover, stop, &self.held)?;
+        let acceleration = self.drawn(mover, stop, &self.held)?;
         let rounding = if self.held == others {
             f64::INFINITY
         } else {
             let pulls = all.iter().map(|&stop| mover.gap(stop).acceleration.abs());
-            RELEASED * pulls.fold(0.0, f64::max)
+            (RELEASED * pulls.fold(0.0, f64::max)).max(self.unknown_pull(mover, stop))
         };
         // Where holding it alone made the force pull, damping having pushed before, free motion draws it away as well.
         let is_drawn = self.held.is_empty() && acceleration > 0.0 && mover.gap(stop).jerk < 0.0;
@@ -94,7 +94,7 @@ impl EventLoop {
         if resting.is_empty() {
             return Ok(Ok(()));
         }
-        let Some(forces) = holding_forces(mover, resting, &mover.delassus(resting)?) else {
+        let Some(forces) = self.holding_forces(mover, resting, &mover.delassus(resting)?) else {
             let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
@@ -116,6 +116,53 @@ impl EventLoop {
         }
         Ok(Ok(()))
     }
+
+    /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
+    pub(super) fn drawn<M: Mover + ?Sized>(
+        &self,
+        mover: &M,
+        stop: usize,
+        held: &[usize],
+    ) -> Result<f64> {
+        let free = mover.gap(stop).acceleration;
+        let k = held.len();
+        if k == 0 {
+            return Ok(free);
+        }
+        let mut with_it = held.to_vec();
+        with_it.push(stop);
+        let delassus = mover.delassus(&with_it)?;
+        let among = delassus.view((0, 0), (k, k)).into_owned();
+        // Contacts without forces are a jam, which is found where it is asked which of them stay.
+        let forces = self.holding_forces(mover, held, &among).unwrap_or_default();
+        let forces = forces.iter().enumerate();
+        let added: f64 = forces
+            .map(|(j, force)| delassus[(k, j)] * force.force)
+            .sum();
+        Ok(free + added)
+    }
+
+    /// The contact forces that hold stops at rest, by their Delassus matrix; `None` in a jam.
+    fn holding_forces<M: Mover + ?Sized>(
+        &self,
+        mover: &M,
+        stops: &[usize],
+        delassus: &DMatrix<f64>,
+    ) -> Option<Vec<ContactForce>> {
+        let each = |of: &dyn Fn(usize) -> f64| {
+            DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
+        };
+        let pulls = each(&|stop| mover.gap(stop).acceleration);
+        let slack = each(&|stop| self.unknown_pull(mover, stop).max(ROUNDING * pulls.amax()));
+        contact_forces(delassus, &pulls, &slack).ok()
+    }
+
+    /// What rounding, that of the time since the last event too, leaves unknown of the acceleration of a gap.
+    fn unknown_pull<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> f64 {
+        let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
+        ROUNDING * mover.acceleration_size(stop)
+            + TIME_ROUNDING * flight * mover.gap(stop).jerk.abs()
+    }
 }
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
@@ -131,36 +178,4 @@ fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
     };
     let inverse = among.clone().pseudo_inverse(DEPENDENT * among.amax());
     inverse.is_ok_and(|inverse| moves(inverse) <= DEPENDENT * delassus[(contact, contact)])
-}
-
-/// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
-pub(super) fn drawn<M: Mover + ?Sized>(mover: &M, stop: usize, held: &[usize]) -> Result<f64> {
-    let free = mover.gap(stop).acceleration;
-    let k = held.len();
-    if k == 0 {
-        return Ok(free);
-    }
-    let mut with_it = held.to_vec();
-    with_it.push(stop);
-    let delassus = mover.delassus(&with_it)?;
-    let among = delassus.view((0, 0), (k, k)).into_owned();
-    // Contacts without forces are a jam, which is found where it is asked which of them stay.
-    let forces = holding_forces(mover, held, &among).unwrap_or_default();
-    let forces = forces.iter().enumerate();
-    let added: f64 = forces
-        .map(|(j, force)| delassus[(k, j)] * force.force)
-        .sum();
-    Ok(free + added)
-}
-
-/// The contact forces that hold stops at rest, by their Delassus matrix; `None` in a jam.
-fn holding_forces<M: Mover + ?Sized>(
-    mover: &M,
-    stops: &[usize],
-    delassus: &DMatrix<f64>,
-) -> Option<Vec<ContactForce>> {
-    let pulls = stops.iter().map(|&stop| mover.gap(stop).acceleration);
-    let pulls = DVector::from_iterator(stops.len(), pulls);
-    let slack = DVector::from_element(stops.len(), ROUNDING * pulls.amax());
-    contact_forces(delassus, &pulls, &slack).ok()
 }

@@ -1,6 +1,5 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9).
 
-use super::settle::drawn;
 use super::{EventLoop, RATIO_TOL, Resolved, Unresolved};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
@@ -57,7 +56,7 @@ impl EventLoop {
         let mut any = false;
         for &stop in self.touching.iter().filter(|&&s| self.closes(mover, s)) {
             let (e, speed) = (mover.restitution(stop), -mover.gap(stop).speed);
-            let pull = -drawn(mover, stop, &self.held)?;
+            let pull = -self.drawn(mover, stop, &self.held)?;
             let is_regular = (speed / self.approaches[stop] / e - 1.0).abs() < RATIO_TOL;
             let rounding = if is_regular {
                 ROUNDING

@@ -1,0 +1,45 @@
+//! Size of what an acceleration is the sum of: its rounding is a part of that, not of what is left of it.
+
+use crate::model::{Coefficient, LinearSystem};
+use nalgebra::{Complex, DVector};
+
+/// Size of the terms of `normal . q''` of a linear system under a force of some amplitude, at a state.
+pub(crate) fn acceleration_terms(
+    system: &LinearSystem,
+    amplitude: &DVector<Complex<f64>>,
+    normal: &DVector<f64>,
+    (q, v): (&DVector<f64>, &DVector<f64>),
+) -> f64 {
+    let weights = system.solve_mass(normal).abs();
+    let forces = system.load().abs()
+        + amplitude.map(|f| f.norm())
+        + sizes(system.stiffness(), q)
+        + sizes(system.damping(), v);
+    weights.dot(&forces)
+}
+
+/// Sums of the sizes of the terms of a matrix times a vector.
+fn sizes(matrix: &Coefficient, x: &DVector<f64>) -> DVector<f64> {
+    match matrix {
+        Coefficient::Diagonal(d) => d.component_mul(x).abs(),
+        Coefficient::Dense(m) => m.abs() * x.abs(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{dmatrix, dvector};
+
+    #[test]
+    fn what_cancels_counts() {
+        let stiffness = dmatrix![3.0, -3.0; -3.0, 3.0];
+        let system = LinearSystem::new(dvector![2.0, 1.0], dvector![0.5, 0.0], stiffness)
+            .and_then(|system| system.with_load(dvector![-1.0, 0.0]))
+            .expect("a system");
+        let amplitude = dvector![Complex::new(0.0, -4.0), Complex::new(0.0, 0.0)];
+        let state = (&dvector![1.0, 1.0], &dvector![2.0, 5.0]);
+        let size = acceleration_terms(&system, &amplitude, &dvector![-1.0, 0.0], state);
+        assert_eq!(size, (1.0 + 4.0 + 3.0 + 3.0 + 1.0) / 2.0);
+    }
+}
