@@ -125,11 +125,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.extents[stop]
     }
 
-    /// The derivatives of the state where the search last looked.
-    pub fn derivatives(&self) -> &[Derivatives] {
-        &self.derivatives
-    }
-
     /// The next contact within `span` of the state, at which the search must have looked. `starts[i]` is the order of the
     /// root of gap i at the start, zero for an open gap.
     pub fn next(

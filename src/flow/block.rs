@@ -222,6 +222,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             (rest, rest_size),
             (forced, forced_growth),
         )
+        .turning_by(forcing.norm())
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {

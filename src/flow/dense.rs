@@ -193,6 +193,7 @@ impl LinearFlow for DenseFlow {
             (*constant, *known_size),
             (forced, weight * size * w3),
         )
+        .turning_by(forcing.norm())
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {

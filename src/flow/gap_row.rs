@@ -71,6 +71,8 @@ pub(crate) struct GapRow {
     clearance: f64,
     /// Size of the terms that the clearance was summed from.
     size: f64,
+    /// Amplitude of what turns with the forcing.
+    turning: f64,
     /// The gap where every pair rests, and the size of its terms.
     rest: (f64, f64),
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
@@ -94,10 +96,17 @@ impl GapRow {
             cells: cells.collect(),
             clearance,
             size,
+            turning: 0.0,
             rest,
             forced,
             forced_growth,
         }
+    }
+
+    /// With an amplitude of what turns with the forcing: its rounding is a part of that, however little of it is seen at a time.
+    pub fn turning_by(mut self, amplitude: f64) -> Self {
+        self.turning = amplitude;
+        self
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
@@ -113,7 +122,7 @@ impl GapRow {
     #[inline]
     pub fn rounding(&self, jet: &Jet) -> f64 {
         let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
-        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
+        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * (jet.size + self.turning))
     }
 
     /// The gap's jet.

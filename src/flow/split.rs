@@ -12,6 +12,10 @@ use nalgebra::Complex;
 /// free motion would cancel in more than two digits.
 const NEAR_RESONANCE: f64 = 1e-2;
 
+/// Roots below this part of the fastest are those of a rigid body, which slow forcing moves along whatever its motion is: its
+/// steady response has no scale of its own.
+const RIGID: f64 = 1e-9;
+
 /// The flow without its forcing, enlarged by the rotation that stands for it.
 #[derive(Debug, Clone)]
 pub(crate) struct SplitFlow {
@@ -25,8 +29,11 @@ impl SplitFlow {
     /// The split flow of blocks under a load and a force at frequency w; `None` where a block is near resonance, or soft beside
     /// the forcing and loaded: its equilibrium may lie far beyond what the motion reaches.
     pub fn new(blocks: &[Block], load: &[Pair], w: f64, force: &[Response]) -> Option<Self> {
-        let refuses = |(&block, &load): (&Block, &Pair)| {
-            is_near_resonance(block, w) || (load != [0.0, 0.0] && is_soft(block, w))
+        let moduli = |block: &Block| block.roots().map(|root| root.norm());
+        let fastest = (blocks.iter().flat_map(moduli)).fold(0.0, f64::max);
+        let refuses = |(block, &load): (&Block, &Pair)| {
+            let is_rigid = moduli(block).iter().any(|&rate| rate <= RIGID * fastest);
+            is_rigid || is_near_resonance(*block, w) || (load != [0.0, 0.0] && is_soft(*block, w))
         };
         if blocks.iter().zip(load).any(refuses) {
             return None;
@@ -128,13 +135,13 @@ impl LinearFlow for SplitFlow {
             *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
             turned = turning[0].hypot(turning[1]);
         }
-        // The rounding of the rotation is that of its amplitude, however small what is seen of it at a time.
-        self.flow.gap_row(&Quantity {
+        let row = self.flow.gap_row(&Quantity {
             constant: constant - rest,
-            size: size + rest.abs() + turned,
+            size: size + rest.abs(),
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
-        })
+        });
+        row.turning_by(turned)
     }
 
     /// At an equilibrium nothing moves, so that the load leaves no trace here.
@@ -173,9 +180,7 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
     let (trace, product) = invariants(block);
     let at_forcing = Complex::new(product - w * w, -w * trace);
     let (distance, scale) = (at_forcing.norm(), w * w + product.abs());
-    // Slow forcing moves a rigid body along by 1/w^2, whatever its motion is: what has no scale of its own is near resonance.
-    let is_rigid = product.abs() <= f64::EPSILON * trace.powi(2);
-    is_rigid || distance.is_nan() || distance <= NEAR_RESONANCE * scale
+    distance.is_nan() || distance <= NEAR_RESONANCE * scale
 }
 
 #[cfg(test)]
@@ -248,8 +253,10 @@ mod tests {
         let spring = |eta: f64, w2: f64| Block::Oscillator { w2, eta };
         assert!(is_near_resonance(spring(0.001, 4.0), 2.0));
         assert!(!is_near_resonance(spring(0.1, 4.0), 2.0));
-        assert!(is_near_resonance(spring(0.0, 0.0), 2.0));
-        assert!(is_near_resonance(spring(0.5, 0.0), 2.0));
+        let rigid = |eta: f64, w2: f64| {
+            SplitFlow::new(&[spring(eta, w2)], &[[0.0; 2]], 2.0, &[[0.0.into(); 2]]).is_none()
+        };
+        assert!(rigid(0.0, 0.0) && rigid(0.5, 0.0) && rigid(0.5, 1e-12) && !rigid(0.1, 4.0));
         assert!(is_near_resonance(
             Block::Spiral {
                 sigma: 0.0,

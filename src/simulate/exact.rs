@@ -344,28 +344,14 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             ..
         } = self.gap(stop);
         let e = self.restitution(stop);
-        let part = speed / (1.0 - e);
-        let span = 2.0 * e * part / acceleration;
-        self.keep_chatter(stop, span, record)?;
-        // Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)
-        let (drift, kick) = (2.0 * e / acceleration * part, self.rebounds[stop] * part);
-        let rates = self.search.derivatives().iter().map(|d| d.d1);
-        for (z, d) in self.state.iter_mut().zip(rates) {
-            *z = [z[0] + drift * d[0], z[1] + drift * d[1]];
-        }
-        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
-            *z = [z[0] + kick * jump[0], z[1] + kick * jump[1]];
-        }
-        self.clock = self.clock.after(span);
-        let angle = self.angle(self.clock);
-        self.flow.set_angle(&mut self.state, angle);
-        let (q, v) = self.settled(&[stop])?;
-        self.put((&q, &v), 0.0);
+        let span = 2.0 * e * speed / ((1.0 - e) * acceleration);
+        let (q, v) = self.keep_chatter(stop, span, record)?;
+        self.put((&q, &v), span);
         self.look()
     }
 
     fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()> {
-        self.keep_chatter(stop, 0.0, record)
+        self.keep_chatter(stop, 0.0, record).map(|_| ())
     }
 
     fn touch(&mut self, stops: &[usize]) -> Result<()> {

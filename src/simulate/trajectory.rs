@@ -157,6 +157,8 @@ impl Trajectory {
     /// The parts of the trajectory, each once, with the stops in contact.
     pub(crate) fn stretches(&self) -> Result<Vec<(Segment, &[usize])>> {
         let kept = self.motion()?;
+        // The last flight ends with the run to the rounding of its clock.
+        let within = |time: f64| time.clamp(self.span.0, self.span.1);
         let mut all = Vec::with_capacity(kept.segments.len());
         for (k, segment) in kept.segments.iter().enumerate() {
             let pieces = &kept.pieces[kept.pieces_of(k)];
@@ -172,8 +174,8 @@ impl Trajectory {
             let whole = Segment {
                 kind: segment.kind,
                 stop: None,
-                start: first.clock.time(),
-                end: last.clock.after(last.span).time(),
+                start: within(first.clock.time()),
+                end: within(last.clock.after(last.span).time()),
             };
             all.push((whole, segment.stops.as_slice()));
         }

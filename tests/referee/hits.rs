@@ -77,7 +77,8 @@ impl Counting<'_> {
         }
         let residual = 2.0 * e * hit.approach.powi(2) / ((1.0 - e) * a);
         let limit = COMPLETED * self.case.rtol.max(LOW) * self.size(hit.stop);
-        (residual <= limit).then_some(2.0 * hit.departure / ((1.0 - e) * a))
+        let is_low = 0.5 * hit.departure.powi(2) / a <= COMPLETED * LOW * self.size(hit.stop);
+        (residual <= limit || is_low).then_some(2.0 * hit.departure / ((1.0 - e) * a))
     }
 
     /// Impacts faster than rounding and outside the ends of accumulating ones, in order. Such an end is a chatter of either

@@ -10,6 +10,7 @@ use crate::simulate::Keep;
 use crate::simulate::kept::{Piece, SegmentKind};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
+use nalgebra::DVector;
 
 impl<F: LinearFlow> ExactMover<'_, F> {
     /// Keeps what is asked for of a flight from the present state; `last` is the time at which the run ends with it.
@@ -45,14 +46,14 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         });
     }
 
-    /// Keeps the rest of impacts on a stop that accumulate: of these none is left, so that the motion begins without normal
-    /// speed.
+    /// Keeps the rest of impacts on a stop that accumulate, over a span; position and velocity at its end. Of the normal speed none
+    /// is left, and in the sum the impulses give what the force of lasting contact gives.
     pub(super) fn keep_chatter(
         &mut self,
         stop: usize,
         span: f64,
         record: &mut Record,
-    ) -> Result<()> {
+    ) -> Result<(DVector<f64>, DVector<f64>)> {
         let motion = self.motion_of(&[stop])?;
         let (q, v) = self.settled(&[stop])?;
         let whole = self.scene.form.to_modal(&q, &v);
@@ -61,7 +62,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         record.sample(self.clock, span, None, |local| {
             motion.carry(angle, local, &q, &v)
         });
-        Ok(())
+        Ok(motion.carry(angle, span, &q, &v))
     }
 
     /// Keeps a segment of one piece from the present state.
