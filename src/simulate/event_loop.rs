@@ -288,6 +288,7 @@ impl EventLoop {
         mover.accumulate(stop, record)?;
         self.last_blow = None;
         self.still.clear();
+        self.still.push(stop);
         self.settle(mover)
     }
 

@@ -3,8 +3,9 @@
 use crate::case::Case;
 use crate::compare::Difference;
 use crate::double_double::{Dd, dot};
-use crate::motion::Model;
+use crate::motion::{Model, Motion};
 use crate::record::{Hit, Record, Stretch};
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
@@ -55,13 +56,36 @@ pub fn library(case: &Case, scene: &Scene) -> Result<Trajectory, Difference> {
 /// What the library saw, in the referee's form.
 pub fn seen(case: &Case, run: &Trajectory, model: &Model) -> Record {
     let since = |t: f64| (Dd::from(t) - Dd::from(case.span.0)).to_f64();
-    let curvature = |time: f64, stop: usize| {
+    let segments = run.segments().expect("motion is kept");
+    // The stops held just before a time: segments of one stretch follow each other.
+    let held_before = |time: f64| {
+        let later = segments.partition_point(|s| s.start < time);
+        let last = segments[..later].last().map(|s| s.start);
+        let of_last = segments[..later].iter().rev();
+        let of_last = of_last.take_while(|s| Some(s.start) == last);
+        let mut held: Vec<usize> = of_last
+            .filter(|s| s.kind == SegmentKind::Stick)
+            .filter_map(|s| s.stop)
+            .collect();
+        held.sort_unstable();
+        held
+    };
+    let mut motions: HashMap<Vec<usize>, Option<Motion>> = HashMap::new();
+    let mut curvature = |time: f64, stop: usize| {
+        let held = held_before(time);
+        let motion = motions
+            .entry(held.clone())
+            .or_insert_with(|| Motion::new(model, &held));
         let Ok((q, v)) = run.state(time, ImpactSide::Before) else {
             return f64::NAN;
         };
         let mut x: Vec<Dd> = q.iter().chain(v.iter()).map(|&x| Dd::from(x)).collect();
         x.extend(model.forcing_at(case, time));
-        -dot(&model.stops[stop].normal, &model.free.times(&x)).to_f64()
+        let acceleration = match motion {
+            Some(motion) => motion.acceleration(&x),
+            None => model.free.times(&x),
+        };
+        -dot(&model.stops[stop].normal, &acceleration).to_f64()
     };
     let hits = run
         .impacts()
@@ -77,7 +101,6 @@ pub fn seen(case: &Case, run: &Trajectory, model: &Model) -> Record {
         })
         .collect();
     let of = |kind: SegmentKind| {
-        let segments = run.segments().expect("motion is kept");
         segments
             .iter()
             .filter(|s| s.kind == kind)
