@@ -227,6 +227,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             .sum()
     }
 
+    fn jerk(&self, stop: usize) -> Result<f64> {
+        Ok(self.gap(stop).jerk)
+    }
+
     fn acceleration_size(&self, stop: usize) -> f64 {
         let ModalScene {
             system,

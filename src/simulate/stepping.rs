@@ -44,6 +44,9 @@ const FLIGHT: usize = 16;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
 
+/// A time in which the motion changes by few digits, as a part of that in which it changes little.
+const SHORT: f64 = 1e-4;
+
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
@@ -122,9 +125,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     }
 
     fn moment(&self) -> Moment {
+        self.moment_at(self.clock)
+    }
+
+    fn moment_at(&self, clock: Clock) -> Moment {
         Moment {
-            time: self.clock.time(),
-            angle: self.clock.angle() + self.phase,
+            time: clock.time(),
+            angle: clock.angle() + self.phase,
         }
     }
 
@@ -294,6 +301,20 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         // The look before has had this normal: an error would have ended the run there.
         let size = self.contacts[stop].surface.speed_size(q, v);
         size.unwrap_or(0.0)
+    }
+
+    fn jerk(&self, stop: usize) -> Result<f64> {
+        let step = SHORT * self.slow_time();
+        let mut ahead = self.x.clone();
+        for (x, rate) in (ahead.slice_mut().iter_mut()).zip(self.stepper.start_rate().slice()) {
+            *x += step * rate;
+        }
+        let (q, v) = ahead.slice().split_at(self.n());
+        let mut a = vec![0.0; q.len()];
+        let at = self.moment_at(self.clock.after(step));
+        self.dynamics.acceleration(at, q, v, &mut a)?;
+        let there = self.contacts[stop].surface.along(q, v, &a, step)?;
+        Ok((there.acceleration - self.gaps[stop].acceleration) / step)
     }
 
     fn acceleration_size(&self, stop: usize) -> f64 {

@@ -67,7 +67,7 @@ impl EventLoop {
             (RELEASED * pulls.fold(0.0, f64::max)).max(self.unknown_pull(mover, stop))
         };
         // Where holding it alone made the force pull, damping having pushed before, free motion draws it away as well.
-        let is_drawn = self.held.is_empty() && acceleration > 0.0 && mover.gap(stop).jerk < 0.0;
+        let is_drawn = self.held.is_empty() && acceleration > 0.0 && mover.jerk(stop)? < 0.0;
         if acceleration < -rounding {
             self.held.clear();
             self.starts.fill(0);
@@ -106,7 +106,7 @@ impl EventLoop {
         for (i, (&stop, force)) in resting.iter().zip(&forces).enumerate() {
             match force.release {
                 Release::Leaves => self.starts[stop] = 2,
-                Release::Undecided if is_free && mover.gap(stop).jerk > 0.0 => {
+                Release::Undecided if is_free && mover.jerk(stop)? > 0.0 => {
                     self.starts[stop] = 3;
                 }
                 // It carries nothing, and the others leave its gap no motion: it faces one of them.
