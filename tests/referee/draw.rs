@@ -2,6 +2,7 @@
 
 use crate::case::ForceCase;
 use crate::random::{Random, round_to};
+use crate::roots::eigenvalues;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -131,7 +132,7 @@ impl Draw<'_> {
     /// Frequencies of the undamped system that are real.
     pub fn frequencies(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Vec<f64> {
         let inverse = mass.clone().try_inverse().expect("positive definite");
-        let values = (inverse * stiffness).complex_eigenvalues();
+        let values = eigenvalues(&(inverse * stiffness));
         values
             .iter()
             .filter(|z| z.re > 1e-9 && z.im.abs() < 1e-9 * z.re)

@@ -4,6 +4,7 @@
 use crate::case::{Case, Push, StopCase};
 use crate::draw::Draw;
 use crate::random::{Random, round_to};
+use crate::roots::eigenvalues;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use vibroimpact::Method;
@@ -238,8 +239,5 @@ fn state_eigenvalues(
         (false, true) => -k[(i - n, j)],
         (false, false) => -c[(i - n, j - n)],
     });
-    a.complex_eigenvalues()
-        .iter()
-        .map(|l| (l.re, l.im))
-        .collect()
+    eigenvalues(&a).iter().map(|l| (l.re, l.im)).collect()
 }

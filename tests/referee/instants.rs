@@ -21,11 +21,8 @@ impl Run<'_> {
         self.strike(&touching);
     }
 
-    /// Shifts a contact by what the rounding of its gap does to its time.
+    /// Shifts a contact by what the rounding of its gap does to its time; of one no deeper than rounding nobody knows.
     pub fn blur(&mut self, stop: usize) {
-        let Some(roughness) = self.roughness else {
-            return;
-        };
         let held = self.held.clone();
         let motion = self.motion(&held).expect("independent stops");
         let a = dot(
@@ -35,6 +32,13 @@ impl Run<'_> {
         let speed = -self.model.opening(stop, &self.x).to_f64();
         let normal = &self.model.stops[stop].normal;
         let reach = normal.iter().map(|n| n.abs().to_f64()).sum::<f64>();
+        let (bend, size) = (-a.to_f64(), self.size(stop).max(reach * self.record.q_size));
+        if bend > 0.0 && speed.powi(2) < 2.0 * bend * 1e-13 * size {
+            self.doubt("a graze");
+        }
+        let Some(roughness) = self.roughness else {
+            return;
+        };
         // Signs of no pattern: a shift of one sign is a stop that stands elsewhere, and changes little.
         let count = self.record.hits.len() as u64 + 1;
         let bits = count.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 63;

@@ -61,8 +61,10 @@ fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
             let gap = stop.clearance - terms.iter().sum::<f64>();
             let size = stop.clearance.abs() + terms.iter().map(|x| x.abs()).sum::<f64>();
             let reach: f64 = stop.normal.iter().map(|x| x.abs()).sum();
-            let allowed =
-                rounding(case) * size.max(reach * reference.q_unit) + start_depth(case, i);
+            let moved = reference
+                .q_unit
+                .max(reference.v_unit / reference.model.rate);
+            let allowed = rounding(case) * size.max(reach * moved) + start_depth(case, i);
             if gap < -allowed {
                 let margin = 10.0
                     * (case.atol * reach

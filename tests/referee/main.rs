@@ -21,6 +21,8 @@ mod polynomial;
 mod random;
 mod record;
 mod reference;
+#[path = "../common/roots.rs"]
+mod roots;
 mod shrink;
 mod simulator;
 
@@ -28,7 +30,10 @@ use compare::Verdict;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// After this time a scene counts as one without end.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn from_environment(name: &str) -> Option<u64> {
     std::env::var(name).ok().and_then(|text| text.parse().ok())
@@ -56,6 +61,7 @@ fn the_library_agrees_with_the_referee() {
         Instant::now(),
     );
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let running = Mutex::new(BTreeMap::new());
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
@@ -68,7 +74,9 @@ fn the_library_agrees_with_the_referee() {
                         compare::print(&case);
                     }
                     let started = Instant::now();
+                    running.lock().expect("no panic").insert(number, started);
                     let verdict = compare::judge(&case);
+                    running.lock().expect("no panic").remove(&number);
                     let took = started.elapsed().as_secs_f64();
                     let mut tally = tally.lock().expect("no panic");
                     if took > 1.0 {
@@ -103,6 +111,16 @@ fn the_library_agrees_with_the_referee() {
                     }
                 }
             });
+        }
+        // What never ends is told, not waited for.
+        while next.load(Ordering::Relaxed) < (numbers.len() + threads) as u64 {
+            std::thread::sleep(Duration::from_millis(20));
+            for (number, started) in running.lock().expect("no panic").iter() {
+                if started.elapsed() > PATIENCE {
+                    eprintln!("scene {number} of seed {seed} goes on for {PATIENCE:?}");
+                    std::process::exit(101);
+                }
+            }
         }
     });
     let tally = tally.into_inner().expect("no panic");

@@ -7,6 +7,7 @@ use crate::hits::{Counting, GAP_ROUNDING};
 use crate::lasting::planes;
 use crate::motion::{Factors, Model};
 use crate::record::Record;
+use crate::roots::eigenvalues;
 use crate::simulator::{Roughness, follow};
 use vibroimpact::Method;
 
@@ -141,7 +142,7 @@ fn terms(case: &Case, rate: f64) -> (f64, f64) {
         .mass
         .clone()
         .try_inverse()
-        .map(|m| (m * &case.stiffness).complex_eigenvalues());
+        .map(|m| eigenvalues(&(m * &case.stiffness)));
     let squares: Vec<f64> = values.map_or(Vec::new(), |v| v.iter().map(|z| z.norm()).collect());
     let (least, most) = squares
         .iter()
@@ -254,6 +255,23 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             let at = mine.len().min(theirs.len());
             let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
             cut(next.start, "another number of lasting contacts");
+        }
+    }
+    // What nothing drives dies away, and what is left of it then is rounding.
+    let is_driven = case.force.is_some() || case.load.iter().any(|&f| f != 0.0);
+    let least = if case.method == Method::Exact {
+        1e-13
+    } else {
+        10.0 * case.rtol
+    };
+    for (k, x) in main.samples.iter().enumerate() {
+        let left = reference.distance(x, &vec![0.0; x.len()]);
+        if !is_driven && left > 0.0 && left < least {
+            cut(
+                reference.times[k.saturating_sub(1)] - case.span.0,
+                "nothing is left of the motion",
+            );
+            break;
         }
     }
     for k in 0..main.samples.len() {

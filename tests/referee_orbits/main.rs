@@ -7,6 +7,8 @@ mod plant;
 #[path = "../common/random.rs"]
 mod random;
 mod returns;
+#[path = "../common/roots.rs"]
+mod roots;
 mod scan;
 
 use closing::misfit;

@@ -1,6 +1,7 @@
 //! Linear scenes in plain matrices, their motion by an exponential of their own, and random ones of every kind.
 
 use crate::random::Random;
+use crate::roots::eigenvalues;
 use nalgebra::{Complex, DMatrix, DVector};
 use vibroimpact::{Harmonic, LinearSystem, Reaction, Scene, Stop};
 
@@ -235,7 +236,7 @@ fn matrices(random: &mut Random, kind: &str, n: usize) -> Matrices {
 pub fn frequencies(plant: &Plant) -> Vec<f64> {
     let n = plant.n();
     let a = plant.enlarged().view((0, 0), (2 * n, 2 * n)).into_owned();
-    let roots = a.complex_eigenvalues();
+    let roots = eigenvalues(&a);
     let turning = roots.iter().map(|root| root.im);
     turning.filter(|&im| im > 1e-3).collect()
 }

@@ -317,6 +317,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                     self.keep(s, None, record);
                 }
                 self.arrive(s);
+                if IS_HELD {
+                    // What steps left of gaps and speeds that are none is no motion.
+                    self.settle(&self.holding.clone())?;
+                }
                 self.look_on_arrival()?;
                 break Arrival::Contact { stop };
             }

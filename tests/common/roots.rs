@@ -1,0 +1,24 @@
+//! Eigenvalues of a small matrix, which the search of nalgebra's Schur form alone finds for nearly all of them and seeks for ever for
+//! the others.
+
+use nalgebra::linalg::Schur;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// Rounds of the search, far more than it takes where it comes to an end.
+const MOST_ROUNDS: usize = 10_000;
+
+/// The eigenvalues of a matrix, to a few digits less where those of the matrix itself are not found.
+pub fn eigenvalues(matrix: &DMatrix<f64>) -> DVector<Complex<f64>> {
+    let size = matrix.amax();
+    (0..10)
+        .find_map(|k| {
+            // The search runs in a circle on few matrices, and not on those next to them.
+            let aside =
+                |i: usize, j: usize| 1e-15 * size * f64::from(k) * ((i + 2 * j) as f64).sin();
+            let near = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+                matrix[(i, j)] + aside(i, j)
+            });
+            Schur::try_new(near, f64::EPSILON, MOST_ROUNDS).map(|s| s.complex_eigenvalues())
+        })
+        .expect("eigenvalues of one of ten neighbours")
+}
