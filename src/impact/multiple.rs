@@ -39,7 +39,8 @@ pub struct ResolvedImpacts {
 /// ```
 ///
 /// stops that are opening take no part. Where the result closes one of those, the law is applied again to what is then
-/// closing or in sustained contact; after 100 such rounds once more to all stops, with e = 0, which always ends it. An
+/// closing or in sustained contact; after 100 such rounds, or where stops that face each other cannot all be left as fast as
+/// the law asks, once more to all stops, with e = 0, which ends it. An
 /// opening speed within `slack` (k,), at least 0, of zero is zero: what the caller knows about the rounding of
 /// `n_i . v`, say `1e-14 sum |n_i| |v_i|`.
 ///
@@ -83,7 +84,10 @@ pub fn resolve_impacts(
     let mut rounds = 0;
     while state.is_closing() && rounds < MAX_ROUNDS {
         let entering: Vec<usize> = (0..k).filter(|&i| !state.is_opening(i)).collect();
-        let has_pushed = state.apply(delassus, restitutions, &entering)?;
+        // Stops that face each other without room cannot both be left at the speeds that they ask for.
+        let Ok(has_pushed) = state.apply(delassus, restitutions, &entering) else {
+            break;
+        };
         rounds += 1;
         if !has_pushed {
             state.rest();

@@ -227,8 +227,12 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             .sum()
     }
 
-    fn jerk(&self, stop: usize) -> Result<f64> {
-        Ok(self.gap(stop).jerk)
+    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
+        if held.is_empty() {
+            Ok(self.gap(stop).jerk)
+        } else {
+            self.jerk_beside(stop, held)
+        }
     }
 
     fn acceleration_size(&self, stop: usize) -> f64 {

@@ -84,8 +84,8 @@ pub(crate) trait Mover {
     fn extent(&self, stop: usize) -> f64;
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
-    /// The third derivative of a gap under free motion.
-    fn jerk(&self, stop: usize) -> Result<f64>;
+    /// The third derivative of a gap while some stops are held.
+    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64>;
     /// Size of the terms of the acceleration of a gap.
     fn acceleration_size(&self, stop: usize) -> f64;
     /// Operations that a flight of few steps is, in the units of a watch.

@@ -303,18 +303,26 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         size.unwrap_or(0.0)
     }
 
-    fn jerk(&self, stop: usize) -> Result<f64> {
+    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
+        let motion = self.motion_with(held.to_vec());
         let step = SHORT * self.slow_time();
+        let n = self.n();
+        let bend = |x: &[f64], clock: Clock| -> Result<_> {
+            let (q, v) = x.split_at(n);
+            let mut a = vec![0.0; n];
+            motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
+            let gap = self.contacts[stop].surface.along(q, v, &a, step)?;
+            Ok((a, gap.acceleration))
+        };
+        let (a, now) = bend(self.x.slice(), self.clock)?;
         let mut ahead = self.x.clone();
-        for (x, rate) in (ahead.slice_mut().iter_mut()).zip(self.stepper.start_rate().slice()) {
-            *x += step * rate;
+        let (q, v) = ahead.slice_mut().split_at_mut(n);
+        for i in 0..n {
+            q[i] += step * (v[i] + 0.5 * step * a[i]);
+            v[i] += step * a[i];
         }
-        let (q, v) = ahead.slice().split_at(self.n());
-        let mut a = vec![0.0; q.len()];
-        let at = self.moment_at(self.clock.after(step));
-        self.dynamics.acceleration(at, q, v, &mut a)?;
-        let there = self.contacts[stop].surface.along(q, v, &a, step)?;
-        Ok((there.acceleration - self.gaps[stop].acceleration) / step)
+        let (_, then) = bend(ahead.slice(), self.clock.after(step))?;
+        Ok((then - now) / step)
     }
 
     fn acceleration_size(&self, stop: usize) -> f64 {

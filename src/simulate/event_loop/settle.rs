@@ -8,8 +8,11 @@ use crate::impact::{ContactForce, Release, contact_forces};
 use crate::simulate::mover::Mover;
 use nalgebra::{DMatrix, DVector};
 
-/// Acceleration of a gap, relative to the largest in contact, that the rounding of the time of a release may leave of none.
+/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
 const RELEASED: f64 = 1e-9;
+
+/// Third derivatives of gaps below this part of the largest are zero: steps know them by differences.
+const STEADY: f64 = 1e-6;
 
 /// Singular values of a Delassus matrix below this part of its largest entry are zero: normals depend on each other.
 const DEPENDENT: f64 = 1e-12;
@@ -35,7 +38,7 @@ impl EventLoop {
         if resting.is_empty() && before.is_empty() {
             return Ok(Ok(()));
         }
-        if let Err(unresolved) = self.hold_or_open(mover, &resting)? {
+        if let Err(unresolved) = self.hold_or_open(mover, &resting, None)? {
             return Ok(Err(unresolved));
         }
         let held = self.held.clone();
@@ -43,40 +46,20 @@ impl EventLoop {
         Ok(Ok(()))
     }
 
-    /// A stop held whose force fell through zero: it opens with gap, speed and acceleration zero. The others in contact at rest are
-    /// judged anew: a stop that faces it may take over, and if one of them opens with it, its gap has an acceleration, and it may
-    /// be held after all.
+    /// A stop held whose force fell through zero. With it, all that rest in contact are judged anew: a stop that faces it may take
+    /// over, and if others open with it, it may be held after all.
     #[cold]
     pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
-        let all = std::mem::take(&mut self.held);
+        let before = std::mem::take(&mut self.held);
         let rests = |other: &usize| {
-            all.contains(other) || (self.is_closed(mover, *other) && self.is_still(mover, *other))
+            before.contains(other)
+                || (self.is_closed(mover, *other) && self.is_still(mover, *other))
         };
-        let others = (0..mover.n_stops()).filter(|other| *other != stop);
-        let others: Vec<usize> = others.filter(rests).collect();
+        let resting: Vec<usize> = (0..mover.n_stops()).filter(rests).collect();
         self.still.clear();
         self.starts.fill(0);
-        if let Err(unresolved) = self.hold_or_open(mover, &others)? {
+        if let Err(unresolved) = self.hold_or_open(mover, &resting, Some(stop))? {
             return Ok(Err(unresolved));
-        }
-        let acceleration = self.drawn(mover, stop, &self.held)?;
-        let rounding = if self.held == others {
-            f64::INFINITY
-        } else {
-            let pulls = all.iter().map(|&stop| mover.gap(stop).acceleration.abs());
-            (RELEASED * pulls.fold(0.0, f64::max)).max(self.unknown_pull(mover, stop))
-        };
-        // Where holding it alone made the force pull, damping having pushed before, free motion draws it away as well.
-        let is_drawn = self.held.is_empty() && acceleration > 0.0 && mover.jerk(stop)? < 0.0;
-        if acceleration < -rounding {
-            self.held.clear();
-            self.starts.fill(0);
-            if let Err(unresolved) = self.hold_or_open(mover, &all)? {
-                return Ok(Err(unresolved));
-            }
-        } else {
-            let is_drawn = is_drawn || acceleration > rounding;
-            self.starts[stop] = if is_drawn { 2 } else { 3 };
         }
         let held = self.held.clone();
         mover.hold(&held)?;
@@ -89,32 +72,82 @@ impl EventLoop {
         self.still.contains(&stop) || speed.abs() <= ROUNDING * mover.speed_size(stop)
     }
 
-    /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level).
-    fn hold_or_open<M: Mover + ?Sized>(&mut self, mover: &M, resting: &[usize]) -> Resolved {
+    /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); the contact
+    /// force of one, which is `released`, falls through zero.
+    fn hold_or_open<M: Mover + ?Sized>(
+        &mut self,
+        mover: &mut M,
+        resting: &[usize],
+        released: Option<usize>,
+    ) -> Resolved {
         if resting.is_empty() {
             return Ok(Ok(()));
         }
-        let Some(forces) = self.holding_forces(mover, resting, &mover.delassus(resting)?) else {
+        let delassus = mover.delassus(resting)?;
+        let Some(forces) = self.holding_forces(mover, resting, &delassus) else {
             let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
-        // The third derivative is that of free motion: beside forces, which change too, it says nothing.
-        let is_free = forces.iter().all(|f| f.release != Release::Stays);
-        let delassus = mover.delassus(resting)?;
-        let stays = |i: &usize| forces[*i].release == Release::Stays;
-        let stays: Vec<usize> = (0..resting.len()).filter(stays).collect();
+        let sizes = resting.iter().map(|&stop| mover.acceleration_size(stop));
+        let allowed = RELEASED * sizes.fold(0.0, f64::max);
+        let (mut held, mut undecided) = (Vec::new(), Vec::new());
         for (i, (&stop, force)) in resting.iter().zip(&forces).enumerate() {
+            let left = (delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
+                _ if released == Some(stop) && left <= allowed => undecided.push(i),
+                Release::Stays => held.push(i),
                 Release::Leaves => self.starts[stop] = 2,
-                Release::Undecided if is_free && mover.jerk(stop)? > 0.0 => {
-                    self.starts[stop] = 3;
-                }
-                // It carries nothing, and the others leave its gap no motion: it faces one of them.
-                Release::Undecided if is_bound(&delassus, &stays, i) => self.starts[stop] = 3,
-                Release::Stays | Release::Undecided => self.held.push(stop),
+                Release::Undecided => undecided.push(i),
             }
         }
+        self.decide(mover, resting, &delassus, (held, undecided), released)?;
         Ok(Ok(()))
+    }
+
+    /// Of contacts that neither push nor open, those that begin to push are held, the others open: the same law for the third
+    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held. Contacts are places in `resting`.
+    fn decide<M: Mover + ?Sized>(
+        &mut self,
+        mover: &mut M,
+        resting: &[usize],
+        delassus: &DMatrix<f64>,
+        (mut held, undecided): (Vec<usize>, Vec<usize>),
+        released: Option<usize>,
+    ) -> Result<()> {
+        let beside: Vec<usize> = held.iter().map(|&i| resting[i]).collect();
+        // One that faces those held, or stands at their place, has a gap that stays as it is.
+        let (bound, free): (Vec<usize>, Vec<usize>) = undecided
+            .into_iter()
+            .partition(|&i| is_bound(delassus, &held, i));
+        let mut opening = bound;
+        if !free.is_empty() {
+            let jerks: Vec<f64> = free
+                .iter()
+                .map(|&i| mover.jerk(resting[i], &beside))
+                .collect::<Result<_>>()?;
+            let jerks = DVector::from_vec(jerks);
+            let slack = DVector::from_element(free.len(), STEADY * jerks.amax());
+            let reduced = reduced(delassus, &held, &free);
+            let rates = contact_forces(&reduced, &jerks, &slack).ok();
+            let mut steady = Vec::new();
+            for (k, &i) in free.iter().enumerate() {
+                match rates.as_ref().map(|rates| rates[k].release) {
+                    Some(Release::Stays) => held.push(i),
+                    Some(Release::Leaves) => opening.push(i),
+                    _ => steady.push(i),
+                }
+            }
+            for i in steady {
+                let opens = released == Some(resting[i]) || is_bound(delassus, &held, i);
+                if opens { &mut opening } else { &mut held }.push(i);
+            }
+        }
+        for i in opening {
+            self.starts[resting[i]] = 3;
+        }
+        self.held = held.into_iter().map(|i| resting[i]).collect();
+        self.held.sort_unstable();
+        Ok(())
     }
 
     /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
@@ -167,15 +200,22 @@ impl EventLoop {
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
 fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
+    let moves = reduced(delassus, held, &[contact])[(0, 0)];
+    !held.is_empty() && moves <= DEPENDENT * delassus[(contact, contact)]
+}
+
+/// The Delassus matrix of some contacts while others are held.
+fn reduced(delassus: &DMatrix<f64>, held: &[usize], contacts: &[usize]) -> DMatrix<f64> {
+    let part =
+        |rows: &[usize], columns: &[usize]| delassus.select_rows(rows).select_columns(columns);
+    let own = part(contacts, contacts);
     if held.is_empty() {
-        return false;
+        return own;
     }
-    let among = delassus.select_rows(held).select_columns(held);
-    let (row, column) = (delassus.row(contact), delassus.column(contact));
-    let moves = |inverse: DMatrix<f64>| {
-        let across = row.select_columns(held) * inverse * column.select_rows(held);
-        delassus[(contact, contact)] - across.sum()
-    };
-    let inverse = among.clone().pseudo_inverse(DEPENDENT * among.amax());
-    inverse.is_ok_and(|inverse| moves(inverse) <= DEPENDENT * delassus[(contact, contact)])
+    let among = part(held, held);
+    let allowed = DEPENDENT * among.amax();
+    match among.pseudo_inverse(allowed) {
+        Ok(inverse) => own - part(contacts, held) * inverse * part(held, contacts),
+        Err(_) => own,
+    }
 }

@@ -5,7 +5,7 @@ use super::{ExactMover, is_within};
 use crate::contact::next::{Next, Search};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
-use crate::flow::{GapRow, LinearFlow, StuckMotion, with_flow};
+use crate::flow::{GapRow, LinearFlow, Quantity, StuckMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
@@ -49,6 +49,18 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         Ok(motion)
     }
 
+    /// The third derivative of a gap while some stops are held.
+    pub(super) fn jerk_beside(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
+        let motion = self.motion_of(held)?;
+        let Some(gap) = &motion.gaps[stop] else {
+            return Ok(0.0);
+        };
+        let (q, v) = self.settled(held)?;
+        let (whole, angle) = (motion.reduce(&q, &v), self.angle(self.clock));
+        let jet = with_flow!(&motion.flow, flow => jet_of(flow, gap, &whole, angle));
+        Ok(6.0 * jet.c[3])
+    }
+
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
     #[cold]
     pub(super) fn fly_held(
@@ -86,6 +98,14 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             Some((Event::Contact(stop), _)) => Arrival::Contact { stop },
         })
     }
+}
+
+/// The jet of a quantity of a motion.
+fn jet_of<H: LinearFlow>(flow: &H, quantity: &Quantity, whole: &[Pair], angle: f64) -> Jet {
+    let (mut state, mut derivatives) = (Vec::new(), Vec::new());
+    flow.enter(whole, angle, &mut state);
+    flow.derivatives(&state, &mut derivatives);
+    flow.gap_row(quantity).jet(&derivatives)
 }
 
 /// A motion with stops held, from where it begins.

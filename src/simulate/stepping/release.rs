@@ -28,11 +28,16 @@ pub(super) enum Release {
 impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     /// The motion while the stops of `holding` are held.
     pub(super) fn held_motion(&self) -> HeldMotion<'a, D> {
+        self.motion_with(self.holding.clone())
+    }
+
+    /// The motion while some stops are held.
+    pub(super) fn motion_with(&self, stops: Vec<usize>) -> HeldMotion<'a, D> {
         HeldMotion {
             dynamics: self.dynamics,
             system: self.scene.system(),
             contacts: Arc::clone(&self.contacts),
-            stops: self.holding.clone(),
+            stops,
         }
     }
 
