@@ -7,7 +7,8 @@ use crate::model::stop::WallSide;
 use crate::model::{Constraint, NonlinearStop, Reaction, Scene, Side, System};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values of a Delassus matrix below this, relative to its largest entry, are zero: the normals are dependent.
+/// Singular values of normals or of a Delassus matrix below this, relative to the largest entry, are zero: the normals are
+/// dependent.
 const DEPENDENT_TOL: f64 = 1e-12;
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
 /// On a step it enters the gap with the weight `step^2/60`; rounding of the gradient then amounts to `1e5/60` units in the last
@@ -46,6 +47,31 @@ pub(crate) struct GapValue {
 }
 
 impl Surface {
+    /// Whether its gap cannot change while those of some others do not: a plane whose normal depends on theirs, a wall before the
+    /// same bob. Of curved gaps nobody knows.
+    pub fn is_bound_by(&self, others: &[&Self]) -> Result<bool> {
+        match self {
+            Self::Plane { normal, .. } => {
+                let normals: Vec<_> = (others.iter())
+                    .filter_map(|other| match other {
+                        Self::Plane { normal, .. } => Some(normal.transpose()),
+                        _ => None,
+                    })
+                    .collect();
+                if normals.is_empty() {
+                    return Ok(false);
+                }
+                let rows = DMatrix::from_rows(&normals);
+                let none = DVector::zeros(rows.nrows());
+                let free = rank::solve(&rows, &none, DEPENDENT_TOL * rows.amax())?.null_space;
+                Ok(free.tr_mul(normal).norm() <= DEPENDENT_TOL * normal.norm())
+            }
+            Self::Wall { lengths, .. } => Ok((others.iter())
+                .any(|other| matches!(other, Self::Wall { lengths: l, .. } if l == lengths))),
+            Self::Nonlinear(_) => Ok(false),
+        }
+    }
+
     /// The gap along a motion, `h'' = -n.a + kappa`; `step` is a time over which the motion changes little.
     ///
     /// # Errors

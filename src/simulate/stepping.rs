@@ -22,7 +22,7 @@ use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
 use crate::flow::step_size::Controller;
 use crate::impact::wrapped;
 use crate::model::{
-    Constraint, Contact, Dynamics, GapValue, Moment, Scene, System, acceleration_terms,
+    Constraint, Contact, Dynamics, GapValue, Moment, Scene, Surface, System, acceleration_terms,
     are_coupled, contacts,
 };
 use crate::quantity::positive_part;
@@ -59,6 +59,8 @@ pub(crate) struct StepMover<'a, S, D, F> {
     contacts: Arc<Vec<Contact>>,
     /// The stops held, none in free motion.
     holding: Vec<usize>,
+    /// Whether each stop stays as far away as it is while these are held: they themselves, and those whose gaps depend on theirs.
+    is_bound: Vec<bool>,
     /// The largest contact force of each since it is held.
     pressed: Vec<f64>,
     frequency: f64,
@@ -100,6 +102,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             ahead: none,
             contacts,
             holding: Vec::new(),
+            is_bound: Vec::new(),
             pressed: Vec::new(),
             frequency,
             phase: scene.forcing().phase(),
@@ -437,6 +440,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         self.pressed.resize(stops.len(), 0.0);
         if !stops.is_empty() {
             self.settle(stops)?;
+            let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
+            let is_bound = (0..self.contacts.len()).map(|stop| {
+                Ok(stops.contains(&stop) || self.contacts[stop].surface.is_bound_by(&held)?)
+            });
+            self.is_bound = is_bound.collect::<Result<_>>()?;
         }
         self.look()
     }

@@ -60,7 +60,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let mut first = Found::Nothing;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
-            if IS_HELD && self.holding.contains(&stop) {
+            if IS_HELD && self.is_bound[stop] {
                 continue;
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
