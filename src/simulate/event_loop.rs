@@ -233,7 +233,7 @@ impl EventLoop {
     /// its speed.
     fn closes<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
         let speed = mover.gap(stop).speed;
-        speed < 0.0 && speed < -ROUNDING * mover.speed_size(stop) && !self.held.contains(&stop)
+        speed < 0.0 && speed < -least_speed(mover, stop) && !self.held.contains(&stop)
     }
 
     /// Whether so many events without an impact fell on one instant that there will be no end of them.
@@ -329,6 +329,14 @@ impl EventLoop {
         }
         Ok(true)
     }
+}
+
+/// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion
+/// would close by its acceleration.
+fn least_speed<M: Mover + ?Sized>(mover: &M, stop: usize) -> f64 {
+    let state = mover.gap(stop);
+    let fall = (2.0 * state.acceleration.abs() * state.size).sqrt();
+    ROUNDING * mover.speed_size(stop).max(fall)
 }
 
 impl Unresolved {

@@ -63,6 +63,11 @@ impl StopCase {
         let sign = if self.lower { -1.0 } else { 1.0 };
         self.normal.iter().map(|x| sign * x).collect()
     }
+
+    pub fn gap(&self, q: &[f64]) -> f64 {
+        let n = self.outward();
+        self.clearance - n.iter().zip(q).map(|(n, q)| n * q).sum::<f64>()
+    }
 }
 
 impl Case {

@@ -92,13 +92,23 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     let hits = (&my_hits[..], &their_hits[..]);
     let drifts = compare_hits(case, reference, hits, until, &completed, &mut first);
     let has_chatter = !theirs.chatters.is_empty();
+    let stays_closed = |stop: usize, from: f64, to: f64| {
+        let reach: f64 = case.stops[stop].normal.iter().map(|n| n.abs()).sum();
+        let size = case.stops[stop].clearance.abs() + reach * reference.q_unit;
+        let allowed = 1e2 * (counting.gap_rounding(stop) / size).max(1e-14) * size;
+        (0..=20).all(|k| {
+            let t = case.span.0 + from + (to - from) * f64::from(k) / 20.0;
+            let state = run.state(t.min(run.span().1), ImpactSide::After);
+            state.is_ok_and(|(q, _)| case.stops[stop].gap(q.as_slice()).abs() <= allowed)
+        })
+    };
     compare_sticks(
         case,
         reference,
         &theirs.sticks,
         until,
-        slack,
-        has_chatter,
+        (slack, has_chatter),
+        &stays_closed,
         &mut first,
     );
     for (k, &t) in reference.times.iter().enumerate() {

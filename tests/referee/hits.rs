@@ -41,7 +41,7 @@ impl Counting<'_> {
     }
 
     /// To what a gap is known.
-    fn gap_rounding(&self, stop: usize) -> f64 {
+    pub fn gap_rounding(&self, stop: usize) -> f64 {
         let relative = if self.case.method == Method::Exact {
             GAP_ROUNDING
         } else {

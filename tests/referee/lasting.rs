@@ -122,8 +122,8 @@ pub fn compare_sticks(
     reference: &Reference,
     theirs: &[Stretch],
     until: f64,
-    slack: f64,
-    has_chatter: bool,
+    (slack, has_chatter): (f64, bool),
+    stays_closed: &dyn Fn(usize, f64, f64) -> bool,
     first: &mut First,
 ) {
     let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, reference.model.rate);
@@ -151,7 +151,10 @@ pub fn compare_sticks(
             let is_mine = start(a) <= start(b);
             // One that is hardly longer than what counts at all may be shorter than that in the other run.
             let one = if is_mine { a } else { b }.expect("the earlier one");
-            if one.end - one.start < 1e4 * slack {
+            // Which of dependent stops are held where nothing moves is nobody's.
+            let is_label = one.stop < case.stops.len()
+                && stays_closed(one.stop, one.start, one.end.min(until));
+            if is_label || one.end - one.start < 1e4 * slack {
                 (k, j) = if is_mine { (k + 1, j) } else { (k, j + 1) };
                 continue;
             }
@@ -187,7 +190,9 @@ pub fn compare_sticks(
         if (a.start - b.start).abs() > allowed(&|s| s.start) + early {
             return first.report(a.start, "start of lasting contact", &details);
         }
-        if (a.end - b.end).abs() > allowed(&|s| s.end) && a.end.min(b.end) < until {
+        let (sooner, later) = (a.end.min(b.end), a.end.max(b.end).min(until));
+        let differs = later - sooner > allowed(&|s| s.end);
+        if differs && !stays_closed(a.stop, sooner, later) {
             return first.report(a.end.min(b.end), "end of lasting contact", &details);
         }
         (k, j) = (k + 1, j + 1);

@@ -1,7 +1,7 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
 //! others open (theory 9, at acceleration level).
 
-use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved};
+use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
@@ -69,7 +69,7 @@ impl EventLoop {
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
     fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
         let speed = mover.gap(stop).speed;
-        self.still.contains(&stop) || speed.abs() <= ROUNDING * mover.speed_size(stop)
+        self.still.contains(&stop) || speed.abs() <= least_speed(mover, stop)
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); the contact

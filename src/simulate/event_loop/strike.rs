@@ -1,6 +1,6 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9).
 
-use super::{EventLoop, RATIO_TOL, Resolved, Unresolved};
+use super::{EventLoop, RATIO_TOL, Resolved, Unresolved, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{Impact, resolve_impacts};
@@ -120,7 +120,7 @@ impl EventLoop {
                 mover.gap(stop).speed
             }
         });
-        let slack = each(&|stop| ROUNDING * mover.speed_size(stop));
+        let slack = each(&|stop| least_speed(mover, stop));
         let delassus = mover.delassus(&stops)?;
         let Ok(resolved) = resolve_impacts(&delassus, restitutions, &speeds, &slack) else {
             let reason = format!("no impulses that push resolve the contacts {stops:?}: a jam");
