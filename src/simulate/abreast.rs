@@ -133,7 +133,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
     ) -> Result<Option<Ending>> {
         let Run { mover, events, .. } = &mut self.run;
         mover.start(q0, v0, t0);
-        events.start(mover.taken(), t0, &mut self.record)
+        events.start(mover.taken(), (q0, v0, t0), &mut self.record)
     }
 
     /// Begins the m-th series for the next step of a free flight; goes through one with stops held. The end of the run, if it

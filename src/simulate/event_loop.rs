@@ -11,11 +11,14 @@ use crate::simulate::mover::{Arrival, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{SimulateOptions, Stats, Status};
 use crate::watch::Watch;
+use nalgebra::DVector;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
 /// Roundings of the time of a flight, in which a gap moves on by its speed.
 const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Roundings of a gap or a speed at the start.
+const GIVEN_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Events at one instant, without an impact, after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
@@ -99,7 +102,7 @@ impl EventLoop {
     pub fn start<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
-        t0: f64,
+        (q0, v0, t0): (&DVector<f64>, &DVector<f64>, f64),
         record: &mut Record,
     ) -> Result<Option<Ending>> {
         self.stats = Stats::default();
@@ -115,7 +118,7 @@ impl EventLoop {
         self.approaches.resize(mover.n_stops(), 0.0);
         self.departure = None;
         self.events_at = (t0, 0, 0);
-        let begun = self.begin(mover, record)?;
+        let begun = self.begin(mover, (q0, v0), record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
     }
 
@@ -196,7 +199,12 @@ impl EventLoop {
     }
 
     /// The start: contacts there are judged by the sign of their velocity.
-    fn begin<M: Mover + ?Sized>(&mut self, mover: &mut M, record: &mut Record) -> Resolved {
+    fn begin<M: Mover + ?Sized>(
+        &mut self,
+        mover: &mut M,
+        (q0, v0): (&DVector<f64>, &DVector<f64>),
+        record: &mut Record,
+    ) -> Resolved {
         mover.look()?;
         self.touching.clear();
         for stop in 0..mover.n_stops() {
@@ -210,9 +218,15 @@ impl EventLoop {
                 );
                 return Err(Error::bad_value("q0", value, rule));
             }
-            // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
-            if self.is_closed(mover, stop) {
+            // What is zero as it was given is zero, whatever the mover's own numbers make of it. A gap that is open, however
+            // little, is flown through: a run cut just before a contact goes on as one.
+            let given = mover.placed(stop, q0, v0)?;
+            let is_zero = |(value, size): (f64, f64)| value.abs() <= GIVEN_ROUNDING * size;
+            if is_zero(given.gap) || self.is_closed(mover, stop) {
                 self.touching.push(stop);
+                if is_zero(given.speed) {
+                    self.still.push(stop);
+                }
             }
         }
         // A start inside a stop, as far as tolerances allow, is one on it.
@@ -233,7 +247,10 @@ impl EventLoop {
     /// its speed.
     fn closes<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
         let speed = mover.gap(stop).speed;
-        speed < 0.0 && speed < -least_speed(mover, stop) && !self.held.contains(&stop)
+        speed < 0.0
+            && speed < -least_speed(mover, stop)
+            && !self.held.contains(&stop)
+            && !self.still.contains(&stop)
     }
 
     /// Whether so many events without an impact fell on one instant that there will be no end of them.
@@ -262,6 +279,7 @@ impl EventLoop {
         record: &mut Record,
     ) -> Resolved {
         self.touching.clear();
+        self.still.clear();
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
             if stop == reached || self.is_closed(mover, stop) {

@@ -13,7 +13,7 @@ use crate::model::acceleration_terms;
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
-use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover};
+use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
@@ -233,6 +233,18 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         } else {
             self.jerk_beside(stop, held)
         }
+    }
+
+    fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {
+        let g = &self.scene.geometry;
+        let (normal, clearance) = (g.normals.column(stop), g.clearances[stop]);
+        Ok(Placed {
+            gap: (
+                clearance - normal.dot(q),
+                clearance.abs() + normal.abs().dot(&q.abs()),
+            ),
+            speed: (-normal.dot(v), normal.abs().dot(&v.abs())),
+        })
     }
 
     fn acceleration_size(&self, stop: usize) -> f64 {

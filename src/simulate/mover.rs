@@ -24,6 +24,13 @@ pub(crate) struct GapState {
     pub size: f64,
 }
 
+/// A gap and its speed, each with the size of its terms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed {
+    pub gap: (f64, f64),
+    pub speed: (f64, f64),
+}
+
 /// How a flight ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Arrival {
@@ -86,6 +93,8 @@ pub(crate) trait Mover {
     fn speed_size(&self, stop: usize) -> f64;
     /// The third derivative of a gap while some stops are held.
     fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64>;
+    /// A gap and its speed at a position and velocity, before the rounding of the mover's own state.
+    fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed>;
     /// Size of the terms of the acceleration of a gap.
     fn acceleration_size(&self, stop: usize) -> f64;
     /// Operations that a flight of few steps is, in the units of a watch.

@@ -308,7 +308,7 @@ impl<'a, M: Looped> Run<'a, M> {
         let mut record = Record::new(options, *n_dof);
         let mover = mover.taken();
         mover.start(q0, v0, t_span.0);
-        let ending = match events.start(mover, t_span.0, &mut record)? {
+        let ending = match events.start(mover, (q0, v0, t_span.0), &mut record)? {
             Some(ending) => ending,
             None => events.go_on(mover, t_span.1, options, &mut record, observer)?,
         };

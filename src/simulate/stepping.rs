@@ -28,7 +28,7 @@ use crate::model::{
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
-use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover};
+use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use crate::simulate::{Keep, SimulateOptions, Stats};
@@ -326,6 +326,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         }
         let (_, then) = bend(ahead.slice(), self.clock.after(step))?;
         Ok((then - now) / step)
+    }
+
+    fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {
+        let (surface, q, v) = (&self.contacts[stop].surface, q.as_slice(), v.as_slice());
+        let value = surface.along(q, v, v, 0.0)?;
+        Ok(Placed {
+            gap: (value.gap, value.size),
+            speed: (value.speed, surface.speed_size(q, v)?),
+        })
     }
 
     fn acceleration_size(&self, stop: usize) -> f64 {

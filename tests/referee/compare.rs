@@ -7,7 +7,7 @@ use crate::hits::Drift;
 use crate::invariants;
 use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
-use crate::record::{Hit, Record};
+use crate::record::{Hit, Record, Stretch};
 use crate::reference::{Reference, allowance, reference};
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -90,7 +90,15 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
         20.0 * case.rtol.max(1e-14) * count as f64
     };
     let hits = (&my_hits[..], &their_hits[..]);
-    let drifts = compare_hits(case, reference, hits, until, &completed, &mut first);
+    let ends = [chatters.concat(), sticks.concat()].concat();
+    let (drifts, until) = compare_hits(
+        case,
+        reference,
+        hits,
+        (until, &ends),
+        &completed,
+        &mut first,
+    );
     let has_chatter = !theirs.chatters.is_empty();
     let stays_closed = |stop: usize, from: f64, to: f64| {
         let reach: f64 = case.stops[stop].normal.iter().map(|n| n.abs()).sum();
@@ -150,10 +158,10 @@ fn compare_hits(
     case: &Case,
     reference: &Reference,
     (mine, theirs): (&[Hit], &[Hit]),
-    until: f64,
+    (until, ends): (f64, &[Stretch]),
     completed: &dyn Fn(f64) -> f64,
     first: &mut First,
-) -> Vec<(f64, f64)> {
+) -> (Vec<(f64, f64)>, f64) {
     let main = &reference.main;
     let (counting, rate) = (reference.counting(case), reference.model.rate);
     let mut drift = Drift::new(case.stops.len());
@@ -168,6 +176,7 @@ fn compare_hits(
         .collect();
     let normal_size = |stop: usize| case.stops[stop].normal.iter().map(|x| x.abs()).sum::<f64>();
     let (mut i, mut j) = (0, 0);
+    let mut known = 0.0;
     while i < mine.len() || j < theirs.len() {
         let (a, b) = (mine.get(i), theirs.get(j));
         let time = |h: Option<&Hit>| h.map_or(f64::INFINITY, |h| h.time.to_f64());
@@ -188,12 +197,14 @@ fn compare_hits(
                 .fold(0.0, f64::max)
         };
         let is_same = a.zip(b).is_some_and(|(a, b)| a.stop == b.stop)
-            && apart < 1e-3 / rate + 1e2 * aside(&|h| h.time.to_f64()) + counting.tick();
+            && apart < 1e-3 / rate + 1e2 * aside(&|h| h.time.to_f64()) + counting.tick() + known;
         let details = || format!("impact {i}: referee {}, library {}", show(a), show(b));
         if !is_same {
             let is_mine = time(a) <= time(b);
             let hit = if is_mine { a } else { b }.expect("the earlier one");
-            if hit.approach < 10.0 * counting.speed_floor(hit.stop) {
+            if hit.approach < 10.0 * counting.speed_floor(hit.stop)
+                || counting.may_be_completed(hit, ends)
+            {
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
             }
@@ -206,6 +217,12 @@ fn compare_hits(
             let margin = 20.0
                 * (case.atol * normal_size(hit.stop)
                     + case.rtol.clamp(1e-15, 1e-9) * normal_size(hit.stop) * main.q_size);
+            // A dip so shallow is one of the errors of the motion.
+            let size =
+                case.stops[hit.stop].clearance.abs() + normal_size(hit.stop) * reference.q_unit;
+            if hit.curvature > 0.0 && depth < allowance(case).base * size {
+                return (drifts, hit.time.to_f64());
+            }
             let what = if is_mine { "missed" } else { "extra" };
             let shallow = if depth < margin { ", shallow" } else { "" };
             let class = format!("impact {what}{shallow}");
@@ -214,6 +231,7 @@ fn compare_hits(
         }
         let (a, b) = (a.expect("same"), b.expect("same"));
         let (late, fast) = drift.next(&counting, a, i.checked_sub(1).map(|k| &mine[k]));
+        known = 10.0 * late;
         let base = allowance(case).base + completed(a.time.to_f64());
         recent.push_back([
             aside(&|h| h.approach),
@@ -257,7 +275,7 @@ fn compare_hits(
         drifts.push((time, 4.0 * fast));
         (i, j) = (i + 1, j + 1);
     }
-    drifts
+    (drifts, until)
 }
 
 fn show(hit: Option<&Hit>) -> String {

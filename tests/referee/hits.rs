@@ -70,14 +70,27 @@ impl Counting<'_> {
 
     /// How long the rest of a geometric series of impacts takes that may be completed here.
     pub fn rest(&self, hit: &Hit) -> Option<f64> {
+        self.rest_within(hit, COMPLETED)
+    }
+
+    /// Whether an impact belongs to the end of a series, as far as anybody knows: the other run may have completed it before.
+    pub fn may_be_completed(&self, hit: &Hit, ends: &[Stretch]) -> bool {
+        self.rest_within(hit, 10.0 * COMPLETED).is_some_and(|rest| {
+            let time = hit.time.to_f64();
+            let around = 3.0 * rest + self.slack() + self.time_rounding(hit);
+            (ends.iter()).any(|end| end.stop == hit.stop && (end.start - time).abs() < around)
+        })
+    }
+
+    fn rest_within(&self, hit: &Hit, factor: f64) -> Option<f64> {
         let e = hit.departure / hit.approach;
         let a = hit.curvature.abs();
         if e >= 1.0 || a == 0.0 || !a.is_finite() {
             return None;
         }
         let residual = 2.0 * e * hit.approach.powi(2) / ((1.0 - e) * a);
-        let limit = COMPLETED * self.case.rtol.max(LOW) * self.size(hit.stop);
-        let is_low = 0.5 * hit.departure.powi(2) / a <= COMPLETED * LOW * self.size(hit.stop);
+        let limit = factor * self.case.rtol.max(LOW) * self.size(hit.stop);
+        let is_low = 0.5 * hit.departure.powi(2) / a <= factor * LOW * self.size(hit.stop);
         (residual <= limit || is_low).then_some(2.0 * hit.departure / ((1.0 - e) * a))
     }
 
@@ -95,9 +108,9 @@ impl Counting<'_> {
         for hit in hits {
             let time = hit.time.to_f64();
             let near = slack + self.time_rounding(hit);
-            // What is known of the time of an end is a small part of its length.
+            // The end is known to a part of the length: the acceleration may fall meanwhile.
             let is_inside = chatters.iter().copied().flatten().any(|c| {
-                let (sooner, later) = (0.02 * (c.end - c.start), 0.1 * (c.end - c.start));
+                let (sooner, later) = (0.02 * (c.end - c.start), c.end - c.start);
                 c.stop == hit.stop && time > c.start - sooner - near && time < c.end + later + near
             });
             let begins = chatters.iter().chain(sticks).copied().flatten().any(|c| {

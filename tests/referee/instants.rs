@@ -55,6 +55,7 @@ impl Run<'_> {
 
     /// Another stop that closes at practically this place, and depends on this one: which is hit is one of rounding.
     pub fn near_place(&mut self, stop: usize) {
+        let terms = self.roughness.map_or(0.0, |r| r.terms);
         let g = &self.model.delassus;
         let is_near = (0..self.contacts.len()).any(|j| {
             let gap = self.model.gap(j, &self.x).to_f64();
@@ -63,7 +64,7 @@ impl Run<'_> {
                 && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
                 && self.model.opening(j, &self.x) < Dd::ZERO
                 && gap.abs() > CLOSED * self.size(j)
-                && gap < 1e-13 * self.size(j)
+                && gap < 1e-13 * self.size(j).max(self.record.q_size + terms)
         });
         if is_near {
             self.doubt("two stops at almost one place");
@@ -72,6 +73,9 @@ impl Run<'_> {
 
     /// Impulses of the stops in contact, then what stays in contact.
     pub fn strike(&mut self, touching: &[usize]) {
+        if self.model.reactions_differ(touching) {
+            self.doubt("stops that depend on each other push in different directions");
+        }
         let part: Vec<Vec<Dd>> = touching
             .iter()
             .map(|&i| {
@@ -194,6 +198,9 @@ impl Run<'_> {
 
     /// Which of the stops in contact with no normal speed stay, by the signs of forces and accelerations just ahead.
     pub fn settle(&mut self, stays: &[usize]) {
+        if self.model.reactions_differ(stays) {
+            self.doubt("stops that depend on each other push in different directions");
+        }
         let delassus = Matrix {
             rows: stays
                 .iter()

@@ -3,7 +3,7 @@
 
 use crate::case::{Case, Push};
 use crate::double_double::{Dd, Matrix, dot};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Order of the Taylor series: `0.6^24 / 24!` is below 1e-28.
 pub const ORDER: usize = 24;
@@ -157,6 +157,27 @@ fn fastest_rate(free: &Matrix, n: usize, span: f64) -> f64 {
         a = &a * &a;
     }
     (log + a.norm().max(1e-300).ln() / 16.0).exp()
+}
+
+impl Model {
+    /// Whether impulses on some stops that change none of their speeds can change the motion: which of them carries a load is
+    /// then nobody's, and matters.
+    pub fn reactions_differ(&self, stops: &[usize]) -> bool {
+        if stops.len() < 2 {
+            return false;
+        }
+        let unit = |vector: &[Dd]| {
+            let vector = DVector::from_iterator(self.n, vector.iter().map(|x| x.to_f64()));
+            let size = vector.norm();
+            vector / size
+        };
+        let columns = |of: &dyn Fn(usize) -> DVector<f64>| {
+            DMatrix::from_columns(&stops.iter().map(|&i| of(i)).collect::<Vec<_>>())
+        };
+        let normals = columns(&|i| unit(&self.stops[i].normal));
+        let reactions = columns(&|i| unit(&self.stops[i].reaction));
+        normals.tr_mul(&reactions).rank(1e-9) < reactions.rank(1e-9)
+    }
 }
 
 /// The motion while an independent set of stops is held.

@@ -10,6 +10,9 @@ use crate::simulate::mover::{Blow, Mover};
 use crate::simulate::record::Record;
 use nalgebra::DVector;
 
+/// Rounding of a speed, relative to that of a fall as far as the motion goes.
+const SPEED_ROUNDING: f64 = 10.0 * ROUNDING;
+
 impl EventLoop {
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
     /// of several stops at one instant.
@@ -18,7 +21,6 @@ impl EventLoop {
         mover: &mut M,
         record: &mut Record,
     ) -> Resolved {
-        self.still.clear();
         if self.touching.len() > 1 && self.is_coupled(mover) {
             let restitutions = self.restitutions(mover);
             if let Err(unresolved) = self.strike_together(mover, &restitutions, Some(record))? {
@@ -61,7 +63,7 @@ impl EventLoop {
             let rounding = if is_regular {
                 ROUNDING
             } else {
-                ROUNDING.powi(2)
+                SPEED_ROUNDING.powi(2)
             };
             let is_low = 0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull;
             if e <= 0.0 || e >= 1.0 || !is_low {
@@ -112,9 +114,9 @@ impl EventLoop {
         let each = |of: &dyn Fn(usize) -> f64| {
             DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
         };
-        let held = &self.held;
+        let (held, still) = (&self.held, &self.still);
         let speeds = each(&|stop| {
-            if held.contains(&stop) {
+            if held.contains(&stop) || still.contains(&stop) {
                 0.0
             } else {
                 mover.gap(stop).speed
@@ -127,6 +129,7 @@ impl EventLoop {
             return Ok(Err(Unresolved { reason }));
         };
         self.n_inelastic += usize::from(resolved.is_inelastic);
+        self.still.clear();
         for (k, &stop) in stops.iter().enumerate() {
             let impulse = resolved.impulses[k];
             let departure = resolved.opening_speeds[k];
