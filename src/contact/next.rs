@@ -335,14 +335,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     ) -> (usize, f64) {
         let mut time = self.polish(stop, guess, start, arrived);
         for _ in 1..self.gaps.len() {
-            let earlier = self
-                .jets
-                .iter()
-                .enumerate()
-                .filter(|(i, jet)| {
-                    *i != stop && jet.c[0] < -self.gaps[*i].rounding(jet) && jet.c[1] < 0.0
-                })
-                .map(|(i, jet)| (i, time - jet.c[0] / jet.c[1]))
+            let passed = |(i, jet): (usize, &Jet)| {
+                let gap = jet.c[0] - self.brackets[i].floor;
+                let is_passed = gap < -self.gaps[i].rounding(jet) && jet.c[1] < 0.0;
+                (i != stop && is_passed).then(|| (i, time - gap / jet.c[1]))
+            };
+            let earlier = (self.jets.iter().enumerate())
+                .filter_map(passed)
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((other, guess)) = earlier else { break };
             self.brackets[other].narrow(time, -1.0);

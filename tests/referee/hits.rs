@@ -75,11 +75,11 @@ impl Counting<'_> {
 
     /// Whether an impact belongs to the end of a series, as far as anybody knows: the other run may have completed it before.
     pub fn may_be_completed(&self, hit: &Hit, ends: &[Stretch]) -> bool {
-        self.rest_within(hit, 10.0 * COMPLETED).is_some_and(|rest| {
-            let time = hit.time.to_f64();
-            let around = 3.0 * rest + self.slack() + self.time_rounding(hit);
-            (ends.iter()).any(|end| end.stop == hit.stop && (end.start - time).abs() < around)
-        })
+        let time = hit.time.to_f64();
+        let near = self.slack() + self.time_rounding(hit);
+        let rest = self.rest_within(hit, 10.0 * COMPLETED).unwrap_or(0.0);
+        (ends.iter())
+            .any(|end| end.stop == hit.stop && (end.start - time).abs() < 3.0 * (rest + near))
     }
 
     fn rest_within(&self, hit: &Hit, factor: f64) -> Option<f64> {

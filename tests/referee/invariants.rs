@@ -353,7 +353,7 @@ fn energy_adds_up(case: &Case, run: &Trajectory) -> Option<Difference> {
     let (at, loss) = losses
         .enumerate()
         .fold((0, 0.0), |worst, l| if l.1 < worst.1 { l } else { worst });
-    if loss < -(1e-9 + completed) * size {
+    if loss < -(1e-3 * allowed.max(1e-6) + completed) * size {
         let times = run.sample_times().unwrap_or_default();
         let when = times.get(at).copied().unwrap_or(f64::NAN);
         let detail = format!("{loss:e} of {size:e} after {:e}", when - case.span.0);
