@@ -187,17 +187,9 @@ fn compare_hits(
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
             }
-            let bend = if hit.curvature.is_finite() {
-                hit.curvature
-            } else {
-                main.v_size * rate * normal_size(hit.stop)
-            };
-            let depth = hit.approach.powi(2) / (2.0 * bend.abs().max(1e-300));
-            let margin = 20.0
-                * (case.atol * normal_size(hit.stop)
-                    + case.rtol.clamp(1e-15, 1e-9) * normal_size(hit.stop) * main.q_size);
             let what = if is_mine { "missed" } else { "extra" };
-            let shallow = if depth < margin { ", shallow" } else { "" };
+            let is_shallow = is_within_tolerance(case, reference, hit, normal_size(hit.stop));
+            let shallow = if is_shallow { ", shallow" } else { "" };
             let class = format!("impact {what}{shallow}");
             first.report(hit.time.to_f64(), class, &details());
             break;
@@ -248,6 +240,20 @@ fn compare_hits(
         (i, j) = (i + 1, j + 1);
     }
     drifts
+}
+
+/// Whether a stop is passed no deeper than the tolerances of a case.
+fn is_within_tolerance(case: &Case, reference: &Reference, hit: &Hit, normal_size: f64) -> bool {
+    let (main, rate) = (&reference.main, reference.model.rate);
+    let bend = if hit.curvature.is_finite() {
+        hit.curvature
+    } else {
+        main.v_size * rate * normal_size
+    };
+    let depth = hit.approach.powi(2) / (2.0 * bend.abs().max(1e-300));
+    let tolerance =
+        case.atol * normal_size + case.rtol.clamp(1e-15, 1e-9) * normal_size * main.q_size;
+    depth < 20.0 * tolerance
 }
 
 fn show(hit: Option<&Hit>) -> String {

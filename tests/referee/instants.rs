@@ -282,10 +282,10 @@ impl Run<'_> {
                 self.contacts[i] = Contact::Held;
             } else {
                 let series = motion.gap_series(i, &self.x);
-                let weight = |k: usize| series[k].abs().to_f64() * AHEAD.powi(k as i32);
+                let weight = |k: i32| series[k as usize].abs().to_f64() * AHEAD.powi(k);
                 let order = (2..8)
                     .max_by(|&a, &b| weight(a).total_cmp(&weight(b)))
-                    .expect("not empty");
+                    .expect("not empty") as usize;
                 if series[order].to_f64() < 0.0 {
                     self.doubt("a gap opens and closes at once");
                 }
