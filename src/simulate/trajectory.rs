@@ -31,7 +31,7 @@ pub enum Side {
     Before,
 }
 
-/// A touch inside the margin, without impact.
+/// A touch without impact: a gap whose minimum lies within its rounding of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Graze {
     /// Time \[s\].
@@ -93,7 +93,7 @@ impl Trajectory {
         &self.impacts
     }
 
-    /// Touches inside the margin, empty with [`crate::Keep::Final`].
+    /// Touches without impact, empty with [`crate::Keep::Final`].
     pub fn grazes(&self) -> &[Graze] {
         &self.grazes
     }
