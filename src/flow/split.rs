@@ -29,7 +29,7 @@ impl SplitFlow {
     /// The split flow of blocks under a load and a force at frequency w; `None` where a block is near resonance, or soft beside
     /// the forcing and loaded: its equilibrium may lie far beyond what the motion reaches.
     pub fn new(blocks: &[Block], load: &[Pair], w: f64, force: &[Response]) -> Option<Self> {
-        let moduli = |block: &Block| block.roots().map(|root| root.norm());
+        let moduli = |block: &Block| block.roots().map(Complex::norm);
         let fastest = (blocks.iter().flat_map(moduli)).fold(0.0, f64::max);
         let refuses = |(block, &load): (&Block, &Pair)| {
             let is_rigid = moduli(block).iter().any(|&rate| rate <= RIGID * fastest);

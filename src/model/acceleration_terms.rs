@@ -12,7 +12,7 @@ pub(crate) fn acceleration_terms(
 ) -> f64 {
     let weights = system.solve_mass(normal).abs();
     let forces = system.load().abs()
-        + amplitude.map(|f| f.norm())
+        + amplitude.map(Complex::norm)
         + sizes(system.stiffness(), q)
         + sizes(system.damping(), v);
     weights.dot(&forces)

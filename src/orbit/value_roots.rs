@@ -17,6 +17,8 @@ const MOST_VALUES: usize = 20_000;
 const SAFETY: f64 = 2.0;
 /// A value this small is rounding.
 const ROUNDING: f64 = 1e-13;
+/// The ends of neighbouring cells are one place but for this part of the ends of the interval.
+const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
 /// Values in a cell.
 const NODES: usize = 5;
 
@@ -40,8 +42,11 @@ struct Stretch {
 
 enum Verdict {
     Clear,
-    /// The quarters with a simple root.
-    Crossed(Vec<usize>),
+    /// The quarters with a simple root inside, and the places that are one.
+    Crossed {
+        quarters: Vec<usize>,
+        places: Vec<usize>,
+    },
     Unknown,
     /// All values are rounding.
     Rounding,
@@ -62,25 +67,28 @@ fn judge(y: [f64; NODES]) -> Verdict {
         return Verdict::Unknown;
     }
     let room = SAFETY * largest;
-    let mut crossed = Vec::new();
+    let (mut quarters, mut places) = (Vec::new(), Vec::new());
     for (quarter, ends) in y.windows(2).enumerate() {
         let (a, b) = (ends[0], ends[1]);
-        if a.abs().min(b.abs()) <= ROUNDING {
-            return Verdict::Unknown;
-        }
-        if a * b < 0.0 {
+        let is_at_place = a.abs().min(b.abs()) <= ROUNDING;
+        if is_at_place || a * b < 0.0 {
+            // The function is monotone on the quarter: its root, at an end too, is simple and the only one.
             if (b - a).abs() <= room {
                 return Verdict::Unknown;
             }
-            crossed.push(quarter);
+            if is_at_place {
+                places.push(quarter + usize::from(b.abs() < a.abs()));
+            } else {
+                quarters.push(quarter);
+            }
         } else if a.abs().min(b.abs()) <= 0.125 * room {
             return Verdict::Unknown;
         }
     }
-    if crossed.is_empty() {
+    if quarters.is_empty() && places.is_empty() {
         Verdict::Clear
     } else {
-        Verdict::Crossed(crossed)
+        Verdict::Crossed { quarters, places }
     }
 }
 
@@ -146,7 +154,8 @@ pub(crate) fn roots(
             let verdict = known.and_then(|y| Some(judge(y.try_into().ok()?)));
             match verdict {
                 Some(Verdict::Clear) => {}
-                Some(Verdict::Crossed(quarters)) => {
+                Some(Verdict::Crossed { quarters, places }) => {
+                    found.places.extend(places.iter().map(|&i| cell.place(i)));
                     for k in quarters {
                         let ends =
                             [k, k + 1].map(|i| (cell.place(i), cell.y[i].unwrap_or(f64::NAN)));
@@ -166,6 +175,10 @@ pub(crate) fn roots(
         }
     }
     found.values = values.get();
+    // A root at a place is seen from both sides of it.
+    let same = SAME_PLACE * (low.abs() + high.abs());
+    found.places.sort_by(f64::total_cmp);
+    found.places.dedup_by(|b, a| (*b - *a).abs() <= same);
     Ok(found)
 }
 
@@ -233,6 +246,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_root_where_a_value_is_taken_is_found_once() {
+        // Ends and halves of cells and of quarters, and both ends of the interval; curved, too.
+        for place in [0.0, 0.25, 0.5, 0.515_625, 0.503_906_25, 0.75, 1.0] {
+            for bend in [0.0, 0.3, -0.3] {
+                let single = found((0.0, 1.0), |x| (x - place) * (1.0 + bend * x));
+                assert_eq!(single.places, [place], "{bend}");
+                assert!(single.undecided.is_empty(), "{place} {bend}: {single:?}");
+            }
+        }
+        let ends = found((0.1, 0.7), |x| (x - 0.1) * (x - 0.4) * (x - 0.7));
+        assert_eq!(ends.places.len(), 3, "{ends:?}");
+        assert!(ends.undecided.is_empty(), "{ends:?}");
     }
 
     #[test]

@@ -78,9 +78,9 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 ///     PendulumChain with stops and walls; "auto": the first of exact, taylor, rk45 that the scene allows. Any letter case.
 /// rtol, atol : float, default 1e-9, 1e-12
 ///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With every method
-///     they set the margin of contact, a touch within ``10 (atol |n|_1 + rtol * size)`` of a stop being a graze, no impact, and say
-///     when impacts that accumulate are completed. The margin of exact flights is narrowed by tolerances stricter than the default,
-///     but not widened by looser ones.
+///     they say when impacts that accumulate are completed, and set the margin of a start, ``10 (atol |n|_1 + rtol * size)``:
+///     one that lies inside a stop by no more is moved onto it, in contact. The margin of exact flights is narrowed by tolerances
+///     stricter than the default, but not widened by looser ones.
 /// t_eval : array_like, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
@@ -99,7 +99,7 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// Raises
 /// ------
 /// ValueError
-///     Arrays of the wrong shape or not finite, a span that runs backwards, a start deeper inside a stop than the margin,
+///     Arrays of the wrong shape or not finite, a span that runs backwards, a start deeper inside a stop than its margin,
 ///     ``method="exact"`` for a nonlinear scene, a motion that grows beyond the doubles.
 /// TypeError
 ///     An argument of a wrong type.
@@ -108,8 +108,12 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// -----
 /// In exact flights each next impact is provably the first one: the gap is followed by cubics with a bound on what they
 /// leave out. Steps of the pair [1]_ carry each gap along as the quintic that has its value, speed and acceleration at both
-/// ends: every contact of the quintic is found, and reached by a step of its own. Along a Taylor series the gap is a polynomial
-/// with the same proof as in exact flights.
+/// ends: every contact of the quintic is found, and reached by a step of its own, as is a minimum that the quintic cannot tell
+/// from a contact. Along a Taylor series the gap is a polynomial with the same proof as in exact flights.
+///
+/// A stop that the computed motion passes by more than the rounding of the gap is hit, however slowly; no tolerance has a say. A
+/// minimum within that rounding is a graze, in ``grazes`` and no impact, and so is a gap that stays within it. Of steps the
+/// motion itself is off by their error: a touch that is closer than that may come out as an impact, or as none.
 ///
 /// Impacts that accumulate are completed by the limit of their map (a segment "chatter"); a stop that stays in contact is held
 /// (a segment "stick") and let go when its contact force falls through zero; several stops at one instant are resolved by

@@ -157,7 +157,7 @@ impl PyTrajectory {
         out_impacts(py, self.core.impacts())
     }
 
-    /// Touches inside the margin, without impact: structured array of time, stop, depth.
+    /// Touches without impact, minima of a gap within its rounding of zero: structured array of time, stop, depth.
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let grazes = self.core.grazes();

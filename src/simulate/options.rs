@@ -33,8 +33,8 @@ pub enum Keep {
 pub struct SimulateOptions {
     /// How the flights are computed.
     pub method: Method,
-    /// Relative tolerance, default 1e-9, of each step of an integration. In exact flights it says when impacts that accumulate are
-    /// completed and, where it is stricter than the default, how wide the margin of contact is.
+    /// Relative tolerance, default 1e-9, of each step of an integration. With every method it says when impacts that accumulate are
+    /// completed, and how deep inside a stop a start may lie; in exact flights the latter where it is stricter than the default.
     pub rtol: f64,
     /// Absolute tolerance, default 1e-12; as `rtol`.
     pub atol: f64,

@@ -20,16 +20,20 @@ use std::sync::Arc;
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
-/// A linear scene flies in closed form from impact to impact; each next impact is provably the first one, but for touches
-/// inside the margin `10 (atol |n|_1 + rtol * size)`, which are listed as grazes. Such flights have errors of rounding alone:
-/// tolerances looser than the default do not widen their margin. A pendulum with large motions follows its Taylor series
-/// (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap is a polynomial. Other scenes are
-/// integrated by the Dormand-Prince pair of orders 5 and 4 (`Method::Rk45`); every contact on its interpolant is found, and
-/// reached by a step of its own. Impacts that accumulate are completed, stops that stay in contact are held and let go by
-/// their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
+/// A linear scene flies in closed form from impact to impact; each next impact is provably the first one. A pendulum with
+/// large motions follows its Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap
+/// is a polynomial, with the same proof. Other scenes are integrated by the Dormand-Prince pair of orders 5 and 4
+/// (`Method::Rk45`); every contact on its interpolant is found, and reached by a step of its own, as is a minimum of a gap that
+/// the interpolant cannot tell from a contact. Impacts that accumulate are completed, stops that stay in contact are held and let
+/// go by their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
+///
+/// A stop that the computed motion passes by more than the rounding of the gap is hit, however slowly; a minimum within that is
+/// a graze, listed and no impact, and so is a gap that stays within it. Tolerances have a say at the start alone: a gap within
+/// the margin `10 (atol |n|_1 + rtol * size)` below zero is closed, and the start is moved onto its stop. Exact flights have
+/// errors of rounding alone: tolerances looser than the default do not widen their margin.
 ///
 /// # Errors
-/// Arrays of the wrong length or not finite, a span that runs backwards, a start deeper inside a stop than the margin,
+/// Arrays of the wrong length or not finite, a span that runs backwards, a start deeper inside a stop than that margin,
 /// `Method::Exact` for a nonlinear scene or `Method::Taylor` for one without series, a motion that grows beyond the doubles.
 ///
 /// # References

@@ -31,7 +31,7 @@ pub enum Side {
     Before,
 }
 
-/// A touch inside the margin, without impact.
+/// A touch without impact: a gap whose minimum lies within its rounding of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Graze {
     /// Time \[s\].
@@ -93,7 +93,7 @@ impl Trajectory {
         &self.impacts
     }
 
-    /// Touches inside the margin, empty with [`crate::Keep::Final`].
+    /// Touches without impact, empty with [`crate::Keep::Final`].
     pub fn grazes(&self) -> &[Graze] {
         &self.grazes
     }
@@ -157,7 +157,6 @@ impl Trajectory {
     /// The parts of the trajectory, each once, with the stops in contact.
     pub(crate) fn stretches(&self) -> Result<Vec<(Segment, &[usize])>> {
         let kept = self.motion()?;
-        // The last flight ends with the run to the rounding of its clock.
         let within = |time: f64| time.clamp(self.span.0, self.span.1);
         let mut all = Vec::with_capacity(kept.segments.len());
         for (k, segment) in kept.segments.iter().enumerate() {
@@ -178,6 +177,10 @@ impl Trajectory {
                 end: within(last.clock.after(last.span).time()),
             };
             all.push((whole, segment.stops.as_slice()));
+        }
+        // The last one ends with the run, of which its clock knows the time to rounding.
+        if let Some((last, _)) = all.last_mut() {
+            last.end = self.span.1;
         }
         Ok(all)
     }

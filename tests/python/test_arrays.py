@@ -99,7 +99,7 @@ def of_functions(result, name):
 
 
 def of_gap(gradient):
-    stop = vi.NonlinearStop(lambda q: 0.05 - q[0], lambda q: gradient, 0.5)
+    stop = vi.NonlinearStop(lambda q: 0.05 - q[0] + 0.5 * q[1], lambda q: gradient, 0.5)
     scene = vi.Scene(vi.NonlinearSystem(2, lambda t, q, v: -q, mass=MASS), None, stop)
     return list(vi.simulate(scene, Q, V, (0, 3), keep="final").final)
 

@@ -1,6 +1,6 @@
 //! Impacts that accumulate: their end, in the referee's run.
 
-use crate::double_double::{Dd, Matrix, dot};
+use crate::double_double::{Dd, dot};
 use crate::record::Stretch;
 use crate::simulator::{Contact, Run};
 
@@ -57,16 +57,7 @@ impl Run<'_> {
             return;
         };
         // The normal speeds vanish; the held motion takes the time of the series.
-        let inner = Matrix {
-            rows: all
-                .iter()
-                .map(|&i| {
-                    all.iter()
-                        .map(|&j| self.model.delassus.rows[i][j])
-                        .collect()
-                })
-                .collect(),
-        };
+        let inner = self.model.among(&all);
         let closing: Vec<Dd> = all
             .iter()
             .map(|&i| -self.model.opening(i, &self.x))

@@ -218,7 +218,7 @@ impl Case {
                 Push::Inertia => {}
                 Push::Coordinate => text += ".with_reaction(Reaction::Coordinate)?",
                 Push::Direction(b) => {
-                    text += &format!(".with_reaction(Reaction::Direction({}))?", vector(b))
+                    text += &format!(".with_reaction(Reaction::Direction({}))?", vector(b));
                 }
             }
             text += ",\n";

@@ -54,13 +54,13 @@ fn run(case: &Case, samples: &[f64]) -> Record {
     )
 }
 
-fn shaking(amplitude: f64, phase: f64) -> Option<ForceCase> {
-    Some(ForceCase {
+fn shaking(amplitude: f64, phase: f64) -> ForceCase {
+    ForceCase {
         re: vec![amplitude],
         im: vec![0.0],
         frequency: 1.0,
         phase,
-    })
+    }
 }
 
 #[test]
@@ -68,8 +68,8 @@ fn a_ball_comes_to_rest() {
     for e in [0.5, 0.9] {
         let record = run(&oscillator(0.0, -1.0, None, e, 1.0, 60.0), &[50.0]);
         let fall = 2f64.sqrt();
-        for (k, hit) in record.hits.iter().take(30).enumerate() {
-            let (n, speed) = (k as i32, fall * e.powi(k as i32));
+        for (n, hit) in (0..30).zip(&record.hits) {
+            let speed = fall * e.powi(n);
             let time = fall * (1.0 + 2.0 * e * (1.0 - e.powi(n)) / (1.0 - e));
             assert!((hit.time.to_f64() - time).abs() < 1e-14 * time);
             assert!((hit.approach - speed).abs() < 1e-14 * speed);
@@ -85,7 +85,7 @@ fn a_ball_comes_to_rest() {
 #[test]
 fn a_forced_oscillator_has_its_closed_form() {
     // q'' + 4 q = cos(t + 1), far from its stop: q = cos(t + 1)/3 + free motion.
-    let mut case = oscillator(4.0, 0.0, shaking(1.0, 1.0), 0.5, 2.0, 30.0);
+    let mut case = oscillator(4.0, 0.0, Some(shaking(1.0, 1.0)), 0.5, 2.0, 30.0);
     case.stops[0].clearance = 5.0;
     for start in [0.0, 1e9, -1e6] {
         case.span = (start, start + 30.0);
@@ -111,7 +111,7 @@ fn a_plastic_ball_is_let_go_and_lands() {
         &oscillator(
             0.0,
             -1.0,
-            shaking(shake, std::f64::consts::PI),
+            Some(shaking(shake, std::f64::consts::PI)),
             0.0,
             0.0,
             12.0,
@@ -135,7 +135,7 @@ fn a_sine_that_pulls_lets_go_at_once_and_one_that_presses_holds() {
             &oscillator(
                 0.0,
                 0.0,
-                shaking(amplitude, -std::f64::consts::FRAC_PI_2),
+                Some(shaking(amplitude, -std::f64::consts::FRAC_PI_2)),
                 0.5,
                 0.0,
                 6.0,

@@ -3,11 +3,11 @@
 
 use crate::case::Case;
 use crate::double_double::Dd;
-use crate::hits::Drift;
+use crate::hits::{Counting, Drift};
 use crate::invariants;
 use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
-use crate::record::{Hit, Record, Stretch};
+use crate::record::{Hit, Stretch};
 use crate::reference::{Reference, allowance, reference};
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -162,18 +162,12 @@ fn compare_hits(
     completed: &dyn Fn(f64) -> f64,
     first: &mut First,
 ) -> (Vec<(f64, f64)>, f64) {
-    let main = &reference.main;
     let (counting, rate) = (reference.counting(case), reference.model.rate);
     let mut drift = Drift::new(case.stops.len());
     // Deviations of the last few impacts: one alone may be small by chance.
     let mut recent: VecDeque<[f64; 3]> = VecDeque::new();
     let mut drifts = Vec::new();
-    let chatters = |r: &Record| [r.chatters.clone(), main.chatters.clone()].concat();
-    let beside: Vec<Vec<Hit>> = reference
-        .aside
-        .iter()
-        .map(|r| counting.counted(&r.hits, &[&chatters(r)], &[&r.sticks, &main.sticks]))
-        .collect();
+    let beside = Beside::new(reference, &counting);
     let normal_size = |stop: usize| case.stops[stop].normal.iter().map(|x| x.abs()).sum::<f64>();
     let (mut i, mut j) = (0, 0);
     let mut known = 0.0;
@@ -184,18 +178,7 @@ fn compare_hits(
             break;
         }
         let apart = (time(a) - time(b)).abs();
-        let aside = |f: &dyn Fn(&Hit) -> f64| {
-            let Some(a) = a else { return 0.0 };
-            let off = |h: &&Hit| (h.time.to_f64() - a.time.to_f64()).abs();
-            beside
-                .iter()
-                .filter_map(|r| {
-                    let same = r.iter().filter(|h| h.stop == a.stop);
-                    same.min_by(|x, y| off(x).total_cmp(&off(y)))
-                })
-                .map(|h| (f(h) - f(a)).abs())
-                .fold(0.0, f64::max)
-        };
+        let aside = |f: &dyn Fn(&Hit) -> f64| a.map_or(0.0, |a| beside.off(a, f));
         let is_same = a.zip(b).is_some_and(|(a, b)| a.stop == b.stop)
             && apart < 1e-3 / rate + 1e2 * aside(&|h| h.time.to_f64()) + counting.tick() + known;
         let details = || format!("impact {i}: referee {}, library {}", show(a), show(b));
@@ -208,23 +191,17 @@ fn compare_hits(
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
             }
-            let bend = if hit.curvature.is_finite() {
-                hit.curvature
-            } else {
-                main.v_size * rate * normal_size(hit.stop)
-            };
-            let depth = hit.approach.powi(2) / (2.0 * bend.abs().max(1e-300));
-            let margin = 20.0
-                * (case.atol * normal_size(hit.stop)
-                    + case.rtol.clamp(1e-15, 1e-9) * normal_size(hit.stop) * main.q_size);
+            let n = normal_size(hit.stop);
+            let depth = depth(reference, hit, n);
             // A dip so shallow is one of the errors of the motion.
-            let size =
-                case.stops[hit.stop].clearance.abs() + normal_size(hit.stop) * reference.q_unit;
+            let size = case.stops[hit.stop].clearance.abs() + n * reference.q_unit;
             if hit.curvature > 0.0 && depth < allowance(case).base * size {
                 return (drifts, hit.time.to_f64());
             }
             let what = if is_mine { "missed" } else { "extra" };
-            let shallow = if depth < margin { ", shallow" } else { "" };
+            let relative = case.rtol.clamp(1e-15, 1e-9) * reference.main.q_size;
+            let is_shallow = depth < 20.0 * n * (case.atol + relative);
+            let shallow = if is_shallow { ", shallow" } else { "" };
             let class = format!("impact {what}{shallow}");
             first.report(hit.time.to_f64(), class, &details());
             break;
@@ -276,6 +253,42 @@ fn compare_hits(
         (i, j) = (i + 1, j + 1);
     }
     (drifts, until)
+}
+
+/// The impacts of the runs aside.
+struct Beside(Vec<Vec<Hit>>);
+
+impl Beside {
+    fn new(reference: &Reference, counting: &Counting<'_>) -> Self {
+        let main = &reference.main;
+        let hits = reference.aside.iter().map(|r| {
+            let chatters = [r.chatters.clone(), main.chatters.clone()].concat();
+            counting.counted(&r.hits, &[&chatters], &[&r.sticks, &main.sticks])
+        });
+        Self(hits.collect())
+    }
+
+    /// How far they are off an impact in some quantity.
+    fn off(&self, a: &Hit, quantity: &dyn Fn(&Hit) -> f64) -> f64 {
+        let apart = |h: &&Hit| (h.time.to_f64() - a.time.to_f64()).abs();
+        let nearest = self.0.iter().filter_map(|hits| {
+            let same = hits.iter().filter(|h| h.stop == a.stop);
+            same.min_by(|x, y| apart(x).total_cmp(&apart(y)))
+        });
+        nearest.fold(0.0, |most: f64, h| {
+            most.max((quantity(h) - quantity(a)).abs())
+        })
+    }
+}
+
+/// How deep a stop is passed without its impact.
+fn depth(reference: &Reference, hit: &Hit, normal_size: f64) -> f64 {
+    let bend = if hit.curvature.is_finite() {
+        hit.curvature
+    } else {
+        reference.main.v_size * reference.model.rate * normal_size
+    };
+    hit.approach.powi(2) / (2.0 * bend.abs().max(1e-300))
 }
 
 fn show(hit: Option<&Hit>) -> String {

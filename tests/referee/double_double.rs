@@ -203,9 +203,9 @@ impl Matrix {
             order.swap(k, pivot.1);
             for i in k + 1..n {
                 let factor = a[i][k] / a[k][k];
-                for j in k..n {
-                    let change = factor * a[k][j];
-                    a[i][j] -= change;
+                let (above, below) = a.split_at_mut(i);
+                for (x, pivot) in below[0][k..].iter_mut().zip(&above[k][k..]) {
+                    *x -= factor * *pivot;
                 }
                 let change = factor * b[k];
                 b[i] -= change;

@@ -44,8 +44,7 @@ FAULTS = [
         "root",
         "the time of a contact is late by 1e-9 of the flight",
         "src/contact/next.rs",
-        "                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {\n"
-        "                    *z = d.after(step);",
+        "                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {\n                    *z = d.after(step);",
         '                let late = if crate::has_fault("root") { 1e-9 * time } else { 0.0 };\n'
         "                let (step, time) = (step + late, time + late);\n"
         "                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {\n"

@@ -1,7 +1,7 @@
 //! What happens to the contacts at one instant of the referee's run: a gap closes, impulses act, and stops with no normal speed
 //! stay or are left.
 
-use crate::double_double::{Dd, Matrix, dot};
+use crate::double_double::{Dd, dot};
 use crate::law::{complementary, impulses};
 use crate::record::{Hit, Stretch};
 use crate::simulator::{AHEAD, CLOSED, Contact, Run};
@@ -76,15 +76,7 @@ impl Run<'_> {
         if self.model.reactions_differ(touching) {
             self.doubt("stops that depend on each other push in different directions");
         }
-        let part: Vec<Vec<Dd>> = touching
-            .iter()
-            .map(|&i| {
-                touching
-                    .iter()
-                    .map(|&j| self.model.delassus.rows[i][j])
-                    .collect()
-            })
-            .collect();
+        let part = self.model.among(touching);
         let opening: Vec<Dd> = touching
             .iter()
             .map(|&i| match self.contacts[i] {
@@ -105,7 +97,7 @@ impl Run<'_> {
         let held = self.held.clone();
         let motion = self.motion(&held).expect("independent stops");
         let accelerations = motion.acceleration(&self.x);
-        let result = impulses(&Matrix { rows: part }, &opening, &restitution, scale);
+        let result = impulses(&part, &opening, &restitution, scale);
         if let Some(reason) = result.doubt {
             self.doubt(reason);
             if result.opening.iter().any(|s| s.to_f64() < -CLOSED * scale) {
@@ -201,17 +193,7 @@ impl Run<'_> {
         if self.model.reactions_differ(stays) {
             self.doubt("stops that depend on each other push in different directions");
         }
-        let delassus = Matrix {
-            rows: stays
-                .iter()
-                .map(|&i| {
-                    stays
-                        .iter()
-                        .map(|&j| self.model.delassus.rows[i][j])
-                        .collect()
-                })
-                .collect(),
-        };
+        let delassus = self.model.among(stays);
         let ahead = Dd::from(AHEAD * self.model.step);
         let mut held: Vec<usize> = stays
             .iter()
@@ -289,10 +271,10 @@ impl Run<'_> {
                 self.contacts[i] = Contact::Held;
             } else {
                 let series = motion.gap_series(i, &self.x);
-                let weight = |k: usize| series[k].abs().to_f64() * AHEAD.powi(k as i32);
+                let weight = |k: i32| series[k as usize].abs().to_f64() * AHEAD.powi(k);
                 let order = (2..8)
                     .max_by(|&a, &b| weight(a).total_cmp(&weight(b)))
-                    .expect("not empty");
+                    .expect("not empty") as usize;
                 if series[order].to_f64() < 0.0 {
                     self.doubt("a gap opens and closes at once");
                 }

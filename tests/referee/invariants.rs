@@ -34,6 +34,10 @@ pub fn check(
     .collect()
 }
 
+#[allow(
+    clippy::unnecessary_wraps,
+    reason = "every check ends with it or with none"
+)]
 fn difference(class: &str, detail: String) -> Option<Difference> {
     Some(Difference {
         class: class.to_string(),

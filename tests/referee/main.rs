@@ -49,6 +49,33 @@ struct Tally {
     reports: BTreeMap<u64, String>,
 }
 
+impl Tally {
+    /// Shows what came of so many scenes.
+    fn print(&self, count: usize, took: Duration) {
+        for report in self.reports.values() {
+            println!("{report}");
+        }
+        println!(
+            "{count} scenes in {:.1} s; {} agree, {} are none",
+            took.as_secs_f64(),
+            self.agree,
+            self.no_scene
+        );
+        println!(
+            "compared {:.3} of the spans; cut short: {:?}",
+            self.parts / self.agree.max(1) as f64,
+            self.cut
+        );
+        for (class, numbers) in &self.classes {
+            println!(
+                "{:5} {class}: {:?}",
+                numbers.len(),
+                &numbers[..numbers.len().min(12)]
+            );
+        }
+    }
+}
+
 #[test]
 fn the_library_agrees_with_the_referee() {
     let count = from_environment("VIBROIMPACT_REFEREE").unwrap_or(300);
@@ -124,28 +151,7 @@ fn the_library_agrees_with_the_referee() {
         }
     });
     let tally = tally.into_inner().expect("no panic");
-    for report in tally.reports.values() {
-        println!("{report}");
-    }
-    let took = began.elapsed().as_secs_f64();
-    println!(
-        "{} scenes in {took:.1} s; {} agree, {} are none",
-        numbers.len(),
-        tally.agree,
-        tally.no_scene
-    );
-    println!(
-        "compared {:.3} of the spans; cut short: {:?}",
-        tally.parts / tally.agree.max(1) as f64,
-        tally.cut
-    );
-    for (class, numbers) in &tally.classes {
-        println!(
-            "{:5} {class}: {:?}",
-            numbers.len(),
-            &numbers[..numbers.len().min(12)]
-        );
-    }
+    tally.print(numbers.len(), began.elapsed());
     if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
         for (class, numbers) in tally.classes.iter().filter(|c| !c.0.starts_with("endless")) {
             let (number, case) = shrink::smallest(class, numbers, seed);

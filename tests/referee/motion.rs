@@ -160,6 +160,14 @@ fn fastest_rate(free: &Matrix, n: usize, span: f64) -> f64 {
 }
 
 impl Model {
+    /// The Delassus matrix of some stops.
+    pub fn among(&self, stops: &[usize]) -> Matrix {
+        let row = |&i: &usize| stops.iter().map(|&j| self.delassus.rows[i][j]).collect();
+        Matrix {
+            rows: stops.iter().map(row).collect(),
+        }
+    }
+
     /// Whether impulses on some stops that change none of their speeds can change the motion: which of them carries a load is
     /// then nobody's, and matters.
     pub fn reactions_differ(&self, stops: &[usize]) -> bool {

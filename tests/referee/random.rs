@@ -1,6 +1,6 @@
 //! Numbers at random, the same for the same seed.
 
-/// Steele, Lea and Flood's SplitMix64 (OOPSLA 2014).
+/// Steele, Lea and Flood's `SplitMix64` (OOPSLA 2014).
 pub struct Random(u64);
 
 impl Random {

@@ -49,7 +49,7 @@ fn simpler(case: &Case) -> Vec<Case> {
             c.span.1 = digits(
                 c.span.0 + part * length,
                 2 + (c.span.0.abs().log10().max(0.0)) as usize,
-            )
+            );
         });
     }
     offer(&|c| c.method = Method::Exact);

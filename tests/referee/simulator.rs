@@ -239,8 +239,8 @@ impl Run<'_> {
             rough.iter().fold(0.0, |m: f64, c| m.max(c.abs())),
         );
         for &(at, value) in &fall.minima {
-            let is_low =
-                value.abs() < 1e-4 * largest && value.abs() * at.powi(order as i32) < 1e-13 * size;
+            let is_low = value.abs() < 1e-4 * largest
+                && (0..order).fold(value.abs(), |gap, _| gap * at) < 1e-13 * size;
             if is_low {
                 let time = self.time.to_f64() + at * self.model.step;
                 self.record.doubts.push((time, "a graze"));

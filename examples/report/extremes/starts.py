@@ -103,14 +103,19 @@ def touches(stiffness: mpf, q: mpf) -> Parts:
 
 @case("start exactly grazing")
 def grazing() -> Iterator[Finding]:
-    """An oscillator at rest on its stop, pulled away: it comes back to a touch every period and is never struck."""
+    """An oscillator at rest on its stop, pulled away: every period it is back at a touch, or to the error of its steps."""
     motion = Motion(0.0, 1.0, q=1.0, length=float(9 * mp.pi))
     expected = truth(touches, 1.0, 1.0)
     for method in motion.methods:
         found = run(motion, [Side(1.0, 0.5)], method)
-        yield fact("impacts", method, len(found.times), 0)
-        later = [t for t in found.trajectory.grazes["time"] if t > 1]
-        yield measured("times of touches, q after 4.5 periods", method, [later, [found.q]], expected, rule_of(method))
+        if method == "exact":
+            yield fact("impacts", method, len(found.times), 0)
+            later = [t for t in found.trajectory.grazes["time"] if t > 1]
+            yield measured("times of touches, q after 4.5 periods", method, [later, [found.q]], expected, rule_of(method))
+        else:
+            deepest = max((speed**2 / 2 for speed in found.before), default=0.0)
+            name = "how deep the fastest impact passes the stop, q after 4.5 periods"
+            yield measured(name, method, [[deepest], [found.q]], known([0], [-1]), rule_of(method))
 
 
 @case("equilibrium exactly on a wall with no force")

@@ -67,8 +67,8 @@ impl GapFunction for PyGap {
 /// its value and first two time derivatives at both ends of a step; the second has ``v.(hess h)v`` by differences of the
 /// gradient along the motion, exact to rounding for a gap of second degree. Without ``curvature`` this search is
 /// not certain, as the ``message`` of a trajectory says; with it every step is walked along in steps that provably hold no
-/// contact deeper than the margin, whatever the interpolant says. A touch within ``10 (atol |grad h|_1 + rtol size)`` is a
-/// graze, size being ``|h| + sum |q_i dh/dq_i|``, and all of it the larger of both ends of the step.
+/// contact deeper than ``atol |grad h|_1 + rtol size``, whatever the interpolant says: size is ``|h| + sum |q_i dh/dq_i|``, and
+/// all of it the larger of both ends of the step.
 ///
 /// Examples
 /// --------

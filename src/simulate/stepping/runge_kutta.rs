@@ -299,6 +299,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             };
             halvings = 0;
             self.accept(h, next);
+            // Where stops are held, what steps left of their gaps and speeds is no motion: an event begins without.
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
             {
                 let s = self.let_go(dynamics, stop, x * h, h)?;
@@ -306,6 +307,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                     self.keep(s, None, record);
                 }
                 self.arrive(s);
+                self.settle(&self.holding.clone())?;
                 self.look()?;
                 break Arrival::Release { stop };
             }
@@ -318,7 +320,6 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 }
                 self.arrive(s);
                 if IS_HELD {
-                    // What steps left of gaps and speeds that are none is no motion.
                     self.settle(&self.holding.clone())?;
                 }
                 self.look_on_arrival()?;

@@ -86,9 +86,14 @@ REST = (
         f"            {NEVER};",
     ),
     Change(
+        LOOP,
+        "            return self.come_to_rest(mover, record);",
+        f"            {NEVER};",
+    ),
+    Change(
         SETTLE,
-        "        if let Err(unresolved) = self.hold_or_open(mover, &resting)? {",
-        f"        {NEVER}\n",
+        "        if resting.is_empty() && before.is_empty() {",
+        f"        if resting.is_empty() && before.is_empty() {{\n            return Ok(Ok(()));\n        }}\n        {NEVER}\n",
         "    }\n\n    /// Whether a stop in contact has no",
     ),
     Change(
@@ -102,7 +107,7 @@ REST = (
 
 # Nothing is kept but the state.
 KEPT = (
-    Change(KEEP, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps a segment of one piece"),
+    Change(KEEP, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps the rest of impacts"),
     Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Keeps an impact."),
 )
 

@@ -21,8 +21,8 @@ KEPT = (
     Change(steps.SERIES, "        self.keep_series(series, leg.span, is_last.then_some(last), record);", ""),
     Change(
         steps.RUNGE_KUTTA,
-        "                let s = self.land(dynamics, (stop, order), x * h, h)?;",
-        "                let s = self.land(dynamics, (stop, order), x * h, h)?;\n",
+        "                let s = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;",
+        "                let s = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;\n",
         "                self.arrive(s);",
     ),
 )

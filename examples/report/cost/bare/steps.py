@@ -63,7 +63,7 @@ STOPS = (
         "        let contacts = Arc::new(contacts(scene));",
         "        assert!(scene.stops().is_empty());\n        let contacts = Arc::new(contacts(scene));",
     ),
-    Change(RUNGE_KUTTA, "        self.grazes.clear();\n        self.keep_segment(", f"        {NEVER}\n", "    }\n}\n"),
+    Change(RUNGE_KUTTA, "        self.grazes.clear();\n        self.forget_extents();\n", f"        {NEVER}\n", "    }\n}\n"),
     Change(
         SERIES,
         "            loop {\n                steps.begin()?;\n                let arrival = mover.step_on(",
