@@ -80,11 +80,19 @@ pub fn follow(
         at_once: 0,
     };
     run.begin();
+    // Nodes, and events between them: what never gets on is not waited for.
+    let nodes = (duration.to_f64() / model.step).ceil();
+    let mut left = 10.0 * nodes + 1e5;
     while run.time < duration && run.record.stopped.is_none() {
         if run.record.hits.len() > most_hits {
             run.stop("too many impacts");
             break;
         }
+        if left <= 0.0 {
+            run.stop("too many events");
+            break;
+        }
+        left -= 1.0;
         run.step(duration);
     }
     run.finish()
