@@ -122,7 +122,12 @@ impl GapRow {
     #[inline]
     pub fn rounding(&self, jet: &Jet) -> f64 {
         let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
-        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * (jet.size + self.turning))
+        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * self.size(jet))
+    }
+
+    /// Size of the terms of a gap, with what turns with the forcing, however little of it is seen now.
+    pub fn size(&self, jet: &Jet) -> f64 {
+        jet.size + self.turning
     }
 
     /// The gap's jet.

@@ -12,6 +12,11 @@ use nalgebra::{Complex, DMatrix, DVector};
 const DEFECTIVE_CONDITION: f64 = 1e4;
 /// Imaginary parts below this, relative to the largest root, are rounding.
 const REAL_ROOT_TOL: f64 = 1e-12;
+/// Roots below this part of the largest are zero.
+const ZERO: f64 = 1e-12;
+/// Roots between that and this part of the largest are a double one at zero, of a body that nothing holds, which rounding has
+/// split: their vectors are known to half the digits.
+const SPLIT_ZERO: f64 = 1e-7;
 
 /// `x = V z` with z in uncoupled blocks, `z = W x`; x = (q, v).
 #[derive(Debug, Clone)]
@@ -51,6 +56,14 @@ impl ComplexModes {
         let unit = DVector::from_fn(2 * n, |i, _| if i < n { 1.0 } else { rate });
         let scaled = DMatrix::from_fn(2 * n, 2 * n, |i, j| a[(i, j)] * unit[j] / unit[i]);
         let (roots, vectors) = eigen::eigenvectors(&scaled)?;
+        let largest = roots.iter().fold(0.0f64, |m, z| m.max(z.norm()));
+        let is_split = |z: &Complex<f64>| {
+            let part = z.norm() / largest;
+            part > ZERO && part < SPLIT_ZERO
+        };
+        if roots.iter().any(is_split) {
+            return Ok(None);
+        }
         let Some((blocks, columns)) = real_blocks(&roots, &vectors) else {
             return Ok(None);
         };

@@ -282,7 +282,7 @@ impl EventLoop {
         self.still.clear();
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
-            if stop == reached || self.is_closed(mover, stop) {
+            if stop == reached || self.held.contains(&stop) || self.is_closed(mover, stop) {
                 self.touching.push(stop);
             }
         }

@@ -65,7 +65,9 @@ impl Counting<'_> {
         let depth = self.gap_rounding(hit.stop);
         let slow = (2.0 * depth * hit.curvature.abs()).sqrt();
         let floor = if slow.is_finite() { slow } else { 0.0 };
-        depth / hit.approach.max(floor).max(self.rate * depth)
+        // An impact that others of the same instant made has no approach of its own.
+        let speed = hit.approach.max(hit.departure);
+        depth / speed.max(floor).max(self.rate * depth)
     }
 
     /// How long the rest of a geometric series of impacts takes that may be completed here.

@@ -58,12 +58,43 @@ impl EventLoop {
         let resting: Vec<usize> = (0..mover.n_stops()).filter(rests).collect();
         self.still.clear();
         self.starts.fill(0);
-        if let Err(unresolved) = self.hold_or_open(mover, &resting, Some(stop))? {
-            return Ok(Err(unresolved));
+        if !self.is_spared(mover, &resting, stop)? {
+            self.held.clear();
+            self.starts.fill(0);
+            if let Err(unresolved) = self.hold_or_open(mover, &resting, Some(stop))? {
+                return Ok(Err(unresolved));
+            }
         }
         let held = self.held.clone();
         mover.hold(&held)?;
         Ok(Ok(()))
+    }
+
+    /// Whether others that a stop depends on carry without it what it carried with them; they are held then.
+    fn is_spared<M: Mover + ?Sized>(
+        &mut self,
+        mover: &mut M,
+        resting: &[usize],
+        stop: usize,
+    ) -> Result<bool> {
+        let places = |of: bool| (0..resting.len()).filter(move |&i| (resting[i] == stop) == of);
+        let (own, others): (Vec<usize>, Vec<usize>) =
+            (places(true).collect(), places(false).collect());
+        let delassus = mover.delassus(resting)?;
+        if own.iter().any(|&i| !is_bound(&delassus, &others, i)) {
+            return Ok(false);
+        }
+        let others: Vec<usize> = others.into_iter().map(|i| resting[i]).collect();
+        if self.hold_or_open(mover, &others, Some(stop))?.is_err() {
+            return Ok(false);
+        }
+        let bound: Vec<usize> = (0..resting.len())
+            .filter(|&i| self.held.contains(&resting[i]))
+            .collect();
+        let stays = own.iter().all(|&i| is_bound(&delassus, &bound, i));
+        let least = -RELEASED * mover.acceleration_size(stop);
+        self.starts[stop] = 3;
+        Ok(stays && self.drawn(mover, stop, &self.held)? >= least)
     }
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
@@ -94,7 +125,8 @@ impl EventLoop {
         for (i, (&stop, force)) in resting.iter().zip(&forces).enumerate() {
             let left = (delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
-                _ if released == Some(stop) && left <= allowed => undecided.push(i),
+                // The time of a release is known to rounding, and what is so little then to nobody.
+                _ if released.is_some() && left <= allowed => undecided.push(i),
                 Release::Stays => held.push(i),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
