@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// Condition number of a root above which the matrix counts as defective: the modes lose that factor of the digits, the
 /// matrix exponential does not.
-const DEFECTIVE_CONDITION: f64 = 1e4;
+const DEFECTIVE_CONDITION: f64 = 1e3;
 /// Imaginary parts below this, relative to the largest root, are rounding.
 const REAL_ROOT_TOL: f64 = 1e-12;
 /// Roots below this part of the largest are zero.

@@ -63,6 +63,8 @@ pub(crate) struct EventLoop {
     last_blow: Option<(usize, f64)>,
     /// How fast each stop was approached at its last impact, zero before.
     approaches: Vec<f64>,
+    /// The stops let go at one instant, and that.
+    let_go: (f64, Vec<usize>),
     /// The time that a user sees at the last event, the impacts by then, and the events since either changed.
     events_at: (f64, usize, usize),
     pub stats: Stats,
@@ -117,6 +119,7 @@ impl EventLoop {
         self.approaches.clear();
         self.approaches.resize(mover.n_stops(), 0.0);
         self.departure = None;
+        self.let_go.1.clear();
         self.events_at = (t0, 0, 0);
         let begun = self.begin(mover, (q0, v0), record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
@@ -282,7 +285,8 @@ impl EventLoop {
         self.still.clear();
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
-            if stop == reached || self.held.contains(&stop) || self.is_closed(mover, stop) {
+            let is_known = stop == reached || self.held.contains(&stop);
+            if is_known || self.is_closed(mover, stop) || self.faces_held(mover, stop)? {
                 self.touching.push(stop);
             }
         }

@@ -275,6 +275,17 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             break;
         }
     }
+    // Reactions that are not those of inertia may feed a motion until nothing else counts beside it.
+    let n = case.n();
+    let fastest = |x: &[f64]| x[n..].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let given = (case.v0.iter()).fold(terms(case, reference.model.rate).1, |m, v| m.max(v.abs()));
+    let grown = main.samples.iter().position(|x| fastest(x) > 1e9 * given);
+    if let Some(k) = grown.filter(|_| given > 0.0) {
+        cut(
+            reference.times[k.saturating_sub(1)] - case.span.0,
+            "a motion that grows and grows",
+        );
+    }
     for k in 0..main.samples.len() {
         if reference.deviation_at(k) > 1e-4 {
             cut(reference.times[k] - case.span.0, "sensitive to rounding");

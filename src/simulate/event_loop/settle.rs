@@ -11,6 +11,9 @@ use nalgebra::{DMatrix, DVector};
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
 const RELEASED: f64 = 1e-9;
 
+/// Gap of a stop, relative to the motion, from which it may be one that those held keep closed.
+const FACING: f64 = 1e-10;
+
 /// Third derivatives of gaps below this part of the largest are zero: steps know them by differences.
 const STEADY: f64 = 1e-6;
 
@@ -38,7 +41,7 @@ impl EventLoop {
         if resting.is_empty() && before.is_empty() {
             return Ok(Ok(()));
         }
-        if let Err(unresolved) = self.hold_or_open(mover, &resting, None)? {
+        if let Err(unresolved) = self.hold_or_open(mover, &resting, false)? {
             return Ok(Err(unresolved));
         }
         let held = self.held.clone();
@@ -50,6 +53,11 @@ impl EventLoop {
     /// over, and if others open with it, it may be held after all.
     #[cold]
     pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
+        let now = mover.clock().time();
+        if self.let_go.0 != now {
+            self.let_go = (now, Vec::new());
+        }
+        self.let_go.1.push(stop);
         let before = std::mem::take(&mut self.held);
         let rests = |other: &usize| {
             before.contains(other)
@@ -61,13 +69,25 @@ impl EventLoop {
         if !self.is_spared(mover, &resting, stop)? {
             self.held.clear();
             self.starts.fill(0);
-            if let Err(unresolved) = self.hold_or_open(mover, &resting, Some(stop))? {
+            if let Err(unresolved) = self.hold_or_open(mover, &resting, true)? {
                 return Ok(Err(unresolved));
             }
         }
         let held = self.held.clone();
         mover.hold(&held)?;
         Ok(Ok(()))
+    }
+
+    /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
+    pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> Result<bool> {
+        let size = self.sizes[stop];
+        if self.held.is_empty() || mover.gap(stop).gap > FACING * size {
+            return Ok(false);
+        }
+        let mut with_it = self.held.clone();
+        with_it.push(stop);
+        let held: Vec<usize> = (0..self.held.len()).collect();
+        Ok(is_bound(&mover.delassus(&with_it)?, &held, held.len()))
     }
 
     /// Whether others that a stop depends on carry without it what it carried with them; they are held then.
@@ -85,7 +105,7 @@ impl EventLoop {
             return Ok(false);
         }
         let others: Vec<usize> = others.into_iter().map(|i| resting[i]).collect();
-        if self.hold_or_open(mover, &others, Some(stop))?.is_err() {
+        if self.hold_or_open(mover, &others, true)?.is_err() {
             return Ok(false);
         }
         let bound: Vec<usize> = (0..resting.len())
@@ -103,13 +123,13 @@ impl EventLoop {
         self.still.contains(&stop) || speed.abs() <= least_speed(mover, stop)
     }
 
-    /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); the contact
-    /// force of one, which is `released`, falls through zero.
+    /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); where one is let
+    /// go, what is as little as its force is nothing.
     fn hold_or_open<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         resting: &[usize],
-        released: Option<usize>,
+        is_release: bool,
     ) -> Resolved {
         if resting.is_empty() {
             return Ok(Ok(()));
@@ -126,13 +146,13 @@ impl EventLoop {
             let left = (delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if released.is_some() && left <= allowed => undecided.push(i),
+                _ if is_release && left <= allowed => undecided.push(i),
                 Release::Stays => held.push(i),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
             }
         }
-        self.decide(mover, resting, &delassus, (held, undecided), released)?;
+        self.decide(mover, resting, &delassus, (held, undecided), is_release)?;
         Ok(Ok(()))
     }
 
@@ -144,7 +164,7 @@ impl EventLoop {
         resting: &[usize],
         delassus: &DMatrix<f64>,
         (mut held, undecided): (Vec<usize>, Vec<usize>),
-        released: Option<usize>,
+        is_release: bool,
     ) -> Result<()> {
         let beside: Vec<usize> = held.iter().map(|&i| resting[i]).collect();
         // One that faces those held, or stands at their place, has a gap that stays as it is.
@@ -170,7 +190,8 @@ impl EventLoop {
                 }
             }
             for i in steady {
-                let opens = released == Some(resting[i]) || is_bound(delassus, &held, i);
+                let was_let_go = is_release && self.let_go.1.contains(&resting[i]);
+                let opens = was_let_go || is_bound(delassus, &held, i);
                 if opens { &mut opening } else { &mut held }.push(i);
             }
         }
