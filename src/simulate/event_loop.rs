@@ -19,6 +19,8 @@ use std::ops::ControlFlow;
 const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Roundings of a gap or a speed at the start.
 const GIVEN_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Times less apart than this part of them are one instant.
+const INSTANT: f64 = 1e-12;
 /// Events at one instant, without an impact, after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
@@ -256,10 +258,12 @@ impl EventLoop {
             && !self.still.contains(&stop)
     }
 
-    /// Whether so many events without an impact fell on one instant that there will be no end of them.
+    /// Whether so many events without an impact fell on one instant, to some roundings of its time, that there will be no end of
+    /// them.
     fn is_looping(&mut self, now: f64) -> bool {
         let (time, impacts, count) = &mut self.events_at;
-        if *time == now && *impacts == self.stats.n_impacts {
+        let is_same = (now - *time).abs() <= INSTANT * now.abs().max(time.abs());
+        if is_same && *impacts == self.stats.n_impacts {
             *count += 1;
         } else {
             (*time, *impacts, *count) = (now, self.stats.n_impacts, 0);
