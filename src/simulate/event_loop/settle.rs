@@ -11,6 +11,8 @@ use nalgebra::{DMatrix, DVector};
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
 const RELEASED: f64 = 1e-9;
 
+/// The order of the root that a gap is given which those of stops held leave as it is.
+const BOUND: usize = 3;
 /// Gap of a stop, relative to the motion, from which it may be one that those held keep closed.
 const FACING: f64 = 1e-10;
 
@@ -58,12 +60,14 @@ impl EventLoop {
             self.let_go = (now, Vec::new());
         }
         self.let_go.1.push(stop);
-        let before = std::mem::take(&mut self.held);
-        let rests = |other: &usize| {
-            before.contains(other)
-                || (self.is_closed(mover, *other) && self.is_still(mover, *other))
-        };
-        let resting: Vec<usize> = (0..mover.n_stops()).filter(rests).collect();
+        let mut resting = Vec::new();
+        for other in 0..mover.n_stops() {
+            let rests = self.is_closed(mover, other) && self.is_still(mover, other);
+            if rests || self.held.contains(&other) || self.faces_held(mover, other)? {
+                resting.push(other);
+            }
+        }
+        self.held.clear();
         self.still.clear();
         self.starts.fill(0);
         if !self.is_spared(mover, &resting, stop)? {
@@ -80,8 +84,9 @@ impl EventLoop {
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
     pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> Result<bool> {
-        let size = self.sizes[stop];
-        if self.held.is_empty() || mover.gap(stop).gap > FACING * size {
+        let is_near =
+            self.starts[stop] == BOUND || mover.gap(stop).gap <= FACING * self.sizes[stop];
+        if self.held.is_empty() || !is_near {
             return Ok(false);
         }
         let mut with_it = self.held.clone();

@@ -1,0 +1,154 @@
+//! Stops whose normals depend on each other: two that face each other without room, the same stop twice, more stops in a corner
+//! than it has directions. What they let a body do is known in closed form, whoever of them carries the load.
+
+use nalgebra::{DVector, dmatrix, dvector};
+use vibroimpact::{
+    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Reaction, Scene, Side, SimulateOptions,
+    Status, Stop, Trajectory, nalgebra, simulate,
+};
+
+const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
+
+fn run(scene: &Scene, q0: DVector<f64>, v0: DVector<f64>, end: f64, method: Method) -> Trajectory {
+    let options = SimulateOptions {
+        method,
+        ..SimulateOptions::default()
+    };
+    let run = simulate(scene, &q0, &v0, (0.0, end), &options).expect("runs");
+    assert_eq!(run.status(), Status::Finished, "{}", run.message());
+    run
+}
+
+fn upper(normal: &[f64], clearance: f64, restitution: f64) -> Stop {
+    let normal = DVector::from_row_slice(normal);
+    Stop::new(normal, clearance, restitution).expect("valid")
+}
+
+fn lower(normal: &[f64], clearance: f64, restitution: f64) -> Stop {
+    upper(normal, clearance, restitution).on_side(Side::Lower)
+}
+
+/// A mass on a spring, pushed by a constant and a harmonic force.
+fn oscillator(load: f64, force: f64, stops: Vec<Stop>) -> Scene {
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![5.0])
+        .and_then(|system| system.with_load(dvector![load]))
+        .expect("valid");
+    let forcing = Harmonic::new(dvector![force.into()], 2.3, 0.4).expect("valid");
+    Scene::new(system, Forcing::from(forcing), stops).expect("valid")
+}
+
+#[test]
+fn a_body_without_room_stays_whichever_stop_the_force_presses_it_to() {
+    for method in METHODS {
+        let stops = vec![
+            lower(&[1.0], 0.0, 0.3),
+            upper(&[-0.9], 0.0, 0.9),
+            upper(&[1.0], 0.0, 1.0),
+        ];
+        let scene = oscillator(0.2, 0.6, stops);
+        let run = run(&scene, dvector![0.0], dvector![0.0], 60.0, method);
+        let (q, v) = run.last();
+        assert!(
+            q[0].abs() < 1e-15 && v[0].abs() < 1e-15,
+            "{method:?} {q} {v}"
+        );
+        assert!(run.impacts().is_empty(), "{method:?} {:?}", run.impacts());
+    }
+}
+
+#[test]
+fn a_body_that_comes_where_it_has_no_room_comes_to_rest() {
+    for method in METHODS {
+        for (e, f) in [(0.5, 0.5), (0.9, 0.2), (1.0, 0.0)] {
+            let scene = oscillator(0.0, 0.6, vec![lower(&[1.0], 0.0, e), upper(&[1.0], 0.0, f)]);
+            let run = run(&scene, dvector![0.0], dvector![0.7], 20.0, method);
+            let (q, v) = run.last();
+            assert!(
+                q[0].abs() < 1e-12 && v[0].abs() < 1e-12,
+                "{method:?} {e} {f}: {q} {v}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_stop_given_twice_holds_and_lets_go_as_one() {
+    for method in METHODS {
+        let once = oscillator(-1.0, 2.0, vec![lower(&[1.0], 0.0, 0.4)]);
+        let twice = oscillator(-1.0, 2.0, vec![lower(&[1.0], 0.0, 0.4); 2]);
+        let end = |scene: &Scene| run(scene, dvector![0.0], dvector![0.0], 40.0, method);
+        let (one, two) = (end(&once), end(&twice));
+        let apart = (one.last().0[0] - two.last().0[0]).abs();
+        assert!(apart < 1e-7, "{method:?} {apart:e}");
+        assert!(one.impacts().len() > 3, "{method:?}");
+    }
+}
+
+/// A plane body in a corner between three stops, pressed by a force that turns; it stays as long as the force points into the
+/// cone of the reactions.
+#[test]
+fn a_corner_with_more_stops_than_directions_holds_as_the_cone_of_its_reactions() {
+    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0])
+        .expect("valid");
+    let i = nalgebra::Complex::new(0.0, 1.0);
+    // The force (sin t, -cos t) turns from straight down to the right; the left-most reaction is (0.6, 0.8), the right-most (-0.6, 0.8).
+    let forcing = Harmonic::new(dvector![-i, (-1.0).into()], 1.0, 0.0).expect("valid");
+    let stops = [
+        lower(&[0.6, 0.8], 0.0, 0.5),
+        lower(&[0.0, 1.0], 0.0, 0.5),
+        lower(&[-0.6, 0.8], 0.0, 0.5),
+    ];
+    let scene = Scene::new(system, Forcing::from(forcing), stops).expect("valid");
+    let leaves = 0.6f64.atan2(0.8);
+    for method in METHODS {
+        let rest = run(
+            &scene,
+            dvector![0.0, 0.0],
+            dvector![0.0, 0.0],
+            leaves - 1e-6,
+            method,
+        );
+        assert!(rest.last().0.amax() < 1e-14, "{method:?} {}", rest.last().0);
+        // Behind that it slides along the right-most stop, driven by sin(t - leaves).
+        let later = leaves + 0.5;
+        let run = run(
+            &scene,
+            dvector![0.0, 0.0],
+            dvector![0.0, 0.0],
+            later,
+            method,
+        );
+        let far = 0.5 - 0.5f64.sin();
+        let along = dvector![0.8, 0.6] * far;
+        let off = (run.last().0 - &along).amax();
+        assert!(off < 1e-8, "{method:?} {off:e} {}", run.last().0);
+    }
+}
+
+/// A third stop is hit while two hold a body in a corner: it cannot go through them.
+#[test]
+fn a_stop_that_is_held_takes_part_in_the_impacts_of_others() {
+    let (m, k) = (dmatrix![1.5, 0.5; 0.5, 1.2], dmatrix![3.0, -1.0; -1.0, 3.0]);
+    let system = LinearSystem::new(m, dvector![0.0, 0.0], k)
+        .and_then(|system| system.with_load(dvector![-2.0, 0.0]))
+        .expect("valid");
+    let forcing = Harmonic::new(dvector![0.0.into(), 2.5.into()], 1.7, 0.3).expect("valid");
+    let stops = [
+        lower(&[1.0, 0.0], 0.0, 0.9),
+        upper(&[0.3, 1.0], 0.4, 0.8),
+        lower(&[0.2, 1.0], 0.3, 0.7)
+            .with_reaction(Reaction::Direction(dvector![0.1, 1.0]))
+            .expect("valid"),
+    ];
+    let scene = Scene::new(system, Forcing::from(forcing), stops).expect("valid");
+    for method in METHODS {
+        let run = run(&scene, dvector![0.0, 0.0], dvector![0.0, 0.0], 60.0, method);
+        assert!(run.impacts().len() > 10, "{method:?}");
+        for k in 0..=6000 {
+            let (q, _) = run
+                .state(f64::from(k) * 0.01, ImpactSide::After)
+                .expect("kept");
+            assert!(q[0] > -1e-8, "{method:?} {k} {q}");
+        }
+    }
+}
