@@ -289,8 +289,13 @@ impl EventLoop {
         self.still.clear();
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
-            let is_known = stop == reached || self.held.contains(&stop);
-            if is_known || self.is_closed(mover, stop) || self.faces_held(mover, stop)? {
+            let is_held = self.held.contains(&stop);
+            // What those held keep closed has no speed, whatever rounding makes of it.
+            let faces = !is_held && self.faces_held(mover, stop)?;
+            if faces {
+                self.still.push(stop);
+            }
+            if faces || is_held || stop == reached || self.is_closed(mover, stop) {
                 self.touching.push(stop);
             }
         }

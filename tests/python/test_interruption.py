@@ -61,7 +61,7 @@ def interrupted(signum, frame):
 
 
 signal.signal(signal.SIGALRM, interrupted)
-signal.setitimer(signal.ITIMER_REAL, 0.3)
+signal.setitimer(signal.ITIMER_REAL, 0.1)
 try:
     {call}
 except KeyboardInterrupt:
@@ -87,7 +87,7 @@ q = np.ones(20)
 kept = vi.simulate(free, q, q, (0, 10))
 orbit = vi.periodic_orbits(vi.paper_scene(3), [1], 2)[0]
 shuttle = [vi.Stop(0, 1.0, 1.0), vi.Stop(0, 1.0, 1.0, side="lower")]
-bounces = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), None, shuttle), 0.0, 2.0, (0, 300_000))
+bounces = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), None, shuttle), 0.0, 2.0, (0, 600_000))
 functions = vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q, mass=1.0), None, vi.Stop(0, 0.5, 0.9))
 many = np.linspace(0.0, 0.4, 100)
 """
