@@ -36,9 +36,9 @@ FAULTS = [
         "release",
         "a stop whose gap is drawn open stays held",
         "src/simulate/event_loop/settle.rs",
-        "Release::Leaves => self.starts[stop] = 2,",
-        'Release::Leaves if crate::has_fault("release") => self.held.push(stop),\n'
-        "                Release::Leaves => self.starts[stop] = 2,",
+        "Some(Release::Leaves) => opening.push(i),",
+        'Some(Release::Leaves) if crate::has_fault("release") => held.push(i),\n'
+        "                    Some(Release::Leaves) => opening.push(i),",
     ),
     Fault(
         "root",
@@ -78,18 +78,18 @@ FAULTS = [
         "stale force",
         "stops that stay when one is let go keep the motion, and the forces, of those held before",
         "src/simulate/event_loop/settle.rs",
-        "        let held = self.held.clone();\n        mover.hold(&held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a stop",
+        "        let held = self.held.clone();\n        mover.hold(&held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
         "        let held = self.held.clone();\n"
         '        if held.is_empty() || !crate::has_fault("stale force") {\n'
-        "            mover.hold(&held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a stop",
+        "            mover.hold(&held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
     ),
     Fault(
         "end of chatter",
         "impacts that accumulate end too late, by the factor 1/e",
         "src/simulate/exact.rs",
-        "        let span = 2.0 * e * part / acceleration;\n",
+        "        let span = 2.0 * e * speed / ((1.0 - e) * acceleration);\n",
         '        let own = if crate::has_fault("end of chatter") { 1.0 } else { e };\n'
-        "        let span = 2.0 * own * part / acceleration;\n",
+        "        let span = 2.0 * own * speed / ((1.0 - e) * acceleration);\n",
     ),
 ]
 
