@@ -344,7 +344,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 .filter_map(passed)
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((other, guess)) = earlier else { break };
-            self.brackets[other].narrow(time, -1.0);
+            self.brackets[other].closed = time;
             let reached = self.polish(other, guess, start, arrived);
             if reached >= time {
                 time = self.polish(stop, time, start, arrived);
@@ -368,12 +368,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
             let mut jet = self.look(arrived)[stop];
+            let gap = jet.c[0];
             jet.c[0] -= bracket.floor;
             looked = time;
             if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
                 break;
             }
-            bracket.narrow(time, jet.c[0] + bracket.floor);
+            bracket.narrow(time, gap);
             let wanted = newton_step(&jet, self.orders[stop], time).map(|step| time + step);
             let next = bracket.next(wanted, time);
             let step = next - time;

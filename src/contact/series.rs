@@ -2,13 +2,11 @@
 //! start, with all higher terms in the remainder (theory 8).
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
-use crate::flow::Motion;
 use crate::flow::jet::Jet;
 use crate::flow::taylor::ROWS;
+use crate::flow::{Motion, TERM_ROUNDINGS};
 use crate::model::Surface;
 
-/// Rounding of a gap, relative to the size of its terms (theory 8).
-const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 /// Shortest part of a step that is looked at.
 const SHORTEST: f64 = f64::EPSILON;
 /// Newton steps on one root or minimum, bisections among them.

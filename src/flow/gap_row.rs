@@ -5,8 +5,8 @@ use crate::flow::jet::Jet;
 use crate::modal::Pair;
 use nalgebra::Complex;
 
-/// Rounding of a gap relative to the size of its two terms (theory 8).
-const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
+/// Rounding of a gap relative to the size of its terms (theory 8).
+pub(crate) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 /// The same relative to the sum of the sizes of all parts of the motion in it.
 const SUM_ROUNDINGS: f64 = 4.0 * f64::EPSILON;
 

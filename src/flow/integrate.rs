@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::{Dense, Stepper, Tolerance, later};
 use crate::flow::step_size::Controller;
-use crate::model::{Dynamics, Moment};
+use crate::model::{DIFFERENCE, Dynamics, Moment};
 
 /// A first step, in parts of the span; the controller finds the right one soon.
 const FIRST_PART: f64 = 1e-3;
@@ -69,9 +69,6 @@ pub(crate) struct Variational<'a, D> {
     /// Number of deviations.
     pub count: usize,
 }
-
-/// Size of a difference, relative to the state: the cube root of the rounding unit.
-const DIFFERENCE: f64 = 6e-6;
 
 impl<D: Dynamics> Dynamics for Variational<'_, D> {
     fn n_dof(&self) -> usize {

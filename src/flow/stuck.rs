@@ -3,14 +3,12 @@
 
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
-use crate::linalg::rank;
+use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::{Form, ModalForm, Pair};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Singular values of the normals below this, relative to the largest, are zero: the normals are dependent.
-const DEPENDENT_TOL: f64 = 1e-12;
 /// A product of a reaction direction and a free direction below this, relative to both, is zero.
 const ORTHOGONAL_TOL: f64 = 1e-12;
 
@@ -41,7 +39,7 @@ impl StuckMotion {
         let reactions = g.reactions.select_columns(stops);
         let clearances = g.clearances.select_rows(stops);
         let held = |matrix: &DMatrix<f64>, right: &DVector<f64>| {
-            rank::solve(&matrix.transpose(), right, DEPENDENT_TOL * matrix.amax())
+            rank::solve(&matrix.transpose(), right, DEPENDENT * matrix.amax())
         };
         let constraint = held(&normals, &clearances)?;
         let (anchor, free) = (constraint.particular, constraint.null_space);
@@ -57,7 +55,7 @@ impl StuckMotion {
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let inverse = delassus
-            .pseudo_inverse(DEPENDENT_TOL * reactions.amax() * normals.amax())
+            .pseudo_inverse(DEPENDENT * reactions.amax() * normals.amax())
             .unwrap_or_else(|_| DMatrix::zeros(stops.len(), stops.len()));
         // Where normals depend on each other, stops share their forces: they react along what these make of their reactions.
         let shared = &reactions * &inverse;
@@ -96,7 +94,7 @@ impl StuckMotion {
         let gap = |i: usize| {
             let normal = g.normals.column(i).into_owned();
             let seen = free.tr_mul(&normal);
-            let can_change = seen.norm() > DEPENDENT_TOL * normal.norm();
+            let can_change = seen.norm() > DEPENDENT * normal.norm();
             (can_change && !stops.contains(&i)).then(|| {
                 let clearance = g.clearances[i] - normal.dot(&anchor);
                 Quantity::gap(clearance, &form.position_row(&seen))
@@ -215,7 +213,7 @@ impl Reduced {
             inertia
         } else {
             let k = reactions.ncols();
-            let tolerance = DEPENDENT_TOL * reactions.amax();
+            let tolerance = DEPENDENT * reactions.amax();
             rank::solve(&reactions.transpose(), &DVector::zeros(k), tolerance)?.null_space
         };
         let product = across.tr_mul(free);

@@ -12,4 +12,4 @@ pub use event::Impact;
 pub(crate) use event::wrapped;
 pub use multiple::{ResolvedImpacts, resolve_impacts};
 pub use recovery::recovery_matrix;
-pub(crate) use recovery::{DEPENDENT_TOL, check_stops, impulse_matrix};
+pub(crate) use recovery::{check_stops, impulse_matrix};

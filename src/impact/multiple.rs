@@ -85,7 +85,7 @@ pub fn resolve_impacts(
     while state.is_closing() && rounds < MAX_ROUNDS {
         let entering: Vec<usize> = (0..k).filter(|&i| !state.is_opening(i)).collect();
         // Stops that face each other without room cannot both be left at the speeds that they ask for.
-        let Ok(has_pushed) = state.apply(delassus, restitutions, &entering) else {
+        let Some(has_pushed) = state.apply(delassus, restitutions, &entering)? else {
             break;
         };
         rounds += 1;
@@ -96,7 +96,9 @@ pub fn resolve_impacts(
     let is_inelastic = state.is_closing();
     if is_inelastic {
         let all: Vec<usize> = (0..k).collect();
-        state.apply(delassus, &DVector::zeros(k), &all)?;
+        state
+            .apply(delassus, &DVector::zeros(k), &all)?
+            .ok_or_else(unsolvable_impacts)?;
         rounds += 1;
     }
     Ok(ResolvedImpacts {
@@ -174,15 +176,21 @@ impl State {
         }
     }
 
-    /// One round: the law for the stops that enter. Whether any was pushed.
-    fn apply(&mut self, g: &DMatrix<f64>, e: &DVector<f64>, entering: &[usize]) -> Result<bool> {
+    /// One round: the law for the stops that enter. Whether any was pushed; `None` where the law has no solution.
+    fn apply(
+        &mut self,
+        g: &DMatrix<f64>,
+        e: &DVector<f64>,
+        entering: &[usize],
+    ) -> Result<Option<bool>> {
         // What rounding left of the zero speed of a sustained contact is not to be reversed.
         let before = |i: usize| if self.is_zero(i) { 0.0 } else { self.speeds[i] };
         let matrix = g.select_rows(entering).select_columns(entering);
         let rebound: Vec<f64> = entering.iter().map(|&i| (1.0 + e[i]) * before(i)).collect();
         let slack: Vec<f64> = entering.iter().map(|&i| SOLVED * self.slack[i]).collect();
-        let solution =
-            complementarity::solve(&matrix, &rebound, &slack).ok_or_else(unsolvable_impacts)?;
+        let Some(solution) = complementarity::solve(&matrix, &rebound, &slack) else {
+            return Ok(None);
+        };
         let mut push = DVector::zeros(g.nrows());
         for (p, &i) in solution.x.iter().zip(entering) {
             push[i] = *p;
@@ -203,7 +211,7 @@ impl State {
         self.reported = reported;
         let all = self.speeds.iter().chain(&self.slack).chain(&self.impulses);
         if all.into_iter().all(|value| value.is_finite()) {
-            Ok(push.iter().any(|&p| p > 0.0))
+            Ok(Some(push.iter().any(|&p| p > 0.0)))
         } else {
             Err(unsolvable_impacts())
         }
@@ -370,6 +378,7 @@ mod tests {
         assert!(message(1.0, 0.5, f64::INFINITY, 0.0).starts_with("opening_speeds[0] is inf"));
         assert!(message(1.0, 0.5, -1.0, -1.0).starts_with("slack[0] is -1"));
         assert!(message(1e-300, 1.0, -1e300, 0.0).starts_with("delassus is a matrix for which"));
+        assert!(message(1e-200, 1.0, -1e200, 0.0).starts_with("delassus is a matrix for which"));
         let short = resolve_impacts(&DMatrix::identity(2, 2), &one(0.5), &one(-1.0), &one(0.0));
         assert!(short.is_err());
         // Reactions that pull on one another's stops: no impulses keep both from closing.

@@ -2,13 +2,10 @@
 //! `N^T P = -E N^T` whatever the reaction directions.
 
 use crate::error::{Error, Result};
-use crate::linalg::rank;
+use crate::linalg::rank::{self, DEPENDENT};
 use crate::model::{ContactGeometry, Scene};
 use crate::quantity::room_for;
 use nalgebra::{DMatrix, DVector};
-
-/// Singular values of `N^T B` below this, relative to the largest, are zero: the normals are dependent.
-pub(crate) const DEPENDENT_TOL: f64 = 1e-12;
 
 /// `(N^T B)^-1 (I + E)` for the stops hit: what turns approach speeds into impulses, shape `(k, k)`.
 ///
@@ -35,7 +32,7 @@ pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Res
         let set = rank::solve(
             &delassus,
             &rebound.column(j).into_owned(),
-            DEPENDENT_TOL * delassus.amax(),
+            DEPENDENT * delassus.amax(),
         )?;
         dependent |= set.null_space.ncols() > 0;
         inverse.set_column(j, &set.particular);

@@ -13,6 +13,10 @@ pub(crate) const fn overflow() -> Error {
     }
 }
 
+/// Singular values below this part of the largest entry of a matrix of directions, or of their products, are zero: the
+/// directions depend on each other.
+pub(crate) const DEPENDENT: f64 = 1e-12;
+
 /// All solutions of `A x = b`: `particular + null_space c`.
 #[derive(Debug, Clone)]
 pub(crate) struct SolutionSet {

@@ -3,26 +3,35 @@
 use crate::model::{Coefficient, LinearSystem};
 use nalgebra::{Complex, DVector};
 
-/// Size of the terms of `normal . q''` of a linear system under a force of some amplitude, at a state.
-pub(crate) fn acceleration_terms(
+/// Sizes of the terms of the forces on each coordinate of a linear system, at a state; that of a harmonic one is its amplitude.
+pub(crate) fn force_terms(
     system: &LinearSystem,
     amplitude: &DVector<Complex<f64>>,
-    normal: &DVector<f64>,
     (q, v): (&DVector<f64>, &DVector<f64>),
-) -> f64 {
-    let weights = system.solve_mass(normal).abs();
-    let forces = system.load().abs()
+) -> DVector<f64> {
+    system.load().abs()
         + amplitude.map(Complex::norm)
         + sizes(system.stiffness(), q)
-        + sizes(system.damping(), v);
-    weights.dot(&forces)
+        + sizes(system.damping(), v)
+}
+
+/// Size of the terms of `normal . q''` under forces whose terms have given sizes.
+pub(crate) fn acceleration_size(
+    system: &LinearSystem,
+    normal: &DVector<f64>,
+    forces: &DVector<f64>,
+) -> f64 {
+    system.solve_mass(normal).abs().dot(forces)
 }
 
 /// Sums of the sizes of the terms of a matrix times a vector.
 fn sizes(matrix: &Coefficient, x: &DVector<f64>) -> DVector<f64> {
     match matrix {
         Coefficient::Diagonal(d) => d.component_mul(x).abs(),
-        Coefficient::Dense(m) => m.abs() * x.abs(),
+        Coefficient::Dense(m) => {
+            let size = |i: usize, j: usize| (m[(i, j)] * x[j]).abs();
+            DVector::from_fn(x.len(), |i, _| (0..x.len()).map(|j| size(i, j)).sum())
+        }
     }
 }
 
@@ -39,7 +48,8 @@ mod tests {
             .expect("a system");
         let amplitude = dvector![Complex::new(0.0, -4.0), Complex::new(0.0, 0.0)];
         let state = (&dvector![1.0, 1.0], &dvector![2.0, 5.0]);
-        let size = acceleration_terms(&system, &amplitude, &dvector![-1.0, 0.0], state);
+        let terms = force_terms(&system, &amplitude, state);
+        let size = acceleration_size(&system, &dvector![-1.0, 0.0], &terms);
         assert_eq!(size, (1.0 + 4.0 + 3.0 + 3.0 + 1.0) / 2.0);
     }
 }

@@ -1,15 +1,12 @@
 //! The stops of a scene as contacts of a motion: gap, its time derivatives, normal, reaction, at any position (theory 1, 2).
 
 use crate::error::Result;
-use crate::linalg::rank;
+use crate::linalg::rank::{self, DEPENDENT};
 use crate::model::dynamics::solve_mass_at;
 use crate::model::stop::WallSide;
 use crate::model::{Constraint, NonlinearStop, Reaction, Scene, Side, System};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values of normals or of a Delassus matrix below this, relative to the largest entry, are zero: the normals are
-/// dependent.
-const DEPENDENT_TOL: f64 = 1e-12;
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
 /// On a step it enters the gap with the weight `step^2/60`; rounding of the gradient then amounts to `1e5/60` units in the last
 /// place of the gap's change over the step, the truncation `s^2/6` to `1e-12` of the step's fourth order, both below
@@ -63,8 +60,8 @@ impl Surface {
                 }
                 let rows = DMatrix::from_rows(&normals);
                 let none = DVector::zeros(rows.nrows());
-                let free = rank::solve(&rows, &none, DEPENDENT_TOL * rows.amax())?.null_space;
-                Ok(free.tr_mul(normal).norm() <= DEPENDENT_TOL * normal.norm())
+                let free = rank::solve(&rows, &none, DEPENDENT * rows.amax())?.null_space;
+                Ok(free.tr_mul(normal).norm() <= DEPENDENT * normal.norm())
             }
             Self::Wall { lengths, .. } => Ok((others.iter())
                 .any(|other| matches!(other, Self::Wall { lengths: l, .. } if l == lengths))),
@@ -266,7 +263,7 @@ pub(crate) fn reaction_weights(
     let delassus = DMatrix::from_fn(normals.len(), reactions.len(), |i, j| {
         normals[i].dot(&reactions[j])
     });
-    Ok(rank::solve(&delassus, parts, DEPENDENT_TOL * delassus.amax())?.particular)
+    Ok(rank::solve(&delassus, parts, DEPENDENT * delassus.amax())?.particular)
 }
 
 /// The combination of reactions whose parts along the normals are given; of many that of the least weights.

@@ -7,8 +7,8 @@ use crate::model::{
 };
 use nalgebra::{DMatrix, DVector};
 
-/// Size of a difference, relative to the coordinates: the cube root of the rounding unit.
-const DIFFERENCE: f64 = 6e-6;
+/// Size of a difference, relative to the state: the cube root of the rounding unit.
+pub(crate) const DIFFERENCE: f64 = 6e-6;
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -169,9 +169,13 @@ pub(crate) struct NonlinearMotion {
 impl NonlinearMotion {
     /// The motion of a system under a force.
     pub fn new(system: &NonlinearSystem, forcing: &Forcing) -> Self {
+        let acts = match forcing {
+            Forcing::Harmonic(f) => f.amplitude().iter().any(|a| a.norm() > 0.0),
+            _ => true,
+        };
         Self {
             system: system.clone(),
-            force: Driven::new(forcing),
+            force: Driven::new(forcing).filter(|_| acts),
         }
     }
 }

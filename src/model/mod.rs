@@ -22,13 +22,15 @@ mod scene_motion;
 mod stop;
 mod system;
 
-pub(crate) use acceleration_terms::acceleration_terms;
+pub(crate) use acceleration_terms::{acceleration_size, force_terms};
 pub use change::{Change, Parameter};
 pub(crate) use contact::{
     Contact, GapValue, Surface, along_reactions, are_coupled, contacts, reaction_weights,
 };
 pub(crate) use contact_geometry::ContactGeometry;
-pub(crate) use dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, Moment, singular_mass};
+pub(crate) use dynamics::{
+    ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, Moment, singular_mass,
+};
 pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub(crate) use input::{Driven, Input, Undriven};

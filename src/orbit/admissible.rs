@@ -9,7 +9,7 @@ use crate::flow::{
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::Pattern;
-use crate::orbit::closing::{Carrier, is_closed};
+use crate::orbit::closing::Carrier;
 use crate::orbit::held::{Stretch, is_hop, search_held, search_stretch};
 use crate::orbit::periodic_orbit::Flight;
 use crate::simulate::SegmentKind;
@@ -242,10 +242,9 @@ impl<'a> Judge<'a> {
     ) -> Vec<bool> {
         with_flow!(&self.flow, f => {
             let mut carrier = Carrier::new(self.scene, f);
-            let closed = motions.map(|(phase, flights)| {
-                is_closed(self.scene, flights, carrier.misfit(pattern, phase, flights))
-            });
-            closed.collect()
+            motions
+                .map(|(phase, flights)| carrier.lost(pattern, phase, flights).is_none())
+                .collect()
         })
     }
 

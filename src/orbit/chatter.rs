@@ -25,7 +25,7 @@
 //! a later contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
-use crate::model::along_reactions;
+use crate::model::{DIFFERENCE, along_reactions};
 use crate::orbit::pieces::Motion;
 use nalgebra::{DMatrix, DVector};
 
@@ -38,8 +38,6 @@ const MOST_BOUNCES: usize = 1_000_000;
 const MOST_STEPS: usize = 50;
 /// Newton steps that bring a state onto the stops it is held on.
 const MOST_PROJECTIONS: usize = 12;
-/// Size of a difference, relative to the state.
-pub(crate) const DIFFERENCE: f64 = 6e-6;
 
 /// A state, its time, and deviations of both: columns `(dx, dt)`, the time's apart.
 #[derive(Debug, Clone)]

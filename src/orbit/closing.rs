@@ -115,7 +115,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
 
     /// By how much the flights miss their ends, and the contacts their stops, relative to the size of the motion; of free
     /// flights, each of which begins with an instant of the pattern.
-    pub fn misfit(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
+    fn misfit(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
         let (mut missed, mut motion) = (Size::default(), Size::default());
         for flight in flights {
             self.carry(phase, flight, flight.span);
@@ -147,6 +147,12 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
         missed.relative_to(motion)
     }
 
+    /// The same where it is more than rounding explains.
+    pub fn lost(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
+        let misfit = self.misfit(pattern, phase, flights);
+        (!is_closed(self.scene, flights, misfit)).then_some(misfit)
+    }
+
     /// The largest gap at a contact, as a position.
     fn gap(&self, pattern: &Pattern, flights: &[Flight]) -> f64 {
         let (scene, mut gap) = (self.scene, 0.0f64);
@@ -163,7 +169,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
 }
 
 /// Whether a misfit is one of rounding, for flights of the given spans.
-pub(crate) fn is_closed(scene: &ModalScene, flights: &[Flight], misfit: f64) -> bool {
+fn is_closed(scene: &ModalScene, flights: &[Flight], misfit: f64) -> bool {
     if misfit <= CLOSED {
         return true;
     }

@@ -5,8 +5,8 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
-use crate::impact::{DEPENDENT_TOL, impulse_matrix};
-use crate::linalg::rank::{self, SolutionSet};
+use crate::impact::impulse_matrix;
+use crate::linalg::rank::{self, DEPENDENT, SolutionSet};
 use crate::modal::{Block, Form, Pair, times};
 use nalgebra::{DMatrix, DVector};
 
@@ -239,7 +239,7 @@ impl<'a> Instant<'a> {
             return Ok(());
         }
         let delassus = self.delassus();
-        let (tolerance, none) = (DEPENDENT_TOL * delassus.amax(), DVector::zeros(k));
+        let (tolerance, none) = (DEPENDENT * delassus.amax(), DVector::zeros(k));
         let open = rank::solve(&delassus, &none, tolerance)?.null_space;
         if open.ncols() > 0 {
             // Refuses restitutions that contradict each other.

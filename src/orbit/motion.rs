@@ -8,7 +8,7 @@ use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Judge};
-use crate::orbit::closing::{Carrier, is_closed};
+use crate::orbit::closing::Carrier;
 use crate::orbit::course::{Course, struck};
 use crate::orbit::modal_motion::{ModalMotion, joined, stuck_motions};
 use crate::orbit::monodromy::{Flown, monodromy};
@@ -134,8 +134,7 @@ impl OrbitMotion {
             return None;
         };
         let flow = flow.get_or_init(|| modal.flow());
-        let misfit = with_flow!(flow, f => Carrier::new(modal, f).misfit(pattern, phase, flights));
-        (!is_closed(modal, flights, misfit)).then_some(misfit)
+        with_flow!(flow, f => Carrier::new(modal, f).lost(pattern, phase, flights))
     }
 
     /// The impacts of a period, instant by instant.

@@ -12,7 +12,8 @@
 mod newton;
 
 use crate::error::{Error, Result};
-use crate::orbit::chatter::{Chatter, DIFFERENCE, Timed, complete};
+use crate::model::DIFFERENCE;
+use crate::orbit::chatter::{Chatter, Timed, complete};
 use crate::orbit::course::{Event, Leg};
 use crate::orbit::pieces::Motion;
 use nalgebra::{DMatrix, DVector};

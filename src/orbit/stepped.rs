@@ -7,11 +7,12 @@ use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
 use crate::flow::runge_kutta::{Dense, Tolerance, later};
 use crate::impact::Impact;
 use crate::model::{
-    Contact, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts, reaction_weights,
+    Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts,
+    reaction_weights,
 };
 use crate::orbit::Pattern;
 use crate::orbit::admissible::{Admissibility, Breach, Rule, Touch, judge_impacts};
-use crate::orbit::chatter::{DIFFERENCE, project};
+use crate::orbit::chatter::project;
 use crate::orbit::course::{Course, struck};
 use crate::orbit::held::{is_hop, judge_force};
 use crate::orbit::periodic_orbit::Flight;

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, along};
 use crate::impact::wrapped;
-use crate::linalg::rank;
+use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::conditions::Conditions;
@@ -22,8 +22,6 @@ use std::sync::Arc;
 
 /// Unknowns whose determinants are still expanded: two impulses and four retained modes.
 const MOST_UNKNOWNS: usize = 12;
-/// Singular values of the normals of one instant below this, relative to their largest entry, are zero.
-const DEPENDENT_TOL: f64 = 1e-12;
 
 /// Every orbit whose pattern has the two given instants.
 pub(crate) fn two_instants(
@@ -50,7 +48,7 @@ pub(crate) fn two_instants(
     for set in [first, second] {
         let normals = modal.geometry.normals.select_columns(set);
         let none = DVector::zeros(normals.nrows());
-        let dependence = rank::solve(&normals, &none, DEPENDENT_TOL * normals.amax())?.null_space;
+        let dependence = rank::solve(&normals, &none, DEPENDENT * normals.amax())?.null_space;
         if dependence.ncols() > 0 {
             let rule = "stops with dependent normals are one impact: name one of them at each of two instants";
             return Err(Error::bad_value("pattern", format!("{set:?}"), rule));

@@ -225,6 +225,9 @@ impl EventLoop {
             }
             // What is zero as it was given is zero, whatever the mover's own numbers make of it. A gap that is open, however
             // little, is flown through: a run cut just before a contact goes on as one.
+            if gap > margin {
+                continue;
+            }
             let given = mover.placed(stop, q0, v0)?;
             let is_zero = |(value, size): (f64, f64)| value.abs() <= GIVEN_ROUNDING * size;
             if is_zero(given.gap) || self.is_closed(mover, stop) {
@@ -251,9 +254,9 @@ impl EventLoop {
     /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
     /// its speed.
     fn closes<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        let speed = mover.gap(stop).speed;
-        speed < 0.0
-            && speed < -least_speed(mover, stop)
+        let state = mover.gap(stop);
+        state.speed < 0.0
+            && state.speed < -least_speed(mover, stop, state)
             && !self.held.contains(&stop)
             && !self.still.contains(&stop)
     }
@@ -329,7 +332,7 @@ impl EventLoop {
         let e = mover.restitution(reached);
         let state = mover.gap(reached);
         let (speed, pull) = (state.speed, state.acceleration);
-        let is_alone = self.touching.len() == 1 && self.held.is_empty();
+        let is_alone = self.touching.len() == 1;
         if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
             return Ok(false);
         }
@@ -364,8 +367,7 @@ impl EventLoop {
 
 /// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion
 /// would close by its acceleration.
-fn least_speed<M: Mover + ?Sized>(mover: &M, stop: usize) -> f64 {
-    let state = mover.gap(stop);
+fn least_speed<M: Mover + ?Sized>(mover: &M, stop: usize, state: GapState) -> f64 {
     let fall = (2.0 * state.acceleration.abs() * state.size).sqrt();
     ROUNDING * mover.speed_size(stop).max(fall)
 }

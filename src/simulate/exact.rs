@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, along};
 use crate::impact::wrapped;
 use crate::modal::Pair;
-use crate::model::acceleration_terms;
+use crate::model::{acceleration_size, force_terms};
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
@@ -247,7 +247,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         })
     }
 
-    fn acceleration_size(&self, stop: usize) -> f64 {
+    fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
         let ModalScene {
             system,
             amplitude,
@@ -255,12 +255,12 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             ..
         } = self.scene;
         let (q, v) = self.physical();
-        acceleration_terms(
-            system,
-            amplitude,
-            &geometry.normals.column(stop).into_owned(),
-            (&q, &v),
-        )
+        let terms = force_terms(system, amplitude, (&q, &v));
+        let normal = |stop: usize| geometry.normals.column(stop).into_owned();
+        let sizes = stops
+            .iter()
+            .map(|&stop| acceleration_size(system, &normal(stop), &terms));
+        Ok(sizes.collect())
     }
 
     fn work_of_flight(&self) -> usize {
@@ -365,7 +365,8 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         } = self.gap(stop);
         let e = self.restitution(stop);
         let span = 2.0 * e * speed / ((1.0 - e) * acceleration);
-        let (q, v) = self.keep_chatter(stop, span, record)?;
+        let (motion, (q, v)) = self.keep_chatter(stop, span, record)?;
+        let (q, v) = motion.carry(self.angle(self.clock), span, &q, &v);
         self.put((&q, &v), span);
         self.look()
     }

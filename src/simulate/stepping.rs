@@ -17,13 +17,13 @@ pub(crate) use series::{Leg, Taylor};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
-use crate::flow::StuckMotion;
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
 use crate::flow::step_size::Controller;
+use crate::flow::{StuckMotion, TERM_ROUNDINGS};
 use crate::impact::wrapped;
 use crate::model::{
-    Constraint, Contact, Dynamics, GapValue, Moment, Scene, Surface, System, acceleration_terms,
-    are_coupled, contacts,
+    Constraint, Contact, Dynamics, GapValue, Moment, Scene, Surface, System, acceleration_size,
+    are_coupled, contacts, force_terms,
 };
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
@@ -37,8 +37,6 @@ use nalgebra::{DMatrix, DVector};
 use normal::dot;
 use std::sync::Arc;
 
-/// Rounding of a gap, relative to the size of its terms (theory 8).
-pub(super) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 /// Steps that a short flight is like, with its impact.
 const FLIGHT: usize = 16;
 /// Steps taken again on the way to one contact.
@@ -337,22 +335,24 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         })
     }
 
-    fn acceleration_size(&self, stop: usize) -> f64 {
-        // The look before has had this normal: an error would have ended the run there.
-        let Ok(directions) = self.directions(stop) else {
-            return 0.0;
-        };
-        let normal = directions.both().0;
+    fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
+        let (q, v) = self.physical();
+        let normals = stops
+            .iter()
+            .map(|&stop| self.contacts[stop].surface.normal(q.as_slice()));
         if let System::Linear(system) = self.scene.system() {
             let amplitude = self.scene.forcing().force_on(system);
-            let (q, v) = self.physical();
-            let normal = DVector::from_column_slice(normal);
-            return acceleration_terms(system, &amplitude, &normal, (&q, &v));
+            let terms = force_terms(system, &amplitude, (&q, &v));
+            return normals
+                .map(|normal| Ok(acceleration_size(system, &normal?, &terms)))
+                .collect();
         }
         // Of the terms of an acceleration given by a function nobody knows: they are as large as those of other coordinates.
         let (_, a) = self.stepper.start_rate().slice().split_at(self.n());
         let largest = a.iter().fold(0.0f64, |most, a| most.max(a.abs()));
-        largest * normal.iter().map(|n| n.abs()).sum::<f64>()
+        normals
+            .map(|normal| Ok(largest * normal?.lp_norm(1)))
+            .collect()
     }
 
     fn work_of_flight(&self) -> usize {
@@ -444,12 +444,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     }
 
     fn hold(&mut self, stops: &[usize]) -> Result<()> {
+        let is_new = self.holding != stops;
         self.holding.clear();
         self.holding.extend_from_slice(stops);
         self.pressed.clear();
         self.pressed.resize(stops.len(), 0.0);
         if !stops.is_empty() {
             self.settle(stops)?;
+        }
+        if is_new {
             let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
             let is_bound = (0..self.contacts.len()).map(|stop| {
                 Ok(stops.contains(&stop) || self.contacts[stop].surface.is_bound_by(&held)?)

@@ -5,22 +5,20 @@ use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
-use crate::simulate::mover::Mover;
+use crate::linalg::rank::DEPENDENT;
+use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
 
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
 const RELEASED: f64 = 1e-9;
 
-/// The order of the root that a gap is given which those of stops held leave as it is.
-const BOUND: usize = 3;
+/// The order of the root of a gap that opens by its third derivative, or stays as it is.
+const LATE: usize = 3;
 /// Gap of a stop, relative to the motion, from which it may be one that those held keep closed.
 const FACING: f64 = 1e-10;
 
 /// Third derivatives of gaps below this part of the largest are zero: steps know them by differences.
 const STEADY: f64 = 1e-6;
-
-/// Singular values of a Delassus matrix below this part of its largest entry are zero: normals depend on each other.
-const DEPENDENT: f64 = 1e-12;
 
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
@@ -29,25 +27,23 @@ impl EventLoop {
         for (stop, size) in self.sizes.iter_mut().enumerate() {
             *size = size.max(mover.gap(stop).size);
         }
-        let before = std::mem::take(&mut self.held);
+        let held_any = !self.held.is_empty();
+        self.held.clear();
         let mut resting = Vec::new();
-        for &stop in self.touching.iter().chain(&before) {
+        for &stop in &self.touching {
             if self.is_still(mover, stop) {
                 resting.push(stop);
             } else {
                 self.starts[stop] = 1;
             }
         }
-        resting.sort_unstable();
-        resting.dedup();
-        if resting.is_empty() && before.is_empty() {
+        if resting.is_empty() && !held_any {
             return Ok(Ok(()));
         }
         if let Err(unresolved) = self.hold_or_open(mover, &resting, false)? {
             return Ok(Err(unresolved));
         }
-        let held = self.held.clone();
-        mover.hold(&held)?;
+        mover.hold(&self.held)?;
         Ok(Ok(()))
     }
 
@@ -77,15 +73,13 @@ impl EventLoop {
                 return Ok(Err(unresolved));
             }
         }
-        let held = self.held.clone();
-        mover.hold(&held)?;
+        mover.hold(&self.held)?;
         Ok(Ok(()))
     }
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
     pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> Result<bool> {
-        let is_near =
-            self.starts[stop] == BOUND || mover.gap(stop).gap <= FACING * self.sizes[stop];
+        let is_near = self.starts[stop] == LATE || mover.gap(stop).gap <= FACING * self.sizes[stop];
         if self.held.is_empty() || !is_near {
             return Ok(false);
         }
@@ -102,11 +96,12 @@ impl EventLoop {
         resting: &[usize],
         stop: usize,
     ) -> Result<bool> {
-        let places = |of: bool| (0..resting.len()).filter(move |&i| (resting[i] == stop) == of);
-        let (own, others): (Vec<usize>, Vec<usize>) =
-            (places(true).collect(), places(false).collect());
+        let Some(own) = resting.iter().position(|&other| other == stop) else {
+            return Ok(false);
+        };
+        let others: Vec<usize> = (0..resting.len()).filter(|&i| i != own).collect();
         let delassus = mover.delassus(resting)?;
-        if own.iter().any(|&i| !is_bound(&delassus, &others, i)) {
+        if !is_bound(&delassus, &others, own) {
             return Ok(false);
         }
         let others: Vec<usize> = others.into_iter().map(|i| resting[i]).collect();
@@ -116,16 +111,16 @@ impl EventLoop {
         let bound: Vec<usize> = (0..resting.len())
             .filter(|&i| self.held.contains(&resting[i]))
             .collect();
-        let stays = own.iter().all(|&i| is_bound(&delassus, &bound, i));
-        let least = -RELEASED * mover.acceleration_size(stop);
-        self.starts[stop] = 3;
+        let stays = is_bound(&delassus, &bound, own);
+        let least = -RELEASED * mover.acceleration_sizes(&[stop])?[0];
+        self.starts[stop] = LATE;
         Ok(stays && self.drawn(mover, stop, &self.held)? >= least)
     }
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
     fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        let speed = mover.gap(stop).speed;
-        self.still.contains(&stop) || speed.abs() <= least_speed(mover, stop)
+        let state = mover.gap(stop);
+        self.still.contains(&stop) || state.speed.abs() <= least_speed(mover, stop, state)
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); where one is let
@@ -140,12 +135,12 @@ impl EventLoop {
             return Ok(Ok(()));
         }
         let delassus = mover.delassus(resting)?;
-        let Some(forces) = self.holding_forces(mover, resting, &delassus) else {
+        let sizes = mover.acceleration_sizes(resting)?;
+        let Some(forces) = self.holding_forces(mover, resting, &sizes, &delassus) else {
             let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
-        let sizes = resting.iter().map(|&stop| mover.acceleration_size(stop));
-        let allowed = RELEASED * sizes.fold(0.0, f64::max);
+        let allowed = RELEASED * sizes.into_iter().fold(0.0, f64::max);
         let (mut held, mut undecided) = (Vec::new(), Vec::new());
         for (i, (&stop, force)) in resting.iter().zip(&forces).enumerate() {
             let left = (delassus[(i, i)] * force.force).max(force.acceleration);
@@ -201,7 +196,7 @@ impl EventLoop {
             }
         }
         for i in opening {
-            self.starts[resting[i]] = 3;
+            self.starts[resting[i]] = LATE;
         }
         self.held = held.into_iter().map(|i| resting[i]).collect();
         self.held.sort_unstable();
@@ -225,7 +220,10 @@ impl EventLoop {
         let delassus = mover.delassus(&with_it)?;
         let among = delassus.view((0, 0), (k, k)).into_owned();
         // Contacts without forces are a jam, which is found where it is asked which of them stay.
-        let forces = self.holding_forces(mover, held, &among).unwrap_or_default();
+        let sizes = mover.acceleration_sizes(held)?;
+        let forces = self
+            .holding_forces(mover, held, &sizes, &among)
+            .unwrap_or_default();
         let forces = forces.iter().enumerate();
         let added: f64 = forces
             .map(|(j, force)| delassus[(k, j)] * force.force)
@@ -233,33 +231,29 @@ impl EventLoop {
         Ok(free + added)
     }
 
-    /// The contact forces that hold stops at rest, by their Delassus matrix; `None` in a jam.
+    /// The contact forces that hold stops at rest, by the sizes of the terms of their accelerations and their Delassus matrix;
+    /// `None` in a jam.
     fn holding_forces<M: Mover + ?Sized>(
         &self,
         mover: &M,
         stops: &[usize],
+        sizes: &[f64],
         delassus: &DMatrix<f64>,
     ) -> Option<Vec<ContactForce>> {
-        let each = |of: &dyn Fn(usize) -> f64| {
-            DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
-        };
-        let pulls = each(&|stop| mover.gap(stop).acceleration);
-        let slack = each(&|stop| self.unknown_pull(mover, stop).max(ROUNDING * pulls.amax()));
-        contact_forces(delassus, &pulls, &slack).ok()
-    }
-
-    /// What rounding, that of the time since the last event too, leaves unknown of the acceleration of a gap.
-    fn unknown_pull<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> f64 {
+        let gaps: Vec<GapState> = stops.iter().map(|&stop| mover.gap(stop)).collect();
+        let pulls = DVector::from_fn(stops.len(), |i, _| gaps[i].acceleration);
         let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
-        ROUNDING * mover.acceleration_size(stop)
-            + TIME_ROUNDING * flight * mover.gap(stop).jerk.abs()
+        // What rounding, that of the time since the last event too, leaves unknown of an acceleration.
+        let unknown = |i: usize| ROUNDING * sizes[i] + TIME_ROUNDING * flight * gaps[i].jerk.abs();
+        let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
+        contact_forces(delassus, &pulls, &slack).ok()
     }
 }
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
 fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
-    let moves = reduced(delassus, held, &[contact])[(0, 0)];
-    !held.is_empty() && moves <= DEPENDENT * delassus[(contact, contact)]
+    let moves = || reduced(delassus, held, &[contact])[(0, 0)];
+    !held.is_empty() && moves() <= DEPENDENT * delassus[(contact, contact)]
 }
 
 /// The Delassus matrix of some contacts while others are held.

@@ -58,6 +58,9 @@ impl EventLoop {
         let mut any = false;
         for &stop in self.touching.iter().filter(|&&s| self.closes(mover, s)) {
             let (e, speed) = (mover.restitution(stop), -mover.gap(stop).speed);
+            if e <= 0.0 || e >= 1.0 {
+                return Ok(false);
+            }
             let pull = -self.drawn(mover, stop, &self.held)?;
             let is_regular = (speed / self.approaches[stop] / e - 1.0).abs() < RATIO_TOL;
             let rounding = if is_regular {
@@ -66,7 +69,7 @@ impl EventLoop {
                 SPEED_ROUNDING.powi(2)
             };
             let is_low = 0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull;
-            if e <= 0.0 || e >= 1.0 || !is_low {
+            if !is_low {
                 return Ok(false);
             }
             any = true;
@@ -122,7 +125,7 @@ impl EventLoop {
                 mover.gap(stop).speed
             }
         });
-        let slack = each(&|stop| least_speed(mover, stop));
+        let slack = each(&|stop| least_speed(mover, stop, mover.gap(stop)));
         let delassus = mover.delassus(&stops)?;
         let Ok(resolved) = resolve_impacts(&delassus, restitutions, &speeds, &slack) else {
             let reason = format!("no impulses that push resolve the contacts {stops:?}: a jam");

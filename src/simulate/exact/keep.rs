@@ -4,13 +4,14 @@ use super::ExactMover;
 use crate::contact::lowest::Lowest;
 use crate::contact::next::Grazed;
 use crate::error::Result;
-use crate::flow::LinearFlow;
+use crate::flow::{LinearFlow, StuckMotion};
 use crate::modal::Pair;
 use crate::simulate::Keep;
 use crate::simulate::kept::{Piece, SegmentKind};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
 use nalgebra::DVector;
+use std::sync::Arc;
 
 impl<F: LinearFlow> ExactMover<'_, F> {
     /// Keeps what is asked for of a flight from the present state; `last` is the time at which the run ends with it.
@@ -46,23 +47,25 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         });
     }
 
-    /// Keeps the rest of impacts on a stop that accumulate, over a span; position and velocity at its end. Of the normal speed none
-    /// is left, and in the sum the impulses give what the force of lasting contact gives.
+    /// Keeps the rest of impacts on a stop that accumulate, over a span: the motion along it, with position and velocity where it
+    /// begins. Of the normal speed none is left, and in the sum the impulses give what the force of lasting contact gives.
     pub(super) fn keep_chatter(
         &mut self,
         stop: usize,
         span: f64,
         record: &mut Record,
-    ) -> Result<(DVector<f64>, DVector<f64>)> {
+    ) -> Result<(Arc<StuckMotion>, (DVector<f64>, DVector<f64>))> {
         let motion = self.motion_of(&[stop])?;
         let (q, v) = self.settled(&[stop])?;
-        let whole = self.scene.form.to_modal(&q, &v);
-        self.keep_whole(&whole, SegmentKind::Chatter, &[stop], span);
+        if self.kept.is_some() {
+            let whole = self.scene.form.to_modal(&q, &v);
+            self.keep_whole(&whole, SegmentKind::Chatter, &[stop], span);
+        }
         let angle = self.angle(self.clock);
         record.sample(self.clock, span, None, |local| {
             motion.carry(angle, local, &q, &v)
         });
-        Ok(motion.carry(angle, span, &q, &v))
+        Ok((motion, (q, v)))
     }
 
     /// Keeps a segment of one piece from the present state.

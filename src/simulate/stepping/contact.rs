@@ -1,10 +1,11 @@
 //! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
 
 use super::FreeFlight;
-use super::{MOST_POLISHES, StepMover, TERM_ROUNDINGS};
+use super::{MOST_POLISHES, StepMover};
 use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
 use crate::error::Result;
+use crate::flow::TERM_ROUNDINGS;
 use crate::flow::runge_kutta::State;
 use crate::model::{Dynamics, GapValue};
 use crate::simulate::trajectory::Graze;
