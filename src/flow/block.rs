@@ -218,11 +218,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         }
         GapRow::new(
             cells.into_iter(),
-            (*constant, *known_size),
+            (*constant, *known_size + forcing.norm()),
             (rest, rest_size),
             (forced, forced_growth),
         )
-        .turning_by(forcing.norm())
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {

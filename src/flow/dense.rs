@@ -187,13 +187,13 @@ impl LinearFlow for DenseFlow {
         let cells = row.iter().map(|&r| (r, weight, f64::INFINITY));
         let turning = ([forcing.re, -forcing.im], 0.0, f64::INFINITY);
         let forced = direct.norm() * w3 + forcing.norm() * w3 * self.frequency;
+        let terms = (*constant, *known_size + forcing.norm());
         GapRow::new(
             cells.chain([turning]),
-            (*constant, *known_size),
-            (*constant, *known_size),
+            terms,
+            terms,
             (forced, weight * size * w3),
         )
-        .turning_by(forcing.norm())
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {

@@ -69,10 +69,9 @@ struct Cell {
 pub(crate) struct GapRow {
     cells: Vec<Cell>,
     clearance: f64,
-    /// Size of the terms that the clearance was summed from.
+    /// Size of the terms that the clearance was summed from, and the amplitude of what turns with the forcing: its rounding is a
+    /// part of that, however little of it is seen at a time.
     size: f64,
-    /// Amplitude of what turns with the forcing.
-    turning: f64,
     /// The gap where every pair rests, and the size of its terms.
     rest: (f64, f64),
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
@@ -82,8 +81,8 @@ pub(crate) struct GapRow {
 
 impl GapRow {
     /// A gap from one `(row, weight, reach)` for each pair: the weight in the bound on the fourth derivative, that in the
-    /// bound on the gap over all times to come. `clearance` and `size` are the gap and the size of its terms where every pair is
-    /// zero, `rest` the same where every norm is zero; `forced` are the bounds on the forcing's own part of the fourth
+    /// bound on the gap over all times to come. `clearance` and `size` are the gap and the size of its terms, with the amplitude of what turns with the forcing, where every
+    /// pair is zero, `rest` the same where every norm is zero; `forced` are the bounds on the forcing's own part of the fourth
     /// derivative, constant and growing with time.
     pub fn new(
         cells: impl Iterator<Item = (Pair, f64, f64)>,
@@ -96,17 +95,10 @@ impl GapRow {
             cells: cells.collect(),
             clearance,
             size,
-            turning: 0.0,
             rest,
             forced,
             forced_growth,
         }
-    }
-
-    /// With an amplitude of what turns with the forcing: its rounding is a part of that, however little of it is seen at a time.
-    pub fn turning_by(mut self, amplitude: f64) -> Self {
-        self.turning = amplitude;
-        self
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
@@ -122,12 +114,7 @@ impl GapRow {
     #[inline]
     pub fn rounding(&self, jet: &Jet) -> f64 {
         let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
-        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * self.size(jet))
-    }
-
-    /// Size of the terms of a gap, with what turns with the forcing, however little of it is seen now.
-    pub fn size(&self, jet: &Jet) -> f64 {
-        jet.size + self.turning
+        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
     }
 
     /// The gap's jet.

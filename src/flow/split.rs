@@ -135,13 +135,12 @@ impl LinearFlow for SplitFlow {
             *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
             turned = turning[0].hypot(turning[1]);
         }
-        let row = self.flow.gap_row(&Quantity {
+        self.flow.gap_row(&Quantity {
             constant: constant - rest,
-            size: size + rest.abs(),
+            size: size + rest.abs() + turned,
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
-        });
-        row.turning_by(turned)
+        })
     }
 
     /// At an equilibrium nothing moves, so that the load leaves no trace here.

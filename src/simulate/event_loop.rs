@@ -265,8 +265,7 @@ impl EventLoop {
     /// them.
     fn is_looping(&mut self, now: f64) -> bool {
         let (time, impacts, count) = &mut self.events_at;
-        let is_same = (now - *time).abs() <= INSTANT * now.abs().max(time.abs());
-        if is_same && *impacts == self.stats.n_impacts {
+        if is_one_instant(now, *time) && *impacts == self.stats.n_impacts {
             *count += 1;
         } else {
             (*time, *impacts, *count) = (now, self.stats.n_impacts, 0);
@@ -294,7 +293,7 @@ impl EventLoop {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
             let is_held = self.held.contains(&stop);
             // What those held keep closed has no speed, whatever rounding makes of it.
-            let faces = !is_held && self.faces_held(mover, stop)?;
+            let faces = self.faces_held(mover, stop);
             if faces {
                 self.still.push(stop);
             }
@@ -363,6 +362,11 @@ impl EventLoop {
         }
         Ok(true)
     }
+}
+
+/// Whether two times are one, but for rounding.
+fn is_one_instant(a: f64, b: f64) -> bool {
+    (a - b).abs() <= INSTANT * a.abs().max(b.abs())
 }
 
 /// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion

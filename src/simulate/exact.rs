@@ -247,6 +247,13 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         })
     }
 
+    fn is_bound(&self, stop: usize) -> bool {
+        let bound = |motion: &Arc<StuckMotion>| {
+            motion.gaps[stop].is_none() && !motion.stops.contains(&stop)
+        };
+        self.holding.as_ref().is_some_and(bound)
+    }
+
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
         let ModalScene {
             system,

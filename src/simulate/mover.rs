@@ -95,6 +95,8 @@ pub(crate) trait Mover {
     fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64>;
     /// A gap and its speed at a position and velocity, before the rounding of the mover's own state.
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed>;
+    /// Whether those held keep the gap of another stop as it is.
+    fn is_bound(&self, stop: usize) -> bool;
     /// Size of the terms of the accelerations of some gaps.
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>>;
     /// Operations that a flight of few steps is, in the units of a watch.

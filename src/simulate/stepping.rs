@@ -335,6 +335,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         })
     }
 
+    fn is_bound(&self, stop: usize) -> bool {
+        !self.holding.is_empty() && self.is_bound[stop] && !self.holding.contains(&stop)
+    }
+
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
         let (q, v) = self.physical();
         let normals = stops

@@ -57,7 +57,7 @@ impl Run<'_> {
             return;
         };
         // The normal speeds vanish; the held motion takes the time of the series.
-        let inner = self.model.among(&all);
+        let inner = self.model.delassus.part(&all);
         let closing: Vec<Dd> = all
             .iter()
             .map(|&i| -self.model.opening(i, &self.x))
@@ -65,15 +65,7 @@ impl Run<'_> {
         let Some(p) = inner.solve(&closing) else {
             return;
         };
-        let n = self.model.n;
-        for (&i, &p) in all.iter().zip(&p) {
-            for (v, &b) in self.x[n..2 * n]
-                .iter_mut()
-                .zip(&self.model.stops[i].reaction)
-            {
-                *v -= b * p;
-            }
-        }
+        self.push(&all, &p);
         let passed = speed * 2.0 / Dd::from(-a) / (Dd::ONE - Dd::from(e));
         self.sample(&motion, passed);
         self.x = motion.advance(&self.x, passed);

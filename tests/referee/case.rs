@@ -75,6 +75,15 @@ impl Case {
         self.q0.len()
     }
 
+    /// A number that exact flights have, or that steps have.
+    pub fn by_method<T>(&self, exact: T, steps: T) -> T {
+        if self.method == Method::Exact {
+            exact
+        } else {
+            steps
+        }
+    }
+
     /// The library's scene; a matrix that happens to be diagonal is given as one.
     pub fn scene(&self) -> Result<Scene> {
         let coefficient = |a: &DMatrix<f64>| {
@@ -124,8 +133,7 @@ impl Case {
 
     /// The gap of a stop at the start.
     pub fn first_gap(&self, stop: usize) -> f64 {
-        let normal = self.stops[stop].outward();
-        self.stops[stop].clearance - normal.iter().zip(&self.q0).map(|(n, q)| n * q).sum::<f64>()
+        self.stops[stop].gap(&self.q0)
     }
 
     /// How far from a stop a start may be to count as in contact.

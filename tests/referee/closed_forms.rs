@@ -68,6 +68,7 @@ fn a_ball_comes_to_rest() {
     for e in [0.5, 0.9] {
         let record = run(&oscillator(0.0, -1.0, None, e, 1.0, 60.0), &[50.0]);
         let fall = 2f64.sqrt();
+        assert!(record.hits.len() > 20, "{e} {}", record.hits.len());
         for (n, hit) in (0..30).zip(&record.hits) {
             let speed = fall * e.powi(n);
             let time = fall * (1.0 + 2.0 * e * (1.0 - e.powi(n)) / (1.0 - e));
@@ -76,9 +77,7 @@ fn a_ball_comes_to_rest() {
         }
         let end = fall * (1.0 + 2.0 * e / (1.0 - e));
         assert!((record.sticks[0].start - end).abs() < 1e-14 * end && record.sticks[0].end == 60.0);
-        assert!(
-            record.samples[0] == [0.0, 0.0] || record.samples[0].iter().all(|x| x.abs() < 1e-25)
-        );
+        assert!(record.samples[0].iter().all(|x| x.abs() < 1e-25));
     }
 }
 

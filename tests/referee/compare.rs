@@ -101,8 +101,7 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     );
     let has_chatter = !theirs.chatters.is_empty();
     let stays_closed = |stop: usize, from: f64, to: f64| {
-        let reach: f64 = case.stops[stop].normal.iter().map(|n| n.abs()).sum();
-        let size = case.stops[stop].clearance.abs() + reach * reference.q_unit;
+        let size = counting.size(stop);
         let allowed = 1e2 * (counting.gap_rounding(stop) / size).max(1e-14) * size;
         (0..=20).all(|k| {
             let t = case.span.0 + from + (to - from) * f64::from(k) / 20.0;
@@ -168,7 +167,7 @@ fn compare_hits(
     let mut recent: VecDeque<[f64; 3]> = VecDeque::new();
     let mut drifts = Vec::new();
     let beside = Beside::new(reference, &counting);
-    let normal_size = |stop: usize| case.stops[stop].normal.iter().map(|x| x.abs()).sum::<f64>();
+    let normal_size = |stop: usize| counting.reach(stop);
     let (mut i, mut j) = (0, 0);
     let mut known = 0.0;
     while i < mine.len() || j < theirs.len() {
@@ -194,7 +193,7 @@ fn compare_hits(
             let n = normal_size(hit.stop);
             let depth = depth(reference, hit, n);
             // A dip so shallow is one of the errors of the motion.
-            let size = case.stops[hit.stop].clearance.abs() + n * reference.q_unit;
+            let size = counting.size(hit.stop);
             if hit.curvature > 0.0 && depth < allowance(case).base * size {
                 return (drifts, hit.time.to_f64());
             }

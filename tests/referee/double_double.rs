@@ -167,6 +167,14 @@ impl Matrix {
         }
     }
 
+    /// Some rows of some columns, the same of both.
+    pub fn part(&self, places: &[usize]) -> Self {
+        let row = |&i: &usize| places.iter().map(|&j| self.rows[i][j]).collect();
+        Self {
+            rows: places.iter().map(row).collect(),
+        }
+    }
+
     pub fn times(&self, x: &[Dd]) -> Vec<Dd> {
         self.rows.iter().map(|row| dot(row, x)).collect()
     }

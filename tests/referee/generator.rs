@@ -129,16 +129,6 @@ impl Draw<'_> {
     }
 }
 
-fn gap(stop: &StopCase, q: &[f64]) -> f64 {
-    stop.clearance
-        - stop
-            .outward()
-            .iter()
-            .zip(q)
-            .map(|(n, q)| n * q)
-            .sum::<f64>()
-}
-
 /// The position of least length on all these stops.
 fn on_stops(n: usize, stops: &[StopCase]) -> Option<Vec<f64>> {
     let normals = DMatrix::from_fn(stops.len(), n, |i, j| stops[i].outward()[j]);
@@ -171,7 +161,7 @@ pub fn scene(seed: u64, number: u64) -> Case {
     let (q0, v0) = draw.start(&stops);
     // A start behind a stop moves the stop: to where it is touched, or beyond.
     for stop in &mut stops {
-        let behind = gap(stop, &q0);
+        let behind = stop.gap(&q0);
         if behind < 0.0 && behind.abs() > 1e-13 {
             let room = draw.random.of(&[0.0, 0.1]);
             stop.clearance += room - behind;

@@ -4,7 +4,6 @@
 
 use crate::case::Case;
 use crate::record::{Hit, Stretch};
-use vibroimpact::Method;
 
 /// To what part of its terms a gap is known in doubles: some 16 units of rounding, as theory 8 has it.
 pub const GAP_ROUNDING: f64 = 4e-15;
@@ -22,11 +21,13 @@ pub struct Counting<'a> {
 }
 
 impl Counting<'_> {
-    fn reach(&self, stop: usize) -> f64 {
+    /// The size of a normal.
+    pub fn reach(&self, stop: usize) -> f64 {
         self.case.stops[stop].normal.iter().map(|x| x.abs()).sum()
     }
 
-    fn size(&self, stop: usize) -> f64 {
+    /// The size of the terms of a gap.
+    pub fn size(&self, stop: usize) -> f64 {
         self.case.stops[stop].clearance.abs() + self.reach(stop) * self.q_unit
     }
 
@@ -42,21 +43,13 @@ impl Counting<'_> {
 
     /// To what a gap is known.
     pub fn gap_rounding(&self, stop: usize) -> f64 {
-        let relative = if self.case.method == Method::Exact {
-            GAP_ROUNDING
-        } else {
-            self.case.rtol
-        };
+        let relative = self.case.by_method(GAP_ROUNDING, self.case.rtol);
         relative * self.size(stop)
     }
 
     /// Slower approaches are rounding.
     pub fn speed_floor(&self, stop: usize) -> f64 {
-        let relative = if self.case.method == Method::Exact {
-            1e-13
-        } else {
-            10.0 * self.case.rtol
-        };
+        let relative = self.case.by_method(1e-13, 10.0 * self.case.rtol);
         relative * self.reach(stop) * self.v_unit
     }
 

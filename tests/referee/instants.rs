@@ -21,6 +21,17 @@ impl Run<'_> {
         self.strike(&touching);
     }
 
+    /// Impulses on some stops.
+    pub fn push(&mut self, stops: &[usize], impulses: &[Dd]) {
+        let n = self.model.n;
+        for (&i, &p) in stops.iter().zip(impulses) {
+            let reaction = &self.model.stops[i].reaction;
+            for (v, &b) in self.x[n..2 * n].iter_mut().zip(reaction) {
+                *v -= b * p;
+            }
+        }
+    }
+
     /// Shifts a contact by what the rounding of its gap does to its time; of one no deeper than rounding nobody knows.
     pub fn blur(&mut self, stop: usize) {
         let held = self.held.clone();
@@ -76,7 +87,7 @@ impl Run<'_> {
         if self.model.reactions_differ(touching) {
             self.doubt("stops that depend on each other push in different directions");
         }
-        let part = self.model.among(touching);
+        let part = self.model.delassus.part(touching);
         let opening: Vec<Dd> = touching
             .iter()
             .map(|&i| match self.contacts[i] {
@@ -104,15 +115,7 @@ impl Run<'_> {
                 return self.stop(reason);
             }
         }
-        let n = self.model.n;
-        for (&i, &p) in touching.iter().zip(&result.impulses) {
-            for (v, &b) in self.x[n..2 * n]
-                .iter_mut()
-                .zip(&self.model.stops[i].reaction)
-            {
-                *v -= b * p;
-            }
-        }
+        self.push(touching, &result.impulses);
         let mut hit = Vec::new();
         for (k, &i) in touching.iter().enumerate() {
             if result.impulses[k] > Dd::ZERO {
@@ -193,7 +196,7 @@ impl Run<'_> {
         if self.model.reactions_differ(stays) {
             self.doubt("stops that depend on each other push in different directions");
         }
-        let delassus = self.model.among(stays);
+        let delassus = self.model.delassus.part(stays);
         let ahead = Dd::from(AHEAD * self.model.step);
         let mut held: Vec<usize> = stays
             .iter()

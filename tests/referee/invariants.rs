@@ -2,17 +2,14 @@
 
 use crate::case::{Case, Push};
 use crate::compare::Difference;
+use crate::double_double::Dd;
 use crate::reference::Reference;
 use nalgebra::{DMatrix, DVector};
-use vibroimpact::{ImpactSide, Method, Scene, SegmentKind, Trajectory, simulate};
+use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate};
 
 /// Relative rounding allowed; steps of an integrator add their tolerance.
 fn rounding(case: &Case) -> f64 {
-    if case.method == Method::Exact {
-        1e-13
-    } else {
-        1e-13 + 10.0 * case.rtol
-    }
+    case.by_method(1e-13, 1e-13 + 10.0 * case.rtol)
 }
 
 pub fn check(
@@ -24,7 +21,7 @@ pub fn check(
     [
         gaps_stay_open(case, run, reference),
         impacts_keep_the_law(case, run, reference),
-        forces_press(case, run),
+        forces_press(case, run, reference),
         energy_adds_up(case, run),
         segments_fill_the_span(run),
         same_bits_twice(case, scene, run),
@@ -52,9 +49,7 @@ fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     let (start, end) = run.span();
     for k in 0..POINTS {
         let t = start + (end - start) * k as f64 / POINTS as f64;
-        let Ok((q, _)) = run.state(t, ImpactSide::After) else {
-            continue;
-        };
+        let (q, _) = run.state(t, ImpactSide::After).expect("inside the span");
         for (i, stop) in case.stops.iter().enumerate() {
             let terms = stop
                 .outward()
@@ -166,11 +161,7 @@ fn impacts_keep_the_law(
         let acceleration = reference.model.rate * reference.v_unit;
         let size = reference.v_unit * normal.lp_norm(1);
         // Steps keep the speeds of stops held to their tolerance, and impacts begin from none.
-        let relative = if case.method == Method::Exact {
-            1e-12
-        } else {
-            1e-12 + 10.0 * case.rtol
-        };
+        let relative = case.by_method(1e-12, 1e-12 + 10.0 * case.rtol);
         let allowed = relative * size + 4.0 * tick * acceleration * normal.lp_norm(1);
         let (into, out) = (normal.dot(&before.1), -normal.dot(&after.1));
         if (into - impact.approach).abs() > allowed || (out - impact.departure).abs() > allowed {
@@ -214,7 +205,7 @@ fn impacts_keep_the_law(
     None
 }
 
-fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
+fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
     let inverse = inverse_mass(case);
     let segments = run.segments().expect("kept");
     let sticks: Vec<_> = segments
@@ -231,17 +222,11 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
                 .collect();
             held.sort_unstable();
             held.dedup();
-            let Ok((q, v)) = run.state(t, ImpactSide::After) else {
-                continue;
-            };
+            let (q, v) = run.state(t, ImpactSide::After).expect("inside the span");
             let mut force = DVector::from_row_slice(&case.load);
             let mut size = force.amax();
             if let Some(f) = &case.force {
-                let angle = (crate::double_double::Dd::from(f.frequency)
-                    * crate::double_double::Dd::from(t)
-                    + crate::double_double::Dd::from(f.phase))
-                .cos_sin();
-                let (c, s) = (angle.0.to_f64(), angle.1.to_f64());
+                let [_, c, s] = reference.model.forcing_at(case, t).map(Dd::to_f64);
                 for i in 0..case.n() {
                     force[i] += f.re[i] * c - f.im[i] * s;
                     size = size.max(f.re[i].abs()).max(f.im[i].abs());
@@ -268,11 +253,7 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
                 continue;
             };
             let largest = inverse.amax() * size / b.amax();
-            let allowed = if case.method == Method::Exact {
-                1e-9
-            } else {
-                1e-5
-            } * largest.max(1e-300);
+            let allowed = case.by_method(1e-9, 1e-5) * largest.max(1e-300);
             if forces.min() < -allowed {
                 return difference(
                     "a contact force pulls",
@@ -284,11 +265,7 @@ fn forces_press(case: &Case, run: &Trajectory) -> Option<Difference> {
                 );
             }
             let speeds = normals.transpose() * &v;
-            let limit = if case.method == Method::Exact {
-                1e-10
-            } else {
-                1e-6
-            };
+            let limit = case.by_method(1e-10, 1e-6);
             if speeds.amax() > limit * (1.0 + v.amax()) {
                 return difference(
                     "held and moving",
@@ -340,22 +317,17 @@ fn energy_adds_up(case: &Case, run: &Trajectory) -> Option<Difference> {
         .flat_map(|x| x.iter())
         .fold(0.0, |m: f64, x| m.max(x.abs()));
     // Below the absolute tolerance of steps energies are known to that.
-    let least = if case.method == Method::Exact {
-        0.0
-    } else {
-        0.5 * case.mass.amax() * (case.atol / case.rtol).powi(2)
-    };
+    let least = case.by_method(
+        0.0,
+        0.5 * case.mass.amax() * (case.atol / case.rtol).powi(2),
+    );
     let size = size.max(least);
     let segments = run.segments().expect("motion is kept");
     let completions = segments.iter().filter(|s| s.kind == SegmentKind::Chatter);
     // Accumulating impacts that are completed end on the stop, off by the residual gap of theory 9.
     let completed = 40.0 * case.rtol * completions.count() as f64;
     let worst = energy.balance.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let allowed = if case.method == Method::Exact {
-        1e-8
-    } else {
-        1e-5 + 10.0 * case.rtol * run.stats().n_steps as f64
-    };
+    let allowed = case.by_method(1e-8, 1e-5 + 10.0 * case.rtol * run.stats().n_steps as f64);
     if worst > (allowed + completed) * size || worst.is_nan() {
         return difference("energy balance", format!("{worst:e} of {size:e}"));
     }
@@ -374,7 +346,10 @@ fn energy_adds_up(case: &Case, run: &Trajectory) -> Option<Difference> {
 
 fn same_bits_twice(case: &Case, scene: &Scene, run: &Trajectory) -> Option<Difference> {
     let (q0, v0) = case.start();
-    let again = simulate(scene, &q0, &v0, case.span, &case.options()).ok()?;
+    let again = match simulate(scene, &q0, &v0, case.span, &case.options()) {
+        Ok(again) => again,
+        Err(error) => return difference("error the second time", error.to_string()),
+    };
     if again.impacts() == run.impacts() && again.last() == run.last() {
         return None;
     }

@@ -10,15 +10,6 @@ fn size(values: &[Dd]) -> f64 {
     values.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max)
 }
 
-fn part(g: &Matrix, rows: &[usize]) -> Matrix {
-    let rows = rows
-        .iter()
-        .map(|&i| rows.iter().map(|&j| g.rows[i][j]).collect());
-    Matrix {
-        rows: rows.collect(),
-    }
-}
-
 /// Every solution `x` of `0 <= x`, `w = G x - r >= 0`, `x.w = 0` with independent active columns, few active ones first.
 pub fn complementary(g: &Matrix, r: &[Dd], scale: f64) -> Vec<Vec<Dd>> {
     let n = r.len();
@@ -28,7 +19,7 @@ pub fn complementary(g: &Matrix, r: &[Dd], scale: f64) -> Vec<Vec<Dd>> {
     for set in sets {
         let active: Vec<usize> = (0..n).filter(|i| set >> i & 1 == 1).collect();
         let right: Vec<Dd> = active.iter().map(|&i| r[i]).collect();
-        let Some(y) = part(g, &active).solve(&right) else {
+        let Some(y) = g.part(&active).solve(&right) else {
             continue;
         };
         if y.iter().any(|y| y.to_f64() < 0.0) {
@@ -96,7 +87,7 @@ pub fn impulses(g: &Matrix, opening: &[Dd], restitution: &[f64], scale: f64) -> 
                 closing * (Dd::ONE + Dd::from(e))
             })
             .collect();
-        let inner = part(g, &enters);
+        let inner = g.part(&enters);
         let solutions = complementary(&inner, &target, scale);
         let Some(first) = solutions.first() else {
             instant.doubt = Some("no impulses solve the law");

@@ -160,14 +160,6 @@ fn fastest_rate(free: &Matrix, n: usize, span: f64) -> f64 {
 }
 
 impl Model {
-    /// The Delassus matrix of some stops.
-    pub fn among(&self, stops: &[usize]) -> Matrix {
-        let row = |&i: &usize| stops.iter().map(|&j| self.delassus.rows[i][j]).collect();
-        Matrix {
-            rows: stops.iter().map(row).collect(),
-        }
-    }
-
     /// Whether impulses on some stops that change none of their speeds can change the motion: which of them carries a load is
     /// then nobody's, and matters.
     pub fn reactions_differ(&self, stops: &[usize]) -> bool {
@@ -209,12 +201,7 @@ impl Motion {
         let (n, m) = (model.n, 2 * model.n + 3);
         let mut acceleration = model.free.clone();
         let mut forces = vec![vec![Dd::ZERO; m]; held.len()];
-        let inner = Matrix {
-            rows: held
-                .iter()
-                .map(|&i| held.iter().map(|&j| model.delassus.rows[i][j]).collect())
-                .collect(),
-        };
+        let inner = model.delassus.part(held);
         for column in 0..m {
             let free: Vec<Dd> = model.free.rows.iter().map(|r| r[column]).collect();
             let right: Vec<Dd> = held

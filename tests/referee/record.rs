@@ -33,7 +33,6 @@ pub struct Record {
     /// Why the run ended early.
     pub stopped: Option<(f64, &'static str)>,
     pub samples: Vec<Vec<f64>>,
-    pub last: Vec<f64>,
     pub end: f64,
     /// Largest position, velocity and contact force so far.
     pub q_size: f64,

@@ -69,15 +69,10 @@ pub fn reference(case: &Case) -> Reference {
             model,
         )
     };
-    let touches = case.stops.iter().any(|s| {
-        let gap = s.clearance
-            - s.outward()
-                .iter()
-                .zip(&case.q0)
-                .map(|(n, q)| n * q)
-                .sum::<f64>();
-        gap.abs() <= 1e-6 * (s.clearance.abs() + 1.0)
-    });
+    let touches = case
+        .stops
+        .iter()
+        .any(|s| s.gap(&case.q0).abs() <= 1e-6 * (s.clearance.abs() + 1.0));
     let moved = |sign: f64| {
         let by = sign * allowance(case).moved;
         let q = if touches { 1.0 } else { 1.0 - 0.7 * by };
@@ -97,23 +92,14 @@ pub fn reference(case: &Case) -> Reference {
         Some(Roughness {
             terms: q_terms,
             completion: 40.0 * case.rtol.max(1e-14),
-            gap: sign
-                * if case.method == Method::Exact {
-                    GAP_ROUNDING
-                } else {
-                    case.rtol
-                },
+            gap: sign * case.by_method(GAP_ROUNDING, case.rtol),
         })
     };
     let aside = [
         run(moved(1.0), rough(1.0)).0,
         run(moved(-1.0), rough(-1.0)).0,
     ];
-    let floor = if case.method == Method::Exact {
-        1e-12
-    } else {
-        case.atol / case.rtol
-    };
+    let floor = case.by_method(1e-12, case.atol / case.rtol);
     let mut reference = Reference {
         q_unit: main.q_size.max(floor).max(q_terms),
         v_unit: main.v_size.max(floor).max(v_terms),
@@ -260,11 +246,7 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
     }
     // What nothing drives dies away, and what is left of it then is rounding.
     let is_driven = case.force.is_some() || case.load.iter().any(|&f| f != 0.0);
-    let least = if case.method == Method::Exact {
-        1e-13
-    } else {
-        10.0 * case.rtol
-    };
+    let least = case.by_method(1e-13, 10.0 * case.rtol);
     for (k, x) in main.samples.iter().enumerate() {
         let left = reference.distance(x, &vec![0.0; x.len()]);
         if !is_driven && left > 0.0 && left < least {

@@ -7,11 +7,10 @@ use nalgebra::DMatrix;
 use vibroimpact::Method;
 
 fn disagrees(case: &Case, original: &Case, class: &str) -> bool {
-    let is_feasible = case.stops.iter().all(|stop| {
-        let normal = stop.outward();
-        let gap = stop.clearance - normal.iter().zip(&case.q0).map(|(n, q)| n * q).sum::<f64>();
-        gap >= -1e-13 && normal.iter().any(|x| *x != 0.0)
-    });
+    let is_feasible = case
+        .stops
+        .iter()
+        .all(|stop| stop.gap(&case.q0) >= -1e-13 && stop.normal.iter().any(|x| *x != 0.0));
     let is_long = case.span.1 - case.span.0 > 1e-3 * (original.span.1 - original.span.0);
     is_feasible
         && is_long

@@ -304,10 +304,6 @@ impl Run<'_> {
             .sticks
             .sort_by(|a, b| a.start.total_cmp(&b.start).then(a.stop.cmp(&b.stop)));
         self.record.end = self.time.to_f64();
-        self.record.last = self.x[..2 * self.model.n]
-            .iter()
-            .map(|x| x.to_f64())
-            .collect();
         self.record
     }
 }

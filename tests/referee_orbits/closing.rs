@@ -48,8 +48,17 @@ pub fn misfit(plant: &Plant, orbit: &PeriodicOrbit) -> Misfit {
     for (k, (start, stops)) in found.iter().enumerate() {
         let (q, v) = orbit.state(*start, false);
         let (before_q, before) = orbit.state(*start, true);
+        // A number that is none is larger than any, which no maximum tells.
+        let numbers = [&q, &v, &before_q, &before].into_iter().flatten();
+        let impulses = orbit.impacts().iter().map(|i| &i.impulse);
+        if !numbers.chain(impulses).all(|x| x.is_finite()) {
+            return Misfit {
+                state: f64::INFINITY,
+                ..Misfit::default()
+            };
+        }
         let gaps = orbit.scene().gaps(&q).expect("linear");
-        miss[0] = miss[0].max((&q - before_q).amax());
+        miss[0] = miss[0].max((&q - &before_q).amax());
         if !stops.is_empty() {
             let mut after = before.clone();
             for (i, &stop) in stops.iter().enumerate() {

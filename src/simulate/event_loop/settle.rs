@@ -1,7 +1,7 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
 //! others open (theory 9, at acceleration level).
 
-use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
+use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, is_one_instant, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
@@ -52,14 +52,14 @@ impl EventLoop {
     #[cold]
     pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
         let now = mover.clock().time();
-        if self.let_go.0 != now {
+        if !is_one_instant(self.let_go.0, now) {
             self.let_go = (now, Vec::new());
         }
         self.let_go.1.push(stop);
         let mut resting = Vec::new();
         for other in 0..mover.n_stops() {
             let rests = self.is_closed(mover, other) && self.is_still(mover, other);
-            if rests || self.held.contains(&other) || self.faces_held(mover, other)? {
+            if rests || self.held.contains(&other) || self.faces_held(mover, other) {
                 resting.push(other);
             }
         }
@@ -78,15 +78,10 @@ impl EventLoop {
     }
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
-    pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> Result<bool> {
-        let is_near = self.starts[stop] == LATE || mover.gap(stop).gap <= FACING * self.sizes[stop];
-        if self.held.is_empty() || !is_near {
-            return Ok(false);
-        }
-        let mut with_it = self.held.clone();
-        with_it.push(stop);
-        let held: Vec<usize> = (0..self.held.len()).collect();
-        Ok(is_bound(&mover.delassus(&with_it)?, &held, held.len()))
+    pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
+        let is_near =
+            || self.starts[stop] == LATE || mover.gap(stop).gap <= FACING * self.sizes[stop];
+        mover.is_bound(stop) && is_near()
     }
 
     /// Whether others that a stop depends on carry without it what it carried with them; they are held then.

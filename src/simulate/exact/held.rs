@@ -136,8 +136,8 @@ impl Course<'_> {
             .list
             .iter()
             .zip(search.jets())
-            .map(|((event, row), jet)| match event {
-                Event::Release(_) => order_of_zero(jet, row.size(jet), flow.fastest_rate()),
+            .map(|((event, _), jet)| match event {
+                Event::Release(_) => order_of_zero(jet, flow.fastest_rate()),
                 Event::Contact(stop) => self.starts[*stop],
             })
             .collect();
@@ -180,7 +180,7 @@ impl Events {
         let rate = flow.fastest_rate();
         let is_flat = |row: &GapRow| {
             let jet = row.jet(&derivatives);
-            order_of_zero(&jet, row.size(&jet), rate) > 3
+            order_of_zero(&jet, rate) > 3
         };
         let list = (forces.chain(gaps))
             .filter(|(event, row)| !(matches!(event, Event::Release(_)) && is_flat(row)));
@@ -190,9 +190,9 @@ impl Events {
     }
 }
 
-/// The number of leading derivatives of a contact force, of terms of some size, that are zero.
-fn order_of_zero(jet: &Jet, size: f64, rate: f64) -> usize {
-    let mut scale = FLAT * size;
+/// The number of leading derivatives of a contact force that are zero.
+fn order_of_zero(jet: &Jet, rate: f64) -> usize {
+    let mut scale = FLAT * jet.size;
     for (k, c) in jet.c.iter().enumerate() {
         if c.abs() > scale {
             return k;
