@@ -67,8 +67,9 @@ pub(crate) fn from_open(jet: &Jet, step: f64, rounding: f64) -> Ahead {
     }
 }
 
-/// Over a step that starts on the stop, with a root of the given order at its start.
-pub(crate) fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
+/// Over a step that starts on the stop, with a root of the given order, or a higher one, at its start; `rounding` is that of the
+/// gap.
+pub(crate) fn from_contact(jet: &Jet, order: usize, step: f64, rounding: f64) -> Ahead {
     let deflated = jet.deflated(order);
     if deflated.is_positive(step) {
         Ahead::Clear
@@ -77,6 +78,8 @@ pub(crate) fn from_contact(jet: &Jet, order: usize, step: f64) -> Ahead {
             at: deflated.root(step),
             passed: step,
         }
+    } else if deflated.spread(step) <= rounding {
+        Ahead::Clear
     } else {
         Ahead::Unknown
     }

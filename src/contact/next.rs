@@ -257,7 +257,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let (jet, gap) = (&self.jets[stop], &self.gaps[stop]);
             let mut ahead = match starts.map_or(0, |orders| orders[stop]) {
                 0 => from_open(jet, step, gap.rounding(jet)),
-                order => from_contact(jet, order, step),
+                order => from_contact(jet, order, step, gap.rounding(jet)),
             };
             if let Ahead::Dips { near } = ahead {
                 ahead = self.at_bottom(stop, start, [time, time + step], time + near, grazes);

@@ -257,7 +257,7 @@ impl GapSeries {
             step = step.min(span - at);
             let jet = self.jet(step);
             let ahead = if order > 0 {
-                from_contact(&jet, order, step)
+                from_contact(&jet, order, step, self.rounding())
             } else {
                 from_open(&jet, step, rounding)
             };

@@ -227,6 +227,13 @@ impl DeflatedJet {
         a[0] + a[1] + a[2] + a[3] + rest < 0.0 && is_positive_3(slope)
     }
 
+    /// How far the gap itself can be from zero anywhere on the span.
+    pub fn spread(&self, span: f64) -> f64 {
+        let (a, rest) = self.scaled(span);
+        let deflated = a.iter().map(|x| x.abs()).sum::<f64>() + rest;
+        (0..self.order).fold(deflated, |spread, _| spread * span)
+    }
+
     /// The root of the deflated cubic on a span on which it crosses.
     pub fn root(&self, span: f64) -> f64 {
         Jet {

@@ -54,9 +54,8 @@ impl StuckMotion {
         let (load, force) = (own - drawn, system.solve_mass_complex(&scene.amplitude));
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
-        let inverse = delassus
-            .pseudo_inverse(DEPENDENT * reactions.amax() * normals.amax())
-            .unwrap_or_else(|_| DMatrix::zeros(stops.len(), stops.len()));
+        let tolerance = DEPENDENT * reactions.amax() * normals.amax();
+        let inverse = rank::pseudo_inverse(&delassus, tolerance)?;
         // Where normals depend on each other, stops share their forces: they react along what these make of their reactions.
         let shared = &reactions * &inverse;
         let reduced = Reduced::new(system, &free, &shared)?;

@@ -10,4 +10,5 @@ mod lemke;
 pub(crate) mod matrix_exponential;
 pub(crate) mod plane;
 pub(crate) mod rank;
+pub(crate) mod singular;
 pub(crate) mod small;

@@ -1,17 +1,9 @@
 //! Linear systems of unknown rank, by the singular value decomposition: a particular solution, the null space, and
 //! how far the right-hand side is from solvable.
 
-use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector, SVD};
-
-/// The failure of equations that doubles do not hold; its residual is infinite.
-pub(crate) const fn overflow() -> Error {
-    Error::NoConvergence {
-        stage: "a linear system whose entries overflow",
-        iterations: 0,
-        residual: f64::INFINITY,
-    }
-}
+use crate::error::Result;
+use crate::linalg::singular::{Singular, overflow};
+use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this part of the largest entry of a matrix of directions, or of their products, are zero: the
 /// directions depend on each other.
@@ -30,40 +22,19 @@ pub(crate) struct SolutionSet {
 
 /// Solves `A x = b`; singular values up to `tolerance` count as zero, so A is to be scaled to entries of order one.
 pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Result<SolutionSet> {
-    let (rows, columns) = a.shape();
-    if rows == 0 || columns == 0 {
-        // No condition, or no unknown: nothing to decompose.
-        let null_space = DMatrix::identity(columns, columns);
-        return Ok(SolutionSet {
-            particular: DVector::zeros(columns),
-            null_space,
-            residual: b.norm(),
-        });
-    }
-    // A thin decomposition holds only min(rows, columns) right vectors: zero rows make room for the whole null space.
-    let square = if rows < columns {
-        a.clone().resize_vertically(columns, 0.0)
-    } else {
-        a.clone()
-    };
-    let cap = 100 * columns.max(rows).max(1);
-    if !(a.iter().all(|x| x.is_finite()) && b.iter().all(|x| x.is_finite())) {
+    if !b.iter().all(|x| x.is_finite()) {
         return Err(overflow());
     }
-    let svd = SVD::try_new(square, true, true, f64::EPSILON, cap).ok_or(Error::NoConvergence {
-        stage: "the singular value decomposition",
-        iterations: cap,
-        residual: f64::NAN,
-    })?;
-    let (u, v_t) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"));
+    let columns = a.ncols();
+    let singular = Singular::new(a)?;
     let mut particular = DVector::zeros(columns);
     let mut null = Vec::new();
-    for (k, &sigma) in svd.singular_values.iter().enumerate() {
-        let right = v_t.row(k).transpose();
-        if sigma <= tolerance {
+    for k in 0..columns {
+        let right = singular.right(k);
+        if singular.value(k) <= tolerance {
             null.push(right);
         } else {
-            particular += right * (u.column(k).rows(0, rows).dot(b) / sigma);
+            particular += right * singular.part(k, b);
         }
     }
     let null_space = if null.is_empty() {
@@ -77,6 +48,17 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Resul
         null_space,
         residual,
     })
+}
+
+/// The pseudo-inverse of A; singular values up to `tolerance` count as zero.
+pub(crate) fn pseudo_inverse(a: &DMatrix<f64>, tolerance: f64) -> Result<DMatrix<f64>> {
+    let singular = Singular::new(a)?;
+    let (rows, columns) = a.shape();
+    let mut inverse = DMatrix::zeros(columns, rows);
+    for k in (0..columns).filter(|&k| singular.value(k) > tolerance) {
+        inverse += singular.right(k) * singular.left_over_value(k).transpose();
+    }
+    Ok(inverse)
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Roots of the two-instant conditions with all unknowns at once: Newton's method on the bordered system for
 //! (unknowns, dt), regular also where the conditions at fixed dt are singular (symmetric orbits), and its starts.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::linalg::rank;
-use crate::linalg::rank::overflow;
-use nalgebra::{DMatrix, DVector, SVD};
+use crate::linalg::singular::Singular;
+use nalgebra::{DMatrix, DVector};
 
 /// Newton steps.
 const ROUNDS: usize = 40;
@@ -45,25 +45,15 @@ impl Equations {
 /// unknowns times `unit`: at most two. Where the equations are regular, only the better one.
 pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVector<f64>>> {
     let n = equations.n();
-    if !equations.matrix.iter().all(|x| x.is_finite()) {
-        return Err(overflow());
-    }
-    let square = equations.matrix.columns(0, n).into_owned();
-    let rhs = equations.matrix.column(n);
-    let svd =
-        SVD::try_new(square, true, true, f64::EPSILON, 100 * n).ok_or(Error::NoConvergence {
-            stage: "the singular value decomposition",
-            iterations: 100 * n,
-            residual: f64::NAN,
-        })?;
-    let (u, v_t) = (svd.u.unwrap_or_default(), svd.v_t.unwrap_or_default());
-    let sigma = &svd.singular_values;
+    let singular = Singular::new(&equations.matrix.columns(0, n).into_owned())?;
+    let rhs = equations.matrix.column(n).into_owned();
+    let sigma = DVector::from_fn(n, |k, _| singular.value(k));
     let last = sigma.imin();
     let mut base = DVector::zeros(n);
     for k in (0..n).filter(|&k| k != last && sigma[k] > 0.0) {
-        base += v_t.row(k).transpose() * (u.column(k).dot(&rhs) / sigma[k]);
+        base += singular.right(k) * singular.part(k, &rhs);
     }
-    let direction = v_t.row(last).transpose();
+    let direction = singular.right(last);
     let part = |x: &DVector<f64>| [unit * x[n - 2], unit * x[n - 1]];
     let (p, d) = (part(&base), part(&direction));
     // |p + s d|^2 = 1
@@ -72,7 +62,7 @@ pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVec
         p[0] * d[0] + p[1] * d[1],
         p[0] * p[0] + p[1] * p[1] - 1.0,
     );
-    let wanted = u.column(last).dot(&rhs) / sigma[last];
+    let wanted = singular.part(last, &rhs);
     let half = (b * b - a * c).max(0.0).sqrt();
     // The larger root first, the other from the product.
     let q = if b >= 0.0 { -b - half } else { half - b };

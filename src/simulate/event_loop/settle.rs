@@ -5,7 +5,7 @@ use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, is_one_instant, leas
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
-use crate::linalg::rank::DEPENDENT;
+use crate::linalg::rank::{self, DEPENDENT};
 use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
 
@@ -261,7 +261,7 @@ fn reduced(delassus: &DMatrix<f64>, held: &[usize], contacts: &[usize]) -> DMatr
     }
     let among = part(held, held);
     let allowed = DEPENDENT * among.amax();
-    match among.pseudo_inverse(allowed) {
+    match rank::pseudo_inverse(&among, allowed) {
         Ok(inverse) => own - part(contacts, held) * inverse * part(held, contacts),
         Err(_) => own,
     }
