@@ -120,6 +120,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.gaps[stop].rounding(&self.jets[stop])
     }
 
+    /// Size of the terms of a gap's acceleration where the search last looked.
+    pub fn acceleration_size(&self, stop: usize) -> f64 {
+        self.gaps[stop].acceleration_size(&self.derivatives)
+    }
+
     /// The largest size of the terms of a gap that was seen on the last flight.
     pub fn extent(&self, stop: usize) -> f64 {
         self.extents[stop]

@@ -117,6 +117,14 @@ impl GapRow {
         (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
     }
 
+    /// Size of the terms of the gap's acceleration.
+    pub fn acceleration_size(&self, derivatives: &[Derivatives]) -> f64 {
+        let terms = |(Cell { row: r, .. }, d): (&Cell, &Derivatives)| {
+            (r[0] * d.d2[0]).abs() + (r[1] * d.d2[1]).abs()
+        };
+        self.cells.iter().zip(derivatives).map(terms).sum()
+    }
+
     /// The gap's jet.
     #[inline]
     pub fn jet(&self, derivatives: &[Derivatives]) -> Jet {

@@ -47,7 +47,7 @@ type Resolved = Result<std::result::Result<(), Unresolved>>;
 /// What the loop carries from contact to contact; one run after another, with its buffers.
 #[derive(Default)]
 pub(crate) struct EventLoop {
-    /// The order of the root of each gap at the start of the flight.
+    /// The order of the root of each gap at the start of the flight; of a stop held that of its contact force, as far as known.
     pub starts: Vec<usize>,
     /// The largest size of the motion seen at each stop.
     sizes: Vec<f64>,

@@ -264,10 +264,12 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         let (q, v) = self.physical();
         let terms = force_terms(system, amplitude, (&q, &v));
         let normal = |stop: usize| geometry.normals.column(stop).into_owned();
-        let sizes = stops
-            .iter()
-            .map(|&stop| acceleration_size(system, &normal(stop), &terms));
-        Ok(sizes.collect())
+        // Forces that have just become zero one by one are known to the rounding of the motion.
+        let size = |&stop: &usize| {
+            let modal = self.search.acceleration_size(stop);
+            acceleration_size(system, &normal(stop), &terms).max(modal)
+        };
+        Ok(stops.iter().map(size).collect())
     }
 
     fn work_of_flight(&self) -> usize {

@@ -45,6 +45,9 @@ const MOST_POLISHES: usize = 12;
 /// A time in which the motion changes by few digits, as a part of that in which it changes little.
 const SHORT: f64 = 1e-4;
 
+/// Rounding of a difference of accelerations, relative to the size of their terms.
+const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
+
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
@@ -178,7 +181,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         let (q, v) = self.x.slice().split_at(n);
         let (speed, acceleration) = (size(v), size(&self.stepper.start_rate().slice()[n..]));
         let times = [size(q) / speed, speed / acceleration];
-        let finite = times.into_iter().filter(|t| t.is_finite());
+        let finite = times.into_iter().filter(|t| *t > 0.0 && t.is_finite());
         self.h.or(finite.reduce(f64::max)).unwrap_or(1.0)
     }
 
@@ -306,24 +309,31 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
 
     fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
         let motion = self.motion_with(held.to_vec());
-        let step = SHORT * self.slow_time();
+        let slow = self.slow_time();
         let n = self.n();
         let bend = |x: &[f64], clock: Clock| -> Result<_> {
             let (q, v) = x.split_at(n);
             let mut a = vec![0.0; n];
             motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
-            let gap = self.contacts[stop].surface.along(q, v, &a, step)?;
+            let gap = self.contacts[stop].surface.along(q, v, &a, SHORT * slow)?;
             Ok((a, gap.acceleration))
         };
         let (a, now) = bend(self.x.slice(), self.clock)?;
-        let mut ahead = self.x.clone();
-        let (q, v) = ahead.slice_mut().split_at_mut(n);
-        for i in 0..n {
-            q[i] += step * (v[i] + 0.5 * step * a[i]);
-            v[i] += step * a[i];
+        let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
+        // A difference is as long as it must be for rounding to leave something of it.
+        for step in [SHORT, 10.0 * SHORT, 1e2 * SHORT, 1e3 * SHORT, 1e4 * SHORT].map(|s| s * slow) {
+            let mut ahead = self.x.clone();
+            let (q, v) = ahead.slice_mut().split_at_mut(n);
+            for i in 0..n {
+                q[i] += step * (v[i] + 0.5 * step * a[i]);
+                v[i] += step * a[i];
+            }
+            let (_, then) = bend(ahead.slice(), self.clock.after(step))?;
+            if (then - now).abs() > least {
+                return Ok((then - now) / step);
+            }
         }
-        let (_, then) = bend(ahead.slice(), self.clock.after(step))?;
-        Ok((then - now) / step)
+        Ok(0.0)
     }
 
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {

@@ -131,6 +131,13 @@ impl Case {
         Scene::new(system, forcing, stops?)
     }
 
+    /// The largest force on a coordinate.
+    pub fn largest_force(&self) -> f64 {
+        let shaking = self.force.iter().flat_map(|f| f.re.iter().chain(&f.im));
+        let all = self.load.iter().chain(shaking);
+        all.fold(0.0, |most: f64, f| most.max(f.abs()))
+    }
+
     /// The gap of a stop at the start.
     pub fn first_gap(&self, stop: usize) -> f64 {
         self.stops[stop].gap(&self.q0)
@@ -150,7 +157,7 @@ impl Case {
         let terms = normal.iter().zip(&self.q0).map(|(n, q)| (n * q).abs());
         let size = self.stops[stop].clearance.abs() + terms.sum::<f64>();
         let gap = self.first_gap(stop).abs();
-        gap > 1e-13 * size && gap <= self.start_tolerance(stop)
+        gap > 4.0 * f64::EPSILON * size && gap <= self.start_tolerance(stop)
     }
 
     pub fn start(&self) -> (DVector<f64>, DVector<f64>) {

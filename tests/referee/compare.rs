@@ -8,10 +8,10 @@ use crate::invariants;
 use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
 use crate::record::{Hit, Stretch};
-use crate::reference::{Reference, allowance, reference};
+use crate::reference::{FEW, GROWS, MANY, Reference, allowance, reference};
 use std::collections::VecDeque;
 use std::time::Instant;
-use vibroimpact::{ImpactSide, SegmentKind, Status, Trajectory};
+use vibroimpact::{ImpactSide, Method, SegmentKind, Status, Trajectory};
 
 pub struct Difference {
     pub class: String,
@@ -32,7 +32,7 @@ pub fn judge(case: &Case) -> Verdict {
         Err(error) => return Verdict::NoScene(error.to_string()),
     };
     let began = Instant::now();
-    let reference = reference(case);
+    let mut reference = reference(case, FEW);
     if began.elapsed().as_secs_f64() > 1.0 {
         println!(
             "the referee took {:.1} s: {}",
@@ -40,13 +40,27 @@ pub fn judge(case: &Case) -> Verdict {
             case.label
         );
     }
-    let part = reference.horizon.0 / (case.span.1 - case.span.0);
     let run = match library(case, &scene) {
         Ok(run) => run,
+        // Steps are as short as the absolute tolerance wants them, beside a motion that grows without bound.
+        Err(difference)
+            if difference.class == "endless"
+                && case.method == Method::Rk45
+                && reference.horizon.1 == Some(GROWS) =>
+        {
+            return Verdict::Agree(0.0, reference.horizon.1);
+        }
         Err(difference) => return Verdict::Disagree(vec![difference]),
     };
     let mut differences = invariants::check(case, &scene, &run, &reference);
-    differences.extend(first_difference(case, &run, &reference));
+    let mut first = first_difference(case, &run, &reference);
+    if first.is_some() {
+        // Two runs beside it may have been near by chance.
+        reference = crate::reference::reference(case, MANY);
+        first = first_difference(case, &run, &reference);
+    }
+    differences.extend(first);
+    let part = reference.horizon.0 / (case.span.1 - case.span.0);
     if differences.is_empty() {
         Verdict::Agree(part, reference.horizon.1)
     } else {
@@ -310,7 +324,7 @@ fn show(hit: Option<&Hit>) -> String {
 
 /// Both runs in full, for one scene that is looked at.
 pub fn print(case: &Case) {
-    let reference = reference(case);
+    let reference = reference(case, FEW);
     println!(
         "horizon {:?}, rate {:e}, sizes {:e} {:e}",
         reference.horizon, reference.model.rate, reference.main.q_size, reference.main.v_size

@@ -133,8 +133,11 @@ impl Draw<'_> {
 fn on_stops(n: usize, stops: &[StopCase]) -> Option<Vec<f64>> {
     let normals = DMatrix::from_fn(stops.len(), n, |i, j| stops[i].outward()[j]);
     let clearances = DVector::from_iterator(stops.len(), stops.iter().map(|s| s.clearance));
-    let inverse = normals.pseudo_inverse(1e-9).ok()?;
-    Some((inverse * clearances).as_slice().to_vec())
+    let inverse = normals.clone().pseudo_inverse(1e-9).ok()?;
+    let q = &inverse * &clearances;
+    // Once more for what rounding left.
+    let q = &q + &inverse * (&clearances - &normals * &q);
+    Some(q.as_slice().to_vec())
 }
 
 /// Scene number `number` of a seed.

@@ -4,7 +4,7 @@
 use crate::double_double::{Dd, dot};
 use crate::law::{complementary, impulses};
 use crate::record::{Hit, Stretch};
-use crate::simulator::{AHEAD, CLOSED, Contact, Run};
+use crate::simulator::{AHEAD, CLOSED, Contact, Run, scattered};
 
 impl Run<'_> {
     /// A gap closes.
@@ -52,7 +52,7 @@ impl Run<'_> {
         };
         // Signs of no pattern: a shift of one sign is a stop that stands elsewhere, and changes little.
         let count = self.record.hits.len() as u64 + 1;
-        let bits = count.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 63;
+        let bits = scattered(count + (roughness.pattern << 32)) >> 63;
         let sign = if bits == 0 { 1.0 } else { -1.0 };
         let depth = sign * roughness.gap * (self.size(stop) + reach * roughness.terms);
         if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {

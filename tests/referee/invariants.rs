@@ -141,9 +141,9 @@ fn impacts_keep_the_law(
         if !is_alone {
             continue;
         }
+        // What an end of accumulating impacts takes away at the same instant is no impact's.
         let begins_chatter = held.iter().any(|s| {
             s.kind == SegmentKind::Chatter
-                && s.stop == Some(impact.stop)
                 && (s.start - impact.time).abs() <= 4.0 * tick + 1e-9 / reference.model.rate
         });
         if begins_chatter {
@@ -158,14 +158,16 @@ fn impacts_keep_the_law(
         let b = reaction(case, &inverse, impact.stop);
         let normal = DVector::from_vec(case.stops[impact.stop].outward());
         // A time in doubles is off by a tick, and the motion there by as much as it moves.
-        let acceleration = reference.model.rate * reference.v_unit;
-        let size = reference.v_unit * normal.lp_norm(1);
+        // The referee follows a motion that grows for some time only.
+        let v_unit = reference.v_unit.max(before.1.amax());
+        let acceleration = reference.model.rate * v_unit;
+        let size = v_unit * normal.lp_norm(1);
         // Steps keep the speeds of stops held to their tolerance, and impacts begin from none.
         let relative = case.by_method(1e-12, 1e-12 + 10.0 * case.rtol);
         let allowed = relative * size + 4.0 * tick * acceleration * normal.lp_norm(1);
         let (into, out) = (normal.dot(&before.1), -normal.dot(&after.1));
         if (into - impact.approach).abs() > allowed || (out - impact.departure).abs() > allowed {
-            let bend = reference.model.rate * reference.v_unit * normal.lp_norm(1);
+            let bend = acceleration * normal.lp_norm(1);
             let height = impact.departure.powi(2) / (2.0 * bend);
             let margin = 30.0
                 * (case.atol + case.rtol.min(1e-9) * reference.main.q_size)
@@ -196,9 +198,7 @@ fn impacts_keep_the_law(
             return difference("law of restitution", format!("{impact:?}, e = {e}"));
         }
         let jump = (&after.1 - &before.1 + &b * impact.impulse).amax();
-        if jump
-            > 1e-12 * reference.v_unit.max(b.amax() * impact.impulse) + 4.0 * tick * acceleration
-        {
+        if jump > 1e-12 * v_unit.max(b.amax() * impact.impulse) + 4.0 * tick * acceleration {
             return difference("jump of the velocity", format!("{impact:?}: {jump:e}"));
         }
     }
@@ -316,11 +316,9 @@ fn energy_adds_up(case: &Case, run: &Trajectory) -> Option<Difference> {
         .iter()
         .flat_map(|x| x.iter())
         .fold(0.0, |m: f64, x| m.max(x.abs()));
-    // Below the absolute tolerance of steps energies are known to that.
-    let least = case.by_method(
-        0.0,
-        0.5 * case.mass.amax() * (case.atol / case.rtol).powi(2),
-    );
+    // Positions no larger than this are known to no part of themselves, and no energy better than theirs.
+    let unit = case.by_method(1e-12, case.atol / case.rtol);
+    let least = 0.5 * case.mass.amax() * unit.powi(2) + case.largest_force() * unit;
     let size = size.max(least);
     let segments = run.segments().expect("motion is kept");
     let completions = segments.iter().filter(|s| s.kind == SegmentKind::Chatter);

@@ -1,4 +1,4 @@
-//! The referee's run of a scene, two runs beside it with all numbers moved by a little, and up to where the three tell the
+//! The referee's run of a scene, some runs beside it with all numbers moved by a little, and up to where they tell the
 //! same story: further on the answer hangs on rounding.
 
 use crate::case::{Case, MOST_IMPACTS};
@@ -8,8 +8,11 @@ use crate::lasting::planes;
 use crate::motion::{Factors, Model};
 use crate::record::Record;
 use crate::roots::eigenvalues;
-use crate::simulator::{Roughness, follow};
+use crate::simulator::{Roughness, follow, scattered};
 use vibroimpact::Method;
+
+/// Why a motion is not followed that grows for ever.
+pub const GROWS: &str = "a motion that grows and grows";
 
 /// Times at which states are compared.
 const SAMPLES: usize = 40;
@@ -35,10 +38,14 @@ pub fn allowance(case: &Case) -> Allowance {
     }
 }
 
-/// The referee's run, and two beside it.
+/// Runs beside that of the referee where nothing seems to be wrong, and where something does.
+pub const FEW: u64 = 2;
+pub const MANY: u64 = 8;
+
+/// The referee's run, and those beside it.
 pub struct Reference {
     pub main: Record,
-    pub aside: [Record; 2],
+    pub aside: Vec<Record>,
     pub times: Vec<f64>,
     /// Up to where they tell the same story, and why not further.
     pub horizon: (f64, Option<&'static str>),
@@ -48,7 +55,7 @@ pub struct Reference {
     pub v_unit: f64,
 }
 
-pub fn reference(case: &Case) -> Reference {
+pub fn reference(case: &Case, n_aside: u64) -> Reference {
     let duration = Dd::from(case.span.1) - Dd::from(case.span.0);
     let mut times: Vec<f64> = (0..SAMPLES)
         .map(|k| {
@@ -73,36 +80,37 @@ pub fn reference(case: &Case) -> Reference {
         .stops
         .iter()
         .any(|s| s.gap(&case.q0).abs() <= 1e-6 * (s.clearance.abs() + 1.0));
-    let moved = |sign: f64| {
-        let by = sign * allowance(case).moved;
-        let q = if touches { 1.0 } else { 1.0 - 0.7 * by };
-        [
-            1.0 + 0.4 * by,
-            1.0 - by,
-            1.0 - 0.6 * by,
-            1.0 + by,
-            1.0 + 0.8 * by,
-            q,
-            1.0 + 0.9 * by,
-        ]
+    // The first two are opposite, the others of no pattern.
+    let sign = |k: u64, place: usize| {
+        let bits = if k < 2 { k } else { scattered(k) >> place };
+        if bits & 1 == 0 { 1.0 } else { -1.0 }
+    };
+    let moved = |k: u64| {
+        let parts = [0.4, -1.0, -0.6, 1.0, 0.8, -0.7, 0.9];
+        std::array::from_fn(|place| {
+            let is_kept = touches && place == 5;
+            let by = sign(k, place) * allowance(case).moved * parts[place];
+            if is_kept { 1.0 } else { 1.0 + by }
+        })
     };
     let (main, model) = run([1.0; 7], None);
     let (q_terms, v_terms) = terms(case, model.rate);
-    let rough = |sign: f64| {
+    let rough = |k: u64| {
         Some(Roughness {
+            pattern: k / 2,
             terms: q_terms,
             completion: 40.0 * case.rtol.max(1e-14),
-            gap: sign * case.by_method(GAP_ROUNDING, case.rtol),
+            gap: sign(k, 7) * case.by_method(GAP_ROUNDING, case.rtol),
         })
     };
-    let aside = [
-        run(moved(1.0), rough(1.0)).0,
-        run(moved(-1.0), rough(-1.0)).0,
-    ];
+    let aside = (0..n_aside).map(|k| run(moved(k), rough(k)).0).collect();
     let floor = case.by_method(1e-12, case.atol / case.rtol);
+    let q_unit = main.q_size.max(floor).max(q_terms);
+    // Coordinates of modes mix positions and velocities: beside a motion near rest the rounding of its place counts.
+    let rest = 1e-5 * model.rate * q_unit;
     let mut reference = Reference {
-        q_unit: main.q_size.max(floor).max(q_terms),
-        v_unit: main.v_size.max(floor).max(v_terms),
+        q_unit,
+        v_unit: main.v_size.max(floor).max(v_terms).max(rest),
         horizon: (main.end, None),
         main,
         aside,
@@ -263,10 +271,7 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
     let given = (case.v0.iter()).fold(terms(case, reference.model.rate).1, |m, v| m.max(v.abs()));
     let grown = main.samples.iter().position(|x| fastest(x) > 1e9 * given);
     if let Some(k) = grown.filter(|_| given > 0.0) {
-        cut(
-            reference.times[k.saturating_sub(1)] - case.span.0,
-            "a motion that grows and grows",
-        );
+        cut(reference.times[k.saturating_sub(1)] - case.span.0, GROWS);
     }
     for k in 0..main.samples.len() {
         if reference.deviation_at(k) > 1e-4 {

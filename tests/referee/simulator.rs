@@ -38,6 +38,13 @@ pub struct Roughness {
     pub gap: f64,
     /// Size of positions that the motion is the small difference of.
     pub terms: f64,
+    /// Which pattern the signs of the gaps' errors have.
+    pub pattern: u64,
+}
+
+/// The bits of a number without its pattern.
+pub fn scattered(number: u64) -> u64 {
+    number.wrapping_mul(0x9E37_79B9_7F4A_7C15)
 }
 
 pub struct Run<'a> {

@@ -330,10 +330,12 @@ fn multipliers_are_those_of_the_return_map() {
             .map(|i| plant.faces[i.stop].restitution.powi(2));
         let exact = restitutions.product::<f64>() * shrunk;
         let product: f64 = order.multipliers.iter().map(|z| z.norm()).product();
-        // A determinant is known to the product of all singular values but the least, in place of which the first stands.
+        // A determinant is known to the product of all singular values, each known to a part of the largest, but the least, of which
+        // that part is all.
         let stretches = ours.clone().svd(false, false).singular_values;
-        let others = stretches.rows(0, stretches.len() - 1).product();
-        let rounding = 1e-12 * stretches[0] * others;
+        let least = 1e-12 * stretches[0];
+        let others = stretches.rows(0, stretches.len() - 1);
+        let rounding = least * others.iter().map(|s| s.max(least)).product::<f64>();
         let off = (product - exact).abs();
         if off.is_nan() || off > 1e-6 * exact + rounding {
             failures.push(format!(

@@ -14,8 +14,8 @@ const RELEASED: f64 = 1e-9;
 
 /// The order of the root of a gap that opens by its third derivative, or stays as it is.
 const LATE: usize = 3;
-/// Gap of a stop, relative to the motion, from which it may be one that those held keep closed.
-const FACING: f64 = 1e-10;
+/// Roundings of a gap up to which those held may keep it closed.
+const FACING: f64 = 4.0;
 
 /// Third derivatives of gaps below this part of the largest are zero: steps know them by differences.
 const STEADY: f64 = 1e-6;
@@ -80,7 +80,7 @@ impl EventLoop {
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
     pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
         let is_near =
-            || self.starts[stop] == LATE || mover.gap(stop).gap <= FACING * self.sizes[stop];
+            || self.starts[stop] == LATE || mover.gap(stop).gap <= FACING * mover.rounding(stop);
         mover.is_bound(stop) && is_near()
     }
 
@@ -179,7 +179,10 @@ impl EventLoop {
             let mut steady = Vec::new();
             for (k, &i) in free.iter().enumerate() {
                 match rates.as_ref().map(|rates| rates[k].release) {
-                    Some(Release::Stays) => held.push(i),
+                    Some(Release::Stays) => {
+                        held.push(i);
+                        self.starts[resting[i]] = 1;
+                    }
                     Some(Release::Leaves) => opening.push(i),
                     _ => steady.push(i),
                 }

@@ -35,6 +35,9 @@ impl EventLoop {
                     if blow.departure == 0.0 {
                         self.still.push(stop);
                     }
+                } else if self.held.contains(&stop) {
+                    // What is left of its speed is rounding, of a gap that is none.
+                    self.still.push(stop);
                 }
             }
         }

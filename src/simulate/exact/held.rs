@@ -114,7 +114,7 @@ struct Course<'a> {
     angle: f64,
     /// The motion left over, in its modal pairs.
     whole: Vec<Pair>,
-    /// The orders of the roots of the gaps.
+    /// The orders of the roots of the gaps, and of the contact forces, as far as known.
     starts: &'a [usize],
 }
 
@@ -137,7 +137,9 @@ impl Course<'_> {
             .iter()
             .zip(search.jets())
             .map(|((event, _), jet)| match event {
-                Event::Release(_) => order_of_zero(jet, flow.fastest_rate()),
+                Event::Release(stop) => {
+                    order_of_zero(jet, flow.fastest_rate()).max(self.starts[*stop])
+                }
                 Event::Contact(stop) => self.starts[*stop],
             })
             .collect();
@@ -190,14 +192,12 @@ impl Events {
     }
 }
 
-/// The number of leading derivatives of a contact force that are zero.
+/// The number of leading derivatives of a contact force that are zero: beside its terms, or beside what it will be soon.
 fn order_of_zero(jet: &Jet, rate: f64) -> usize {
-    let mut scale = FLAT * jet.size;
-    for (k, c) in jet.c.iter().enumerate() {
-        if c.abs() > scale {
-            return k;
-        }
-        scale *= rate;
-    }
-    4
+    let natural: [f64; 4] = std::array::from_fn(|k| {
+        let unit: f64 = (0..k).fold(1.0, |unit, _| unit * rate);
+        jet.c[k].abs() / unit
+    });
+    let scale = FLAT * natural.iter().fold(jet.size, |size, c| size.max(*c));
+    natural.iter().position(|c| *c > scale).unwrap_or(4)
 }

@@ -3,10 +3,12 @@
 use super::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::contact::polynomial::Quartic;
+use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::runge_kutta::{State, later};
 use crate::model::Dynamics;
 use crate::simulate::held::HeldMotion;
+use crate::simulate::mover::Mover;
 use std::sync::Arc;
 
 /// The quartic through a contact force is off by no more than this, relative to the force.
@@ -73,6 +75,12 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             self.pressed[k] = spread.max(self.pressed[k]);
             let slack = 10.0 * self.tolerance.relative * self.pressed[k];
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
+                // The rounding of a force has no shape.
+                let size = self.acceleration_sizes(&[stop])?[0];
+                let push = self.delassus(&[stop])?[(0, 0)];
+                if push * spread <= ROUNDING * size {
+                    continue;
+                }
                 return Ok(Release::Undecided);
             }
             let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
