@@ -57,8 +57,8 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     orders: Vec<usize>,
     /// Where the walk last saw each gap open, and from where on no longer: the zero at which a stop is reached lies between.
     brackets: Vec<Bracket>,
-    /// The largest size of the terms of each gap seen on the flight.
-    extents: Vec<f64>,
+    /// The largest size of the terms of each gap seen on the flight, and the largest gap.
+    extents: Vec<[f64; 2]>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -76,7 +76,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             was_falling: vec![false; gaps.len()],
             orders: Vec::with_capacity(gaps.len()),
             brackets: Vec::with_capacity(gaps.len()),
-            extents: vec![0.0; gaps.len()],
+            extents: vec![[0.0; 2]; gaps.len()],
             active: Vec::with_capacity(gaps.len()),
             gaps,
             ladder,
@@ -122,11 +122,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
 
     /// Size of the terms of a gap's acceleration where the search last looked.
     pub fn acceleration_size(&self, stop: usize) -> f64 {
-        self.gaps[stop].acceleration_size(&self.derivatives)
+        self.gaps[stop].acceleration_size(&self.derivatives, self.flow.fastest_rate())
     }
 
-    /// The largest size of the terms of a gap that was seen on the last flight.
-    pub fn extent(&self, stop: usize) -> f64 {
+    /// The largest size of the terms of a gap that was seen on the last flight, and the largest gap.
+    pub fn extent(&self, stop: usize) -> [f64; 2] {
         self.extents[stop]
     }
 
@@ -147,7 +147,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.brackets.clear();
         let starting = self.jets.iter().zip(starts);
         (self.brackets).extend(starting.map(|(jet, &order)| Bracket::start(jet.c[0], order)));
-        self.extents.fill(0.0);
+        for (extent, jet) in self.extents.iter_mut().zip(&self.jets) {
+            *extent = [0.0, jet.c[0].abs()];
+        }
         self.state.clear();
         self.state.extend_from_slice(start);
         self.leave_out(Some(starts));
@@ -198,7 +200,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 self.was_falling[stop] = self.jets[stop].c[1] < 0.0;
                 self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
                 self.brackets[stop].note(time, self.jets[stop].c[0]);
-                self.extents[stop] = self.extents[stop].max(self.jets[stop].size);
+                let jet = &self.jets[stop];
+                self.extents[stop] = larger(self.extents[stop], [jet.size, jet.c[0].abs()]);
             }
             self.note_turns(time, steps, grazes);
             // At the end or past it, a stop that is passed within rounding may have been reached before it.
@@ -289,7 +292,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         if let Some((stop, at)) = earliest {
             // A flight of few steps is farthest from its stop half-way.
             let far = self.jets[stop].value(0.5 * at).abs();
-            self.extents[stop] = self.extents[stop].max(far);
+            self.extents[stop] = larger(self.extents[stop], [far; 2]);
         }
         Ok(earliest)
     }
@@ -398,6 +401,12 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         }
         looked
     }
+}
+
+/// The larger ones of two pairs.
+#[inline]
+fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].max(b[0]), a[1].max(b[1])]
 }
 
 /// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose

@@ -117,12 +117,14 @@ impl GapRow {
         (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
     }
 
-    /// Size of the terms of the gap's acceleration.
-    pub fn acceleration_size(&self, derivatives: &[Derivatives]) -> f64 {
-        let terms = |(Cell { row: r, .. }, d): (&Cell, &Derivatives)| {
-            (r[0] * d.d2[0]).abs() + (r[1] * d.d2[1]).abs()
-        };
-        self.cells.iter().zip(derivatives).map(terms).sum()
+    /// Size of the terms of the gap's acceleration, now or in a time in which a motion of the given rate changes.
+    pub fn acceleration_size(&self, derivatives: &[Derivatives], rate: f64) -> f64 {
+        let size = |r: &Pair, d: &Pair| (r[0] * d[0]).abs() + (r[1] * d[1]).abs();
+        let (now, soon) = (self.cells.iter().zip(derivatives))
+            .fold((0.0, 0.0), |(now, soon), (c, d)| {
+                (now + size(&c.row, &d.d2), soon + size(&c.row, &d.d3) / rate)
+            });
+        now.max(soon)
     }
 
     /// The gap's jet.

@@ -99,6 +99,7 @@ pub fn resolve_impacts(
         state
             .apply(delassus, &DVector::zeros(k), &all)?
             .ok_or_else(unsolvable_impacts)?;
+        state.rest();
         rounds += 1;
     }
     Ok(ResolvedImpacts {

@@ -229,7 +229,8 @@ impl Block {
     pub fn norm(self, softest: f64) -> BlockNorm {
         match self {
             Self::Oscillator { w2, eta } => {
-                let kappa = w2.max(softest * softest).sqrt();
+                // Of a block that leaves its place this is the rate of its leaving.
+                let kappa = w2.abs().max(softest * softest).sqrt();
                 let coupling = 0.5 * (kappa * kappa - w2) / kappa;
                 BlockNorm {
                     weight: kappa * kappa,
@@ -371,6 +372,18 @@ mod tests {
                 .iter()
                 .all(|z| z.is_finite())
         );
+    }
+
+    #[test]
+    fn a_block_that_leaves_its_place_grows_by_its_own_rate_beside_a_soft_one() {
+        for eta in [0.0, 0.3, 7.0] {
+            let block = Block::Oscillator { w2: -0.49, eta };
+            let growth = eta.hypot(0.7) - eta;
+            for softest in [1e-9, 1e-3, 0.7] {
+                let found = block.norm(softest).growth;
+                assert!((found - growth).abs() < 1e-15, "{eta} {softest}: {found}");
+            }
+        }
     }
 
     #[test]

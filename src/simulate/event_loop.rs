@@ -49,8 +49,10 @@ type Resolved = Result<std::result::Result<(), Unresolved>>;
 pub(crate) struct EventLoop {
     /// The order of the root of each gap at the start of the flight; of a stop held that of its contact force, as far as known.
     pub starts: Vec<usize>,
-    /// The largest size of the motion seen at each stop.
+    /// The largest size of the terms of each gap, whose rounding is that of the gap.
     sizes: Vec<f64>,
+    /// The largest size of the motion at each stop, to which the tolerances are relative.
+    reaches: Vec<f64>,
     /// Where the present flight began.
     departure: Option<Clock>,
     /// The stops in contact.
@@ -114,6 +116,8 @@ impl EventLoop {
         self.starts.resize(mover.n_stops(), 0);
         self.sizes.clear();
         self.sizes.resize(mover.n_stops(), 0.0);
+        self.reaches.clear();
+        self.reaches.resize(mover.n_stops(), 0.0);
         self.held.clear();
         self.still.clear();
         self.n_inelastic = 0;
@@ -291,6 +295,7 @@ impl EventLoop {
         self.still.clear();
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
+            self.reaches[stop] = self.reaches[stop].max(mover.reach(stop));
             let is_held = self.held.contains(&stop);
             // What those held keep closed has no speed, whatever rounding makes of it.
             let faces = self.faces_held(mover, stop);
@@ -336,7 +341,7 @@ impl EventLoop {
             return Ok(false);
         }
         let residual = 2.0 * e / (1.0 - e) * speed * speed / -pull;
-        let tolerance = mover.tolerance(reached, self.sizes[reached]);
+        let tolerance = mover.tolerance(reached, self.reaches[reached]);
         let regular = self.last_blow.is_some_and(|(stop, before)| {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
         });

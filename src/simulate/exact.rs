@@ -216,7 +216,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn extent(&self, stop: usize) -> f64 {
-        self.search.extent(stop)
+        self.search.extent(stop)[0]
+    }
+
+    fn reach(&self, stop: usize) -> f64 {
+        self.scene.geometry.clearances[stop].abs() + self.search.extent(stop)[1]
     }
 
     fn speed_size(&self, stop: usize) -> f64 {

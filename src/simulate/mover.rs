@@ -89,6 +89,10 @@ pub(crate) trait Mover {
     fn rounding(&self, stop: usize) -> f64;
     /// The largest size of the terms of a gap seen on the last flight.
     fn extent(&self, stop: usize) -> f64;
+    /// The same of its clearance and the way to it, which the tolerances are about: parts of a motion may be larger, and cancel.
+    fn reach(&self, stop: usize) -> f64 {
+        self.extent(stop)
+    }
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
     /// The third derivative of a gap while some stops are held.

@@ -54,7 +54,9 @@ impl Run<'_> {
         let count = self.record.hits.len() as u64 + 1;
         let bits = scattered(count + (roughness.pattern << 32)) >> 63;
         let sign = if bits == 0 { 1.0 } else { -1.0 };
-        let depth = sign * roughness.gap * (self.size(stop) + reach * roughness.terms);
+        // Sums of modes have the rounding of the largest coordinate.
+        let terms = roughness.terms.max(self.record.q_size);
+        let depth = sign * roughness.gap * (self.size(stop) + reach * terms);
         if speed > 0.0 && speed * speed > 10.0 * a.abs().to_f64() * depth.abs() {
             // Where a gap closes so slowly that its time is anyone's, the motion is moved by no more than a little.
             let most = 1e-6 / self.model.rate;

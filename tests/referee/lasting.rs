@@ -187,7 +187,8 @@ pub fn compare_sticks(
         } else {
             0.0
         } + rest_before(reference, case, a);
-        if (a.start - b.start).abs() > allowed(&|s| s.start) + early {
+        let is_late = (a.start - b.start).abs() > allowed(&|s| s.start) + early;
+        if is_late && !stays_closed(a.stop, a.start.min(b.start), a.start.max(b.start)) {
             return first.report(a.start, "start of lasting contact", &details);
         }
         let (sooner, later) = (a.end.min(b.end), a.end.max(b.end).min(until));

@@ -107,7 +107,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     let floor = case.by_method(1e-12, case.atol / case.rtol);
     let q_unit = main.q_size.max(floor).max(q_terms);
     // Coordinates of modes mix positions and velocities: beside a motion near rest the rounding of its place counts.
-    let rest = 1e-5 * model.rate * q_unit;
+    let rest = 1e-4 * model.rate * q_unit;
     let mut reference = Reference {
         q_unit,
         v_unit: main.v_size.max(floor).max(v_terms).max(rest),
@@ -264,6 +264,12 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             );
             break;
         }
+    }
+    // Of impacts that follow each other faster than a time in doubles tells, no times can be compared.
+    let times: Vec<f64> = main.hits.iter().map(|h| h.time.to_f64()).collect();
+    let is_fast = |four: &&[f64]| four[3] - four[0] < counting.tick();
+    if let Some(four) = times.windows(4).find(is_fast) {
+        cut(four[0], "impacts at one time in doubles");
     }
     // Reactions that are not those of inertia may feed a motion until nothing else counts beside it.
     let n = case.n();

@@ -14,7 +14,7 @@ const RELEASED: f64 = 1e-9;
 
 /// The order of the root of a gap that opens by its third derivative, or stays as it is.
 const LATE: usize = 3;
-/// Roundings of a gap up to which those held may keep it closed.
+/// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 
 /// Third derivatives of gaps below this part of the largest are zero: steps know them by differences.
@@ -79,8 +79,10 @@ impl EventLoop {
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
     pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        let is_near =
-            || self.starts[stop] == LATE || mover.gap(stop).gap <= FACING * mover.rounding(stop);
+        let is_near = || {
+            let least = (FACING * mover.rounding(stop)).max(mover.tolerance(stop, 0.0));
+            self.starts[stop] == LATE || mover.gap(stop).gap <= least
+        };
         mover.is_bound(stop) && is_near()
     }
 

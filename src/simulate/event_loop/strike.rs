@@ -88,7 +88,6 @@ impl EventLoop {
         mover: &mut M,
         record: &mut Record,
     ) -> Resolved {
-        self.still.clear();
         for k in 0..self.touching.len() {
             let stop = self.touching[k];
             if self.closes(mover, stop) {

@@ -1,0 +1,186 @@
+//! Contacts that nothing presses at first, or no longer: gaps that open by a high derivative, forces that begin from zero, forces
+//! that are nothing but rounding. What follows is known in closed form.
+
+use nalgebra::{DVector, dmatrix, dvector};
+use vibroimpact::{
+    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Scene, SegmentKind, Side, SimulateOptions,
+    Status, Stop, Trajectory, nalgebra, simulate,
+};
+
+const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
+
+fn run(
+    scene: &Scene,
+    (q0, v0): (DVector<f64>, DVector<f64>),
+    (start, end): (f64, f64),
+    method: Method,
+) -> Trajectory {
+    let options = SimulateOptions {
+        method,
+        rtol: 1e-10,
+        atol: 1e-13,
+        ..SimulateOptions::default()
+    };
+    let run = simulate(scene, &q0, &v0, (start, end), &options).expect("runs");
+    assert_eq!(run.status(), Status::Finished, "{}", run.message());
+    run
+}
+
+fn still(n: usize) -> (DVector<f64>, DVector<f64>) {
+    (DVector::zeros(n), DVector::zeros(n))
+}
+
+fn stop(normal: &[f64], clearance: f64, restitution: f64, side: Side) -> Stop {
+    Stop::new(DVector::from_row_slice(normal), clearance, restitution)
+        .expect("valid")
+        .on_side(side)
+}
+
+/// Two unit masses side by side under the force `sin t` each, the second on a spring: apart they are at `t - sin t` and
+/// `(sin t - t cos t)/2`, so that between them `t^5/120` opens.
+fn side_by_side(side: Side) -> Scene {
+    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 1.0]);
+    let push = nalgebra::Complex::new(0.0, -1.0);
+    let forcing = Harmonic::new(dvector![push, push], 1.0, 0.0).expect("valid");
+    let between = stop(&[1.0, -1.0], 0.0, 0.5, side);
+    Scene::new(system.expect("valid"), Forcing::from(forcing), [between]).expect("valid")
+}
+
+#[test]
+fn a_gap_opens_by_its_fifth_derivative() {
+    for method in METHODS {
+        let run = run(&side_by_side(Side::Lower), still(2), (0.0, 2.0), method);
+        assert!(run.impacts().is_empty(), "{method:?}");
+        for t in [0.01, 0.1, 0.7, 2.0] {
+            let (q, _) = run.state(t, ImpactSide::After).expect("kept");
+            let wanted = dvector![t - f64::sin(t), 0.5 * (f64::sin(t) - t * f64::cos(t))];
+            assert!((&q - &wanted).amax() < 1e-10, "{method:?} {t} {q}");
+        }
+    }
+}
+
+#[test]
+fn a_contact_is_pressed_from_the_fifth_derivative_on() {
+    // Together they are two masses on one spring: 2 q'' + q = 2 sin t.
+    for method in METHODS {
+        let run = run(&side_by_side(Side::Upper), still(2), (0.0, 2.0), method);
+        assert!(run.impacts().is_empty(), "{method:?}");
+        let w = 0.5f64.sqrt();
+        for t in [0.01, 0.1, 0.7, 2.0] {
+            let (q, _) = run.state(t, ImpactSide::After).expect("kept");
+            let wanted = 2.0 * (f64::sin(w * t) / w - f64::sin(t));
+            let off = (q[0] - wanted).abs().max((q[1] - wanted).abs());
+            assert!(off < 1e-10, "{method:?} {t} {q}");
+        }
+    }
+}
+
+#[test]
+fn a_contact_is_let_go_where_every_force_is_zero() {
+    // The second of two masses on one spring swings as -cos t while the first is held; at pi/2 nothing is left but its speed.
+    let stiffness = dmatrix![1.0, -1.0; -1.0, 1.0];
+    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
+    let held = stop(&[1.0, 0.0], 0.0, 0.5, Side::Lower);
+    let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [held]).expect("valid");
+    for method in METHODS {
+        for start in [0.0, -1e6, 1e4] {
+            let free = 1.4;
+            let end = start + 0.5 * std::f64::consts::PI + free;
+            let given = (dvector![0.0, -1.0], dvector![0.0, 0.0]);
+            let run = run(&scene, given, (start, end), method);
+            let apart = (2f64.sqrt() * free).sin() / 2f64.sqrt();
+            let wanted = dvector![0.5 * (free - apart), 0.5 * (free + apart)];
+            let off = (run.last().0 - wanted).amax();
+            assert!(off < 1e-8, "{method:?} {start} {off:e}");
+        }
+    }
+}
+
+#[test]
+fn a_body_crosses_a_narrow_room() {
+    // The force -cos t holds a unit mass at the lower stop until pi/2; it is at the upper one when `s - sin s` is the room.
+    let push = nalgebra::Complex::new(-1.0, 0.0);
+    let forcing = Harmonic::new(dvector![push], 1.0, 0.0).expect("valid");
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0]).expect("valid");
+    for method in METHODS {
+        for room in [1e-9, 1e-6] {
+            let stops = [
+                stop(&[1.0], 0.0, 0.0, Side::Lower),
+                stop(&[1.0], room, 0.0, Side::Upper),
+            ];
+            let scene = Scene::new(system.clone(), Forcing::from(forcing.clone()), stops);
+            let run = run(&scene.expect("valid"), still(1), (0.0, 3.0), method);
+            let crossing = (6.0 * room).cbrt();
+            let impacts = run.impacts();
+            assert_eq!(impacts.len(), 1, "{method:?} {room:e} {impacts:?}");
+            let late = impacts[0].time - 0.5 * std::f64::consts::PI - crossing;
+            // Steps know a position to their tolerance.
+            let allowed = 1e-5 * crossing + 1e-12 / crossing.powi(2);
+            assert!(late.abs() < allowed, "{method:?} {room:e} {late:e}");
+        }
+    }
+}
+
+#[test]
+fn an_impact_leaves_the_contacts_it_does_not_reach() {
+    // One coordinate is pressed to a stop, the other goes to and fro between two.
+    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0])
+        .and_then(|system| system.with_load(dvector![-1.0, 0.0]));
+    let stops = [
+        stop(&[1.0, 0.0], 0.0, 1.0, Side::Lower),
+        stop(&[0.0, 1.0], 0.0, 1.0, Side::Lower),
+        stop(&[0.0, 1.0], 1.0, 1.0, Side::Upper),
+    ];
+    let scene = Scene::new(system.expect("valid"), Forcing::Unforced, stops).expect("valid");
+    for method in METHODS {
+        let given = (dvector![0.0, 0.5], dvector![0.0, 1.0]);
+        let run = run(&scene, given, (0.0, 20.0), method);
+        assert_eq!(run.impacts().len(), 20, "{method:?}");
+        assert!(run.impacts().iter().all(|i| i.stop != 0), "{method:?}");
+        let segments = run.segments().expect("kept");
+        let is_held = |s: &&vibroimpact::Segment| s.kind == SegmentKind::Stick && s.stop == Some(0);
+        let held = segments.iter().filter(is_held);
+        let time: f64 = held.map(|s| s.end - s.start).sum();
+        assert!((time - 20.0).abs() < 1e-12, "{method:?} {time}");
+    }
+}
+
+#[test]
+fn a_force_of_rounding_shortens_no_step() {
+    // After an impact without restitution two bodies in one stream move as one: nothing presses them together.
+    let (mass, rate) = (dmatrix![1.7, -0.3; -0.3, 1.8], 0.017);
+    let scene = |mass: &nalgebra::DMatrix<f64>| {
+        let system = LinearSystem::new(mass.clone(), mass * rate, dvector![0.0, 0.0]);
+        let between = stop(&[1.0, -1.0], 0.0, 0.0, Side::Lower);
+        Scene::new(system.expect("valid"), Forcing::Unforced, [between]).expect("valid")
+    };
+    for v in [0.13, 0.1337883, 0.2, 0.21] {
+        let given = (dvector![0.0, 0.0], dvector![v, 0.25]);
+        let run = run(&scene(&mass), given, (0.0, 400.0), Method::Rk45);
+        let (q, _) = run.last();
+        assert!((q[0] - q[1]).abs() < 1e-10, "{v} {q}");
+        assert!(run.stats().n_steps < 1000, "{v} {:?}", run.stats());
+    }
+}
+
+#[test]
+fn a_force_that_hardly_changes_holds() {
+    // sin(w t) with a period of ages presses a mass on a spring to its stop, or draws it away.
+    let w = 1e-9;
+    for method in METHODS {
+        for (sign, side) in [(1.0, Side::Lower), (-1.0, Side::Lower), (1.0, Side::Upper)] {
+            let push = nalgebra::Complex::new(0.0, -2.0 * sign);
+            let forcing = Harmonic::new(dvector![push], w, 0.0).expect("valid");
+            let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![3.0]);
+            let stops = [stop(&[1.0], 0.0, 0.9, side)];
+            let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops);
+            let run = run(&scene.expect("valid"), still(1), (0.0, 200.0), method);
+            let is_drawn = (sign > 0.0) == (side == Side::Lower);
+            let (q, _) = run.last();
+            // Quasi-static: the spring takes the force, less the damper's share.
+            let far = 2.0 * w * (200.0 - 0.1 / 3.0) / 3.0;
+            let wanted = if is_drawn { sign * far } else { 0.0 };
+            assert!((q[0] - wanted).abs() < 1e-3 * far, "{method:?} {sign} {q}");
+        }
+    }
+}
