@@ -154,7 +154,7 @@ fn a_force_of_rounding_shortens_no_step() {
         let between = stop(&[1.0, -1.0], 0.0, 0.0, Side::Lower);
         Scene::new(system.expect("valid"), Forcing::Unforced, [between]).expect("valid")
     };
-    for v in [0.13, 0.1337883, 0.2, 0.21] {
+    for v in [0.13, 0.133_788_3, 0.2, 0.21] {
         let given = (dvector![0.0, 0.0], dvector![v, 0.25]);
         let run = run(&scene(&mass), given, (0.0, 400.0), Method::Rk45);
         let (q, _) = run.last();

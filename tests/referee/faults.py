@@ -1,8 +1,8 @@
-"""Faults put into the library on purpose, which the referee must find.
+"""Faults put into the library on purpose, which the referees must find.
 
 Copies the crate to target/faults, puts a switch for each fault into the copy (a text that is gone is an error, so that the
-list stays true), builds the referee once, and runs it without and with each fault: every fault must bring scenes that
-disagree and agreed before. From the root of the repository: python3 tests/referee/faults.py [scenes].
+list stays true), builds the referees once, and runs them without and with each fault: every fault must bring scenes, of orbits
+those among the first few, that disagree and agreed before. From the root of the repository: python3 tests/referee/faults.py [scenes].
 """
 
 import os
@@ -15,13 +15,14 @@ from typing import NamedTuple
 
 
 class Fault(NamedTuple):
-    """A fault: what is wrong, the file, the text there, and the text that the fault puts in its place."""
+    """A fault: what is wrong, the file, the text there, the text that the fault puts in its place, and the tests that find it."""
 
     name: str
     meaning: str
     file: str
     sound: str
     faulty: str
+    tests: tuple[str, str] = ("referee", "the_library_agrees")
 
 
 SWITCH = """
@@ -78,10 +79,9 @@ FAULTS = [
         "stale force",
         "stops that stay when one is let go keep the motion, and the forces, of those held before",
         "src/simulate/event_loop/settle.rs",
-        "        let held = self.held.clone();\n        mover.hold(&held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
-        "        let held = self.held.clone();\n"
-        '        if held.is_empty() || !crate::has_fault("stale force") {\n'
-        "            mover.hold(&held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
+        "        mover.hold(&self.held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
+        '        if self.held.is_empty() || !crate::has_fault("stale force") {\n'
+        "            mover.hold(&self.held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
     ),
     Fault(
         "end of chatter",
@@ -90,6 +90,15 @@ FAULTS = [
         "        let span = 2.0 * e * speed / ((1.0 - e) * acceleration);\n",
         '        let own = if crate::has_fault("end of chatter") { 1.0 } else { e };\n'
         "        let span = 2.0 * own * speed / ((1.0 - e) * acceleration);\n",
+    ),
+    Fault(
+        "saltation",
+        "an impact that a deviation delays moves it the wrong way",
+        "src/orbit/stability.rs",
+        "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",
+        '                let delayed = if crate::has_fault("saltation") { -delayed } else { delayed };\n'
+        "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",
+        ("referee_orbits", "multipliers_are_those_of_the_return_map"),
     ),
 ]
 
@@ -113,11 +122,11 @@ def copy_with_switches(root: Path, copy: Path) -> None:
         path.write_text(text.replace(fault.sound, fault.faulty))
 
 
-def build(copy: Path) -> str:
-    """Build the referee of the copy; the path of the program."""
+def build(copy: Path, tests: str) -> str:
+    """Build a referee of the copy; the path of the program."""
     target = os.environ.get("CARGO_TARGET_DIR", str(copy.parent))
     environment = os.environ | {"CARGO_TARGET_DIR": target, "RUSTFLAGS": "", "CARGO_PROFILE_TEST_DEBUG": "0"}
-    command = ["cargo", "test", "--test", "referee", "--no-run"]
+    command = ["cargo", "test", "--test", tests, "--no-run"]
     run = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, check=False)
     found = re.search(r"Executable .*\((.*)\)", run.stderr)
     if found is None:
@@ -125,15 +134,15 @@ def build(copy: Path) -> str:
     return str(copy / found[1])
 
 
-def disagreeing(program: str, fault: str, scenes: int) -> tuple[set[int], list[str]]:
-    """Run the referee: the scenes that disagree, and the lines that count them by classes."""
+def disagreeing(program: str, name: str, fault: str, scenes: int) -> tuple[set[int], list[str]]:
+    """Run a test of a referee: the scenes that disagree, and the lines that count them by classes."""
     environment = os.environ | {"VIBROIMPACT_FAULT": fault, "VIBROIMPACT_REFEREE": str(scenes)}
-    command = [program, "the_library_agrees", "--nocapture"]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    if " scenes in " not in run.stdout:
-        sys.exit(run.stdout + run.stderr)
-    numbers = {int(n) for n in re.findall(r"^scene (\d+) of seed", run.stdout, re.MULTILINE)}
-    return numbers, re.findall(r"^ +\d+ [a-z, -]+: \[", run.stdout, re.MULTILINE)
+    run = subprocess.run([program, name, "--nocapture"], env=environment, capture_output=True, text=True, check=False)
+    said = run.stdout + run.stderr
+    if " scenes in " not in said and " looked at, " not in said:
+        sys.exit(said)
+    numbers = {int(n) for n in re.findall(r"^(?:scene|case) (\d+) ", said, re.MULTILINE)}
+    return numbers, re.findall(r"^ +\d+ [a-z, -]+: \[", said, re.MULTILINE)
 
 
 def main() -> None:
@@ -142,13 +151,16 @@ def main() -> None:
     root = Path.cwd()
     copy = root / "target/faults"
     copy_with_switches(root, copy)
-    program = build(copy)
-    before, _ = disagreeing(program, "", scenes)
-    print(f"without a fault {len(before)} of {scenes} scenes disagree")
+    before = {}
+    for tests, name in dict.fromkeys(fault.tests for fault in FAULTS):
+        program = build(copy, tests)
+        before[tests, name] = program, disagreeing(program, name, "", scenes)[0]
+        print(f"{tests}: without a fault {len(before[tests, name][1])} scenes disagree")
     missed = []
     for fault in FAULTS:
-        found, classes = disagreeing(program, fault.name, scenes)
-        new = sorted(found - before)
+        program, known = before[fault.tests]
+        found, classes = disagreeing(program, fault.tests[1], fault.name, scenes)
+        new = sorted(found - known)
         counts = "; ".join(line.strip(" [").rstrip(":") for line in classes)
         print(f"{fault.name}: {fault.meaning}: {len(new)} more scenes disagree, the first {new[:5]} ({counts})")
         if not new:

@@ -5,6 +5,7 @@ use crate::case::{Case, Push, StopCase};
 use crate::draw::Draw;
 use crate::random::{Random, round_to};
 use crate::roots::eigenvalues;
+use crate::shallow::make_shallow;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use vibroimpact::Method;
@@ -199,7 +200,7 @@ pub fn scene(seed: u64, number: u64) -> Case {
     } else {
         1e-9
     };
-    Case {
+    let case = Case {
         label: format!(
             "n = {n}, {of_stiffness}, {of_damping}, {of_force}, {} stops",
             stops.len()
@@ -216,7 +217,16 @@ pub fn scene(seed: u64, number: u64) -> Case {
         method,
         rtol,
         atol: 1e-3 * rtol,
+    };
+    if draw.random.chance(6) {
+        let overshoot = draw.random.log(1e-13, 1e-2);
+        let mut shallow = case.clone();
+        if make_shallow(&mut shallow, overshoot) {
+            shallow.label += &format!(", passed by {overshoot:.0e}");
+            return shallow;
+        }
     }
+    case
 }
 
 fn state_eigenvalues(

@@ -5,7 +5,7 @@ use crate::compare::Difference;
 use crate::double_double::Dd;
 use crate::reference::Reference;
 use nalgebra::{DMatrix, DVector};
-use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate};
+use vibroimpact::{ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate};
 
 /// Relative rounding allowed; steps of an integrator add their tolerance.
 fn rounding(case: &Case) -> f64 {
@@ -24,7 +24,7 @@ pub fn check(
         forces_press(case, run, reference),
         energy_adds_up(case, run, reference),
         segments_fill_the_span(run),
-        same_bits_twice(case, scene, run),
+        same_bits_twice(case, scene, run, reference),
     ]
     .into_iter()
     .flatten()
@@ -42,8 +42,11 @@ fn difference(class: &str, detail: String) -> Option<Difference> {
     })
 }
 
+/// Number of times asked for in the second run.
+const ASKED: usize = 50;
+
 /// Number of points at which gaps are looked at.
-const POINTS: usize = 300;
+const POINTS: usize = 10_000;
 
 fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
     let (start, end) = run.span();
@@ -344,12 +347,45 @@ fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     None
 }
 
-fn same_bits_twice(case: &Case, scene: &Scene, run: &Trajectory) -> Option<Difference> {
+fn same_bits_twice(
+    case: &Case,
+    scene: &Scene,
+    run: &Trajectory,
+    reference: &Reference,
+) -> Option<Difference> {
     let (q0, v0) = case.start();
-    let again = match simulate(scene, &q0, &v0, case.span, &case.options()) {
+    // Times asked for, and what is kept, change nothing else.
+    let (start, end) = run.span();
+    let asked: Vec<f64> = (0..ASKED)
+        .map(|k| start + (end - start) * k as f64 / ASKED as f64)
+        .collect();
+    let options = SimulateOptions {
+        t_eval: Some(asked.clone()),
+        keep: Keep::Impacts,
+        ..case.options()
+    };
+    let again = match simulate(scene, &q0, &v0, case.span, &options) {
         Ok(again) => again,
         Err(error) => return difference("error the second time", error.to_string()),
     };
+    let (times, q, v) = again.samples().expect("asked for");
+    if times != asked {
+        return difference("samples at other times", format!("{times:?}"));
+    }
+    for (k, &t) in asked.iter().enumerate() {
+        let (q_kept, v_kept) = run.state(t, ImpactSide::After).expect("inside the span");
+        let off = (q.row(k).transpose() - &q_kept).amax() / reference.q_unit.max(q_kept.amax());
+        let fast = (v.row(k).transpose() - &v_kept).amax() / reference.v_unit.max(v_kept.amax());
+        if off.max(fast) > 1e-12 {
+            let is_struck = run.impacts().iter().any(|i| i.time == t);
+            if !is_struck {
+                return difference(
+                    "samples off the motion",
+                    format!("{off:e} {fast:e} at {t:e}"),
+                );
+            }
+        }
+    }
     if again.impacts() == run.impacts() && again.last() == run.last() {
         return None;
     }

@@ -23,6 +23,7 @@ mod record;
 mod reference;
 #[path = "../common/roots.rs"]
 mod roots;
+mod shallow;
 mod shrink;
 mod simulator;
 

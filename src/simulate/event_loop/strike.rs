@@ -13,6 +13,9 @@ use nalgebra::DVector;
 /// Rounding of a speed, relative to that of a fall as far as the motion goes.
 const SPEED_ROUNDING: f64 = 10.0 * ROUNDING;
 
+/// Part of a speed by which an impact's row and the motion after it may differ.
+const AGREED: f64 = 1e-9;
+
 impl EventLoop {
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
     /// of several stops at one instant.
@@ -21,6 +24,7 @@ impl EventLoop {
         mover: &mut M,
         record: &mut Record,
     ) -> Resolved {
+        let first = record.impacts.len();
         if self.touching.len() > 1 && self.is_coupled(mover) {
             let restitutions = self.restitutions(mover);
             if let Err(unresolved) = self.strike_together(mover, &restitutions, Some(record))? {
@@ -42,6 +46,13 @@ impl EventLoop {
             }
         }
         mover.look()?;
+        debug_assert!(
+            record.impacts[first..]
+                .iter()
+                .all(|impact| agrees(mover, impact)),
+            "{:?}",
+            &record.impacts[first..]
+        );
         self.settle(mover)
     }
 
@@ -165,6 +176,16 @@ impl EventLoop {
             keep_impact(mover, stop, blow, record);
         }
     }
+}
+
+/// Whether the motion leaves a stop as the row of its impact says.
+fn agrees<M: Mover + ?Sized>(mover: &M, impact: &Impact) -> bool {
+    let (stop, state) = (impact.stop, mover.gap(impact.stop));
+    let off = (state.speed - impact.departure).abs();
+    let give = mover.delassus(&[stop]).map_or(0.0, |g| g[(0, 0)]);
+    let size = mover.speed_size(stop).max(give * impact.impulse);
+    // The law of several stops is known to some roundings.
+    off <= AGREED * size + 10.0 * least_speed(mover, stop, state)
 }
 
 /// Keeps an impact.
