@@ -125,6 +125,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.gaps[stop].acceleration_size(&self.derivatives, self.flow.fastest_rate())
     }
 
+    /// Size of the terms of a gap's third derivative where the search last looked.
+    pub fn jerk_size(&self, stop: usize) -> f64 {
+        self.gaps[stop].jerk_size(&self.derivatives)
+    }
+
     /// The largest size of the terms of a gap that was seen on the last flight, and the largest gap.
     pub fn extent(&self, stop: usize) -> [f64; 2] {
         self.extents[stop]

@@ -119,12 +119,21 @@ impl GapRow {
 
     /// Size of the terms of the gap's acceleration, now or in a time in which a motion of the given rate changes.
     pub fn acceleration_size(&self, derivatives: &[Derivatives], rate: f64) -> f64 {
-        let size = |r: &Pair, d: &Pair| (r[0] * d[0]).abs() + (r[1] * d[1]).abs();
-        let (now, soon) = (self.cells.iter().zip(derivatives))
-            .fold((0.0, 0.0), |(now, soon), (c, d)| {
-                (now + size(&c.row, &d.d2), soon + size(&c.row, &d.d3) / rate)
-            });
-        now.max(soon)
+        let now = self.size_of(derivatives, |d| d.d2);
+        now.max(self.jerk_size(derivatives) / rate)
+    }
+
+    /// Size of the terms of the gap's third derivative.
+    pub fn jerk_size(&self, derivatives: &[Derivatives]) -> f64 {
+        self.size_of(derivatives, |d| d.d3)
+    }
+
+    fn size_of(&self, derivatives: &[Derivatives], order: impl Fn(&Derivatives) -> Pair) -> f64 {
+        let terms = |(Cell { row: r, .. }, d): (&Cell, &Derivatives)| {
+            let x = order(d);
+            (r[0] * x[0]).abs() + (r[1] * x[1]).abs()
+        };
+        self.cells.iter().zip(derivatives).map(terms).sum()
     }
 
     /// The gap's jet.

@@ -12,6 +12,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// A product of a reaction direction and a free direction below this, relative to both, is zero.
 const ORTHOGONAL_TOL: f64 = 1e-12;
 
+/// What is left of terms of a sum below this part of their sizes is rounding.
+const CANCELLED: f64 = 1e-14;
+
 /// The motion of a linear scene while some stops are held.
 #[derive(Debug, Clone)]
 pub(crate) struct StuckMotion {
@@ -75,6 +78,12 @@ impl StuckMotion {
                 .map(|(a, b)| [a[0] + b[0], a[1] + b[1]])
                 .collect()
         };
+        // What of a matrix the motion left over sees along a row; what is left of terms that cancel is nothing.
+        let seen = |m: &DMatrix<f64>, g: &DVector<f64>| {
+            let sizes = free.abs().tr_mul(&m.abs().tr_mul(&g.abs()));
+            let clear = |x: f64, size: f64| if x.abs() > CANCELLED * size { x } else { 0.0 };
+            free.tr_mul(&m.tr_mul(g)).zip_map(&sizes, clear)
+        };
         let forces = (0..stops.len())
             .map(|i| {
                 let g = takes.row(i).transpose();
@@ -82,10 +91,7 @@ impl StuckMotion {
                 Quantity {
                     constant: g.dot(&load),
                     size: g.abs().dot(&sizes),
-                    row: row(
-                        free.tr_mul(&stiffness.tr_mul(&g)),
-                        free.tr_mul(&damping.tr_mul(&g)),
-                    ),
+                    row: row(seen(&stiffness, &g), seen(&damping, &g)),
                     forcing: -pulled,
                 }
             })

@@ -231,9 +231,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             .sum()
     }
 
-    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
+    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
         if held.is_empty() {
-            Ok(self.gap(stop).jerk)
+            let rounding = ROUNDING * self.search.jerk_size(stop);
+            Ok([self.gap(stop).jerk, rounding])
         } else {
             self.jerk_beside(stop, held)
         }

@@ -307,7 +307,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         size.unwrap_or(0.0)
     }
 
-    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
+    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
         let motion = self.motion_with(held.to_vec());
         let slow = self.slow_time();
         let n = self.n();
@@ -330,10 +330,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
             }
             let (_, then) = bend(ahead.slice(), self.clock.after(step))?;
             if (then - now).abs() > least {
-                return Ok((then - now) / step);
+                return Ok([then - now, least].map(|x| x / step));
             }
         }
-        Ok(0.0)
+        Ok([0.0; 2])
     }
 
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {

@@ -170,12 +170,12 @@ impl EventLoop {
             .partition(|&i| is_bound(delassus, &held, i));
         let mut opening = bound;
         if !free.is_empty() {
-            let jerks: Vec<f64> = free
+            let known: Vec<[f64; 2]> = free
                 .iter()
                 .map(|&i| mover.jerk(resting[i], &beside))
                 .collect::<Result<_>>()?;
-            let jerks = DVector::from_vec(jerks);
-            let slack = DVector::from_element(free.len(), STEADY * jerks.amax());
+            let jerks = DVector::from_fn(free.len(), |k, _| known[k][0]);
+            let slack = jerks.map_with_location(|k, _, _| known[k][1].max(STEADY * jerks.amax()));
             let reduced = reduced(delassus, &held, &free);
             let rates = contact_forces(&reduced, &jerks, &slack).ok();
             let mut steady = Vec::new();

@@ -13,6 +13,8 @@ use nalgebra::DVector;
 /// Rounding of a speed, relative to that of a fall as far as the motion goes.
 const SPEED_ROUNDING: f64 = 10.0 * ROUNDING;
 
+/// Impulses of so small a part of the largest at one instant are rounding.
+const IMPULSE_ROUNDING: f64 = 1e-12;
 /// Part of a speed by which an impact's row and the motion after it may differ.
 const AGREED: f64 = 1e-9;
 
@@ -146,10 +148,12 @@ impl EventLoop {
         };
         self.n_inelastic += usize::from(resolved.is_inelastic);
         self.still.clear();
+        let kick = |k: usize| delassus[(k, k)] * resolved.impulses[k];
+        let least = IMPULSE_ROUNDING * (0..stops.len()).map(kick).fold(0.0, f64::max);
         for (k, &stop) in stops.iter().enumerate() {
             let impulse = resolved.impulses[k];
             let departure = resolved.opening_speeds[k];
-            if impulse > 0.0 {
+            if kick(k) > least {
                 mover.push(stop, impulse)?;
                 let blow = Blow {
                     approach: positive_part(-speeds[k]),

@@ -3,6 +3,7 @@
 
 use super::{ExactMover, is_within};
 use crate::contact::next::{Next, Search};
+use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
 use crate::flow::{GapRow, LinearFlow, Quantity, StuckMotion, with_flow};
@@ -49,16 +50,15 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         Ok(motion)
     }
 
-    /// The third derivative of a gap while some stops are held.
-    pub(super) fn jerk_beside(&mut self, stop: usize, held: &[usize]) -> Result<f64> {
+    /// The third derivative of a gap while some stops are held, and its rounding.
+    pub(super) fn jerk_beside(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
         let motion = self.motion_of(held)?;
         let Some(gap) = &motion.gaps[stop] else {
-            return Ok(0.0);
+            return Ok([0.0; 2]);
         };
         let (q, v) = self.settled(held)?;
         let (whole, angle) = (motion.reduce(&q, &v), self.angle(self.clock));
-        let jet = with_flow!(&motion.flow, flow => jet_of(flow, gap, &whole, angle));
-        Ok(6.0 * jet.c[3])
+        Ok(with_flow!(&motion.flow, flow => jerk_of(flow, gap, &whole, angle)))
     }
 
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
@@ -100,12 +100,14 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     }
 }
 
-/// The jet of a quantity of a motion.
-fn jet_of<H: LinearFlow>(flow: &H, quantity: &Quantity, whole: &[Pair], angle: f64) -> Jet {
+/// The third derivative of a quantity of a motion, and its rounding.
+fn jerk_of<H: LinearFlow>(flow: &H, quantity: &Quantity, whole: &[Pair], angle: f64) -> [f64; 2] {
     let (mut state, mut derivatives) = (Vec::new(), Vec::new());
     flow.enter(whole, angle, &mut state);
     flow.derivatives(&state, &mut derivatives);
-    flow.gap_row(quantity).jet(&derivatives)
+    let row = flow.gap_row(quantity);
+    let jerk = 6.0 * row.jet(&derivatives).c[3];
+    [jerk, ROUNDING * row.jerk_size(&derivatives)]
 }
 
 /// A motion with stops held, from where it begins.

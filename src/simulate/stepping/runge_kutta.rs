@@ -5,7 +5,7 @@ use super::contact::Found;
 use super::release::Release;
 use super::{FreeFlight, StepMover};
 use crate::error::Result;
-use crate::flow::runge_kutta::{Dense, State};
+use crate::flow::runge_kutta::{Dense, State, Tolerance};
 use crate::flow::step_size::{first_step, trial_step};
 use crate::model::Dynamics;
 use crate::simulate::Keep;
@@ -179,7 +179,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             return Ok(Trial::TooShort);
         }
         self.step(dynamics, h)?;
-        let error = self.stepper.error(&self.x, h, self.tolerance);
+        let error = self.stepper.error(&self.x, h, self.attainable());
         let verdict = self.controller.judge(h, error);
         if !verdict.is_accepted {
             self.h = Some(verdict.next);
@@ -192,6 +192,17 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             verdict.next
         };
         Ok(Trial::Accepted { h, next, is_last })
+    }
+
+    /// The tolerances, none below the rounding of the largest coordinate: a small one is driven by that.
+    #[inline]
+    fn attainable(&self) -> Tolerance {
+        let (q, _) = self.x.slice().split_at(self.n());
+        let size = q.iter().fold(0.0f64, |size, q| size.max(q.abs()));
+        Tolerance {
+            absolute: self.tolerance.absolute.max(4.0 * f64::EPSILON * size),
+            ..self.tolerance
+        }
     }
 
     /// Takes note of a step of length h that was accepted.
