@@ -173,7 +173,6 @@ fn compare_hits(
     let mut recent: VecDeque<[f64; 3]> = VecDeque::new();
     let mut drifts = Vec::new();
     let beside = Beside::new(reference, &counting);
-    let normal_size = |stop: usize| counting.reach(stop);
     let slowness = |hit: &Hit| slowness(case, reference, &counting, hit);
     let is_graze = |hit: &Hit| is_graze(case, reference, &counting, hit);
     let (mut i, mut j) = (0, 0);
@@ -202,7 +201,7 @@ fn compare_hits(
             if is_graze(hit) {
                 return (drifts, hit.time.to_f64());
             }
-            let n = normal_size(hit.stop);
+            let n = counting.reach(hit.stop);
             let depth = depth(reference, hit, n);
             let what = if is_mine { "missed" } else { "extra" };
             let relative = case.rtol.clamp(1e-15, 1e-9) * reference.main.q_size;
@@ -229,15 +228,13 @@ fn compare_hits(
         }
         let [speed_aside, time_aside, impulse_aside] =
             [0, 1, 2].map(|k| recent.iter().map(|r| r[k]).fold(0.0, f64::max));
-        let speed_allowed =
-            10.0 * speed_aside + 4.0 * fast + base * reference.v_unit * normal_size(a.stop) * 10.0;
+        let speed_allowed = 10.0 * speed_aside
+            + 4.0 * fast
+            + base * reference.v_unit * counting.reach(a.stop) * 10.0;
         let time_allowed = 10.0 * time_aside
             + counting.tick()
             + 4.0 * late
-            + slowness(a)
-            + completed(a.time.to_f64()) * reference.q_unit * normal_size(a.stop) * 10.0
-                / a.approach
-            + base * 10.0 / rate;
+            + 10.0 * base * (reference.q_unit * counting.reach(a.stop) / a.approach + 1.0 / rate);
         let push = reference.model.delassus.rows[a.stop][a.stop].to_f64();
         let impulse_allowed = 10.0 * impulse_aside + 4.0 * speed_allowed / push;
         let time = a.time.to_f64();

@@ -1,8 +1,8 @@
 """Faults put into the library on purpose, which the referees must find.
 
 Copies the crate to target/faults, puts a switch for each fault into the copy (a text that is gone is an error, so that the
-list stays true), builds the referees once, and runs them without and with each fault: every fault must bring scenes, of orbits
-those among the first few, that disagree and agreed before. From the root of the repository: python3 tests/referee/faults.py [scenes].
+list stays true), builds the referees once, and runs them without and with each fault: every fault must bring scenes that
+disagree and agreed before. From the root of the repository: python3 tests/referee/faults.py [scenes].
 """
 
 import os
