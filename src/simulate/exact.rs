@@ -232,12 +232,13 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
+        let free = ROUNDING * self.search.jerk_size(stop);
         if held.is_empty() {
-            let rounding = ROUNDING * self.search.jerk_size(stop);
-            Ok([self.gap(stop).jerk, rounding])
-        } else {
-            self.jerk_beside(stop, held)
+            return Ok([self.gap(stop).jerk, free]);
         }
+        // What those held take away has its rounding too.
+        let [jerk, rounding] = self.jerk_beside(stop, held)?;
+        Ok([jerk, rounding.max(free)])
     }
 
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {

@@ -320,17 +320,22 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         };
         let (a, now) = bend(self.x.slice(), self.clock)?;
         let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
-        // A difference is as long as it must be for rounding to leave something of it.
-        for step in [SHORT, 10.0 * SHORT, 1e2 * SHORT, 1e3 * SHORT, 1e4 * SHORT].map(|s| s * slow) {
+        let change = |step: f64| -> Result<f64> {
             let mut ahead = self.x.clone();
             let (q, v) = ahead.slice_mut().split_at_mut(n);
             for i in 0..n {
                 q[i] += step * (v[i] + 0.5 * step * a[i]);
                 v[i] += step * a[i];
             }
-            let (_, then) = bend(ahead.slice(), self.clock.after(step))?;
-            if (then - now).abs() > least {
-                return Ok([then - now, least].map(|x| x / step));
+            Ok(bend(ahead.slice(), self.clock.after(step))?.1 - now)
+        };
+        // A difference is as long as it must be for rounding to leave something of it; one that does not grow as its step is none.
+        for step in [SHORT, 10.0 * SHORT, 1e2 * SHORT, 1e3 * SHORT, 1e4 * SHORT].map(|s| s * slow) {
+            let once = change(step)?;
+            if once.abs() > least {
+                let is_even = (change(2.0 * step)? - 2.0 * once).abs() < once.abs();
+                let jerk = if is_even { once } else { 0.0 };
+                return Ok([jerk, least].map(|x| x / step));
             }
         }
         Ok([0.0; 2])
