@@ -238,18 +238,10 @@ fn unsolvable_impacts() -> Error {
 mod tests {
     use super::*;
     use crate::impact::recovery_matrix;
+    use crate::linalg::seeded::config;
     use crate::model::{ContactGeometry, Forcing, LinearSystem, Reaction, Scene, Stop};
     use nalgebra::{dmatrix, dvector};
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
-
-    fn config() -> ProptestConfig {
-        ProptestConfig {
-            rng_seed: RngSeed::Fixed(0x5EED),
-            failure_persistence: None,
-            ..ProptestConfig::default()
-        }
-    }
 
     fn numbers(count: usize) -> impl Strategy<Value = DVector<f64>> {
         proptest::collection::vec(-1.0..1.0_f64, count).prop_map(DVector::from_vec)

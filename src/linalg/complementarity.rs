@@ -102,17 +102,9 @@ mod tests {
     use super::*;
     use crate::linalg::active_set::{PIVOT_TOLS, Work};
     use crate::linalg::lemke;
+    use crate::linalg::seeded::config;
     use nalgebra::{dmatrix, dvector};
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
-
-    fn config() -> ProptestConfig {
-        ProptestConfig {
-            rng_seed: RngSeed::Fixed(0x5EED),
-            failure_persistence: None,
-            ..ProptestConfig::default()
-        }
-    }
 
     fn no_slack(k: usize) -> Vec<f64> {
         vec![0.0; k]

@@ -10,5 +10,7 @@ mod lemke;
 pub(crate) mod matrix_exponential;
 pub(crate) mod plane;
 pub(crate) mod rank;
+#[cfg(test)]
+pub(crate) mod seeded;
 pub(crate) mod singular;
 pub(crate) mod small;

@@ -118,16 +118,8 @@ fn rotate(m: &mut DMatrix<f64>, [i, j]: [usize; 2], [cosine, sine]: [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::seeded::config;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
-
-    fn config() -> ProptestConfig {
-        ProptestConfig {
-            rng_seed: RngSeed::Fixed(0x5EED),
-            failure_persistence: None,
-            ..ProptestConfig::default()
-        }
-    }
 
     fn recomposed(found: &Singular) -> DMatrix<f64> {
         &found.images * found.scale * found.right.transpose()
