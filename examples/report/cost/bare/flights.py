@@ -92,9 +92,9 @@ REST = (
     ),
     Change(
         SETTLE,
-        "        if resting.is_empty() && before.is_empty() {",
-        f"        if resting.is_empty() && before.is_empty() {{\n            return Ok(Ok(()));\n        }}\n        {NEVER}\n",
-        "    }\n\n    /// Whether a stop in contact has no",
+        "        if resting.is_empty() && !held_any {",
+        f"        if resting.is_empty() && !held_any {{\n            return Ok(Ok(()));\n        }}\n        {NEVER}\n",
+        "    }\n\n    /// A stop held whose force",
     ),
     Change(
         LOOP,
@@ -108,7 +108,7 @@ REST = (
 # Nothing is kept but the state.
 KEPT = (
     Change(KEEP, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps the rest of impacts"),
-    Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Keeps an impact."),
+    Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Whether the motion leaves"),
 )
 
 # Nobody is asked whether to go on.
