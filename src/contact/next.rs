@@ -67,6 +67,12 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     pub n_gap_evaluations: usize,
 }
 
+/// What a search saw of a flight: the stops and their extents, and the evaluations of gaps and forces.
+pub(crate) struct Seen {
+    pub extents: Vec<(usize, [f64; 2])>,
+    pub n_gap_evaluations: usize,
+}
+
 impl<'f, F: LinearFlow> Search<'f, F> {
     pub fn new(flow: &'f F, gaps: Vec<GapRow>) -> Self {
         let ladder = Ladder::new(flow);
@@ -133,6 +139,14 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     /// The largest size of the terms of a gap that was seen on the last flight, and the largest gap.
     pub fn extent(&self, stop: usize) -> [f64; 2] {
         self.extents[stop]
+    }
+
+    /// Takes over what another search saw of the last flight.
+    pub fn saw(&mut self, other: Seen) {
+        self.n_gap_evaluations += other.n_gap_evaluations;
+        for (stop, extent) in other.extents {
+            self.extents[stop] = extent;
+        }
     }
 
     /// The next contact within `span` of the state, at which the search must have looked. `starts[i]` is the order of the

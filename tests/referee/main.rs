@@ -33,6 +33,22 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+/// Scenes that were answered wrongly once, or not at all, by seed and number.
+const FOUND: [(u64, &[u64]); 5] = [
+    // Three stops on one plane; a narrow room beside a static deflection.
+    (7, &[2505, 8113]),
+    // Steps of unstable blocks, of forces that are rounding; rows and motions of dependent stops; releases that begin from zero.
+    (
+        8,
+        &[6043, 8697, 9441, 11645, 14843, 17779, 22549, 23323, 23342],
+    ),
+    (9, &[17648, 20827]),
+    // A gap that opens late.
+    (10, &[3017]),
+    // Contacts and bounces at rounding beside stops that are held.
+    (11, &[7469, 8679, 9159]),
+];
+
 /// After this time a scene counts as one without end.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -69,6 +85,22 @@ impl Tally {
                 numbers.len(),
                 &numbers[..numbers.len().min(12)]
             );
+        }
+    }
+}
+
+#[test]
+fn what_was_found_stays_mended() {
+    for (seed, numbers) in FOUND {
+        for &number in numbers {
+            if let Verdict::Disagree(differences) = compare::judge(&generator::scene(seed, number))
+            {
+                let differences = differences
+                    .iter()
+                    .map(|d| format!("{}: {}", d.class, d.detail));
+                let text = differences.collect::<Vec<_>>().join("\n");
+                panic!("scene {number} of seed {seed}: {text}");
+            }
         }
     }
 }

@@ -102,8 +102,12 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     };
     let aside = (0..n_aside).map(|k| run(moved(k), rough(k)).0).collect();
     let floor = case.by_method(1e-12, case.atol / case.rtol);
-    let q_unit = main.q_size.max(floor).max(q_terms);
-    // Coordinates of modes mix positions and velocities: beside a motion near rest the rounding of its place counts.
+    // Coordinates of modes mix positions and velocities: beside a motion near rest the rounding of its place counts, and
+    // beside places near each other that of the way its speed takes it, where the modes are complex.
+    let is_real = case.damping.iter().all(|&c| c == 0.0);
+    let way = squared_frequencies(case).map_or(0.0, |(least, _)| main.v_size / least.sqrt());
+    let way = if is_real { 0.0 } else { 1e-3 * way };
+    let q_unit = main.q_size.max(floor).max(q_terms).max(way);
     let rest = 1e-4 * model.rate * q_unit;
     let mut reference = Reference {
         q_unit,
@@ -118,6 +122,16 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     reference
 }
 
+/// The squares of the least and the largest frequency without damping, but for those of free bodies; None of free bodies alone.
+fn squared_frequencies(case: &Case) -> Option<(f64, f64)> {
+    let inverse = case.mass.clone().try_inverse()?;
+    let values = eigenvalues(&(inverse * &case.stiffness));
+    let squares: Vec<f64> = values.iter().map(|z| z.norm()).collect();
+    let most = squares.iter().fold(0.0, |m: f64, &x| m.max(x));
+    let held = squares.iter().filter(|&&x| x > 1e-9 * most);
+    held.copied().reduce(f64::min).map(|least| (least, most))
+}
+
 /// Sizes of positions and velocities that the forces alone make: over a radian of the fastest motion, and, of a motion that is
 /// the sum of a steady and a free one, over the least stiffness, where they are not faster than all modes. A motion from rest
 /// is at first the small difference of such terms, and known to their rounding.
@@ -130,18 +144,9 @@ fn terms(case: &Case, rate: f64) -> (f64, f64) {
         .map_or(0.0, |f| largest(&f.re) + largest(&f.im));
     let lightest = case.mass.diagonal().min();
     let short = (load + shaking) / lightest / (rate * rate);
-    let values = case
-        .mass
-        .clone()
-        .try_inverse()
-        .map(|m| eigenvalues(&(m * &case.stiffness)));
-    let squares: Vec<f64> = values.map_or(Vec::new(), |v| v.iter().map(|z| z.norm()).collect());
-    let (least, most) = squares
-        .iter()
-        .fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
-    if squares.is_empty() || least <= 1e-9 * most {
+    let Some((least, most)) = squared_frequencies(case) else {
         return (short, short * rate);
-    }
+    };
     let is_slow = case
         .force
         .as_ref()

@@ -2,7 +2,7 @@
 //! are (theory 9).
 
 use super::{ExactMover, is_within};
-use crate::contact::next::{Next, Search};
+use crate::contact::next::{Next, Search, Seen};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
@@ -79,9 +79,8 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             whole: motion.reduce(&q, &v),
             starts,
         };
-        let (next, n_gap_evaluations) =
-            with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
-        self.search.n_gap_evaluations += n_gap_evaluations;
+        let (next, seen) = with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
+        self.search.saw(seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
@@ -121,13 +120,13 @@ struct Course<'a> {
 }
 
 impl Course<'_> {
-    /// What ends it within a span, and when; and the evaluations of gaps and forces that this took.
+    /// What ends it within a span, and when; and what was seen of the gaps.
     fn next<H: LinearFlow>(
         &self,
         flow: &H,
         span: f64,
         watch: &mut Watch<'_>,
-    ) -> Result<(Option<(Event, f64)>, usize)> {
+    ) -> Result<(Option<(Event, f64)>, Seen)> {
         let mut state = Vec::new();
         flow.enter(&self.whole, self.angle, &mut state);
         let events = Events::new(flow, self.motion, &state);
@@ -154,7 +153,16 @@ impl Course<'_> {
             }
         };
         let found = found.map(|(stop, time)| (events.list[stop].0, time));
-        Ok((found, search.n_gap_evaluations))
+        let gaps = events.list.iter().enumerate();
+        let extents = gaps.filter_map(|(place, (event, _))| match event {
+            Event::Contact(stop) => Some((*stop, search.extent(place))),
+            Event::Release(_) => None,
+        });
+        let seen = Seen {
+            extents: extents.collect(),
+            n_gap_evaluations: search.n_gap_evaluations,
+        };
+        Ok((found, seen))
     }
 }
 
