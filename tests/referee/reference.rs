@@ -92,22 +92,26 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     };
     let (main, model) = run([1.0; 7], None);
     let (q_terms, v_terms) = terms(case, model.rate);
+    // Complex modes mix positions and velocities: beside places near each other the rounding of the way their speed takes them
+    // counts.
+    let is_real = case.damping.iter().all(|&c| c == 0.0);
+    let slowest = squared_frequencies(case).filter(|_| !is_real);
+    let way = slowest.map_or(0.0, |(least, _)| main.v_size / least.sqrt());
+    // Complex modes may lose digits before a matrix moves by its exponential: one here, of the two that ten times the
+    // difference of these runs allows.
+    let lost = if is_real { 1.0 } else { 10.0 };
     let rough = |k: u64| {
         Some(Roughness {
             pattern: k / 2,
-            terms: q_terms,
+            terms: q_terms.max(way),
             completion: 40.0 * case.rtol.max(1e-14),
-            gap: sign(k, 7) * case.by_method(GAP_ROUNDING, case.rtol),
+            gap: sign(k, 7) * case.by_method(lost * GAP_ROUNDING, case.rtol),
         })
     };
     let aside = (0..n_aside).map(|k| run(moved(k), rough(k)).0).collect();
     let floor = case.by_method(1e-12, case.atol / case.rtol);
-    // Coordinates of modes mix positions and velocities: beside a motion near rest the rounding of its place counts, and
-    // beside places near each other that of the way its speed takes it, where the modes are complex.
-    let is_real = case.damping.iter().all(|&c| c == 0.0);
-    let way = squared_frequencies(case).map_or(0.0, |(least, _)| main.v_size / least.sqrt());
-    let way = if is_real { 0.0 } else { 1e-3 * way };
-    let q_unit = main.q_size.max(floor).max(q_terms).max(way);
+    let q_unit = main.q_size.max(floor).max(q_terms).max(1e-3 * way);
+    // And beside a motion near rest that of its place.
     let rest = 1e-4 * model.rate * q_unit;
     let mut reference = Reference {
         q_unit,
