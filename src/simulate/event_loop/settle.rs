@@ -149,12 +149,20 @@ impl EventLoop {
                 Release::Undecided => undecided.push(i),
             }
         }
-        self.decide(mover, resting, &delassus, (held, undecided), is_release)?;
+        let held = self.decide(mover, resting, &delassus, (held, undecided), is_release)?;
+        let shares = held.iter().map(|&i| (i, forces[i].force)).collect();
+        let (held, spared) = carriers(&delassus, shares)?;
+        for i in spared {
+            self.starts[resting[i]] = LATE;
+        }
+        self.held = held.into_iter().map(|i| resting[i]).collect();
+        self.held.sort_unstable();
         Ok(Ok(()))
     }
 
     /// Of contacts that neither push nor open, those that begin to push are held, the others open: the same law for the third
-    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held. Contacts are places in `resting`.
+    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held. Contacts are places in `resting`;
+    /// those that are held now.
     fn decide<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
@@ -162,7 +170,7 @@ impl EventLoop {
         delassus: &DMatrix<f64>,
         (mut held, undecided): (Vec<usize>, Vec<usize>),
         is_release: bool,
-    ) -> Result<()> {
+    ) -> Result<Vec<usize>> {
         let beside: Vec<usize> = held.iter().map(|&i| resting[i]).collect();
         // One that faces those held, or stands at their place, has a gap that stays as it is.
         let (bound, free): (Vec<usize>, Vec<usize>) = undecided
@@ -198,9 +206,7 @@ impl EventLoop {
         for i in opening {
             self.starts[resting[i]] = LATE;
         }
-        self.held = held.into_iter().map(|i| resting[i]).collect();
-        self.held.sort_unstable();
-        Ok(())
+        Ok(held)
     }
 
     /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
@@ -248,6 +254,41 @@ impl EventLoop {
         let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
         contact_forces(delassus, &pulls, &slack).ok()
     }
+}
+
+/// Of contacts held by given forces those that can carry all of it, their normals independent, and those they spare
+/// (Caratheodory): what dependent normals share may pull at one of them.
+fn carriers(
+    delassus: &DMatrix<f64>,
+    mut shares: Vec<(usize, f64)>,
+) -> Result<(Vec<usize>, Vec<usize>)> {
+    let mut spared = Vec::new();
+    while shares.len() > 1 {
+        let held: Vec<usize> = shares.iter().map(|&(i, _)| i).collect();
+        let among = delassus.select_rows(&held).select_columns(&held);
+        let allowed = DEPENDENT * among.amax();
+        // Forces along other directions than those of inertia do not replace each other.
+        if (&among - among.transpose()).amax() > allowed {
+            break;
+        }
+        let none = DVector::zeros(held.len());
+        let idle = rank::solve(&among, &none, allowed)?.null_space;
+        if idle.ncols() == 0 {
+            break;
+        }
+        let along = idle.column(0);
+        let least = DEPENDENT * along.amax();
+        let ratio = |k: usize| shares[k].1 / along[k];
+        let changing = (0..held.len()).filter(|&k| along[k].abs() > least);
+        let first = changing.min_by(|&a, &b| ratio(a).abs().total_cmp(&ratio(b).abs()));
+        let first = first.expect("a vector of length one");
+        let step = ratio(first);
+        for (share, part) in shares.iter_mut().zip(along.iter()) {
+            share.1 = (share.1 - step * part).max(0.0);
+        }
+        spared.push(shares.remove(first).0);
+    }
+    Ok((shares.into_iter().map(|(i, _)| i).collect(), spared))
 }
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
