@@ -179,6 +179,32 @@ impl Matrix {
         self.rows.iter().map(|row| dot(row, x)).collect()
     }
 
+    /// The number of independent rows, by elimination with complete pivoting to `1e-20` of the largest entry.
+    pub fn rank(&self) -> usize {
+        let mut rows = self.rows.clone();
+        let size = |x: &Dd| x.abs().to_f64();
+        let largest = rows.iter().flatten().map(size).fold(0.0, f64::max);
+        let mut rank = 0;
+        loop {
+            let places = (rank..rows.len()).flat_map(|i| (0..rows[i].len()).map(move |j| (i, j)));
+            let pivot =
+                places.max_by(|&(i, j), &(k, l)| size(&rows[i][j]).total_cmp(&size(&rows[k][l])));
+            let Some((i, j)) = pivot.filter(|&(i, j)| size(&rows[i][j]) > 1e-20 * largest) else {
+                return rank;
+            };
+            rows.swap(rank, i);
+            let above = rows[rank].clone();
+            rank += 1;
+            for row in &mut rows[rank..] {
+                let factor = row[j] / above[j];
+                for (x, pivot) in row.iter_mut().zip(&above) {
+                    *x -= factor * *pivot;
+                }
+                row[j] = Dd::ZERO;
+            }
+        }
+    }
+
     /// The solution of `self y = b` by elimination with complete pivoting, `None` where a pivot is below `1e-20` of the largest
     /// entry.
     pub fn solve(&self, b: &[Dd]) -> Option<Vec<Dd>> {
@@ -229,6 +255,19 @@ impl Matrix {
         }
         Some(y)
     }
+}
+
+#[test]
+fn rows_that_depend_on_others_add_no_rank() {
+    let matrix = |rows: &[[f64; 3]]| Matrix {
+        rows: rows.iter().map(|r| r.map(Dd::from).to_vec()).collect(),
+    };
+    assert_eq!(matrix(&[[0.0; 3]; 2]).rank(), 0);
+    assert_eq!(matrix(&[[1.0, 2.0, 3.0], [0.1, 0.2, 0.3]]).rank(), 2); // 0.3 is not three times 0.1 in doubles
+    assert_eq!(
+        matrix(&[[1.0, 2.0, 3.0], [0.5, 1.0, 1.5], [0.0, 1.0, 0.0]]).rank(),
+        2
+    );
 }
 
 #[test]

@@ -109,6 +109,7 @@ pub fn impulses(g: &Matrix, opening: &[Dd], restitution: &[f64], scale: f64) -> 
                 .into_iter()
                 .any(|(a, b)| (*a - *b).abs().to_f64() > 1e-18 * scale)
         });
+        instant.is_shared |= (0..first.len()).any(|i| first[i] > Dd::ZERO && is_moot(&inner, i));
         let x = shared(first, &solutions);
         for (&i, &x) in enters.iter().zip(&x) {
             instant.impulses[i] += x;
@@ -126,6 +127,15 @@ pub fn impulses(g: &Matrix, opening: &[Dd], restitution: &[f64], scale: f64) -> 
         }
     }
     instant
+}
+
+/// Whether an impulse can be another with the same effect on all gaps: those of stops that press against each other besides.
+fn is_moot(g: &Matrix, stop: usize) -> bool {
+    let mut with_it = g.clone();
+    let mut own = vec![Dd::ZERO; g.rows.len()];
+    own[stop] = g.rows[stop][stop];
+    with_it.rows.push(own);
+    with_it.rank() > g.rank()
 }
 
 /// Where several independent sets of impulses have the same effect, their mean.
