@@ -470,3 +470,31 @@ fn every_touch_within_rounding_is_listed_wherever_the_steps_fall() {
         }
     }
 }
+
+#[test]
+fn a_load_on_what_grows_is_followed_to_the_largest_numbers() {
+    // y'' - c y' + k y = 1 from rest: (e^(c t) - 1 - c t)/c^2 for k = 0, and next to that for the least k.
+    let c = 0.57;
+    for k in [0.0, 1e-30, -1e-30, 1e-200] {
+        let system = LinearSystem::new(dvector![1.0], dvector![-c], dvector![k])
+            .and_then(|s| s.with_load(dvector![1.0]))
+            .expect("valid");
+        let scene = Scene::new(system, Forcing::Unforced, [] as [Stop; 0]).expect("valid");
+        for end in [1e-3, 1.0, 20.0, 64.0, 65.0, 100.0, 300.0, 600.0] {
+            let (q, v) = (dvector![0.0], dvector![0.0]);
+            let run = simulate(&scene, &q, &v, (0.0, end), &SimulateOptions::default());
+            let run = run.expect("runs");
+            let x = c * end;
+            // Where the closed form cancels, its series.
+            let series = 0.5 + x / 6.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0 * (1.0 + x / 6.0)));
+            let closed = (x.exp_m1() - x) / (x * x);
+            let wanted = end * end * if x < 1e-2 { series } else { closed };
+            let off = (run.last().0[0] / wanted - 1.0).abs();
+            assert!(
+                off < 1e-12,
+                "{k} {end}: {off:e} {:e} {wanted:e}",
+                run.last().0[0]
+            );
+        }
+    }
+}

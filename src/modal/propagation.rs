@@ -66,7 +66,13 @@ impl Propagation {
             } => {
                 let (e1, e2) = ((l1 * t).exp(), (l2 * t).exp());
                 let s = -e1 * (-2.0 * half_gap * t).exp_m1() / (2.0 * half_gap);
-                [[e1 - l1 * s, s], [-w2 * s, e2 + l1 * s]]
+                // Of one root that grows and one that does not, a sum of terms of one sign.
+                let first = if l1 > 0.0 && l2 <= 0.0 {
+                    (l1 * e2 - l2 * e1) / (2.0 * half_gap)
+                } else {
+                    e1 - l1 * s
+                };
+                [[first, s], [-w2 * s, e2 + l1 * s]]
             }
             Self::Spiral { sigma, omega } => {
                 let (sin, cos) = (omega * t).sin_cos();
@@ -86,7 +92,11 @@ impl Propagation {
         }
         let [[first, s], [cross, second]] = *exponential;
         match self {
-            Self::Under { w2, .. } | Self::Over { w2, .. } if is_far_from_one(first) => {
+            Self::Under { w2, .. } if is_far_from_one(first) => {
+                [g[1] * ((1.0 - first) / w2), g[1] * s]
+            }
+            // Beside a root that grows the rounding of the first entry grows with it.
+            Self::Over { w2, l1, .. } if l1 <= 0.0 && is_far_from_one(first) => {
                 [g[1] * ((1.0 - first) / w2), g[1] * s]
             }
             // (1 - cos)/w2 = s^2/(1 + cos)

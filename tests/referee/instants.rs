@@ -6,6 +6,9 @@ use crate::law::{complementary, impulses};
 use crate::record::{Hit, Stretch};
 use crate::simulator::{AHEAD, CLOSED, Contact, Run, scattered};
 
+/// Part of the largest impulse at one instant below which others are nothing.
+const NO_IMPACT: f64 = 1e-12;
+
 impl Run<'_> {
     /// A gap closes.
     pub fn touch(&mut self, stop: usize) {
@@ -119,8 +122,11 @@ impl Run<'_> {
         }
         self.push(touching, &result.impulses);
         let mut hit = Vec::new();
+        // Impulses of so small a part of the largest, in what they do to their gaps, are no impacts.
+        let kick = |k: usize| (part.rows[k][k] * result.impulses[k]).to_f64();
+        let least = NO_IMPACT * (0..touching.len()).map(kick).fold(0.0, f64::max);
         for (k, &i) in touching.iter().enumerate() {
-            if result.impulses[k] > Dd::ZERO {
+            if result.impulses[k] > Dd::ZERO && kick(k) > least {
                 self.near_coincidence(i);
                 hit.push(i);
                 self.record.hits.push(Hit {

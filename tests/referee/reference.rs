@@ -9,6 +9,7 @@ use crate::motion::{Factors, Model};
 use crate::record::Record;
 use crate::roots::eigenvalues;
 use crate::simulator::{Roughness, follow, scattered};
+use nalgebra::DMatrix;
 use vibroimpact::Method;
 
 /// Times at which states are compared.
@@ -95,8 +96,8 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     // Complex modes mix positions and velocities: beside places near each other the rounding of the way their speed takes them
     // counts.
     let is_real = case.damping.iter().all(|&c| c == 0.0);
-    let slowest = squared_frequencies(case).filter(|_| !is_real);
-    let way = slowest.map_or(0.0, |(least, _)| main.v_size / least.sqrt());
+    let way = slowest_rate(case).map_or(0.0, |rate| main.v_size / rate);
+    let way = if is_real { 0.0 } else { way };
     // Complex modes may lose digits before a matrix moves by its exponential: one here, of the two that ten times the
     // difference of these runs allows.
     let lost = if is_real { 1.0 } else { 10.0 };
@@ -134,6 +135,24 @@ fn squared_frequencies(case: &Case) -> Option<(f64, f64)> {
     let most = squares.iter().fold(0.0, |m: f64, &x| m.max(x));
     let held = squares.iter().filter(|&&x| x > 1e-9 * most);
     held.copied().reduce(f64::min).map(|least| (least, most))
+}
+
+/// The slowest rate of free motion, but for those of free bodies.
+fn slowest_rate(case: &Case) -> Option<f64> {
+    let (n, inverse) = (case.n(), case.mass.clone().try_inverse()?);
+    let mut matrix = DMatrix::zeros(2 * n, 2 * n);
+    matrix.view_mut((0, n), (n, n)).fill_with_identity();
+    matrix
+        .view_mut((n, 0), (n, n))
+        .copy_from(&-(&inverse * &case.stiffness));
+    matrix
+        .view_mut((n, n), (n, n))
+        .copy_from(&-(inverse * &case.damping));
+    let rates: Vec<f64> = eigenvalues(&matrix).iter().map(|z| z.norm()).collect();
+    let most = rates.iter().fold(0.0, |m: f64, &x| m.max(x));
+    // Of a double root at zero rounding makes two of the size of its square root.
+    let moving = rates.into_iter().filter(|&rate| rate > 1e-6 * most);
+    moving.reduce(f64::min)
 }
 
 /// Sizes of positions and velocities that the forces alone make: over a radian of the fastest motion, and, of a motion that is

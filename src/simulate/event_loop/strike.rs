@@ -49,9 +49,7 @@ impl EventLoop {
         }
         mover.look()?;
         debug_assert!(
-            record.impacts[first..]
-                .iter()
-                .all(|impact| agrees(mover, impact)),
+            agree(mover, &record.impacts[first..]),
             "{:?}",
             &record.impacts[first..]
         );
@@ -182,14 +180,19 @@ impl EventLoop {
     }
 }
 
-/// Whether the motion leaves a stop as the row of its impact says.
-fn agrees<M: Mover + ?Sized>(mover: &M, impact: &Impact) -> bool {
-    let (stop, state) = (impact.stop, mover.gap(impact.stop));
-    let off = (state.speed - impact.departure).abs();
-    let give = mover.delassus(&[stop]).map_or(0.0, |g| g[(0, 0)]);
-    let size = mover.speed_size(stop).max(give * impact.impulse);
-    // The law of several stops is known to some roundings.
-    off <= AGREED * size + 10.0 * least_speed(mover, stop, state)
+/// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say.
+fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact]) -> bool {
+    impacts.iter().all(|impact| {
+        let (stop, state) = (impact.stop, mover.gap(impact.stop));
+        let kick = |other: &Impact| {
+            let give = mover.delassus(&[stop, other.stop]);
+            give.map_or(0.0, |give| give[(0, 1)].abs() * other.impulse)
+        };
+        let size = mover.speed_size(stop) + impacts.iter().map(kick).sum::<f64>();
+        // The law of several stops is known to some roundings.
+        let allowed = AGREED * size + 10.0 * least_speed(mover, stop, state);
+        (state.speed - impact.departure).abs() <= allowed
+    })
 }
 
 /// Keeps an impact.

@@ -13,6 +13,8 @@ use std::sync::Arc;
 
 /// The quartic through a contact force is off by no more than this, relative to the force.
 const FORCE_TOL: f64 = 1e-4;
+/// The first secant of a force's zero ends at this part of its guess.
+const BESIDE: f64 = 0.99;
 
 /// What the contact forces do along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,12 +75,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             let miss = checks.iter().map(miss).fold(0.0, f64::max);
             let depth = -force.lowest().1;
             self.pressed[k] = spread.max(self.pressed[k]);
-            let slack = 10.0 * self.tolerance.relative * self.pressed[k];
+            let mut slack = 10.0 * self.tolerance.relative * self.pressed[k];
+            if depth > slack {
+                slack = slack.max(self.force_rounding(stop)?);
+            }
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 // The rounding of a force has no shape.
-                let size = self.acceleration_sizes(&[stop])?[0];
-                let push = self.delassus(&[stop])?[(0, 0)];
-                if push * spread <= ROUNDING * size {
+                if spread <= self.force_rounding(stop)? {
                     continue;
                 }
                 return Ok(Release::Undecided);
@@ -90,6 +93,12 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             }
         }
         Ok(first)
+    }
+
+    /// What rounding leaves unknown of a contact force: that of the acceleration it takes away.
+    fn force_rounding(&self, stop: usize) -> Result<f64> {
+        let size = self.acceleration_sizes(&[stop])?[0];
+        Ok(ROUNDING * size / self.delassus(&[stop])?[(0, 0)])
     }
 
     /// Steps to the release itself, by the secant method on the length of the step.
@@ -107,23 +116,19 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             let end = mover.stepper.end.clone();
             Ok(mover.forces_at(&held, s, end.slice())?[k])
         };
-        let at_start = force(self, 0.0)?;
         if guess == 0.0 {
+            force(self, 0.0)?;
             return Ok(0.0);
         }
-        zero_near(guess, h, at_start, |s| force(self, s))
+        zero_near(guess, h, |s| force(self, s))
     }
 }
 
-/// The zero of a force that falls along a step of length h, near a guess, by the secant method from its value at the start;
-/// the force is asked for last where it is found.
-fn zero_near(
-    guess: f64,
-    h: f64,
-    at_start: f64,
-    mut force: impl FnMut(f64) -> Result<f64>,
-) -> Result<f64> {
-    let (mut s0, mut f0) = (0.0, at_start);
+/// The zero of a force that falls along a step of length h, near a guess, by the secant method from a little before that: where
+/// the step begins the force may begin from zero, too. The force is asked for last where it is found.
+fn zero_near(guess: f64, h: f64, mut force: impl FnMut(f64) -> Result<f64>) -> Result<f64> {
+    let mut s0 = BESIDE * guess;
+    let mut f0 = force(s0)?;
     let (mut s, mut f) = (guess, force(guess)?);
     for _ in 0..MOST_POLISHES {
         let next = (s - f * (s - s0) / (f - f0)).clamp(0.0, h);
@@ -161,11 +166,22 @@ mod tests {
                     let is_lost = value.abs() <= rounding.abs();
                     Ok(if is_lost { noise } else { value })
                 };
-                let at_start = force(0.0).expect("finite");
-                let found = zero_near(0.9 * zero, h, at_start, force).expect("finite");
+                let found = zero_near(0.9 * zero, h, force).expect("finite");
                 let lost = 2.0 * (rounding / slope).abs() + 1e-17;
                 assert!((found - zero).abs() <= lost, "{rounding:e} {seed} {found}");
                 assert_eq!(last, found);
+            }
+        }
+    }
+
+    #[test]
+    fn a_force_that_begins_from_zero_is_let_go_where_it_falls() {
+        // As good a guess as can be: a secant from the start, zero but for rounding, would lead back there.
+        for rounding in [-1e-16, 0.0, 1e-16] {
+            for guess in [0.5, 0.5 + 1e-13, 0.5 - 1e-13, 0.499] {
+                let force = |s: f64| Ok(s * (0.5 - s) + rounding);
+                let found = zero_near(guess, 0.7, force).expect("finite");
+                assert!((found - 0.5).abs() < 1e-14, "{rounding:e} {guess} {found}");
             }
         }
     }
