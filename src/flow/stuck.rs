@@ -155,6 +155,16 @@ impl StuckMotion {
         }
     }
 
+    /// What rounding leaves unknown of a force beside a state in complex modes: each is taken from all coordinates together.
+    pub fn lost(&self, force: &Quantity, state: &[Pair]) -> f64 {
+        if !self.form.is_complex() {
+            return 0.0;
+        }
+        let sizes = |pairs: &[Pair]| pairs.iter().flatten().map(|x| x.abs()).collect::<Vec<_>>();
+        let largest = sizes(state).into_iter().fold(0.0, f64::max);
+        CANCELLED * largest * sizes(&force.row).iter().sum::<f64>()
+    }
+
     /// The state of the smaller system that is nearest a position and velocity.
     pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
         let y = self.free.tr_mul(&(q - &self.anchor));

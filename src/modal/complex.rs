@@ -18,6 +18,9 @@ const ZERO: f64 = 1e-12;
 /// split: their vectors are known to half the digits.
 const SPLIT_ZERO: f64 = 1e-7;
 
+/// Real roots below this part of the largest are zero but for rounding: what moves along them stays where it is.
+const STANDS: f64 = 1e-14;
+
 /// `x = V z` with z in uncoupled blocks, `z = W x`; x = (q, v).
 #[derive(Debug, Clone)]
 pub(crate) struct ComplexModes {
@@ -122,13 +125,19 @@ fn real_blocks(
     }
     for two in reals.chunks(2) {
         let &[i, j] = two else { return None };
+        let stands = |k: usize| roots[k].norm() <= STANDS * largest;
+        let root = |k: usize| if stands(k) { 0.0 } else { roots[k].re };
         blocks.push(Block::Decays {
-            roots: [roots[i].re, roots[j].re],
+            roots: [root(i), root(j)],
         });
         for k in [i, j] {
-            let column = vectors.column(k);
-            let pivot = column[column.icamax()];
-            columns.push(column.map(|z| (z * pivot.conj()).re / pivot.norm()));
+            let vector = vectors.column(k);
+            let pivot = vector[vector.icamax()];
+            let mut column = vector.map(|z| (z * pivot.conj()).re / pivot.norm());
+            if stands(k) {
+                column.rows_mut(roots.len() / 2, roots.len() / 2).fill(0.0);
+            }
+            columns.push(column);
         }
     }
     Some((blocks, DMatrix::from_columns(&columns)))

@@ -176,6 +176,11 @@ impl ModalForm {
         }
     }
 
+    /// Whether the modes are complex: positions and velocities together make their coordinates.
+    pub fn is_complex(&self) -> bool {
+        matches!(self.coordinates, Coordinates::Complex { .. })
+    }
+
     /// The pairs r with `n.q = sum r.z`.
     pub fn position_row(&self, normal: &DVector<f64>) -> Vec<Pair> {
         match &self.coordinates {

@@ -18,6 +18,8 @@ pub struct Counting<'a> {
     pub q_unit: f64,
     pub v_unit: f64,
     pub rate: f64,
+    /// By how much more than usual impacts beside accumulating ones are left out.
+    pub wide: f64,
 }
 
 impl Counting<'_> {
@@ -102,10 +104,10 @@ impl Counting<'_> {
         let mut counted = Vec::new();
         for hit in hits {
             let time = hit.time.to_f64();
-            let near = slack + self.time_rounding(hit);
+            let near = self.wide * (slack + self.time_rounding(hit));
             // The end is known to a part of the length: the acceleration may fall meanwhile.
             let is_inside = chatters.iter().copied().flatten().any(|c| {
-                let (sooner, later) = (0.02 * (c.end - c.start), c.end - c.start);
+                let (sooner, later) = (self.wide * 0.02 * (c.end - c.start), c.end - c.start);
                 c.stop == hit.stop && time > c.start - sooner - near && time < c.end + later + near
             });
             let begins = chatters.iter().chain(sticks).copied().flatten().any(|c| {

@@ -3,7 +3,7 @@
 
 use crate::double_double::{Dd, dot};
 use crate::law::{complementary, impulses};
-use crate::record::{Hit, Stretch};
+use crate::record::{AMBIGUOUS, Hit, Stretch};
 use crate::simulator::{AHEAD, CLOSED, Contact, Run, scattered};
 
 /// Part of the largest impulse at one instant below which others are nothing.
@@ -90,7 +90,7 @@ impl Run<'_> {
     /// Impulses of the stops in contact, then what stays in contact.
     pub fn strike(&mut self, touching: &[usize]) {
         if self.model.reactions_differ(touching) {
-            self.doubt("stops that depend on each other push in different directions");
+            self.doubt(AMBIGUOUS);
         }
         let part = self.model.delassus.part(touching);
         let opening: Vec<Dd> = touching
@@ -202,7 +202,7 @@ impl Run<'_> {
     /// Which of the stops in contact with no normal speed stay, by the signs of forces and accelerations just ahead.
     pub fn settle(&mut self, stays: &[usize]) {
         if self.model.reactions_differ(stays) {
-            self.doubt("stops that depend on each other push in different directions");
+            self.doubt(AMBIGUOUS);
         }
         let delassus = self.model.delassus.part(stays);
         let ahead = Dd::from(AHEAD * self.model.step);

@@ -3,6 +3,7 @@
 use crate::case::{Case, Push};
 use crate::compare::Difference;
 use crate::double_double::Dd;
+use crate::record::AMBIGUOUS;
 use crate::reference::Reference;
 use nalgebra::{DMatrix, DVector};
 use vibroimpact::{ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate};
@@ -50,7 +51,11 @@ const ASKED: usize = 50;
 const POINTS: usize = 10_000;
 
 fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
-    let (start, end) = run.span();
+    let (start, mut end) = run.span();
+    if reference.horizon.1 == Some(AMBIGUOUS) {
+        // Who carries what is nobody's to say then, nor when the first of them is let go.
+        end = start + reference.horizon.0;
+    }
     for k in 0..POINTS {
         let t = start + (end - start) * k as f64 / POINTS as f64;
         let (q, _) = run.state(t, ImpactSide::After).expect("inside the span");
@@ -242,6 +247,9 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
             // What is left of a motion that has died away is known to its tolerance.
             let unit = case.by_method(1e-12, case.atol / case.rtol);
             size = size.max(case.damping.amax().max(case.stiffness.amax()) * unit);
+            // And of one at rest to the rounding of where it rests.
+            let held_at = reference.model.rate * reference.model.rate * q.amax();
+            size = size.max(1e-6 * held_at * case.mass.diagonal().min());
             let free = &inverse * (force - damping - spring);
             let normals = DMatrix::from_fn(case.n(), held.len(), |i, j| {
                 case.stops[held[j]].outward()[i]

@@ -2,6 +2,9 @@
 
 use crate::double_double::Dd;
 
+/// Why a run is not compared any further where forces are shared that are not of one direction.
+pub const AMBIGUOUS: &str = "stops that depend on each other push in different directions";
+
 #[derive(Debug, Clone)]
 pub struct Hit {
     pub time: Dd,

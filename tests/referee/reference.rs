@@ -51,6 +51,8 @@ pub struct Reference {
     /// Sizes of positions and velocities, of steps at least those at which the absolute tolerance takes over.
     pub q_unit: f64,
     pub v_unit: f64,
+    /// By how much more than usual impacts beside accumulating ones are left out.
+    pub wide: f64,
 }
 
 pub fn reference(case: &Case, n_aside: u64) -> Reference {
@@ -115,6 +117,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     // And beside a motion near rest that of its place.
     let rest = 1e-4 * model.rate * q_unit;
     let mut reference = Reference {
+        wide: 1.0,
         q_unit,
         v_unit: main.v_size.max(floor).max(v_terms).max(rest),
         horizon: (main.end, None),
@@ -186,6 +189,7 @@ impl Reference {
             q_unit: self.q_unit,
             v_unit: self.v_unit,
             rate: self.model.rate,
+            wide: self.wide,
         }
     }
 

@@ -151,7 +151,8 @@ impl EventLoop {
         }
         let held = self.decide(mover, resting, &delassus, (held, undecided), is_release)?;
         let shares = held.iter().map(|&i| (i, forces[i].force)).collect();
-        let (held, spared) = carriers(&delassus, shares)?;
+        let n_dof = mover.physical().0.len();
+        let (held, spared) = carriers(&delassus, shares, n_dof)?;
         for i in spared {
             self.starts[resting[i]] = LATE;
         }
@@ -261,19 +262,19 @@ impl EventLoop {
 fn carriers(
     delassus: &DMatrix<f64>,
     mut shares: Vec<(usize, f64)>,
+    n_dof: usize,
 ) -> Result<(Vec<usize>, Vec<usize>)> {
     let mut spared = Vec::new();
     while shares.len() > 1 {
         let held: Vec<usize> = shares.iter().map(|&(i, _)| i).collect();
         let among = delassus.select_rows(&held).select_columns(&held);
         let allowed = DEPENDENT * among.amax();
-        // Forces along other directions than those of inertia do not replace each other.
-        if (&among - among.transpose()).amax() > allowed {
-            break;
-        }
         let none = DVector::zeros(held.len());
         let idle = rank::solve(&among, &none, allowed)?.null_space;
-        if idle.ncols() == 0 {
+        // Forces along other directions than those of inertia do not replace each other, but where nothing is left to move.
+        let is_inertial = (&among - among.transpose()).amax() <= allowed;
+        let is_fixed = held.len() - idle.ncols() == n_dof;
+        if idle.ncols() == 0 || !(is_inertial || is_fixed) {
             break;
         }
         let along = idle.column(0);

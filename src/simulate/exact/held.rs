@@ -129,7 +129,7 @@ impl Course<'_> {
     ) -> Result<(Option<(Event, f64)>, Seen)> {
         let mut state = Vec::new();
         flow.enter(&self.whole, self.angle, &mut state);
-        let events = Events::new(flow, self.motion, &state);
+        let events = Events::new(flow, self.motion, (&self.whole, &state));
         let rows: Vec<GapRow> = events.list.iter().map(|(_, row)| row.clone()).collect();
         let mut search = Search::new(flow, rows);
         search.look(&state);
@@ -139,7 +139,8 @@ impl Course<'_> {
             .zip(search.jets())
             .map(|((event, _), jet)| match event {
                 Event::Release(stop) => {
-                    order_of_zero(jet, flow.fastest_rate()).max(self.starts[*stop])
+                    let order = order_of_zero(jet, flow.fastest_rate(), 0.0);
+                    order.max(self.starts[*stop])
                 }
                 Event::Contact(stop) => self.starts[*stop],
             })
@@ -180,9 +181,11 @@ struct Events {
 
 impl Events {
     /// The contact forces and the gaps that can change, but for forces that are zero for good.
-    fn new<H: LinearFlow>(flow: &H, motion: &StuckMotion, state: &[Pair]) -> Self {
-        let forces = motion.stops.iter().zip(&motion.forces);
-        let forces = forces.map(|(&stop, force)| (Event::Release(stop), flow.gap_row(force)));
+    fn new<H: LinearFlow>(
+        flow: &H,
+        motion: &StuckMotion,
+        (whole, state): (&[Pair], &[Pair]),
+    ) -> Self {
         let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
             let gap = gap.as_ref()?;
             Some((Event::Contact(stop), flow.gap_row(gap)))
@@ -190,24 +193,28 @@ impl Events {
         let mut derivatives = Vec::new();
         flow.derivatives(state, &mut derivatives);
         let rate = flow.fastest_rate();
-        let is_flat = |row: &GapRow| {
-            let jet = row.jet(&derivatives);
-            order_of_zero(&jet, rate) > 3
-        };
-        let list = (forces.chain(gaps))
-            .filter(|(event, row)| !(matches!(event, Event::Release(_)) && is_flat(row)));
+        let forces = motion.stops.iter().zip(&motion.forces);
+        let forces = forces.filter_map(|(&stop, force)| {
+            let (row, lost) = (flow.gap_row(force), motion.lost(force, whole));
+            let is_flat = order_of_zero(&row.jet(&derivatives), rate, lost) > 3;
+            (!is_flat).then_some((Event::Release(stop), row))
+        });
         Self {
-            list: list.collect(),
+            list: forces.chain(gaps).collect(),
         }
     }
 }
 
-/// The number of leading derivatives of a contact force that are zero: beside its terms, or beside what it will be soon.
-fn order_of_zero(jet: &Jet, rate: f64) -> usize {
+/// The number of leading derivatives of a contact force that are zero: beside its terms, or beside what it will be soon, or
+/// where no more is left of them than is lost to rounding.
+fn order_of_zero(jet: &Jet, rate: f64, lost: f64) -> usize {
     let natural: [f64; 4] = std::array::from_fn(|k| {
         let unit: f64 = (0..k).fold(1.0, |unit, _| unit * rate);
         jet.c[k].abs() / unit
     });
     let scale = FLAT * natural.iter().fold(jet.size, |size, c| size.max(*c));
-    natural.iter().position(|c| *c > scale).unwrap_or(4)
+    natural
+        .iter()
+        .position(|c| *c > scale.max(lost))
+        .unwrap_or(4)
 }
