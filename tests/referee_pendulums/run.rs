@@ -164,13 +164,13 @@ impl Run<'_> {
             if after >= 0.0 {
                 return Ok(None);
             }
-            from = zero(&speed, 0.0, dt);
+            from = zero(speed, 0.0, dt);
         }
         if self.gap(face, end) <= 0.0 {
             return Ok(Some(zero(gap, from, dt)));
         }
         if !leaves && before < 0.0 && after > 0.0 {
-            let lowest = zero(&speed, 0.0, dt);
+            let lowest = zero(speed, 0.0, dt);
             let least = gap(lowest);
             if least.abs() < NEAR {
                 return Err("a graze");
@@ -322,7 +322,12 @@ pub fn run(chain: &Chain, x: Vec<f64>, end: f64, times: &[f64], rtol: f64) -> Re
         record: Record::default(),
     };
     let mut why = None;
-    for face in 0..chain.faces.len() {
+    let near = |&face: &usize| run.gap(face, &run.x).abs() < NEAR;
+    let near: Vec<usize> = (0..chain.faces.len()).filter(near).collect();
+    if near.len() > 1 {
+        why = Some("a start on two faces");
+    }
+    for face in near {
         if run.gap(face, &run.x) == 0.0 {
             let speed = run.speed(face, &run.x);
             let begun = if speed < 0.0 {

@@ -167,21 +167,15 @@ impl Case {
             BaseMotion::new(a, w, phase).expect("valid").into()
         });
         let stops: Vec<Constraint> = chain.faces.iter().map(constraint).collect();
-        match self.pair {
-            Some((m, mu)) => {
-                let system = DoublePendulum::with_damping_matrix(m, mu, chain.damping.clone());
-                Scene::new(system.expect("valid"), forcing, stops)
-            }
-            None => {
-                let [masses, lengths] =
-                    [&chain.masses, &chain.lengths].map(|x| DVector::from_column_slice(x));
-                let damping = chain.damping.clone();
-                let system =
-                    PendulumChain::with_damping_matrix(masses, lengths, damping, chain.gravity);
-                Scene::new(system.expect("valid"), forcing, stops)
-            }
+        let damping = chain.damping.clone();
+        if let Some((m, mu)) = self.pair {
+            let system = DoublePendulum::with_damping_matrix(m, mu, damping).expect("valid");
+            return Scene::new(system, forcing, stops).expect("valid");
         }
-        .expect("valid")
+        let [masses, lengths] =
+            [&chain.masses, &chain.lengths].map(|x| DVector::from_column_slice(x));
+        let system = PendulumChain::with_damping_matrix(masses, lengths, damping, chain.gravity);
+        Scene::new(system.expect("valid"), forcing, stops).expect("valid")
     }
 }
 

@@ -157,7 +157,7 @@ mod tests {
         for rounding in [3e-16, 1e-14, -1e-14] {
             for seed in 1..40 {
                 let (mut asked, mut last) = (0, 0.0);
-                let mut force = |s: f64| {
+                let force = |s: f64| {
                     (asked, last) = (asked + 1, s);
                     let x = s - zero;
                     let value = slope * x * (1.0 + 10.0 * x);
