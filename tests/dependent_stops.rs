@@ -153,3 +153,37 @@ fn a_stop_that_is_held_takes_part_in_the_impacts_of_others() {
         }
     }
 }
+
+#[test]
+fn a_body_without_room_in_a_corner_stays_whatever_the_force() {
+    // Three stops whose normals span the plane positively: any force is carried by two of them, and which ones turns with it.
+    for method in METHODS {
+        for normals in [
+            [[1.0, 0.0], [-0.5, 0.8], [-0.5, -0.9]],
+            [[0.5, -0.51], [1.0, 0.0], [-1.0, 1.0]],
+        ] {
+            let system = LinearSystem::new(
+                dmatrix![2.3, 0.07; 0.07, 1.5],
+                dmatrix![0.0, 0.0; 0.0, 0.0],
+                dmatrix![2.7, 0.05; 0.05, 2.3],
+            );
+            // Along one line as well as all around.
+            for across in [0.0, 1.0] {
+                let push = dvector![
+                    nalgebra::Complex::new(0.9, 0.0),
+                    nalgebra::Complex::new(-0.55, across)
+                ];
+                let forcing = Harmonic::new(push, 0.7, 0.3).expect("valid");
+                let stops = normals.map(|normal| upper(&normal, 0.0, 0.5));
+                let scene = Scene::new(
+                    system.clone().expect("valid"),
+                    Forcing::from(forcing),
+                    stops,
+                );
+                let start = (dvector![0.0, 0.0], dvector![0.0, 0.0]);
+                let run = run(&scene.expect("valid"), start.0, start.1, 40.0, method);
+                assert!(run.last().0.amax() < 1e-10, "{method:?} {}", run.last().0);
+            }
+        }
+    }
+}

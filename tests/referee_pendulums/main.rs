@@ -74,7 +74,7 @@ fn pendulums_move_as_the_referee_says() {
         }
     }
     println!(
-        "{count} scenes, compared {:.3} of the spans, {hits} impacts",
+        "{count} scenes looked at, compared {:.3} of the spans, {hits} impacts",
         parts / count as f64
     );
     assert!(

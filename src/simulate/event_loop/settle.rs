@@ -151,8 +151,7 @@ impl EventLoop {
         }
         let held = self.decide(mover, resting, &delassus, (held, undecided), is_release)?;
         let shares = held.iter().map(|&i| (i, forces[i].force)).collect();
-        let n_dof = mover.physical().0.len();
-        let (held, spared) = carriers(&delassus, shares, n_dof)?;
+        let (held, spared) = carriers(&delassus, shares, || mover.physical().0.len())?;
         for i in spared {
             self.starts[resting[i]] = LATE;
         }
@@ -262,7 +261,7 @@ impl EventLoop {
 fn carriers(
     delassus: &DMatrix<f64>,
     mut shares: Vec<(usize, f64)>,
-    n_dof: usize,
+    n_dof: impl Fn() -> usize,
 ) -> Result<(Vec<usize>, Vec<usize>)> {
     let mut spared = Vec::new();
     while shares.len() > 1 {
@@ -273,8 +272,8 @@ fn carriers(
         let idle = rank::solve(&among, &none, allowed)?.null_space;
         // Forces along other directions than those of inertia do not replace each other, but where nothing is left to move.
         let is_inertial = (&among - among.transpose()).amax() <= allowed;
-        let is_fixed = held.len() - idle.ncols() == n_dof;
-        if idle.ncols() == 0 || !(is_inertial || is_fixed) {
+        let is_fixed = || held.len() - idle.ncols() == n_dof();
+        if idle.ncols() == 0 || !(is_inertial || is_fixed()) {
             break;
         }
         let along = idle.column(0);
