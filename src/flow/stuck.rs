@@ -160,9 +160,12 @@ impl StuckMotion {
         if !self.form.is_complex() {
             return 0.0;
         }
-        let sizes = |pairs: &[Pair]| pairs.iter().flatten().map(|x| x.abs()).collect::<Vec<_>>();
-        let largest = sizes(state).into_iter().fold(0.0, f64::max);
-        CANCELLED * largest * sizes(&force.row).iter().sum::<f64>()
+        let largest = state
+            .iter()
+            .flatten()
+            .fold(0.0, |most: f64, x| most.max(x.abs()));
+        let terms: f64 = force.row.iter().flatten().map(|x| x.abs()).sum();
+        CANCELLED * largest * terms
     }
 
     /// The state of the smaller system that is nearest a position and velocity.

@@ -92,11 +92,10 @@ impl Propagation {
         }
         let [[first, s], [cross, second]] = *exponential;
         match self {
-            Self::Under { w2, .. } if is_far_from_one(first) => {
-                [g[1] * ((1.0 - first) / w2), g[1] * s]
-            }
-            // Beside a root that grows the rounding of the first entry grows with it.
-            Self::Over { w2, l1, .. } if l1 <= 0.0 && is_far_from_one(first) => {
+            // Not beside a root that grows: the rounding of the first entry grows with it.
+            Self::Under { w2, .. } | Self::Over { w2, l1: ..=0.0, .. }
+                if is_far_from_one(first) =>
+            {
                 [g[1] * ((1.0 - first) / w2), g[1] * s]
             }
             // (1 - cos)/w2 = s^2/(1 + cos)

@@ -41,8 +41,10 @@ impl Random {
 
 /// A number from the environment, such as `VIBROIMPACT_CASES` or `VIBROIMPACT_SEED`.
 pub fn number(name: &str, default: usize) -> usize {
-    std::env::var(name)
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or(default)
+    chosen(name).unwrap_or(default)
+}
+
+/// A number that the environment may have, such as `VIBROIMPACT_CASE`.
+pub fn chosen(name: &str) -> Option<usize> {
+    std::env::var(name).ok()?.parse().ok()
 }

@@ -98,8 +98,11 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     // Complex modes mix positions and velocities: beside places near each other the rounding of the way their speed takes them
     // counts.
     let is_real = case.damping.iter().all(|&c| c == 0.0);
-    let way = slowest_rate(case).map_or(0.0, |rate| main.v_size / rate);
-    let way = if is_real { 0.0 } else { way };
+    let way = if is_real {
+        0.0
+    } else {
+        slowest_rate(case).map_or(0.0, |rate| main.v_size / rate)
+    };
     // Complex modes may lose digits before a matrix moves by its exponential: one here, of the two that ten times the
     // difference of these runs allows.
     let lost = if is_real { 1.0 } else { 10.0 };

@@ -14,7 +14,7 @@ mod scan;
 use closing::misfit;
 use nalgebra::DVector;
 use plant::{KINDS, Plant, random_plant};
-use random::{Random, number};
+use random::{Random, chosen, number};
 use returns::Returns;
 use scan::{Times, phases};
 use std::f64::consts::TAU;
@@ -29,8 +29,7 @@ const TOUCH: f64 = 1e-10;
 fn scenes(default: usize) -> impl Iterator<Item = (usize, Random, Plant)> {
     let cases = number("VIBROIMPACT_CASES", default);
     let seed = number("VIBROIMPACT_SEED", 0x0B17) as u64;
-    let only = std::env::var("VIBROIMPACT_CASE").ok();
-    let only = only.and_then(|text| text.parse::<usize>().ok());
+    let only = chosen("VIBROIMPACT_CASE");
     let wanted = (0..cases).filter(move |case| only.is_none_or(|only| only == *case));
     wanted.map(move |case| {
         let mut random = Random((seed << 20) + 7919 * case as u64 + 1);
@@ -44,7 +43,7 @@ fn scenes(default: usize) -> impl Iterator<Item = (usize, Random, Plant)> {
 
 /// Whether one scene alone is looked at, which need not have all that is counted.
 fn is_one() -> bool {
-    std::env::var_os("VIBROIMPACT_CASE").is_some()
+    chosen("VIBROIMPACT_CASE").is_some()
 }
 
 /// What is asked of a scene.

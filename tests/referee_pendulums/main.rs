@@ -10,7 +10,7 @@ mod run;
 mod scenes;
 
 use nalgebra::DVector;
-use random::{Random, number};
+use random::{Random, chosen, number};
 use vibroimpact::{SimulateOptions, simulate};
 
 /// Times at which states are compared.
@@ -21,9 +21,7 @@ fn pendulums_move_as_the_referee_says() {
         number("VIBROIMPACT_CASES", 100),
         number("VIBROIMPACT_SEED", 1) as u64,
     );
-    let only = std::env::var("VIBROIMPACT_CASE")
-        .ok()
-        .and_then(|text| text.parse::<usize>().ok());
+    let only = chosen("VIBROIMPACT_CASE");
     let (mut parts, mut failed, mut hits) = (0.0, Vec::new(), 0);
     for number in (0..count).filter(|k| only.is_none_or(|only| only == *k)) {
         let mut random = Random((seed << 24) + 7919 * number as u64 + 1);
