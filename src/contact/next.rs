@@ -286,6 +286,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 0 => from_open(jet, step, gap.rounding(jet)),
                 order => from_contact(jet, order, step, gap.rounding(jet)),
             };
+            // Of a stop left more slowly than the cubic can tell nothing is known but that it stays within rounding.
+            if matches!(ahead, Ahead::Unknown) && starts.is_some_and(|orders| orders[stop] == 3) {
+                let rounding = gap.rounding_after(&self.derivatives, step);
+                ahead = from_contact(jet, 3, step, rounding);
+            }
             if let Ahead::Dips { near } = ahead {
                 ahead = self.at_bottom(stop, start, [time, time + step], time + near, grazes);
             }

@@ -117,6 +117,11 @@ impl GapRow {
         (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
     }
 
+    /// What rounding leaves unknown of a gap at the end of a short step: at a start from rest at zero the terms grow from zero.
+    pub fn rounding_after(&self, derivatives: &[Derivatives], step: f64) -> f64 {
+        SUM_ROUNDINGS * self.size_of(derivatives, |d| d.after(step))
+    }
+
     /// Size of the terms of the gap's acceleration, now or in a time in which a motion of the given rate changes.
     pub fn acceleration_size(&self, derivatives: &[Derivatives], rate: f64) -> f64 {
         let now = self.size_of(derivatives, |d| d.d2);

@@ -15,6 +15,9 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Slacks to which the law is solved: (1 + e) gamma is known to twice that of gamma; as much again leaves a feasible problem room.
 const SOLVED: f64 = 4.0;
 
+/// What the rounds make of the rounding of speeds, where they do not end.
+const THROWN: f64 = 10.0;
+
 /// What several stops do at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResolvedImpacts {
@@ -95,6 +98,8 @@ pub fn resolve_impacts(
     }
     let is_inelastic = state.is_closing();
     if is_inelastic {
+        // Restitution has thrown the rounding of the speeds to and fro until nothing but that was left.
+        state.slack *= THROWN;
         let all: Vec<usize> = (0..k).collect();
         state
             .apply(delassus, &DVector::zeros(k), &all)?
@@ -198,8 +203,10 @@ impl State {
         }
         let after = &self.speeds + g * &push;
         let mut reported = after.clone();
-        for &i in entering.iter().filter(|&&i| push[i] > 0.0) {
-            reported[i] = -e[i] * before(i);
+        for (&w, &i) in solution.w.iter().zip(entering) {
+            if w == 0.0 {
+                reported[i] = -e[i] * before(i);
+            }
         }
         self.impulses += &push;
         self.slack += rounding(g, &push);

@@ -135,7 +135,8 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
             |h: &Hit| (h.time.to_f64() - since).abs() <= slack + 10.0 * counting.time_rounding(h);
         let mut chatters = theirs.chatters.iter().chain(&main.chatters);
         let is_beside = my_hits.iter().any(is_at)
-            || chatters.any(|c| since > c.start - slack && since < c.end + slack);
+            || chatters.any(|c| since > c.start - slack && since < c.end + slack)
+            || (theirs.sticks.iter()).any(|c| (since - c.end).abs() < tick);
         if since >= until || since > reached || is_beside || k >= main.samples.len() {
             continue;
         }
@@ -180,6 +181,11 @@ fn compare_hits(
     let beside = Beside::new(reference, &counting);
     let slowness = |hit: &Hit| slowness(case, reference, &counting, hit);
     let is_graze = |hit: &Hit| is_graze(case, reference, &counting, hit);
+    // Which of dependent stops carries an impulse is nobody's: the motion after it shows whether all is carried.
+    let is_shared = |time: f64| {
+        let mut near = (mine.iter()).filter(|h| (h.time.to_f64() - time).abs() <= counting.slack());
+        near.any(|h| h.rounds == 0)
+    };
     let (mut i, mut j) = (0, 0);
     let mut known = 0.0;
     while i < mine.len() || j < theirs.len() {
@@ -199,6 +205,7 @@ fn compare_hits(
             let hit = if is_mine { a } else { b }.expect("the earlier one");
             if hit.approach < 10.0 * counting.speed_floor(hit.stop)
                 || counting.may_be_completed(hit, ends)
+                || is_shared(hit.time.to_f64())
             {
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
