@@ -131,6 +131,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.gaps[stop].acceleration_size(&self.derivatives, self.flow.fastest_rate())
     }
 
+    /// What modes that cancel each other leave unknown of a gap's acceleration where the search last looked.
+    pub fn acceleration_lost(&self, stop: usize) -> f64 {
+        self.gaps[stop].acceleration_lost(&self.derivatives)
+    }
+
     /// Size of the terms of a gap's third derivative where the search last looked.
     pub fn jerk_size(&self, stop: usize) -> f64 {
         self.gaps[stop].jerk_size(&self.derivatives)

@@ -77,6 +77,8 @@ pub(crate) struct GapRow {
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
     forced: f64,
     forced_growth: f64,
+    /// Sizes of the terms that the rows on pairs are sums of, where that is more than the rows; of no pair, where of none.
+    terms: Vec<f64>,
 }
 
 impl GapRow {
@@ -98,7 +100,22 @@ impl GapRow {
             rest,
             forced,
             forced_growth,
+            terms: Vec::new(),
         }
+    }
+
+    /// With a pair whose part of the gap is the sum of terms of a size, though the row on it is smaller.
+    pub fn with_terms(mut self, pair: usize, size: f64) -> Self {
+        self.terms.resize(self.cells.len(), 0.0);
+        self.terms[pair] = size;
+        self
+    }
+
+    /// What such pairs leave unknown of the gap's acceleration.
+    pub fn acceleration_lost(&self, derivatives: &[Derivatives]) -> f64 {
+        let pairs = self.terms.iter().zip(derivatives);
+        let terms = pairs.map(|(size, d)| size * d.d2[0].hypot(d.d2[1]));
+        SUM_ROUNDINGS * terms.sum::<f64>()
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of

@@ -278,6 +278,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         Ok(stops.iter().map(size).collect())
     }
 
+    fn acceleration_lost(&self, stop: usize) -> f64 {
+        self.search.acceleration_lost(stop)
+    }
+
     fn work_of_flight(&self) -> usize {
         2 * STEPS_PER_LOOK * self.scene.form.n_dof()
     }

@@ -103,6 +103,10 @@ pub(crate) trait Mover {
     fn is_bound(&self, stop: usize) -> bool;
     /// Size of the terms of the accelerations of some gaps.
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>>;
+    /// What the mover's own numbers leave unknown of the acceleration of a gap, beside the rounding of its terms.
+    fn acceleration_lost(&self, _stop: usize) -> f64 {
+        0.0
+    }
     /// Operations that a flight of few steps is, in the units of a watch.
     fn work_of_flight(&self) -> usize;
     /// Whether an impact on one of two stops changes the normal velocity at the other.

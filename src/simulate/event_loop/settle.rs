@@ -250,7 +250,10 @@ impl EventLoop {
         let pulls = DVector::from_fn(stops.len(), |i, _| gaps[i].acceleration);
         let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
         // What rounding, that of the time since the last event too, leaves unknown of an acceleration.
-        let unknown = |i: usize| ROUNDING * sizes[i] + TIME_ROUNDING * flight * gaps[i].jerk.abs();
+        let unknown = |i: usize| {
+            let own = ROUNDING * sizes[i] + mover.acceleration_lost(stops[i]);
+            own + TIME_ROUNDING * flight * gaps[i].jerk.abs()
+        };
         let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
         contact_forces(delassus, &pulls, &slack).ok()
     }
