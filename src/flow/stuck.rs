@@ -45,7 +45,9 @@ impl StuckMotion {
             rank::solve(&matrix.transpose(), right, DEPENDENT * matrix.amax())
         };
         let constraint = held(&normals, &clearances)?;
-        let (anchor, free) = (constraint.particular, constraint.null_space);
+        // Of a direction of length one, what is less than its rounding is nothing: along it a structure would look damped, or stiff.
+        let clear = |x: f64| if x.abs() > f64::EPSILON { x } else { 0.0 };
+        let (anchor, free) = (constraint.particular, constraint.null_space.map(clear));
 
         let over_mass = |m: DMatrix<f64>| solve_columns(system, &m);
         let (stiffness, damping) = (
