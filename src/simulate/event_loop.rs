@@ -335,7 +335,7 @@ impl EventLoop {
 
     /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
     /// the tolerance, or the flights between them lost in rounding (theory 9).
-    fn accumulates<M: Mover + ?Sized>(&self, mover: &M, reached: usize) -> Result<bool> {
+    fn accumulates<M: Mover + ?Sized>(&self, mover: &mut M, reached: usize) -> Result<bool> {
         let e = mover.restitution(reached);
         let state = mover.gap(reached);
         let (speed, pull) = (state.speed, state.acceleration);
@@ -351,10 +351,8 @@ impl EventLoop {
         // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
         let is_low = 0.5 * (e * speed).powi(2) < LOW * ROUNDING * self.sizes[reached] * -pull;
         let span = 2.0 * e * speed / ((1.0 - e) * pull);
-        let is_due = (SAFETY * residual < tolerance || is_low)
-            && regular
-            && pull + span * state.jerk.abs() < 0.0;
-        if !is_due {
+        let is_due = (SAFETY * residual < tolerance || is_low) && regular;
+        if !is_due || pull + span * mover.free_jerk(reached)?.abs() >= 0.0 {
             return Ok(false);
         }
         // Whether every other stop stays open, whatever the impulses, and what is left of the gap, do to it.

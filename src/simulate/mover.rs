@@ -97,6 +97,10 @@ pub(crate) trait Mover {
     fn speed_size(&self, stop: usize) -> f64;
     /// The third derivative of a gap while some stops are held, and what rounding leaves unknown of it.
     fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]>;
+    /// The third derivative of a gap in free motion.
+    fn free_jerk(&mut self, stop: usize) -> Result<f64> {
+        Ok(self.gap(stop).jerk)
+    }
     /// A gap and its speed at a position and velocity, before the rounding of the mover's own state.
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed>;
     /// Whether those held keep the gap of another stop as it is.

@@ -341,6 +341,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         Ok([0.0; 2])
     }
 
+    fn free_jerk(&mut self, stop: usize) -> Result<f64> {
+        self.jerk(stop, &[]).map(|[jerk, _]| jerk)
+    }
+
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {
         let (surface, q, v) = (&self.contacts[stop].surface, q.as_slice(), v.as_slice());
         let value = surface.along(q, v, v, 0.0)?;

@@ -241,6 +241,36 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         }
     }
 
+    /// A motion that nothing ends over a short span, in steps that are kept.
+    pub(super) fn stay_along<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        span: f64,
+        record: &mut Record,
+    ) -> Result<()> {
+        let end = self.clock.after(span);
+        self.begin(dynamics)?;
+        loop {
+            match self.try_step(dynamics, end)? {
+                Trial::Accepted { h, next, is_last } => {
+                    self.accept(h, next);
+                    self.keep(h, None, record);
+                    self.arrive(h);
+                    self.stepper.go_on();
+                    if is_last {
+                        return Ok(());
+                    }
+                }
+                Trial::Rejected => {}
+                Trial::AtEnd | Trial::TooShort => {
+                    self.keep_no_step(None, record);
+                    self.clock = end;
+                    return Ok(());
+                }
+            }
+        }
+    }
+
     /// Operations that a step is: its right-hand side may be full matrices.
     fn work_of_step(&self) -> usize {
         self.n().pow(2)
