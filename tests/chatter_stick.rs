@@ -413,3 +413,28 @@ fn a_wavy_flight_within_the_margin_ends_at_a_contact() {
         );
     }
 }
+
+#[test]
+fn what_does_not_strike_moves_on_while_impacts_accumulate() {
+    // Two oscillators of their own; the first one's impacts lose all but a thousandth of their speed, and accumulate over a time in
+    // which the other goes a long way.
+    let (growth, stiffness) = (0.003, 0.2f64);
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dvector![-2.0 * growth, -2.0 * growth],
+        dvector![2.0, stiffness],
+    );
+    let stop = Stop::new(0, 0.0, 0.001).expect("valid");
+    let stops = [stop.on_side(Side::Lower)];
+    let scene = Scene::new(system.expect("valid"), Forcing::Unforced, stops).expect("valid");
+    let w = (stiffness - growth * growth).sqrt();
+    for method in BOTH {
+        let start = (&dvector![0.4, 0.4], &dvector![-0.4, 0.4]);
+        let run = simulate(&scene, start.0, start.1, (0.0, 20.0), &with(method, 1e-9));
+        let run = run.expect("runs");
+        let (q, _) = run.last();
+        let (sin, cos) = (w * 20.0).sin_cos();
+        let wanted = (growth * 20.0).exp() * (0.4 * cos + (0.4 - growth * 0.4) / w * sin);
+        assert!((q[1] - wanted).abs() < 1e-6, "{method:?} {} {wanted}", q[1]);
+    }
+}

@@ -187,3 +187,32 @@ fn a_body_without_room_in_a_corner_stays_whatever_the_force() {
         }
     }
 }
+
+#[test]
+fn a_body_slides_along_two_stops_by_its_load_alone() {
+    // Its dashpot acts along a coordinate that the stops keep: nothing damps the one motion that they leave.
+    let system = LinearSystem::new(
+        dvector![300.0, 2.0, 0.06],
+        dvector![0.0, 2.0, 0.0],
+        dvector![0.0, 0.0, 0.0],
+    )
+    .and_then(|system| system.with_load(dvector![-0.8, -0.5, 0.6]))
+    .expect("valid");
+    let along = |stop: Stop| stop.with_reaction(Reaction::Coordinate).expect("valid");
+    let stops = [
+        along(upper(&[0.9, 0.9, 0.3], 0.2, 0.03)),
+        along(lower(&[0.0, 1.0, 0.0], 0.4, 0.0)),
+    ];
+    let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
+    for method in METHODS {
+        let start = dvector![0.0, -0.4, 0.56 / 0.3];
+        let run = run(&scene, start, dvector![0.0, 0.0, 0.0], 10.0, method);
+        assert!(run.impacts().is_empty(), "{method:?}");
+        // q'' = M^-1 load - b x, with 0.9 q0'' + 0.3 q2'' = 0.
+        let free = [-0.8 / 300.0, 0.6 / 0.06];
+        let x = (0.9 * free[0] + 0.3 * free[1]) / 0.9;
+        let wanted = 0.5 * (free[0] - 0.9 * x) * 100.0;
+        let (q, _) = run.last();
+        assert!((q[0] / wanted - 1.0).abs() < 1e-9, "{method:?} {q} {wanted}");
+    }
+}

@@ -348,6 +348,22 @@ mod tests {
     }
 
     #[test]
+    fn a_body_without_room_that_restitution_throws_to_and_fro_comes_to_rest() {
+        // Normals whose sum is nothing: no stop can open unless another closes.
+        let normals = dmatrix![0.0, 0.0, 0.0; 0.0, -1.0, 1.0; -1.0, 1.0, 0.0];
+        let inverse = DMatrix::from_diagonal(&dvector![1.0 / 0.875, 1.0 / 0.870, 1.0 / 1.453]);
+        let g = normals.tr_mul(&(inverse * &normals));
+        let before = -normals.tr_mul(&dvector![-0.81, -0.2858, -0.0157]);
+        for livelier in [0.9, 0.99] {
+            let e = dvector![0.826, livelier, 0.0124];
+            let slack = before.map(|speed| 1e-14 * speed.abs());
+            let found = resolve_impacts(&g, &e, &before, &slack).expect("solvable");
+            assert!(found.is_inelastic);
+            assert_eq!(found.opening_speeds, DVector::zeros(3));
+        }
+    }
+
+    #[test]
     fn opening_stops_take_no_part() {
         // Closing 1 and opening 2 with a coupling that pushes 2 open further: the impulse is that of stop 1 alone.
         let g = dmatrix![1.0, 0.5; 0.5, 1.0];
