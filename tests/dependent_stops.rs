@@ -213,6 +213,9 @@ fn a_body_slides_along_two_stops_by_its_load_alone() {
         let x = (0.9 * free[0] + 0.3 * free[1]) / 0.9;
         let wanted = 0.5 * (free[0] - 0.9 * x) * 100.0;
         let (q, _) = run.last();
-        assert!((q[0] / wanted - 1.0).abs() < 1e-9, "{method:?} {q} {wanted}");
+        assert!(
+            (q[0] / wanted - 1.0).abs() < 1e-9,
+            "{method:?} {q} {wanted}"
+        );
     }
 }

@@ -356,7 +356,7 @@ mod tests {
         let before = -normals.tr_mul(&dvector![-0.81, -0.2858, -0.0157]);
         for livelier in [0.9, 0.99] {
             let e = dvector![0.826, livelier, 0.0124];
-            let slack = before.map(|speed| 1e-14 * speed.abs());
+            let slack = before.map(|speed: f64| 1e-14 * speed.abs());
             let found = resolve_impacts(&g, &e, &before, &slack).expect("solvable");
             assert!(found.is_inelastic);
             assert_eq!(found.opening_speeds, DVector::zeros(3));
