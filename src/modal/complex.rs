@@ -82,7 +82,15 @@ impl ComplexModes {
             return Ok(None);
         }
         let to_physical = DMatrix::from_fn(2 * n, 2 * n, |i, j| columns[(i, j)] * unit[i]);
-        let to_modal = DMatrix::from_fn(2 * n, 2 * n, |i, j| inverse[(i, j)] / unit[j]);
+        let mut to_modal = DMatrix::from_fn(2 * n, 2 * n, |i, j| inverse[(i, j)] / unit[j]);
+        // Where a coordinate that no spring holds stands is nothing to what moves: rounding would set it going.
+        let is_free = |j: usize| a.view((n, j), (n, 1)).iter().all(|&k| k == 0.0);
+        let moving = blocks.iter().flat_map(|block| block.roots());
+        for (i, _) in moving.enumerate().filter(|(_, root)| root.norm() > 0.0) {
+            for j in (0..n).filter(|&j| is_free(j)) {
+                to_modal[(i, j)] = 0.0;
+            }
+        }
         Ok(Some(Self {
             blocks,
             to_physical,
@@ -178,6 +186,24 @@ mod tests {
             let rebuilt = &modes.to_physical * lambda * &modes.to_modal;
             assert!((rebuilt - state_matrix(&system)).amax() < 1e-13);
         }
+    }
+
+    #[test]
+    fn what_no_spring_holds_rests_anywhere() {
+        let turning = dmatrix![0.02, 0.16, -1.8; -0.16, 0.02, 1.1; 1.8, -1.1, 0.02];
+        let system = LinearSystem::new(DMatrix::identity(3, 3), turning, DMatrix::zeros(3, 3));
+        let modes = ComplexModes::new(&system.expect("valid")).expect("converges");
+        let modes = modes.expect("not defective");
+        let mut rest = DVector::zeros(6);
+        rest.rows_mut(0, 3).copy_from_slice(&[1.0 / 3.0, -0.4, 0.7]);
+        let pairs = &modes.to_modal * &rest;
+        for (j, block) in modes.blocks.iter().enumerate() {
+            for (k, root) in block.roots().iter().enumerate() {
+                assert!(root.norm() == 0.0 || pairs[2 * j + k] == 0.0, "{pairs}");
+            }
+        }
+        let off = (&modes.to_physical * pairs - rest).amax();
+        assert!(off < 1e-14, "{off}");
     }
 
     #[test]
