@@ -7,6 +7,8 @@ pub(crate) struct Bracket {
     open: f64,
     /// The first after that at which it was not; infinite where there is none.
     pub closed: f64,
+    /// One at which it is provably below zero; infinite where none is known.
+    pub passed: f64,
     /// The gap that is none: what rounding left below zero where the flight began on the stop, zero elsewhere.
     pub floor: f64,
 }
@@ -18,6 +20,7 @@ impl Bracket {
         Self {
             open: 0.0,
             closed: f64::INFINITY,
+            passed: f64::INFINITY,
             floor: if order > 0 { gap.min(0.0) } else { 0.0 },
         }
     }
@@ -26,7 +29,7 @@ impl Bracket {
     #[inline]
     pub fn note(&mut self, time: f64, gap: f64) {
         if gap > self.floor {
-            (self.open, self.closed) = (time, f64::INFINITY);
+            (self.open, self.closed, self.passed) = (time, f64::INFINITY, f64::INFINITY);
         } else {
             self.closed = self.closed.min(time);
         }

@@ -301,8 +301,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             }
             match ahead {
                 Ahead::Reached { at, passed } => {
-                    let closed = &mut self.brackets[stop].closed;
-                    *closed = closed.min(time + passed);
+                    let bracket = &mut self.brackets[stop];
+                    bracket.passed = time + passed;
+                    bracket.closed = bracket.closed.min(bracket.passed);
                     if earliest.is_none_or(|(_, first)| at < first) {
                         earliest = Some((stop, at));
                     }
@@ -373,15 +374,23 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         let mut time = self.polish(stop, guess, start, arrived);
         for _ in 1..self.gaps.len() {
             let passed = |(i, jet): (usize, &Jet)| {
-                let gap = jet.c[0] - self.brackets[i].floor;
+                let Bracket { floor, passed, .. } = self.brackets[i];
+                let gap = jet.c[0] - floor;
                 let is_passed = gap < -self.gaps[i].rounding(jet) && jet.c[1] < 0.0;
-                (i != stop && is_passed).then(|| (i, time - gap / jet.c[1]))
+                // A dip that was seen may be over.
+                let guess = if passed < time {
+                    passed
+                } else {
+                    time - gap / jet.c[1]
+                };
+                (i != stop && (is_passed || passed < time)).then_some((i, guess))
             };
             let earlier = (self.jets.iter().enumerate())
                 .filter_map(passed)
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((other, guess)) = earlier else { break };
-            self.brackets[other].closed = time;
+            let closed = &mut self.brackets[other].closed;
+            *closed = closed.min(time);
             let reached = self.polish(other, guess, start, arrived);
             if reached >= time {
                 time = self.polish(stop, time, start, arrived);

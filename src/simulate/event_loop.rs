@@ -293,8 +293,8 @@ impl EventLoop {
     ) -> Resolved {
         self.touching.clear();
         self.still.clear();
-        // What is left of the gap that was reached is left of others of that instant too.
-        let left = mover.gap(reached).gap;
+        // As much as is left of the gap that was reached, in its roundings, may be left of others of that instant.
+        let left = (mover.gap(reached).gap / mover.rounding(reached)).max(1.0);
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
             self.reaches[stop] = self.reaches[stop].max(mover.reach(stop));
@@ -304,8 +304,8 @@ impl EventLoop {
             if faces {
                 self.still.push(stop);
             }
-            let is_reached = mover.gap(stop).gap <= left || self.is_closed(mover, stop);
-            if faces || is_held || is_reached {
+            let is_left = || mover.gap(stop).gap <= left * mover.rounding(stop);
+            if faces || is_held || stop == reached || self.is_closed(mover, stop) || is_left() {
                 self.touching.push(stop);
             }
         }
