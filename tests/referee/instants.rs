@@ -275,6 +275,19 @@ impl Run<'_> {
             .iter()
             .map(|a| a.abs().to_f64())
             .fold(0.0, f64::max);
+        // What opens now and is pressed just ahead has been open meanwhile.
+        let free = self.model.free.times(&self.x);
+        let pull: Vec<Dd> = stays
+            .iter()
+            .map(|&i| dot(&self.model.stops[i].normal, &free))
+            .collect();
+        if let Some(forces) = complementary(&delassus, &pull, scale).first() {
+            let effect = delassus.times(forces);
+            let opens = |k: usize| (effect[k] - pull[k]).to_f64() > 1e-19 * scale;
+            if (0..stays.len()).any(|k| held.contains(&stays[k]) && opens(k)) {
+                self.doubt("a gap opens and closes at once");
+            }
+        }
         for &i in stays {
             let opens = -dot(&self.model.stops[i].normal, &a).to_f64();
             if held.contains(&i) || opens.abs() <= 1e-19 * scale {

@@ -133,14 +133,15 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     reference
 }
 
-/// The squares of the least and the largest frequency without damping, but for those of free bodies; None of free bodies alone.
-fn squared_frequencies(case: &Case) -> Option<(f64, f64)> {
-    let inverse = case.mass.clone().try_inverse()?;
+/// The squares of the frequencies without damping, but for those of free bodies.
+fn squared_frequencies(case: &Case) -> Vec<f64> {
+    let Some(inverse) = case.mass.clone().try_inverse() else {
+        return Vec::new();
+    };
     let values = eigenvalues(&(inverse * &case.stiffness));
     let squares: Vec<f64> = values.iter().map(|z| z.norm()).collect();
     let most = squares.iter().fold(0.0, |m: f64, &x| m.max(x));
-    let held = squares.iter().filter(|&&x| x > 1e-9 * most);
-    held.copied().reduce(f64::min).map(|least| (least, most))
+    squares.into_iter().filter(|&x| x > 1e-9 * most).collect()
 }
 
 /// The slowest rate of free motion, but for those of free bodies.
@@ -162,8 +163,9 @@ fn slowest_rate(case: &Case) -> Option<f64> {
 }
 
 /// Sizes of positions and velocities that the forces alone make: over a radian of the fastest motion, and, of a motion that is
-/// the sum of a steady and a free one, over the least stiffness, where they are not faster than all modes. A motion from rest
-/// is at first the small difference of such terms, and known to their rounding.
+/// the sum of a steady and a free one, over the least stiffness, where they are not faster than all modes, or near a resonance by
+/// what it makes of them, up to a hundredth of its frequency. A motion from rest is at first the small difference of such terms,
+/// and known to their rounding.
 fn terms(case: &Case, rate: f64) -> (f64, f64) {
     let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let load = largest(&case.load);
@@ -173,7 +175,9 @@ fn terms(case: &Case, rate: f64) -> (f64, f64) {
         .map_or(0.0, |f| largest(&f.re) + largest(&f.im));
     let lightest = case.mass.diagonal().min();
     let short = (load + shaking) / lightest / (rate * rate);
-    let Some((least, most)) = squared_frequencies(case) else {
+    let squares = squared_frequencies(case);
+    let most = squares.iter().fold(0.0, |m: f64, &x| m.max(x));
+    let Some(least) = squares.iter().copied().reduce(f64::min) else {
         return (short, short * rate);
     };
     let is_slow = case
@@ -181,7 +185,10 @@ fn terms(case: &Case, rate: f64) -> (f64, f64) {
         .as_ref()
         .is_some_and(|f| f.frequency * f.frequency < 4.0 * most);
     let force = if is_slow { load + shaking } else { load };
-    let q = force / lightest / least;
+    let driving = case.force.as_ref().map_or(0.0, |f| f.frequency.powi(2));
+    let distance = |&w2: &f64| (w2 - driving).abs().max(1e-2 * (w2 + driving));
+    let nearest = squares.iter().map(distance).fold(f64::INFINITY, f64::min);
+    let q = (force / least).max(shaking / nearest) / lightest;
     (q.max(short), (q * most.sqrt()).max(short * rate))
 }
 
