@@ -1,6 +1,6 @@
 //! A referee for `simulate`: a slow simulator of linear scenes that shares nothing with the library, a generator of scenes,
-//! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, their seed from
-//! `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
+//! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, the first one from
+//! `VIBROIMPACT_REFEREE_FROM`, their seed from `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
 //! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found.
 
 mod accumulation;
@@ -116,7 +116,8 @@ fn the_library_agrees_with_the_referee() {
     let count = from_environment("VIBROIMPACT_REFEREE").unwrap_or(300);
     let seed = from_environment("VIBROIMPACT_REFEREE_SEED").unwrap_or(1);
     let only = from_environment("VIBROIMPACT_REFEREE_SCENE");
-    let numbers: Vec<u64> = only.map_or((0..count).collect(), |n| vec![n]);
+    let from = from_environment("VIBROIMPACT_REFEREE_FROM").unwrap_or(0);
+    let numbers: Vec<u64> = only.map_or((from..from + count).collect(), |n| vec![n]);
     let (next, tally, began) = (
         AtomicU64::new(0),
         Mutex::new(Tally::default()),
