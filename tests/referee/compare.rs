@@ -181,11 +181,6 @@ fn compare_hits(
     let beside = Beside::new(reference, &counting);
     let slowness = |hit: &Hit| slowness(case, reference, &counting, hit);
     let is_graze = |hit: &Hit| is_graze(case, reference, &counting, hit);
-    // Which of dependent stops carries an impulse is nobody's: the motion after it shows whether all is carried.
-    let is_shared = |time: f64| {
-        let mut near = (mine.iter()).filter(|h| (h.time.to_f64() - time).abs() <= counting.slack());
-        near.any(|h| h.rounds == 0)
-    };
     let (mut i, mut j) = (0, 0);
     let mut known = 0.0;
     while i < mine.len() || j < theirs.len() {
@@ -205,7 +200,7 @@ fn compare_hits(
             let hit = if is_mine { a } else { b }.expect("the earlier one");
             if hit.approach < 10.0 * counting.speed_floor(hit.stop)
                 || counting.may_be_completed(hit, ends)
-                || is_shared(hit.time.to_f64())
+                || is_shared(mine, hit, counting.slack())
             {
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
@@ -305,6 +300,13 @@ impl Beside {
             most.max((quantity(h) - quantity(a)).abs())
         })
     }
+}
+
+/// Whether dependent stops shared impulses at the instant of an impact: which of them carries it is nobody's, and the motion after
+/// it shows whether all is carried.
+fn is_shared(hits: &[Hit], hit: &Hit, slack: f64) -> bool {
+    let is_at = |h: &&Hit| (h.time.to_f64() - hit.time.to_f64()).abs() <= slack;
+    hits.iter().filter(is_at).any(|h| h.rounds == 0)
 }
 
 /// To what the time of a slow impact is known.

@@ -275,18 +275,8 @@ impl Run<'_> {
             .iter()
             .map(|a| a.abs().to_f64())
             .fold(0.0, f64::max);
-        // What opens now and is pressed just ahead has been open meanwhile.
-        let free = self.model.free.times(&self.x);
-        let pull: Vec<Dd> = stays
-            .iter()
-            .map(|&i| dot(&self.model.stops[i].normal, &free))
-            .collect();
-        if let Some(forces) = complementary(&delassus, &pull, scale).first() {
-            let effect = delassus.times(forces);
-            let opens = |k: usize| (effect[k] - pull[k]).to_f64() > 1e-19 * scale;
-            if (0..stays.len()).any(|k| held.contains(&stays[k]) && opens(k)) {
-                self.doubt("a gap opens and closes at once");
-            }
+        if self.opens_first(stays, &held, scale) {
+            self.doubt("a gap opens and closes at once");
         }
         for &i in stays {
             let opens = -dot(&self.model.stops[i].normal, &a).to_f64();
@@ -305,5 +295,22 @@ impl Run<'_> {
                 self.leave(i, order);
             }
         }
+    }
+
+    /// Whether one of those that are pressed just ahead opens now: it has been open meanwhile.
+    fn opens_first(&self, stays: &[usize], held: &[usize], scale: f64) -> bool {
+        let delassus = self.model.delassus.part(stays);
+        let free = self.model.free.times(&self.x);
+        let pull: Vec<Dd> = stays
+            .iter()
+            .map(|&i| dot(&self.model.stops[i].normal, &free))
+            .collect();
+        complementary(&delassus, &pull, scale)
+            .first()
+            .is_some_and(|forces| {
+                let effect = delassus.times(forces);
+                let opens = |k: usize| (effect[k] - pull[k]).to_f64() > 1e-19 * scale;
+                (0..stays.len()).any(|k| held.contains(&stays[k]) && opens(k))
+            })
     }
 }
