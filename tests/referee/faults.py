@@ -84,14 +84,6 @@ FAULTS = [
         "            mover.hold(&self.held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
     ),
     Fault(
-        "end of chatter",
-        "impacts that accumulate end too late, by the factor 1/e",
-        "src/simulate/exact.rs",
-        "        let span = 2.0 * e * speed / ((1.0 - e) * acceleration);\n",
-        '        let own = if crate::has_fault("end of chatter") { 1.0 } else { e };\n'
-        "        let span = 2.0 * own * speed / ((1.0 - e) * acceleration);\n",
-    ),
-    Fault(
         "saltation",
         "an impact that a deviation delays moves it the wrong way",
         "src/orbit/stability.rs",
@@ -99,6 +91,15 @@ FAULTS = [
         '                let delayed = if crate::has_fault("saltation") { -delayed } else { delayed };\n'
         "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",
         ("referee_orbits", "multipliers_are_those_of_the_return_map"),
+    ),
+    Fault(
+        "bend",
+        "the way to a wall does not bend as the links turn",
+        "src/model/contact.rs",
+        "value.acceleration -= sign * l * (cos * a - sin * v * v);",
+        'let bend = if crate::has_fault("bend") { 0.0 } else { sin * v * v };\n'
+        "                    value.acceleration -= sign * l * (cos * a - bend);",
+        ("referee_pendulums", "pendulums_move_as_the_referee_says"),
     ),
 ]
 
