@@ -38,6 +38,12 @@ pub enum Side {
 }
 
 /// The direction in which an impact changes the velocity.
+///
+/// Directions other than those of inertia have two limits. They may feed a motion: between stops that strike each other it can grow
+/// beyond all bounds within a finite time, where impacts come nearer to each other than times in doubles tell, and what is said of
+/// it from then on means nothing. And where stops whose normals depend on each other (two at one place, three on two coordinates)
+/// react in different directions, more than one motion obeys the laws: what is found is one of them, and may pass a stop by 1e-8 of
+/// the motion while forces change hands.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Reaction {
     /// `b = M^-1 n`: Newton's law, coupled by inertia.

@@ -82,6 +82,13 @@ pub(super) fn out_reaction<'py>(
 /// ValueError
 ///     A zero normal, a negative index, a restitution outside [0, 1], an unknown side or reaction.
 ///
+/// Notes
+/// -----
+/// Reactions other than ``"inertia"`` have two limits. They may feed a motion, which between stops can grow beyond all bounds within a
+/// finite time; what is said of it from then on means nothing. And where stops whose normals depend on each other (two at one
+/// place, three on two coordinates) react in different directions, more than one motion obeys the laws: what is found is one of
+/// them, and may pass a stop by 1e-8 of the motion while forces change hands.
+///
 /// Examples
 /// --------
 /// >>> import vibroimpact as vi
