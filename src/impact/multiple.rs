@@ -98,12 +98,12 @@ pub fn resolve_impacts(
     }
     let is_inelastic = state.is_closing();
     if is_inelastic {
-        // Restitution has thrown the rounding of the speeds to and fro until nothing but that was left.
-        state.slack *= THROWN;
         let all: Vec<usize> = (0..k).collect();
         state
             .apply(delassus, &DVector::zeros(k), &all)?
             .ok_or_else(unsolvable_impacts)?;
+        // Restitution has thrown the rounding of the speeds to and fro: what is left of that is nothing.
+        state.slack *= THROWN;
         state.rest();
         rounds += 1;
     }
