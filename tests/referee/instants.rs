@@ -114,6 +114,15 @@ impl Run<'_> {
         let motion = self.motion(&held).expect("independent stops");
         let accelerations = motion.acceleration(&self.x);
         let result = impulses(&part, &opening, &restitution, scale);
+        // Stops that take no part do not keep those that do from sharing what they give in any way.
+        let pushing = touching.iter().zip(&result.impulses);
+        let pushing: Vec<usize> = pushing
+            .filter(|(_, p)| **p > Dd::ZERO)
+            .map(|(&i, _)| i)
+            .collect();
+        if self.model.reactions_differ(&pushing) {
+            self.doubt(AMBIGUOUS);
+        }
         if let Some(reason) = result.doubt {
             self.doubt(reason);
             if result.opening.iter().any(|s| s.to_f64() < -CLOSED * scale) {
