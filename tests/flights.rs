@@ -498,3 +498,29 @@ fn a_load_on_what_grows_is_followed_to_the_largest_numbers() {
         }
     }
 }
+
+/// `x'' = x`: of 1e-200 at rest there is `1e-200 cosh 800 = 1e147` after 800, of nothing nothing, though `e^800` is no double.
+#[test]
+fn what_the_motion_does_not_hold_does_not_grow() {
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![-1.0]).expect("valid");
+    let run = |stops: Vec<Stop>, start: f64| {
+        let scene = Scene::new(system.clone(), Forcing::Unforced, stops).expect("valid");
+        let options = SimulateOptions::default();
+        simulate(
+            &scene,
+            &dvector![start],
+            &dvector![0.0],
+            (0.0, 800.0),
+            &options,
+        )
+    };
+    let end = 1e-200 * (400.0_f64.exp() / 2.0) * 400.0_f64.exp();
+    for stops in [vec![], vec![Stop::new(0, 1e300, 0.5).expect("valid")]] {
+        for (start, end) in [(0.0, 0.0), (1e-200, end)] {
+            let found = run(stops.clone(), start).expect("fits").last().0[0];
+            assert!((found - end).abs() <= 1e-12 * end, "{found:e} {end:e}");
+        }
+    }
+    let grown = run(vec![], 1.0).expect_err("overflows").to_string();
+    assert!(grown.contains("beyond the largest number"), "{grown}");
+}

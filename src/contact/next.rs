@@ -6,7 +6,7 @@ use crate::contact::bracket::Bracket;
 use crate::contact::lowest::Look;
 use crate::contact::walk::{Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::Jet;
-use crate::flow::{Derivatives, GapRow, LinearFlow};
+use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
 use crate::modal::Pair;
 use crate::watch::Watch;
 
@@ -357,8 +357,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
 
     /// Carries a state over a span of time.
     pub fn forward(&mut self, state: &mut [Pair], span: f64) {
-        self.flow.prepare(span, &mut self.propagator);
-        self.flow.advance(&self.propagator, state);
+        forward(self.flow, &mut self.propagator, state, span);
     }
 
     /// The contact that comes first and its time to rounding; on return `arrived` is the state there, and the search has

@@ -32,6 +32,7 @@ pub(crate) struct BlockFlow<D> {
     longest_step: f64,
     holds_for_ever: bool,
     fastest_rate: f64,
+    fastest_growth: f64,
     drive: D,
 }
 
@@ -57,13 +58,15 @@ impl<D: Drive> BlockFlow<D> {
         let rates = rates.chain([drive.frequency()]);
         let fastest_rate = rates.clone().fold(0.0, f64::max);
         let softest = softest_rate(rates);
+        let roots = blocks.iter().flat_map(|b| b.roots());
+        let fastest_growth = roots.map(|l| l.re).fold(0.0, f64::max);
         let growth = |j: usize| {
             let is_free = drive.force(j).iter().all(|f| f.norm() == 0.0);
             third_derivative_growth(blocks[j], is_free, softest)
         };
-        let fastest_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
+        let norm_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
         // Steps so long that no bound more than doubles by growth.
-        let longest_step = (1.0 / softest).min(0.7 / fastest_growth);
+        let longest_step = (1.0 / softest).min(0.7 / norm_growth);
         let part = |(j, &block): (usize, &Block)| {
             let norm = block.norm(softest);
             let rest = block.equilibrium(drive.load(j));
@@ -81,8 +84,9 @@ impl<D: Drive> BlockFlow<D> {
         Self {
             parts: blocks.iter().enumerate().map(part).collect(),
             longest_step,
-            holds_for_ever: fastest_growth == 0.0,
+            holds_for_ever: norm_growth == 0.0,
             fastest_rate,
+            fastest_growth,
             drive,
         }
     }
@@ -249,6 +253,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     fn fastest_rate(&self) -> f64 {
         self.fastest_rate
+    }
+
+    fn fastest_growth(&self) -> f64 {
+        self.fastest_growth
     }
 }
 

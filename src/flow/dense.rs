@@ -4,6 +4,7 @@
 use crate::flow::LinearFlow;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::softest_rate;
+use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::Pair;
 use nalgebra::{Complex, DMatrix};
@@ -22,6 +23,7 @@ pub(crate) struct DenseFlow {
     unit: Vec<f64>,
     growth: f64,
     longest_step: f64,
+    fastest_growth: f64,
 }
 
 impl DenseFlow {
@@ -58,6 +60,9 @@ impl DenseFlow {
         let longest_step =
             (1.0 / softest_rate([rate, frequency].into_iter())).min(0.7 / growth_rate);
         let growth = (growth_rate * longest_step).exp();
+        let fastest_growth = eigenvalues(matrix.clone()).map_or(growth_rate, |roots| {
+            roots.into_iter().map(|l| l.re).fold(0.0, f64::max)
+        });
         Self {
             matrix,
             enlarged,
@@ -67,6 +72,7 @@ impl DenseFlow {
             unit,
             growth,
             longest_step,
+            fastest_growth,
         }
     }
 
@@ -216,6 +222,10 @@ impl LinearFlow for DenseFlow {
 
     fn fastest_rate(&self) -> f64 {
         self.matrix.norm().max(self.frequency)
+    }
+
+    fn fastest_growth(&self) -> f64 {
+        self.fastest_growth
     }
 }
 

@@ -34,14 +34,38 @@ pub(crate) trait LinearFlow {
     fn holds_for_ever(&self) -> bool;
     /// The fastest rate of change.
     fn fastest_rate(&self) -> f64;
+    /// The rate of the fastest growth, zero where nothing grows.
+    fn fastest_growth(&self) -> f64;
+}
+
+/// Growth by more than `e` to this, in a matrix exponential, is near the largest number.
+const MOST_GROWTH: f64 = 600.0;
+/// Pieces of a span beyond which it is too long for any motion that grows.
+const MOST_PIECES: f64 = 4096.0;
+
+/// Moves a state forward over a span of time, in pieces where its exponential would overflow: what the motion does not hold of a
+/// growing mode does not grow.
+#[inline]
+pub(crate) fn forward<F: LinearFlow>(
+    flow: &F,
+    propagator: &mut F::Propagator,
+    state: &mut [Pair],
+    span: f64,
+) {
+    let pieces = (flow.fastest_growth() * span / MOST_GROWTH)
+        .ceil()
+        .clamp(1.0, MOST_PIECES);
+    flow.prepare(span / pieces, propagator);
+    for _ in 0..pieces as usize {
+        flow.advance(propagator, state);
+    }
 }
 
 /// Carries a whole motion over a span of time from a forcing angle.
 pub(crate) fn carry<F: LinearFlow>(flow: &F, angle: f64, span: f64, whole: &mut Vec<Pair>) {
     let (mut propagator, mut state) = (F::Propagator::default(), Vec::new());
     flow.enter(whole, angle, &mut state);
-    flow.prepare(span, &mut propagator);
-    flow.advance(&propagator, &mut state);
+    forward(flow, &mut propagator, &mut state, span);
     flow.leave(&state, whole);
 }
 

@@ -23,7 +23,7 @@ pub(crate) use block::BlockFlow;
 pub(crate) use dense::DenseFlow;
 pub(crate) use drive::{Drive, HarmonicDrive, Loaded, Undriven};
 pub(crate) use gap_row::{Derivatives, GapRow, Quantity, TERM_ROUNDINGS};
-pub(crate) use linear::{LinearFlow, carry};
+pub(crate) use linear::{LinearFlow, carry, forward};
 pub(crate) use pendulum_series::PendulumSeries;
 pub(crate) use scene::{ModalScene, SceneFlow, along, modal_flow, with_flow};
 pub(crate) use series_of::{Motion, SeriesOf};

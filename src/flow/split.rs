@@ -165,6 +165,10 @@ impl LinearFlow for SplitFlow {
     fn fastest_rate(&self) -> f64 {
         self.flow.fastest_rate()
     }
+
+    fn fastest_growth(&self) -> f64 {
+        self.flow.fastest_growth()
+    }
 }
 
 /// Trace and determinant of a block.

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result, shortened};
 use crate::flow::runge_kutta::State;
 use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
+use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::event_loop::{Ending, EventLoop};
@@ -81,7 +82,45 @@ pub fn simulate_checked(
     options.check(t_span)?;
     let n_samples = options.t_eval.as_ref().map_or(0, Vec::len);
     room_for("the motion at t_eval", 2 * n_samples, scene.n_dof())?;
-    let (machinery, done) = match choose(scene, options.method) {
+    let beyond = || {
+        let rule = "the motion grows beyond the largest number in it";
+        Error::bad_value("t_span", format!("{t_span:?}"), rule)
+    };
+    let flown = fly(scene, (q0, v0), t_span, options, observer);
+    let (machinery, done) = flown.map_err(|e| if e == overflow() { beyond() } else { e })?;
+    if !(done.last.0.iter().chain(&done.last.1)).all(|x| x.is_finite()) {
+        return Err(beyond());
+    }
+    let Ending {
+        time,
+        status,
+        message,
+    } = done.ending;
+    let (impacts, grazes, samples) = done.record.finish();
+    Ok(Trajectory {
+        scene: scene.clone(),
+        last: done.last,
+        machinery,
+        span: (t_span.0, time),
+        kept: done.kept,
+        impacts,
+        grazes,
+        samples,
+        status,
+        message,
+        stats: done.stats,
+    })
+}
+
+/// Simulates by the method that fits.
+fn fly(
+    scene: &Scene,
+    (q0, v0): (&DVector<f64>, &DVector<f64>),
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<(Machinery, Done)> {
+    Ok(match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
             let modal = Arc::new(ModalScene::new(scene, "simulate with method=\"exact\"")?);
             let flow = Arc::new(modal.flow());
@@ -112,35 +151,6 @@ pub fn simulate_checked(
             let order = series_order(options.rtol);
             (Machinery::Series { order }, done)
         }
-    };
-    if !done
-        .last
-        .0
-        .iter()
-        .chain(&done.last.1)
-        .all(|x| x.is_finite())
-    {
-        let rule = "the motion grows beyond the largest number in it";
-        return Err(Error::bad_value("t_span", format!("{t_span:?}"), rule));
-    }
-    let Ending {
-        time,
-        status,
-        message,
-    } = done.ending;
-    let (impacts, grazes, samples) = done.record.finish();
-    Ok(Trajectory {
-        scene: scene.clone(),
-        last: done.last,
-        machinery,
-        span: (t_span.0, time),
-        kept: done.kept,
-        impacts,
-        grazes,
-        samples,
-        status,
-        message,
-        stats: done.stats,
     })
 }
 
