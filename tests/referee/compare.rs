@@ -163,7 +163,11 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
             .find(|d| d.0 <= since)
             .map_or(0.0, |d| d.1);
         let base = allowance(case).base + completed(since) + drift / reference.v_unit;
-        let allowed = 10.0 * (reference.deviation(k) + base);
+        // A state is asked for at a double: the motion there goes on by as much in half a unit of its last place.
+        let (q, v) = (reference.q_unit, reference.v_unit);
+        let fastest = reference.model.rate * (reference.model.rate * q / v).max(1.0);
+        let read = f64::EPSILON * t.abs() * fastest;
+        let allowed = 10.0 * (reference.deviation(k) + base) + read;
         if off > allowed || off.is_nan() {
             let mine = &main.samples[k];
             let detail =

@@ -38,7 +38,7 @@ pub fn allowance(case: &Case) -> Allowance {
 
 /// Runs beside that of the referee where nothing seems to be wrong, and where something does.
 pub const FEW: u64 = 2;
-pub const MANY: u64 = 8;
+pub const MANY: u64 = 32;
 
 /// The referee's run, and those beside it.
 pub struct Reference {
