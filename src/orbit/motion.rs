@@ -26,7 +26,8 @@ use std::sync::{Arc, OnceLock};
 pub(crate) enum OrbitMotion {
     Modal {
         modal: Arc<ModalScene>,
-        flow: OnceLock<SceneFlow>,
+        /// Made when first asked for, and shared by the copies of the orbit.
+        flow: Arc<OnceLock<SceneFlow>>,
         /// The motions while stops are held.
         held: Vec<Arc<StuckMotion>>,
     },
@@ -56,7 +57,7 @@ impl OrbitMotion {
         let held = stuck_motions(&modal, stops)?;
         Ok(Self::Modal {
             modal,
-            flow: OnceLock::new(),
+            flow: Arc::default(),
             held,
         })
     }
