@@ -4,8 +4,8 @@
 use nalgebra::{DVector, dmatrix, dvector};
 use std::f64::consts::{FRAC_PI_2, PI};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Scene, SegmentKind, Side, SimulateOptions,
-    Status, Stop, Trajectory, nalgebra, simulate,
+    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Reaction, Scene, SegmentKind, Side,
+    SimulateOptions, Status, Stop, Trajectory, nalgebra, simulate,
 };
 
 const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
@@ -210,6 +210,40 @@ fn fast_forcing_that_begins_from_zero_presses_until_it_turns() {
             let free = segments.iter().find(|s| s.kind == SegmentKind::Flight);
             let released = free.expect("a flight").start * frequency;
             assert!((released - PI).abs() < 1e-6, "{method:?} {k} {released}");
+        }
+    }
+}
+
+#[test]
+fn a_force_along_one_normal_leaves_what_else_is_touched_at_rest() {
+    // What the one stop carries, to the last digit, is no force on the other.
+    for k in 0..20 {
+        let coupling = 0.03 * f64::from(k) + 0.014;
+        let mass = dmatrix![1.9, coupling; coupling, 0.99];
+        let (damping, stiffness) = (&mass * 0.03, dmatrix![0.11, 0.01; 0.01, 0.04]);
+        let system = LinearSystem::new(mass, damping, stiffness).expect("valid");
+        let push = dvector![-0.2, 0.2].map(nalgebra::Complex::from);
+        let forcing = Harmonic::new(push, 1.0, 0.0).expect("valid");
+        let stops = [
+            stop(&[1.0, 0.0], 0.0, 0.0, Side::Upper),
+            stop(&[1.0, -1.0], 0.0, 0.5, Side::Lower),
+        ];
+        for reaction in [Reaction::Inertia, Reaction::Coordinate] {
+            let mut stops = stops.clone();
+            stops[0] = stops[0]
+                .clone()
+                .with_reaction(reaction.clone())
+                .expect("valid");
+            let scene = Scene::new(system.clone(), forcing.clone(), stops).expect("valid");
+            for method in METHODS {
+                let run = run(&scene, still(2), (0.0, 1.5), method);
+                assert!(
+                    run.impacts().is_empty() && run.stats().n_flights < 5,
+                    "{k} {method:?} {:?}",
+                    run.stats()
+                );
+                assert!(run.last().0.amax() < 1e-15, "{k} {method:?}");
+            }
         }
     }
 }

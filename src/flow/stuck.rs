@@ -7,7 +7,8 @@ use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::{Form, ModalForm, Pair};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix};
 
 /// A product of a reaction direction and a free direction below this, relative to both, is zero.
 const ORTHOGONAL_TOL: f64 = 1e-12;
@@ -80,11 +81,10 @@ impl StuckMotion {
                 .map(|(a, b)| [a[0] + b[0], a[1] + b[1]])
                 .collect()
         };
-        // What of a matrix the motion left over sees along a row; what is left of terms that cancel is nothing.
+        // What of a matrix the motion left over sees along a row.
         let seen = |m: &DMatrix<f64>, g: &DVector<f64>| {
             let sizes = free.abs().tr_mul(&m.abs().tr_mul(&g.abs()));
-            let clear = |x: f64, size: f64| if x.abs() > CANCELLED * size { x } else { 0.0 };
-            free.tr_mul(&m.tr_mul(g)).zip_map(&sizes, clear)
+            without_rounding(&free.tr_mul(&m.tr_mul(g)), &sizes)
         };
         let forces = (0..stops.len())
             .map(|i| {
@@ -206,6 +206,19 @@ fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<[Co
         .collect()
 }
 
+/// Sums of terms of the given sizes; what is left of terms that cancel is nothing: a force of rounding would drive what rests, and a
+/// stiffness of rounding hold what is free.
+fn without_rounding<C: Dim>(
+    sums: &OMatrix<f64, Dyn, C>,
+    sizes: &OMatrix<f64, Dyn, C>,
+) -> OMatrix<f64, Dyn, C>
+where
+    DefaultAllocator: Allocator<Dyn, C>,
+{
+    let clear = |x: f64, size: f64| if x.abs() > CANCELLED * size { x } else { 0.0 };
+    sums.zip_map(sizes, clear)
+}
+
 /// What takes an acceleration of the whole system to one of the smaller: `(Y^T Z)^-1 Y^T`, `B^T Y = 0`.
 struct Reduced {
     takes: DMatrix<f64>,
@@ -256,7 +269,8 @@ impl Reduced {
     }
 
     fn apply(&self, acceleration: &DVector<f64>) -> DVector<f64> {
-        &self.takes * acceleration
+        let sizes = self.takes.abs() * acceleration.abs();
+        without_rounding(&(&self.takes * acceleration), &sizes)
     }
 
     fn apply_complex(&self, acceleration: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
@@ -277,7 +291,11 @@ impl Reduced {
         if free.ncols() == 0 {
             return Ok(ModalForm::empty());
         }
-        let (k, c) = (&self.takes * stiffness * free, &self.takes * damping * free);
+        let taken = |m: &DMatrix<f64>| {
+            let sizes = self.takes.abs() * m.abs() * free.abs();
+            without_rounding(&(&self.takes * m * free), &sizes)
+        };
+        let (k, c) = (taken(stiffness), taken(damping));
         let symmetric = |m: DMatrix<f64>| (&m + m.transpose()) * 0.5;
         let system = match &self.mass {
             Some(mass) => {
