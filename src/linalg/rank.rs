@@ -61,6 +61,13 @@ pub(crate) fn pseudo_inverse(a: &DMatrix<f64>, tolerance: f64) -> Result<DMatrix
     Ok(inverse)
 }
 
+/// Whether a vector depends on the columns of a matrix that is not zero.
+pub(crate) fn depends_on(vector: &DVector<f64>, columns: &DMatrix<f64>) -> Result<bool> {
+    let none = DVector::zeros(columns.ncols());
+    let across = solve(&columns.transpose(), &none, DEPENDENT * columns.amax())?.null_space;
+    Ok(across.tr_mul(vector).norm() <= DEPENDENT * vector.norm())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +85,14 @@ mod tests {
                 .residual
                 > 1e-3
         );
+    }
+
+    #[test]
+    fn a_vector_in_a_plane_depends_on_what_spans_it() {
+        let plane = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 1.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0]);
+        let depends = |x: [f64; 3]| depends_on(&DVector::from_row_slice(&x), &plane);
+        assert!(depends([0.3, -7.0, 0.0]).expect("converges"));
+        assert!(!depends([0.3, -7.0, 1e-9]).expect("converges"));
     }
 
     #[test]

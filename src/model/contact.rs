@@ -51,17 +51,14 @@ impl Surface {
             Self::Plane { normal, .. } => {
                 let normals: Vec<_> = (others.iter())
                     .filter_map(|other| match other {
-                        Self::Plane { normal, .. } => Some(normal.transpose()),
+                        Self::Plane { normal, .. } => Some(normal.clone()),
                         _ => None,
                     })
                     .collect();
                 if normals.is_empty() {
                     return Ok(false);
                 }
-                let rows = DMatrix::from_rows(&normals);
-                let none = DVector::zeros(rows.nrows());
-                let free = rank::solve(&rows, &none, DEPENDENT * rows.amax())?.null_space;
-                Ok(free.tr_mul(normal).norm() <= DEPENDENT * normal.norm())
+                rank::depends_on(normal, &DMatrix::from_columns(&normals))
             }
             Self::Wall { lengths, .. } => Ok((others.iter())
                 .any(|other| matches!(other, Self::Wall { lengths: l, .. } if l == lengths))),

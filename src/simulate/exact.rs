@@ -358,6 +358,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         })
     }
 
+    fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        Ok(self.scene.geometry.normals.select_columns(stops))
+    }
+
     fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
         let g = &self.scene.geometry;
         let normals = g.normals.select_columns(stops);

@@ -131,6 +131,8 @@ pub(crate) trait Mover {
     fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()>;
     /// The impact of one stop.
     fn strike(&mut self, stop: usize) -> Result<Blow>;
+    /// The normals of some stops where the motion is now, as columns.
+    fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
     /// `N^T B` of some stops where the motion is now.
     fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
     /// Pushes the motion away from a stop: the velocity changes by `-b` times the impulse.

@@ -432,6 +432,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         })
     }
 
+    fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        let q = self.x.slice().split_at(self.n()).0;
+        let normal = |&stop: &usize| self.contacts[stop].surface.normal(q);
+        let normals: Vec<_> = stops.iter().map(normal).collect::<Result<_>>()?;
+        Ok(DMatrix::from_columns(&normals))
+    }
+
     fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
         let all = stops.iter().map(|&stop| self.directions(stop));
         let all: Vec<_> = all.collect::<Result<_>>()?;

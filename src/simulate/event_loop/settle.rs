@@ -97,8 +97,8 @@ impl EventLoop {
             return Ok(false);
         };
         let others: Vec<usize> = (0..resting.len()).filter(|&i| i != own).collect();
-        let delassus = mover.delassus(resting)?;
-        if !is_bound(&delassus, &others, own) {
+        let normals = mover.normals(resting)?;
+        if !is_bound(&normals, &others, own)? {
             return Ok(false);
         }
         let others: Vec<usize> = others.into_iter().map(|i| resting[i]).collect();
@@ -108,7 +108,7 @@ impl EventLoop {
         let bound: Vec<usize> = (0..resting.len())
             .filter(|&i| self.held.contains(&resting[i]))
             .collect();
-        let stays = is_bound(&delassus, &bound, own);
+        let stays = is_bound(&normals, &bound, own)?;
         let least = -RELEASED * mover.acceleration_sizes(&[stop])?[0];
         self.starts[stop] = LATE;
         Ok(stays && self.drawn(mover, stop, &self.held)? >= least)
@@ -125,86 +125,96 @@ impl EventLoop {
     fn hold_or_open<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
-        resting: &[usize],
+        stops: &[usize],
         is_release: bool,
     ) -> Resolved {
-        if resting.is_empty() {
+        if stops.is_empty() {
             return Ok(Ok(()));
         }
-        let delassus = mover.delassus(resting)?;
-        let sizes = mover.acceleration_sizes(resting)?;
-        let Some(forces) = self.holding_forces(mover, resting, &sizes, &delassus) else {
-            let reason = format!("no forces that push keep the contacts {resting:?} closed: a jam");
+        let resting = Resting {
+            stops,
+            normals: mover.normals(stops)?,
+            delassus: mover.delassus(stops)?,
+        };
+        let sizes = mover.acceleration_sizes(stops)?;
+        let Some(forces) = self.holding_forces(mover, stops, &sizes, &resting.delassus) else {
+            let reason = format!("no forces that push keep the contacts {stops:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
-        let allowed = RELEASED * sizes.into_iter().fold(0.0, f64::max);
-        let (mut held, mut undecided) = (Vec::new(), Vec::new());
-        for (i, (&stop, force)) in resting.iter().zip(&forces).enumerate() {
-            let left = (delassus[(i, i)] * force.force).max(force.acceleration);
+        let largest = sizes.into_iter().fold(0.0, f64::max);
+        let (mut shares, mut undecided) = (Vec::new(), Vec::new());
+        for (i, (&stop, force)) in stops.iter().zip(&forces).enumerate() {
+            let left = (resting.delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if is_release && left <= allowed => undecided.push(i),
-                Release::Stays => held.push(i),
+                _ if is_release && left <= RELEASED * largest => undecided.push(i),
+                Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
             }
         }
-        let held = self.decide(mover, resting, &delassus, (held, undecided), is_release)?;
-        let shares = held.iter().map(|&i| (i, forces[i].force)).collect();
-        let (held, spared) = carriers(&delassus, shares, || mover.physical().0.len())?;
-        for i in spared {
-            self.starts[resting[i]] = LATE;
+        let nothing = if is_release { RELEASED } else { DEPENDENT } * largest;
+        let carrying = carriers(&resting.delassus, shares, resting.normals.nrows(), nothing)?;
+        for i in carrying.spared {
+            self.starts[stops[i]] = LATE;
         }
-        self.held = held.into_iter().map(|i| resting[i]).collect();
+        undecided.extend(carrying.idle);
+        let held = self.decide(mover, &resting, (carrying.held, undecided), is_release)?;
+        self.held = held.into_iter().map(|i| stops[i]).collect();
         self.held.sort_unstable();
         Ok(Ok(()))
     }
 
     /// Of contacts that neither push nor open, those that begin to push are held, the others open: the same law for the third
-    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held. Contacts are places in `resting`;
-    /// those that are held now.
+    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held. Contacts are places among those at
+    /// rest; those that are held now.
     fn decide<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
-        resting: &[usize],
-        delassus: &DMatrix<f64>,
+        resting: &Resting<'_>,
         (mut held, undecided): (Vec<usize>, Vec<usize>),
         is_release: bool,
     ) -> Result<Vec<usize>> {
-        let beside: Vec<usize> = held.iter().map(|&i| resting[i]).collect();
+        let beside: Vec<usize> = held.iter().map(|&i| resting.stops[i]).collect();
         // One that faces those held, or stands at their place, has a gap that stays as it is.
-        let (bound, free): (Vec<usize>, Vec<usize>) = undecided
-            .into_iter()
-            .partition(|&i| is_bound(delassus, &held, i));
-        let mut opening = bound;
+        let (mut opening, mut free) = (Vec::new(), Vec::new());
+        for i in undecided {
+            let is_bound = is_bound(&resting.normals, &held, i)?;
+            if is_bound { &mut opening } else { &mut free }.push(i);
+        }
         if !free.is_empty() {
             let known: Vec<[f64; 2]> = free
                 .iter()
-                .map(|&i| mover.jerk(resting[i], &beside))
+                .map(|&i| mover.jerk(resting.stops[i], &beside))
                 .collect::<Result<_>>()?;
             let jerks = DVector::from_fn(free.len(), |k, _| known[k][0]);
             let slack = jerks.map_with_location(|k, _, _| known[k][1].max(STEADY * jerks.amax()));
-            let reduced = reduced(delassus, &held, &free);
+            let reduced = reduced(&resting.delassus, &held, &free);
             let rates = contact_forces(&reduced, &jerks, &slack).ok();
-            let mut steady = Vec::new();
+            let (mut shares, mut steady) = (Vec::new(), Vec::new());
             for (k, &i) in free.iter().enumerate() {
-                match rates.as_ref().map(|rates| rates[k].release) {
-                    Some(Release::Stays) => {
-                        held.push(i);
-                        self.starts[resting[i]] = 1;
-                    }
-                    Some(Release::Leaves) => opening.push(i),
+                match rates.as_ref().map(|rates| &rates[k]) {
+                    Some(rate) if rate.release == Release::Stays => shares.push((k, rate.force)),
+                    Some(rate) if rate.release == Release::Leaves => opening.push(i),
                     _ => steady.push(i),
                 }
             }
+            let n_free = resting.normals.nrows().saturating_sub(held.len());
+            let beginning = carriers(&reduced, shares, n_free, STEADY * jerks.amax())?;
+            for &k in &beginning.held {
+                held.push(free[k]);
+                self.starts[resting.stops[free[k]]] = 1;
+            }
+            opening.extend(beginning.spared.iter().map(|&k| free[k]));
+            steady.extend(beginning.idle.iter().map(|&k| free[k]));
             for i in steady {
-                let was_let_go = is_release && self.let_go.1.contains(&resting[i]);
-                let opens = was_let_go || is_bound(delassus, &held, i);
+                let was_let_go = is_release && self.let_go.1.contains(&resting.stops[i]);
+                let opens = was_let_go || is_bound(&resting.normals, &held, i)?;
                 if opens { &mut opening } else { &mut held }.push(i);
             }
         }
         for i in opening {
-            self.starts[resting[i]] = LATE;
+            self.starts[resting.stops[i]] = LATE;
         }
         Ok(held)
     }
@@ -259,14 +269,35 @@ impl EventLoop {
     }
 }
 
+/// Stops at rest in contact.
+struct Resting<'a> {
+    stops: &'a [usize],
+    /// Their normals as columns.
+    normals: DMatrix<f64>,
+    delassus: DMatrix<f64>,
+}
+
+/// Contacts that are held by forces, and what those do to each.
+#[derive(Default)]
+struct Carrying {
+    /// Those that carry all of it.
+    held: Vec<usize>,
+    /// Those that they spare: their gaps stay as they are.
+    spared: Vec<usize>,
+    /// Those that carry nothing then.
+    idle: Vec<usize>,
+}
+
 /// Of contacts held by given forces those that can carry all of it, their normals independent, and those they spare
-/// (Caratheodory): what dependent normals share may pull at one of them.
+/// (Caratheodory): what dependent normals share may pull at one of them. Forces that accelerate a gap by no more than `nothing` are
+/// none then. The bodies can move in `n_free` ways.
 fn carriers(
     delassus: &DMatrix<f64>,
     mut shares: Vec<(usize, f64)>,
-    n_dof: impl Fn() -> usize,
-) -> Result<(Vec<usize>, Vec<usize>)> {
-    let mut spared = Vec::new();
+    n_free: usize,
+    nothing: f64,
+) -> Result<Carrying> {
+    let mut carrying = Carrying::default();
     while shares.len() > 1 {
         let held: Vec<usize> = shares.iter().map(|&(i, _)| i).collect();
         let among = delassus.select_rows(&held).select_columns(&held);
@@ -275,8 +306,8 @@ fn carriers(
         let idle = rank::solve(&among, &none, allowed)?.null_space;
         // Forces along other directions than those of inertia do not replace each other, but where nothing is left to move.
         let is_inertial = (&among - among.transpose()).amax() <= allowed;
-        let is_fixed = || held.len() - idle.ncols() == n_dof();
-        if idle.ncols() == 0 || !(is_inertial || is_fixed()) {
+        let is_fixed = held.len() - idle.ncols() == n_free;
+        if idle.ncols() == 0 || !(is_inertial || is_fixed) {
             break;
         }
         let along = idle.column(0);
@@ -289,15 +320,24 @@ fn carriers(
         for (share, part) in shares.iter_mut().zip(along.iter()) {
             share.1 = (share.1 - step * part).max(0.0);
         }
-        spared.push(shares.remove(first).0);
+        carrying.spared.push(shares.remove(first).0);
+        // Who carries nothing may be needed where another is not.
+        let (carry, idle) = (shares.into_iter())
+            .partition(|&(i, share): &(usize, f64)| delassus[(i, i)] * share > nothing);
+        shares = carry;
+        carrying.idle.extend(idle.into_iter().map(|(i, _)| i));
     }
-    Ok((shares.into_iter().map(|(i, _)| i).collect(), spared))
+    carrying.held = shares.into_iter().map(|(i, _)| i).collect();
+    Ok(carrying)
 }
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.
-fn is_bound(delassus: &DMatrix<f64>, held: &[usize], contact: usize) -> bool {
-    let moves = || reduced(delassus, held, &[contact])[(0, 0)];
-    !held.is_empty() && moves() <= DEPENDENT * delassus[(contact, contact)]
+fn is_bound(normals: &DMatrix<f64>, held: &[usize], contact: usize) -> Result<bool> {
+    if held.is_empty() {
+        return Ok(false);
+    }
+    let normal = normals.column(contact).into_owned();
+    rank::depends_on(&normal, &normals.select_columns(held))
 }
 
 /// The Delassus matrix of some contacts while others are held.
