@@ -1,13 +1,28 @@
 //! What happens to the contacts at one instant of the referee's run: a gap closes, impulses act, and stops with no normal speed
 //! stay or are left.
 
-use crate::double_double::{Dd, dot};
+use crate::double_double::{Dd, Matrix, dot};
 use crate::law::{complementary, impulses};
 use crate::record::{AMBIGUOUS, Hit, Stretch};
 use crate::simulator::{AHEAD, CLOSED, Contact, Run, scattered};
 
 /// Part of the largest impulse at one instant below which others are nothing.
 const NO_IMPACT: f64 = 1e-12;
+
+/// Why a run is one of several.
+pub const SEVERAL: &str = "several sets of contact forces solve the law";
+
+/// Whether some of the forces move the gaps otherwise than others.
+fn are_several(delassus: &Matrix, solutions: &[Vec<Dd>], scale: f64) -> bool {
+    let effects: Vec<Vec<Dd>> = solutions.iter().map(|f| delassus.times(f)).collect();
+    let differ = |a: &[Dd], b: &[Dd]| {
+        let pairs = a.iter().zip(b);
+        pairs
+            .into_iter()
+            .any(|(a, b)| (*a - *b).abs().to_f64() > 1e-15 * scale)
+    };
+    effects.iter().any(|effect| differ(effect, &effects[0]))
+}
 
 impl Run<'_> {
     /// A gap closes.
@@ -238,14 +253,8 @@ impl Run<'_> {
                 return self.stop("no contact forces solve the law");
             };
             let effect = delassus.times(forces);
-            if solutions.iter().any(|f| {
-                delassus
-                    .times(f)
-                    .iter()
-                    .zip(&effect)
-                    .any(|(a, b)| (*a - *b).abs().to_f64() > 1e-15 * scale)
-            }) {
-                self.doubt("several sets of contact forces solve the law");
+            if are_several(&delassus, &solutions, scale) {
+                self.doubt(SEVERAL);
             }
             let mut next = Vec::new();
             for (k, &i) in stays.iter().enumerate() {
@@ -304,6 +313,29 @@ impl Run<'_> {
                 self.leave(i, order);
             }
         }
+    }
+
+    /// Whether the stops held now may be held in other ways too, of which a run took one: forces along other directions than
+    /// those of inertia need not be unique.
+    pub fn is_one_of_several(&self) -> bool {
+        let stops = self.held_stops();
+        let delassus = self.model.delassus.part(&stops);
+        let places = 0..stops.len();
+        let is_symmetric = places.clone().all(|i| {
+            let differs = |j: usize| (delassus.rows[i][j] - delassus.rows[j][i]).abs().to_f64();
+            let size = |j: usize| delassus.rows[i][j].abs().to_f64();
+            places.clone().all(|j| differs(j) <= 1e-13 * size(j))
+        });
+        if is_symmetric {
+            return false;
+        }
+        let free = self.model.free.times(&self.x);
+        let scale = free.iter().map(|a| a.abs().to_f64()).fold(0.0, f64::max);
+        let pull = stops
+            .iter()
+            .map(|&i| dot(&self.model.stops[i].normal, &free));
+        let solutions = complementary(&delassus, &pull.collect::<Vec<_>>(), scale);
+        are_several(&delassus, &solutions, scale)
     }
 
     /// Whether one of those that are pressed just ahead opens now: it has been open meanwhile.

@@ -3,6 +3,7 @@
 //! flights of `1e-9` of the fastest motion's time, whose rest is the geometric series.
 
 use crate::double_double::Dd;
+use crate::instants::SEVERAL;
 use crate::motion::{Model, Motion};
 use crate::polynomial::{first_fall, polish};
 use crate::record::{Record, Stretch};
@@ -204,8 +205,12 @@ impl Run<'_> {
         } else {
             motion.advance(&self.x, passed)
         };
+        let before = self.time.to_f64();
         self.time += passed;
         self.measure();
+        if self.is_one_of_several() {
+            self.record.doubts.push((before, SEVERAL));
+        }
         for contact in &mut self.contacts {
             if let Contact::Leaving(_) = contact {
                 *contact = Contact::Open;
