@@ -1,7 +1,7 @@
 //! Contacts that nothing presses at first, or no longer: gaps that open by a high derivative, forces that begin from zero, forces
 //! that are nothing but rounding. What follows is known in closed form.
 
-use nalgebra::{DVector, dmatrix, dvector};
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::{FRAC_PI_2, PI};
 use vibroimpact::{
     Forcing, Harmonic, ImpactSide, LinearSystem, Method, Reaction, Scene, SegmentKind, Side,
@@ -243,6 +243,87 @@ fn a_force_along_one_normal_leaves_what_else_is_touched_at_rest() {
                     run.stats()
                 );
                 assert!(run.last().0.amax() < 1e-15, "{k} {method:?}");
+            }
+        }
+    }
+}
+
+/// Positions of masses under `sin(w t)` times a force, from rest at zero: mode by mode, springs and masses of size one.
+fn pushed(stiffness: &DMatrix<f64>, force: &DVector<f64>, w: f64, t: f64) -> DVector<f64> {
+    let modes = stiffness.clone().symmetric_eigen();
+    let parts = modes.eigenvalues.map_with_location(|j, _, w2: f64| {
+        let own = w2.max(0.0).sqrt();
+        let reply = if own > 1e-6 {
+            w / own * f64::sin(own * t)
+        } else {
+            w * t
+        };
+        modes.eigenvectors.column(j).dot(force) * (f64::sin(w * t) - reply) / (own * own - w * w)
+    });
+    &modes.eigenvectors * parts
+}
+
+#[test]
+fn what_happens_far_away_reaches_a_stop_that_is_held() {
+    // A chain at rest against a stop at its one end, pushed or pulled at the other: there the force is zero with more and more
+    // of its derivatives.
+    let w = 0.7;
+    for n in 2..=6 {
+        let spring = |i: usize, j: usize| match i.abs_diff(j) {
+            0 if i == 0 || i == n - 1 => 1.0,
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        };
+        let stiffness = DMatrix::from_fn(n, n, spring);
+        let masses = DVector::from_element(n, 1.0);
+        let system =
+            LinearSystem::new(masses, DVector::zeros(n), stiffness.clone()).expect("valid");
+        let near = DVector::from_fn(n, |i, _| f64::from(u8::from(i == 0)));
+        for sign in [1.0, -1.0] {
+            let far = DVector::from_fn(n, |i, _| if i == n - 1 { sign } else { 0.0 });
+            let amplitude = far.map(|f| nalgebra::Complex::new(0.0, -f));
+            let forcing = Harmonic::new(amplitude, w, 0.0).expect("valid");
+            let end = stop(near.as_slice(), 0.0, 0.5, Side::Upper);
+            let scene = Scene::new(system.clone(), Forcing::from(forcing), [end]).expect("valid");
+            // Pulled, the chain leaves at once; pushed, when the neighbour comes back.
+            let held = stiffness.view((1, 1), (n - 1, n - 1)).into_owned();
+            let neighbour = |t: f64| pushed(&held, &far.rows(1, n - 1).into_owned(), w, t)[0];
+            let (mut before, mut after) = (3.0, 12.0);
+            while after - before > 1e-13 * after {
+                let middle = 0.5 * (before + after);
+                if neighbour(middle) > 0.0 {
+                    before = middle
+                } else {
+                    after = middle
+                }
+            }
+            for method in METHODS {
+                let run = run(&scene, still(n), (0.0, 12.0), method);
+                let (stay, leave) = if sign > 0.0 {
+                    (0.999 * before, after)
+                } else {
+                    (0.0, 0.0)
+                };
+                assert!(run.impacts().is_empty(), "{n} {sign} {method:?}");
+                let at = |t: f64| run.state(t, ImpactSide::After).expect("kept").0;
+                assert!(at(stay)[0].abs() < 1e-15, "{n} {sign} {method:?}");
+                if sign < 0.0 {
+                    let wanted = pushed(&stiffness, &far, w, 12.0);
+                    let off = (at(12.0) - &wanted).amax();
+                    assert!(off < 1e-8, "{n} {method:?} {off:e}");
+                } else {
+                    let last = run
+                        .segments()
+                        .expect("kept")
+                        .into_iter()
+                        .find(|s| s.kind == SegmentKind::Flight);
+                    let released = last.expect("let go").start;
+                    assert!(
+                        (released - leave).abs() < 1e-8,
+                        "{n} {method:?} {released} {leave}"
+                    );
+                }
             }
         }
     }

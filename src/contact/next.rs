@@ -38,6 +38,8 @@ const MOST_POLISHES: usize = 60;
 /// leaves out is below rounding.
 const TAYLOR_STEP: f64 = 1e-4;
 
+/// The order of the zero of a gap that its third derivative opens, if not a higher one.
+pub(crate) const LATE: usize = 3;
 /// A step of Newton's method up to this part of the time since the start of a flight is near its zero.
 const NEAR: f64 = 0.25;
 
@@ -287,14 +289,15 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         for place in 0..self.active.len() {
             let stop = self.active[place];
             let (jet, gap) = (&self.jets[stop], &self.gaps[stop]);
-            let mut ahead = match starts.map_or(0, |orders| orders[stop]) {
+            let order = starts.map_or(0, |orders| orders[stop]);
+            let mut ahead = match order {
                 0 => from_open(jet, step, gap.rounding(jet)),
                 order => from_contact(jet, order, step, gap.rounding(jet)),
             };
-            // Of a stop left more slowly than the cubic can tell nothing is known but that it stays within rounding.
-            if matches!(ahead, Ahead::Unknown) && starts.is_some_and(|orders| orders[stop] == 3) {
+            // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
+            if order == LATE && !matches!(ahead, Ahead::Clear) {
                 let rounding = gap.rounding_after(&self.derivatives, step);
-                ahead = from_contact(jet, 3, step, rounding);
+                ahead = from_open(jet, step, rounding.max(gap.rounding(jet)));
             }
             if let Ahead::Dips { near } = ahead {
                 ahead = self.at_bottom(stop, start, [time, time + step], time + near, grazes);

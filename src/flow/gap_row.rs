@@ -7,7 +7,7 @@ use nalgebra::Complex;
 
 /// Rounding of a gap relative to the size of its terms (theory 8).
 pub(crate) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
-/// The same relative to the sum of the sizes of all parts of the motion in it.
+/// The same relative to the sum of the sizes of all parts of the motion in it, where the rows are as good.
 const SUM_ROUNDINGS: f64 = 4.0 * f64::EPSILON;
 
 /// A quantity of the whole motion, `constant - row.z - Re(forcing e^{i angle})`: a gap, or a contact force.
@@ -79,6 +79,8 @@ pub(crate) struct GapRow {
     forced_growth: f64,
     /// Sizes of the terms that the rows on pairs are sums of, where that is more than the rows; of no pair, where of none.
     terms: Vec<f64>,
+    /// Rounding relative to the sum of the sizes of all parts of the motion in it.
+    relative: f64,
 }
 
 impl GapRow {
@@ -101,7 +103,14 @@ impl GapRow {
             forced,
             forced_growth,
             terms: Vec::new(),
+            relative: SUM_ROUNDINGS,
         }
+    }
+
+    /// With rows that are known to a part of their sizes only.
+    pub fn known_to(mut self, relative: f64) -> Self {
+        self.relative = relative;
+        self
     }
 
     /// With a pair whose part of the gap is the sum of terms of a size, though the row on it is smaller.
@@ -121,9 +130,19 @@ impl GapRow {
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
     /// its terms.
     pub fn least(&self, norms: &[f64]) -> (f64, f64) {
-        debug_assert_eq!(norms.len(), self.cells.len(), "a norm for every pair");
-        let moved: f64 = self.cells.iter().zip(norms).map(|(c, x)| c.reach * x).sum();
+        let moved = self.moved(norms);
         (self.rest.0 - moved, self.rest.1 + moved)
+    }
+
+    /// How far from zero the gap can come at any later time.
+    pub fn most(&self, norms: &[f64]) -> f64 {
+        self.rest.0.abs() + self.moved(norms)
+    }
+
+    /// How far from its rest the gap can come at any later time; no number where nothing bounds what rests now.
+    fn moved(&self, norms: &[f64]) -> f64 {
+        debug_assert_eq!(norms.len(), self.cells.len(), "a norm for every pair");
+        self.cells.iter().zip(norms).map(|(c, x)| c.reach * x).sum()
     }
 
     /// What rounding leaves unknown of a gap: that of its two terms, the clearance and the position along the normal, and where
@@ -131,12 +150,12 @@ impl GapRow {
     #[inline]
     pub fn rounding(&self, jet: &Jet) -> f64 {
         let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
-        (TERM_ROUNDINGS * terms).max(SUM_ROUNDINGS * jet.size)
+        (TERM_ROUNDINGS * terms).max(self.relative * jet.size)
     }
 
     /// What rounding leaves unknown of a gap at the end of a short step: at a start from rest at zero the terms grow from zero.
     pub fn rounding_after(&self, derivatives: &[Derivatives], step: f64) -> f64 {
-        SUM_ROUNDINGS * self.size_of(derivatives, |d| d.after(step))
+        self.relative * self.size_of(derivatives, |d| d.after(step))
     }
 
     /// Size of the terms of the gap's acceleration, now or in a time in which a motion of the given rate changes.

@@ -28,4 +28,4 @@ pub(crate) use pendulum_series::PendulumSeries;
 pub(crate) use scene::{ModalScene, SceneFlow, along, modal_flow, with_flow};
 pub(crate) use series_of::{Motion, SeriesOf};
 pub(crate) use split::SplitFlow;
-pub(crate) use stuck::StuckMotion;
+pub(crate) use stuck::{CANCELLED, StuckMotion};

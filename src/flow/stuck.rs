@@ -14,7 +14,7 @@ use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix};
 const ORTHOGONAL_TOL: f64 = 1e-12;
 
 /// What is left of terms of a sum below this part of their sizes is rounding.
-const CANCELLED: f64 = 1e-14;
+pub(crate) const CANCELLED: f64 = 1e-14;
 
 /// The motion of a linear scene while some stops are held.
 #[derive(Debug, Clone)]

@@ -2,6 +2,7 @@
 //! others open (theory 9, at acceleration level).
 
 use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, is_one_instant, least_speed};
+use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
@@ -12,8 +13,6 @@ use nalgebra::{DMatrix, DVector};
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
 const RELEASED: f64 = 1e-9;
 
-/// The order of the root of a gap that opens by its third derivative, or stays as it is.
-const LATE: usize = 3;
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 

@@ -2,11 +2,11 @@
 //! are (theory 9).
 
 use super::{ExactMover, is_within};
-use crate::contact::next::{Next, Search, Seen};
+use crate::contact::next::{LATE, Next, Search, Seen};
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
-use crate::flow::{GapRow, LinearFlow, Quantity, StuckMotion, with_flow};
+use crate::flow::{CANCELLED, GapRow, LinearFlow, Quantity, StuckMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
@@ -16,7 +16,7 @@ use crate::watch::Watch;
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// A contact force at zero for good: its first derivatives are this small, relative to its terms and the fastest rate.
+/// A contact force at zero: this small, relative to its terms.
 const FLAT: f64 = 1e-12;
 
 impl<F: LinearFlow> ExactMover<'_, F> {
@@ -139,7 +139,7 @@ impl Course<'_> {
             .zip(search.jets())
             .map(|((event, _), jet)| match event {
                 Event::Release(stop) => {
-                    let order = order_of_zero(jet, flow.fastest_rate(), 0.0);
+                    let order = order_of_zero(jet, flow.fastest_rate());
                     order.max(self.starts[*stop])
                 }
                 Event::Contact(stop) => self.starts[*stop],
@@ -190,13 +190,15 @@ impl Events {
             let gap = gap.as_ref()?;
             Some((Event::Contact(stop), flow.gap_row(gap)))
         });
-        let mut derivatives = Vec::new();
+        let (mut derivatives, mut norms) = (Vec::new(), Vec::new());
         flow.derivatives(state, &mut derivatives);
-        let rate = flow.fastest_rate();
+        flow.norms(state, &mut norms);
         let forces = motion.stops.iter().zip(&motion.forces);
         let forces = forces.filter_map(|(&stop, force)| {
-            let (row, lost) = (flow.gap_row(force), motion.lost(force, whole));
-            let is_flat = order_of_zero(&row.jet(&derivatives), rate, lost) > 3;
+            let row = flow.gap_row(force).known_to(CANCELLED);
+            let lost = motion.lost(force, whole);
+            let size = row.jet(&derivatives).size;
+            let is_flat = row.most(&norms) <= (FLAT * size).max(lost);
             (!is_flat).then_some((Event::Release(stop), row))
         });
         Self {
@@ -205,16 +207,13 @@ impl Events {
     }
 }
 
-/// The number of leading derivatives of a contact force that are zero: beside its terms, or beside what it will be soon, or
-/// where no more is left of them than is lost to rounding.
-fn order_of_zero(jet: &Jet, rate: f64, lost: f64) -> usize {
+/// The number of leading derivatives of a contact force that are zero, as far as a cubic tells: beside its terms, or beside what it
+/// will be soon.
+fn order_of_zero(jet: &Jet, rate: f64) -> usize {
     let natural: [f64; 4] = std::array::from_fn(|k| {
         let unit: f64 = (0..k).fold(1.0, |unit, _| unit * rate);
         jet.c[k].abs() / unit
     });
     let scale = FLAT * natural.iter().fold(jet.size, |size, c| size.max(*c));
-    natural
-        .iter()
-        .position(|c| *c > scale.max(lost))
-        .unwrap_or(4)
+    natural.iter().position(|c| *c > scale).unwrap_or(LATE)
 }

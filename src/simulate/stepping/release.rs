@@ -77,7 +77,8 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             self.pressed[k] = spread.max(self.pressed[k]);
             let mut slack = 10.0 * self.tolerance.relative * self.pressed[k];
             if depth > slack {
-                slack = slack.max(self.force_rounding(stop)?);
+                let unknown = self.force_rounding(stop)?;
+                slack = slack.max(unknown + 10.0 * self.force_tolerance(&held, k)?);
             }
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 // The rounding of a force has no shape.
@@ -99,6 +100,21 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     fn force_rounding(&self, stop: usize) -> Result<f64> {
         let size = self.acceleration_sizes(&[stop])?[0];
         Ok(ROUNDING * size / self.delassus(&[stop])?[(0, 0)])
+    }
+
+    /// What the absolute tolerance of the state leaves unknown of a contact force: of one that begins from zero that is all.
+    fn force_tolerance(&self, held: &HeldMotion<'a, D>, k: usize) -> Result<f64> {
+        let here = self.forces_at(held, 0.0, self.x.slice())?[k];
+        let mut x = self.x.clone();
+        let mut unknown = 0.0;
+        for i in 0..x.slice().len() {
+            let own = x.slice()[i];
+            x.slice_mut()[i] = own + self.tolerance.absolute;
+            let change = self.forces_at(held, 0.0, x.slice())?[k] - here;
+            x.slice_mut()[i] = own;
+            unknown += change.abs();
+        }
+        Ok(unknown)
     }
 
     /// Steps to the release itself, by the secant method on the length of the step.
