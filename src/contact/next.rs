@@ -288,7 +288,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         let mut earliest: Option<(usize, f64)> = None;
         for place in 0..self.active.len() {
             let stop = self.active[place];
-            let (jet, gap) = (&self.jets[stop], &self.gaps[stop]);
+            // What rounding left below zero where the flight began on the stop is none.
+            let (jet, gap) = (
+                &self.jets[stop].above(self.brackets[stop].floor),
+                &self.gaps[stop],
+            );
             let order = starts.map_or(0, |orders| orders[stop]);
             let mut ahead = match order {
                 0 => from_open(jet, step, gap.rounding(jet)),
@@ -297,7 +301,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
             if order == LATE && !matches!(ahead, Ahead::Clear) {
                 let rounding = gap.rounding_after(&self.derivatives, step);
-                ahead = from_open(jet, step, rounding.max(gap.rounding(jet)));
+                ahead = from_open(&jet.only(LATE), step, rounding.max(gap.rounding(jet)));
             }
             if let Ahead::Dips { near } = ahead {
                 ahead = self.at_bottom(stop, start, [time, time + step], time + near, grazes);

@@ -63,6 +63,23 @@ impl Jet {
         self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
     }
 
+    /// The jet above a floor.
+    #[inline]
+    pub fn above(&self, floor: f64) -> Self {
+        let [gap, speed, bend, third] = self.c;
+        Self {
+            c: [gap - floor, speed, bend, third],
+            ..*self
+        }
+    }
+
+    /// The jet from a root of some order on.
+    pub fn only(&self, order: usize) -> Self {
+        let mut c = self.c;
+        c[..order].fill(0.0);
+        Self { c, ..*self }
+    }
+
     /// The jet a step later, by the cubic alone.
     pub fn after(&self, step: f64) -> Self {
         let [_, b, c, d] = self.c;

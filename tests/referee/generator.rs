@@ -141,6 +141,32 @@ fn on_stops(n: usize, stops: &[StopCase]) -> Option<Vec<f64>> {
     Some(q.as_slice().to_vec())
 }
 
+/// Seeds up to this one keep the scenes that were found with them: nothing was driven at one coordinate alone.
+const ALL_DRIVEN: u64 = 106;
+
+/// Leaves forces, and perhaps the load and the start, at one coordinate alone: what happens there reaches others late.
+fn drive_one(case: &mut Case, random: &mut Random) {
+    let one = random.below(case.q0.len());
+    let leave = |vector: &mut Vec<f64>| {
+        for (i, x) in vector.iter_mut().enumerate() {
+            if i != one {
+                *x = 0.0;
+            }
+        }
+    };
+    if let Some(force) = &mut case.force {
+        leave(&mut force.re);
+        leave(&mut force.im);
+    }
+    if random.chance(70) {
+        leave(&mut case.load);
+    }
+    if random.chance(70) {
+        leave(&mut case.v0);
+    }
+    case.label += ", driven at one coordinate";
+}
+
 /// Scene number `number` of a seed.
 pub fn scene(seed: u64, number: u64) -> Case {
     let mut random = Random::new(seed, number);
@@ -200,7 +226,7 @@ pub fn scene(seed: u64, number: u64) -> Case {
     } else {
         1e-9
     };
-    let case = Case {
+    let mut case = Case {
         label: format!(
             "n = {n}, {of_stiffness}, {of_damping}, {of_force}, {} stops",
             stops.len()
@@ -225,6 +251,9 @@ pub fn scene(seed: u64, number: u64) -> Case {
             shallow.label += &format!(", passed by {overshoot:.0e}");
             return shallow;
         }
+    }
+    if seed > ALL_DRIVEN && n > 1 && draw.random.chance(10) {
+        drive_one(&mut case, draw.random);
     }
     case
 }
