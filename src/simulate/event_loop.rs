@@ -63,6 +63,9 @@ pub(crate) struct EventLoop {
     held: Vec<usize>,
     /// The stops in contact that an impact left without normal speed.
     still: Vec<usize>,
+    /// Sizes of the accelerations of the stops in contact before the impacts of this instant, zero elsewhere: after them the terms are
+    /// smaller, and their rounding is not.
+    jolted: Vec<f64>,
     /// Instants at which only impacts without restitution came to an end.
     n_inelastic: usize,
     /// The stop struck last, and how fast.
@@ -122,6 +125,8 @@ impl EventLoop {
         self.reaches.resize(mover.n_stops(), 0.0);
         self.held.clear();
         self.still.clear();
+        self.jolted.clear();
+        self.jolted.resize(mover.n_stops(), 0.0);
         self.n_inelastic = 0;
         self.last_blow = None;
         self.approaches.clear();

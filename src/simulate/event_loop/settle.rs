@@ -119,6 +119,16 @@ impl EventLoop {
         self.still.contains(&stop) || state.speed.abs() <= least_speed(mover, stop, state)
     }
 
+    /// The sizes of the terms of the accelerations of stops at rest, or those before the impacts of this instant, if larger.
+    fn pull_sizes<M: Mover + ?Sized>(&mut self, mover: &M, stops: &[usize]) -> Result<Vec<f64>> {
+        let mut sizes = mover.acceleration_sizes(stops)?;
+        for (size, &stop) in sizes.iter_mut().zip(stops) {
+            *size = size.max(self.jolted[stop]);
+        }
+        self.jolted.fill(0.0);
+        Ok(sizes)
+    }
+
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); where one is let
     /// go, what is as little as its force is nothing.
     fn hold_or_open<M: Mover + ?Sized>(
@@ -135,7 +145,7 @@ impl EventLoop {
             normals: mover.normals(stops)?,
             delassus: mover.delassus(stops)?,
         };
-        let sizes = mover.acceleration_sizes(stops)?;
+        let sizes = self.pull_sizes(mover, stops)?;
         let Some(forces) = self.holding_forces(mover, stops, &sizes, &resting.delassus) else {
             let reason = format!("no forces that push keep the contacts {stops:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));

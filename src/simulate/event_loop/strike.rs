@@ -27,6 +27,7 @@ impl EventLoop {
         record: &mut Record,
     ) -> Resolved {
         let first = record.impacts.len();
+        self.note_jolt(mover)?;
         if self.touching.len() > 1 && self.is_coupled(mover) {
             let restitutions = self.restitutions(mover);
             if let Err(unresolved) = self.strike_together(mover, &restitutions, Some(record))? {
@@ -54,6 +55,18 @@ impl EventLoop {
             &record.impacts[first..]
         );
         self.settle(mover)
+    }
+
+    /// Takes note of the sizes of accelerations before impacts, where others than the stop that was reached are in contact.
+    fn note_jolt<M: Mover + ?Sized>(&mut self, mover: &M) -> Result<()> {
+        self.jolted.fill(0.0);
+        if self.touching.len() > 1 {
+            let sizes = mover.acceleration_sizes(&self.touching)?;
+            for (&stop, size) in self.touching.iter().zip(sizes) {
+                self.jolted[stop] = size;
+            }
+        }
+        Ok(())
     }
 
     /// Whether a stop that is approached is coupled to another in contact.
@@ -105,6 +118,7 @@ impl EventLoop {
                 mover.note_chatter(stop, record)?;
             }
         }
+        self.note_jolt(mover)?;
         let inelastic = DVector::zeros(self.touching.len());
         if let Err(unresolved) = self.strike_together(mover, &inelastic, None)? {
             return Ok(Err(unresolved));
