@@ -235,7 +235,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 let [gap, speed, ..] = self.jets[stop].c;
                 gap <= 0.0 && speed < 0.0
             };
-            if time >= span && !self.active.iter().any(is_reached) {
+            // What rests there comes no further.
+            if time >= span && (time >= 2.0 * span || !self.active.iter().any(is_reached)) {
                 return Next::End;
             }
         }
