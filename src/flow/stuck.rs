@@ -16,6 +16,8 @@ const ORTHOGONAL_TOL: f64 = 1e-12;
 /// What is left of terms of a sum below this part of their sizes is rounding.
 pub(crate) const CANCELLED: f64 = 1e-14;
 
+const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
+
 /// The motion of a linear scene while some stops are held.
 #[derive(Debug, Clone)]
 pub(crate) struct StuckMotion {
@@ -90,11 +92,14 @@ impl StuckMotion {
             .map(|i| {
                 let g = takes.row(i).transpose();
                 let pulled: Complex<f64> = force.iter().zip(g.iter()).map(|(f, g)| f * *g).sum();
+                let pulls = force.iter().zip(g.iter()).map(|(f, g)| f.norm() * g.abs());
+                let amplitude = cleared(pulled.norm(), pulls.sum());
+                let size = g.abs().dot(&sizes);
                 Quantity {
-                    constant: g.dot(&load),
-                    size: g.abs().dot(&sizes),
+                    constant: cleared(g.dot(&load), size),
+                    size,
                     row: row(seen(&stiffness, &g), seen(&damping, &g)),
-                    forcing: -pulled,
+                    forcing: if amplitude > 0.0 { -pulled } else { ZERO },
                 }
             })
             .collect();
@@ -215,8 +220,16 @@ fn without_rounding<C: Dim>(
 where
     DefaultAllocator: Allocator<Dyn, C>,
 {
-    let clear = |x: f64, size: f64| if x.abs() > CANCELLED * size { x } else { 0.0 };
-    sums.zip_map(sizes, clear)
+    sums.zip_map(sizes, cleared)
+}
+
+/// A sum of terms of a size; nothing, where that is what is left of terms that cancel.
+fn cleared(sum: f64, size: f64) -> f64 {
+    if sum.abs() > CANCELLED * size {
+        sum
+    } else {
+        0.0
+    }
 }
 
 /// What takes an acceleration of the whole system to one of the smaller: `(Y^T Z)^-1 Y^T`, `B^T Y = 0`.
