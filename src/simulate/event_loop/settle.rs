@@ -55,6 +55,13 @@ impl EventLoop {
             self.let_go = (now, Vec::new());
         }
         self.let_go.1.push(stop);
+        // What stood still where the flight began moves now.
+        if !self
+            .departure
+            .is_some_and(|then| is_one_instant(then.time(), now))
+        {
+            self.still.clear();
+        }
         let mut resting = Vec::new();
         for other in 0..mover.n_stops() {
             let rests = self.is_closed(mover, other) && self.is_still(mover, other);
