@@ -138,11 +138,6 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.gaps[stop].acceleration_lost(&self.derivatives)
     }
 
-    /// Size of the terms of a gap's third derivative where the search last looked.
-    pub fn jerk_size(&self, stop: usize) -> f64 {
-        self.gaps[stop].jerk_size(&self.derivatives)
-    }
-
     /// The largest size of the terms of a gap that was seen on the last flight, and the largest gap.
     pub fn extent(&self, stop: usize) -> [f64; 2] {
         self.extents[stop]

@@ -27,6 +27,8 @@ pub(crate) struct StuckMotion {
     anchor: DVector<f64>,
     /// Z, shape `(n, n - k)`, orthonormal columns.
     free: DMatrix<f64>,
+    /// What is left of an acceleration of the whole system, shape `(n, n)`.
+    pub along: DMatrix<f64>,
     form: ModalForm,
     pub flow: SceneFlow,
     /// The contact force of each stop held, in their order.
@@ -115,6 +117,7 @@ impl StuckMotion {
         Ok(Self {
             stops: stops.to_vec(),
             gaps: (0..g.len()).map(gap).collect(),
+            along: &free * &reduced.takes,
             anchor,
             free,
             form,

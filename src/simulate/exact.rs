@@ -33,6 +33,9 @@ impl Margin {
     }
 }
 
+/// A linear motion follows from its derivatives up to twice its coordinates, and those of its load and harmonic force.
+const ORDERS_OF_INPUT: usize = 4;
+
 /// A linear scene in motion; one run after another, with its buffers.
 pub(crate) struct ExactMover<'a, F: LinearFlow> {
     flow: &'a F,
@@ -231,14 +234,17 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             .sum()
     }
 
-    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
-        let free = ROUNDING * self.search.jerk_size(stop);
-        if held.is_empty() {
-            return Ok([self.gap(stop).jerk, free]);
+    fn gap_derivatives(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        order: usize,
+    ) -> Result<Option<Vec<[f64; 2]>>> {
+        // Beyond the order of its equations a linear motion has no derivative of its own.
+        if order > 2 * self.scene.form.n_dof() + ORDERS_OF_INPUT {
+            return Ok(None);
         }
-        // What those held take away has its rounding too.
-        let [jerk, rounding] = self.jerk_beside(stop, held)?;
-        Ok([jerk, rounding.max(free)])
+        self.derivatives_beside(stops, held, order).map(Some)
     }
 
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {

@@ -95,8 +95,14 @@ pub(crate) trait Mover {
     }
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
-    /// The third derivative of a gap while some stops are held, and what rounding leaves unknown of it.
-    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]>;
+    /// A time derivative, from the third on, of the gaps of some stops while others are held, and what rounding leaves unknown of
+    /// each; none of an order that the mover cannot tell, or that says no more.
+    fn gap_derivatives(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        order: usize,
+    ) -> Result<Option<Vec<[f64; 2]>>>;
     /// The third derivative of a gap in free motion.
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
         Ok(self.gap(stop).jerk)

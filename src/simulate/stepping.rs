@@ -4,6 +4,7 @@
 mod chatter;
 mod contact;
 mod free;
+mod jerk;
 mod normal;
 mod pendulum;
 mod release;
@@ -41,12 +42,6 @@ use std::sync::Arc;
 const FLIGHT: usize = 16;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
-
-/// A time in which the motion changes by few digits, as a part of that in which it changes little.
-const SHORT: f64 = 1e-4;
-
-/// Rounding of a difference of accelerations, relative to the size of their terms.
-const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
 
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
@@ -307,38 +302,14 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         size.unwrap_or(0.0)
     }
 
-    fn jerk(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
-        let motion = self.motion_with(held.to_vec());
-        let slow = self.slow_time();
-        let n = self.n();
-        let bend = |x: &[f64], clock: Clock| -> Result<_> {
-            let (q, v) = x.split_at(n);
-            let mut a = vec![0.0; n];
-            motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
-            let gap = self.contacts[stop].surface.along(q, v, &a, SHORT * slow)?;
-            Ok((a, gap.acceleration))
-        };
-        let (a, now) = bend(self.x.slice(), self.clock)?;
-        let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
-        let change = |step: f64| -> Result<f64> {
-            let mut ahead = self.x.clone();
-            let (q, v) = ahead.slice_mut().split_at_mut(n);
-            for i in 0..n {
-                q[i] += step * (v[i] + 0.5 * step * a[i]);
-                v[i] += step * a[i];
-            }
-            Ok(bend(ahead.slice(), self.clock.after(step))?.1 - now)
-        };
-        // A difference is as long as it must be for rounding to leave something of it; one that does not grow as its step is none.
-        for step in [SHORT, 10.0 * SHORT, 1e2 * SHORT, 1e3 * SHORT, 1e4 * SHORT].map(|s| s * slow) {
-            let once = change(step)?;
-            if once.abs() > least {
-                let is_even = (change(2.0 * step)? - 2.0 * once).abs() < once.abs();
-                let jerk = if is_even { once } else { 0.0 };
-                return Ok([jerk, least].map(|x| x / step));
-            }
-        }
-        Ok([0.0; 2])
+    fn gap_derivatives(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        order: usize,
+    ) -> Result<Option<Vec<[f64; 2]>>> {
+        let jerks = || stops.iter().map(|&stop| self.jerk(stop, held)).collect();
+        (order == 3).then(jerks).transpose()
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {

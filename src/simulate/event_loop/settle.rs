@@ -182,55 +182,54 @@ impl EventLoop {
     }
 
     /// Of contacts that neither push nor open, those that begin to push are held, the others open: the same law for the third
-    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held. Contacts are places among those at
-    /// rest; those that are held now.
+    /// derivatives of the gaps and the rates of the forces, beside the contacts that are held; where those are nothing too, for the
+    /// next ones. Contacts are places among those at rest; those that are held now.
     fn decide<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         resting: &Resting<'_>,
-        (mut held, undecided): (Vec<usize>, Vec<usize>),
+        (mut held, mut undecided): (Vec<usize>, Vec<usize>),
         is_release: bool,
     ) -> Result<Vec<usize>> {
-        let beside: Vec<usize> = held.iter().map(|&i| resting.stops[i]).collect();
-        // One that faces those held, or stands at their place, has a gap that stays as it is.
-        let (mut opening, mut free) = (Vec::new(), Vec::new());
-        for i in undecided {
-            let is_bound = is_bound(&resting.normals, &held, i)?;
-            if is_bound { &mut opening } else { &mut free }.push(i);
-        }
-        if !free.is_empty() {
-            let known: Vec<[f64; 2]> = free
-                .iter()
-                .map(|&i| mover.jerk(resting.stops[i], &beside))
-                .collect::<Result<_>>()?;
-            let jerks = DVector::from_fn(free.len(), |k, _| known[k][0]);
-            let slack = jerks.map_with_location(|k, _, _| known[k][1].max(STEADY * jerks.amax()));
-            let reduced = reduced(&resting.delassus, &held, &free);
-            let rates = contact_forces(&reduced, &jerks, &slack).ok();
-            let (mut shares, mut steady) = (Vec::new(), Vec::new());
-            for (k, &i) in free.iter().enumerate() {
-                match rates.as_ref().map(|rates| &rates[k]) {
-                    Some(rate) if rate.release == Release::Stays => shares.push((k, rate.force)),
-                    Some(rate) if rate.release == Release::Leaves => opening.push(i),
-                    _ => steady.push(i),
+        for order in LATE.. {
+            // One that faces those held, or stands at their place, has a gap that stays as it is.
+            let mut free = Vec::new();
+            for i in undecided {
+                if is_bound(&resting.normals, &held, i)? {
+                    self.starts[resting.stops[i]] = LATE;
+                } else {
+                    free.push(i);
                 }
             }
-            let n_free = resting.normals.nrows().saturating_sub(held.len());
-            let beginning = carriers(&reduced, shares, n_free, STEADY * jerks.amax())?;
-            for &k in &beginning.held {
-                held.push(free[k]);
-                self.starts[resting.stops[free[k]]] = 1;
+            undecided = free;
+            if undecided.is_empty() {
+                break;
             }
-            opening.extend(beginning.spared.iter().map(|&k| free[k]));
-            steady.extend(beginning.idle.iter().map(|&k| free[k]));
-            for i in steady {
-                let was_let_go = is_release && self.let_go.1.contains(&resting.stops[i]);
-                let opens = was_let_go || is_bound(&resting.normals, &held, i)?;
-                if opens { &mut opening } else { &mut held }.push(i);
+            let Some(derivatives) = mover.gap_derivatives(
+                &resting.stops_of(&undecided),
+                &resting.stops_of(&held),
+                order,
+            )?
+            else {
+                break;
+            };
+            let law = resting.law_of(&held, &undecided, &derivatives)?;
+            for &i in &law.opening {
+                self.starts[resting.stops[i]] = LATE;
             }
+            for &i in &law.pressed {
+                self.starts[resting.stops[i]] = (order - 2).min(LATE);
+            }
+            held.extend(law.pressed);
+            undecided = law.undecided;
         }
-        for i in opening {
-            self.starts[resting.stops[i]] = LATE;
+        for i in undecided {
+            let was_let_go = is_release && self.let_go.1.contains(&resting.stops[i]);
+            if was_let_go || is_bound(&resting.normals, &held, i)? {
+                self.starts[resting.stops[i]] = LATE;
+            } else {
+                held.push(i);
+            }
         }
         Ok(held)
     }
@@ -291,6 +290,48 @@ struct Resting<'a> {
     /// Their normals as columns.
     normals: DMatrix<f64>,
     delassus: DMatrix<f64>,
+}
+
+impl Resting<'_> {
+    /// The stops of contacts, in order.
+    fn stops_of(&self, contacts: &[usize]) -> Vec<usize> {
+        contacts.iter().map(|&i| self.stops[i]).collect()
+    }
+
+    /// The law of contact for a derivative of some gaps, each known to a slack, and that of their forces two orders lower, beside
+    /// contacts that are held.
+    fn law_of(&self, held: &[usize], free: &[usize], derivatives: &[[f64; 2]]) -> Result<Law> {
+        let opening = DVector::from_iterator(free.len(), derivatives.iter().map(|d| d[0]));
+        let least = STEADY * opening.amax();
+        let slack = DVector::from_iterator(free.len(), derivatives.iter().map(|d| d[1].max(least)));
+        let reduced = reduced(&self.delassus, held, free);
+        let forces = contact_forces(&reduced, &opening, &slack).ok();
+        let (mut law, mut shares) = (Law::default(), Vec::new());
+        for (k, &i) in free.iter().enumerate() {
+            match forces.as_ref().map(|forces| &forces[k]) {
+                Some(force) if force.release == Release::Stays => shares.push((k, force.force)),
+                Some(force) if force.release == Release::Leaves => law.opening.push(i),
+                _ => law.undecided.push(i),
+            }
+        }
+        let n_free = self.normals.nrows().saturating_sub(held.len());
+        let carrying = carriers(&reduced, shares, n_free, least)?;
+        let contacts = |places: Vec<usize>| places.into_iter().map(|k| free[k]);
+        law.pressed = contacts(carrying.held).collect();
+        law.opening.extend(contacts(carrying.spared));
+        law.undecided.extend(contacts(carrying.idle));
+        Ok(law)
+    }
+}
+
+/// What contacts do next, by one derivative.
+#[derive(Default)]
+struct Law {
+    /// Those that begin to push.
+    pressed: Vec<usize>,
+    /// Those that open, or that others spare.
+    opening: Vec<usize>,
+    undecided: Vec<usize>,
 }
 
 /// Contacts that are held by forces, and what those do to each.

@@ -3,10 +3,9 @@
 
 use super::{ExactMover, is_within};
 use crate::contact::next::{LATE, Next, Search, Seen};
-use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
-use crate::flow::{CANCELLED, GapRow, LinearFlow, Quantity, StuckMotion, with_flow};
+use crate::flow::{CANCELLED, GapRow, LinearFlow, StuckMotion, derivative, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
@@ -50,15 +49,24 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         Ok(motion)
     }
 
-    /// The third derivative of a gap while some stops are held, and its rounding.
-    pub(super) fn jerk_beside(&mut self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
-        let motion = self.motion_of(held)?;
-        let Some(gap) = &motion.gaps[stop] else {
-            return Ok([0.0; 2]);
+    /// A time derivative of the gaps of some stops while others are held, and what rounding leaves unknown of each.
+    pub(super) fn derivatives_beside(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        order: usize,
+    ) -> Result<Vec<[f64; 2]>> {
+        let (motion, (q, v)) = if held.is_empty() {
+            (None, self.physical())
+        } else {
+            (Some(self.motion_of(held)?), self.settled(held)?)
         };
-        let (q, v) = self.settled(held)?;
-        let (whole, angle) = (motion.reduce(&q, &v), self.angle(self.clock));
-        Ok(with_flow!(&motion.flow, flow => jerk_of(flow, gap, &whole, angle)))
+        let along = motion.as_ref().map(|motion| &motion.along);
+        let angle = self.angle(self.clock);
+        let (value, unknown) = derivative(self.scene, along, angle, (q, v), order);
+        let normal = |stop: usize| self.scene.geometry.normals.column(stop).into_owned();
+        let gap = |stop: usize| [-normal(stop).dot(&value), normal(stop).abs().dot(&unknown)];
+        Ok(stops.iter().map(|&stop| gap(stop)).collect())
     }
 
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
@@ -97,16 +105,6 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             Some((Event::Contact(stop), _)) => Arrival::Contact { stop },
         })
     }
-}
-
-/// The third derivative of a quantity of a motion, and its rounding.
-fn jerk_of<H: LinearFlow>(flow: &H, quantity: &Quantity, whole: &[Pair], angle: f64) -> [f64; 2] {
-    let (mut state, mut derivatives) = (Vec::new(), Vec::new());
-    flow.enter(whole, angle, &mut state);
-    flow.derivatives(&state, &mut derivatives);
-    let row = flow.gap_row(quantity);
-    let jerk = 6.0 * row.jet(&derivatives).c[3];
-    [jerk, ROUNDING * row.jerk_size(&derivatives)]
 }
 
 /// A motion with stops held, from where it begins.

@@ -1,0 +1,51 @@
+//! The third derivative of a gap of any scene, by differences of accelerations.
+
+use super::{FreeFlight, StepMover};
+use crate::contact::walk::ROUNDING;
+use crate::error::Result;
+use crate::flow::runge_kutta::State;
+use crate::model::Dynamics;
+use crate::simulate::clock::Clock;
+use crate::simulate::mover::Mover;
+
+/// A time in which the motion changes by few digits, as a part of that in which it changes little.
+const SHORT: f64 = 1e-4;
+/// Rounding of a difference of accelerations, relative to the size of their terms.
+const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
+
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+    /// The third derivative of a gap while some stops are held, and what rounding leaves unknown of it.
+    pub(super) fn jerk(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
+        let motion = self.motion_with(held.to_vec());
+        let slow = self.slow_time();
+        let n = self.n();
+        let bend = |x: &[f64], clock: Clock| -> Result<_> {
+            let (q, v) = x.split_at(n);
+            let mut a = vec![0.0; n];
+            motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
+            let gap = self.contacts[stop].surface.along(q, v, &a, SHORT * slow)?;
+            Ok((a, gap.acceleration))
+        };
+        let (a, now) = bend(self.x.slice(), self.clock)?;
+        let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
+        let change = |step: f64| -> Result<f64> {
+            let mut ahead = self.x.clone();
+            let (q, v) = ahead.slice_mut().split_at_mut(n);
+            for i in 0..n {
+                q[i] += step * (v[i] + 0.5 * step * a[i]);
+                v[i] += step * a[i];
+            }
+            Ok(bend(ahead.slice(), self.clock.after(step))?.1 - now)
+        };
+        // A difference is as long as it must be for rounding to leave something of it; one that does not grow as its step is none.
+        for step in [SHORT, 10.0 * SHORT, 1e2 * SHORT, 1e3 * SHORT, 1e4 * SHORT].map(|s| s * slow) {
+            let once = change(step)?;
+            if once.abs() > least {
+                let is_even = (change(2.0 * step)? - 2.0 * once).abs() < once.abs();
+                let jerk = if is_even { once } else { 0.0 };
+                return Ok([jerk, least].map(|x| x / step));
+            }
+        }
+        Ok([0.0; 2])
+    }
+}
