@@ -328,3 +328,26 @@ fn what_happens_far_away_reaches_a_stop_that_is_held() {
         }
     }
 }
+
+#[test]
+fn what_dashpots_hand_on_presses_from_the_fifth_derivative_on() {
+    // Over dashpots alone the force `sin t` on the third mass reaches the first as `t^5/120` would.
+    let dashpots = dmatrix![1.0, -1.0, 0.0; -1.0, 2.0, -1.0; 0.0, -1.0, 1.0];
+    let twisted = &dashpots + dmatrix![0.0, 0.3, 0.0; -0.3, 0.0, 0.7; 0.0, -0.7, 0.0];
+    for damping in [dashpots, twisted] {
+        let masses = dvector![1.3, 0.7, 1.1];
+        let system = LinearSystem::new(masses, damping, DVector::zeros(3)).expect("valid");
+        for (sign, stays) in [(1.0, true), (-1.0, false)] {
+            let amplitude = dvector![0.0, 0.0, sign].map(|f| nalgebra::Complex::new(0.0, -f));
+            let forcing = Harmonic::new(amplitude, 1.0, 0.0).expect("valid");
+            let stops = [stop(&[1.0, 0.0, 0.0], 0.0, 1.0, Side::Upper)];
+            let scene = Scene::new(system.clone(), Forcing::from(forcing), stops).expect("valid");
+            for method in METHODS {
+                let run = run(&scene, still(3), (0.0, 2.0), method);
+                assert!(run.impacts().is_empty(), "{sign} {method:?}");
+                let moved = run.last().0[0];
+                assert_eq!(moved.abs() < 1e-15, stays, "{sign} {method:?} {moved:e}");
+            }
+        }
+    }
+}

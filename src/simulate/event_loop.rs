@@ -25,8 +25,6 @@ const INSTANT: f64 = 1e-12;
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
 pub(crate) const RATIO_TOL: f64 = 0.05;
-/// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
-const MOST_LEFT: f64 = 100.0;
 /// What is left of accumulating impacts is up to so many times its estimate.
 const SAFETY: f64 = 4.0;
 /// A flight that rises by no more than so many roundings of the gap has lost the digits of its speed.
@@ -300,8 +298,7 @@ impl EventLoop {
     ) -> Resolved {
         self.touching.clear();
         self.still.clear();
-        // As much as is left of the gap that was reached, in its roundings, may be left of others of that instant.
-        let left = (mover.gap(reached).gap / mover.rounding(reached)).clamp(1.0, MOST_LEFT);
+        let left = mover.left_of(reached);
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
             self.reaches[stop] = self.reaches[stop].max(mover.reach(stop));

@@ -87,6 +87,10 @@ pub(crate) trait Mover {
     /// What rounding leaves unknown of the gap of a stop at the last look: within it a touch is no impact, and another stop is
     /// reached at the same instant.
     fn rounding(&self, stop: usize) -> f64;
+    /// How many roundings may be left of a gap that was reached, and of others at that instant.
+    fn left_of(&self, _stop: usize) -> f64 {
+        1.0
+    }
     /// The largest size of the terms of a gap seen on the last flight.
     fn extent(&self, stop: usize) -> f64;
     /// The same of its clearance and the way to it, which the tolerances are about: parts of a motion may be larger, and cancel.
