@@ -16,7 +16,7 @@ const RELEASED: f64 = 1e-9;
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 
-/// Third derivatives of gaps below this part of the largest are zero: steps know them by differences.
+/// Third derivatives of gaps below this part of what others do to them are zero: steps know them by differences.
 const STEADY: f64 = 1e-6;
 
 impl EventLoop {
@@ -302,9 +302,11 @@ impl Resting<'_> {
     /// contacts that are held.
     fn law_of(&self, held: &[usize], free: &[usize], derivatives: &[[f64; 2]]) -> Result<Law> {
         let opening = DVector::from_iterator(free.len(), derivatives.iter().map(|d| d[0]));
-        let least = STEADY * opening.amax();
-        let slack = DVector::from_iterator(free.len(), derivatives.iter().map(|d| d[1].max(least)));
         let reduced = reduced(&self.delassus, held, free);
+        // What the forces on the others do to a gap has their errors.
+        let reached = |i: usize, j: usize| (reduced[(i, j)] / reduced[(j, j)] * opening[j]).abs();
+        let shaken = |i: usize| (0..free.len()).fold(0.0, |most: f64, j| most.max(reached(i, j)));
+        let slack = DVector::from_fn(free.len(), |i, _| derivatives[i][1].max(STEADY * shaken(i)));
         let forces = contact_forces(&reduced, &opening, &slack).ok();
         let (mut law, mut shares) = (Law::default(), Vec::new());
         for (k, &i) in free.iter().enumerate() {
@@ -315,7 +317,7 @@ impl Resting<'_> {
             }
         }
         let n_free = self.normals.nrows().saturating_sub(held.len());
-        let carrying = carriers(&reduced, shares, n_free, least)?;
+        let carrying = carriers(&reduced, shares, n_free, STEADY * opening.amax())?;
         let contacts = |places: Vec<usize>| places.into_iter().map(|k| free[k]);
         law.pressed = contacts(carrying.held).collect();
         law.opening.extend(contacts(carrying.spared));
