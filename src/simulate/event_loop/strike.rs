@@ -4,6 +4,7 @@ use super::{EventLoop, RATIO_TOL, Resolved, Unresolved, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{Impact, resolve_impacts};
+use crate::linalg::rank::{self, DEPENDENT};
 use crate::quantity::positive_part;
 use crate::simulate::Keep;
 use crate::simulate::mover::{Blow, Mover};
@@ -180,7 +181,24 @@ impl EventLoop {
                 self.still.push(stop);
             }
         }
+        self.stand_still(mover)?;
         Ok(Ok(()))
+    }
+
+    /// Takes away what rounding of the impulses left of the speeds that are none.
+    fn stand_still<M: Mover + ?Sized>(&self, mover: &mut M) -> Result<()> {
+        if self.still.is_empty() {
+            return Ok(());
+        }
+        mover.look()?;
+        let speeds = self.still.iter().map(|&stop| mover.gap(stop).speed);
+        let speeds = DVector::from_iterator(self.still.len(), speeds);
+        let delassus = mover.delassus(&self.still)?;
+        let back = rank::pseudo_inverse(&delassus, DEPENDENT * delassus.amax())? * -speeds;
+        for (&stop, &impulse) in self.still.iter().zip(back.iter()) {
+            mover.push(stop, impulse)?;
+        }
+        Ok(())
     }
 
     /// Takes note of an impact.
