@@ -27,6 +27,8 @@ const MOST_EVENTS_AT_ONCE: usize = 64;
 pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
 const SAFETY: f64 = 4.0;
+/// Flights that rise by fewer times what is left below zero are low.
+const MOST_SUNK: f64 = 1e4;
 /// A flight that rises by no more than so many roundings of the gap has lost the digits of its speed.
 const LOW: f64 = 2.5;
 
@@ -61,8 +63,8 @@ pub(crate) struct EventLoop {
     held: Vec<usize>,
     /// The stops in contact that an impact left without normal speed.
     still: Vec<usize>,
-    /// Sizes of the accelerations of the stops in contact before the impacts of this instant, zero elsewhere: after them the terms are
-    /// smaller, and their rounding is not.
+    /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
+    /// terms are smaller, and their rounding is not.
     jolted: Vec<f64>,
     /// Instants at which only impacts without restitution came to an end.
     n_inelastic: usize,
@@ -312,6 +314,13 @@ impl EventLoop {
             if faces || is_held || stop == reached || self.is_closed(mover, stop) || is_left() {
                 self.touching.push(stop);
             }
+        }
+        // Flight after low flight the stop would be reached a rounding lower.
+        let state = mover.gap(reached);
+        let is_low = state.speed.powi(2) < MOST_SUNK * (state.acceleration * state.gap).abs();
+        if is_low && state.gap < -mover.rounding(reached) {
+            mover.raise(reached)?;
+            mover.look()?;
         }
         if self.accumulates(mover, reached)? {
             return self.accumulate(mover, reached, record);

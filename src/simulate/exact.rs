@@ -404,6 +404,20 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.keep_chatter(stop, 0.0, record).map(|_| ())
     }
 
+    fn raise(&mut self, stop: usize) -> Result<()> {
+        let g = &self.scene.geometry;
+        let (normal, reaction) = (g.normals.column(stop), g.reactions.column(stop));
+        let shift = reaction * (self.gap(stop).gap / normal.dot(&reaction));
+        let moved = self
+            .scene
+            .form
+            .to_modal(&shift, &DVector::zeros(shift.len()));
+        for (z, step) in self.state.iter_mut().zip(moved) {
+            *z = [z[0] + step[0], z[1] + step[1]];
+        }
+        Ok(())
+    }
+
     fn touch(&mut self, stops: &[usize]) -> Result<()> {
         let (q, v) = self.physical();
         let q = self.on_stops(stops, q)?;

@@ -145,7 +145,7 @@ fn squared_frequencies(case: &Case) -> Vec<f64> {
 }
 
 /// The slowest rate of free motion, but for those of free bodies.
-fn slowest_rate(case: &Case) -> Option<f64> {
+pub fn slowest_rate(case: &Case) -> Option<f64> {
     let (n, inverse) = (case.n(), case.mass.clone().try_inverse()?);
     let mut matrix = DMatrix::zeros(2 * n, 2 * n);
     matrix.view_mut((0, n), (n, n)).fill_with_identity();

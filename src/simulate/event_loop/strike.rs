@@ -9,7 +9,7 @@ use crate::quantity::positive_part;
 use crate::simulate::Keep;
 use crate::simulate::mover::{Blow, Mover};
 use crate::simulate::record::Record;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// Rounding of a speed, relative to that of a fall as far as the motion goes.
 const SPEED_ROUNDING: f64 = 10.0 * ROUNDING;
@@ -28,6 +28,7 @@ impl EventLoop {
         record: &mut Record,
     ) -> Resolved {
         let first = record.impacts.len();
+        self.jolted.fill(0.0);
         self.note_jolt(mover)?;
         if self.touching.len() > 1 && self.is_coupled(mover) {
             let restitutions = self.restitutions(mover);
@@ -58,13 +59,13 @@ impl EventLoop {
         self.settle(mover)
     }
 
-    /// Takes note of the sizes of accelerations before impacts, where others than the stop that was reached are in contact.
+    /// Takes note of the sizes of accelerations before and between impacts, where others than the stop that was reached are in
+    /// contact.
     fn note_jolt<M: Mover + ?Sized>(&mut self, mover: &M) -> Result<()> {
-        self.jolted.fill(0.0);
         if self.touching.len() > 1 {
             let sizes = mover.acceleration_sizes(&self.touching)?;
             for (&stop, size) in self.touching.iter().zip(sizes) {
-                self.jolted[stop] = size;
+                self.jolted[stop] = size.max(self.jolted[stop]);
             }
         }
         Ok(())
@@ -119,6 +120,7 @@ impl EventLoop {
                 mover.note_chatter(stop, record)?;
             }
         }
+        self.jolted.fill(0.0);
         self.note_jolt(mover)?;
         let inelastic = DVector::zeros(self.touching.len());
         if let Err(unresolved) = self.strike_together(mover, &inelastic, None)? {
@@ -168,6 +170,7 @@ impl EventLoop {
             let departure = resolved.opening_speeds[k];
             if kick(k) > least {
                 mover.push(stop, impulse)?;
+                self.note_jolt(mover)?;
                 let blow = Blow {
                     approach: positive_part(-speeds[k]),
                     departure,
@@ -181,24 +184,10 @@ impl EventLoop {
                 self.still.push(stop);
             }
         }
-        self.stand_still(mover)?;
+        if !self.still.is_empty() {
+            take(mover, &stops, &resolved.opening_speeds, &delassus)?;
+        }
         Ok(Ok(()))
-    }
-
-    /// Takes away what rounding of the impulses left of the speeds that are none.
-    fn stand_still<M: Mover + ?Sized>(&self, mover: &mut M) -> Result<()> {
-        if self.still.is_empty() {
-            return Ok(());
-        }
-        mover.look()?;
-        let speeds = self.still.iter().map(|&stop| mover.gap(stop).speed);
-        let speeds = DVector::from_iterator(self.still.len(), speeds);
-        let delassus = mover.delassus(&self.still)?;
-        let back = rank::pseudo_inverse(&delassus, DEPENDENT * delassus.amax())? * -speeds;
-        for (&stop, &impulse) in self.still.iter().zip(back.iter()) {
-            mover.push(stop, impulse)?;
-        }
-        Ok(())
     }
 
     /// Takes note of an impact.
@@ -210,6 +199,24 @@ impl EventLoop {
             keep_impact(mover, stop, blow, record);
         }
     }
+}
+
+/// Gives the motion the opening speeds that the law says, to the last digit: those that are none decide what is held, and rounding of
+/// impulses is no speed.
+fn take<M: Mover + ?Sized>(
+    mover: &mut M,
+    stops: &[usize],
+    opening: &DVector<f64>,
+    delassus: &DMatrix<f64>,
+) -> Result<()> {
+    mover.look()?;
+    let left = |k: usize| opening[k] - mover.gap(stops[k]).speed;
+    let left = DVector::from_fn(stops.len(), |k, _| left(k));
+    let impulses = rank::pseudo_inverse(delassus, DEPENDENT * delassus.amax())? * left;
+    for (&stop, &impulse) in stops.iter().zip(impulses.iter()) {
+        mover.push(stop, impulse)?;
+    }
+    Ok(())
 }
 
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say.
