@@ -293,9 +293,9 @@ fn what_happens_far_away_reaches_a_stop_that_is_held() {
             while after - before > 1e-13 * after {
                 let middle = 0.5 * (before + after);
                 if neighbour(middle) > 0.0 {
-                    before = middle
+                    before = middle;
                 } else {
-                    after = middle
+                    after = middle;
                 }
             }
             for method in METHODS {

@@ -201,24 +201,6 @@ impl EventLoop {
     }
 }
 
-/// Gives the motion the opening speeds that the law says, to the last digit: those that are none decide what is held, and rounding of
-/// impulses is no speed.
-fn take<M: Mover + ?Sized>(
-    mover: &mut M,
-    stops: &[usize],
-    opening: &DVector<f64>,
-    delassus: &DMatrix<f64>,
-) -> Result<()> {
-    mover.look()?;
-    let left = |k: usize| opening[k] - mover.gap(stops[k]).speed;
-    let left = DVector::from_fn(stops.len(), |k, _| left(k));
-    let impulses = rank::pseudo_inverse(delassus, DEPENDENT * delassus.amax())? * left;
-    for (&stop, &impulse) in stops.iter().zip(impulses.iter()) {
-        mover.push(stop, impulse)?;
-    }
-    Ok(())
-}
-
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say.
 fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact]) -> bool {
     impacts.iter().all(|impact| {
@@ -245,4 +227,22 @@ fn keep_impact<M: Mover + ?Sized>(mover: &M, stop: usize, blow: Blow, record: &m
         impulse: blow.impulse,
         phase: mover.phase(),
     });
+}
+
+/// Gives the motion the opening speeds that the law says, to the last digit: those that are none decide what is held, and rounding of
+/// impulses is no speed.
+fn take<M: Mover + ?Sized>(
+    mover: &mut M,
+    stops: &[usize],
+    opening: &DVector<f64>,
+    delassus: &DMatrix<f64>,
+) -> Result<()> {
+    mover.look()?;
+    let left = |k: usize| opening[k] - mover.gap(stops[k]).speed;
+    let left = DVector::from_fn(stops.len(), |k, _| left(k));
+    let impulses = rank::pseudo_inverse(delassus, DEPENDENT * delassus.amax())? * left;
+    for (&stop, &impulse) in stops.iter().zip(impulses.iter()) {
+        mover.push(stop, impulse)?;
+    }
+    Ok(())
 }
