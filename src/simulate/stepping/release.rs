@@ -77,8 +77,12 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             self.pressed[k] = spread.max(self.pressed[k]);
             let mut slack = 10.0 * self.tolerance.relative * self.pressed[k];
             if depth > slack {
-                let unknown = self.force_rounding(stop)?;
-                slack = slack.max(unknown + 10.0 * self.force_tolerance(&held, k)?);
+                slack = slack.max(self.force_rounding(stop)?);
+                // A force that has been no more than the tolerance of the state may not have begun.
+                let unknown = 10.0 * self.force_tolerance(&held, k)?;
+                if self.pressed[k] <= unknown {
+                    slack = slack.max(unknown);
+                }
             }
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 // The rounding of a force has no shape.
