@@ -251,6 +251,10 @@ pub(crate) fn are_coupled(a: &Contact, b: &Contact, system: &System, q: &[f64]) 
     sees(a, b) || sees(b, a)
 }
 
+/// Where no pivot of a Delassus matrix is below this part of the largest, elimination is as good as singular values, and leaves
+/// alone what does not depend on the rest.
+const SAFE_PIVOT: f64 = 1e-8;
+
 /// The weights w of reactions whose sum has given parts along the normals, `(N^T B) w = parts`; of many the least.
 pub(crate) fn reaction_weights(
     normals: &[DVector<f64>],
@@ -260,7 +264,22 @@ pub(crate) fn reaction_weights(
     let delassus = DMatrix::from_fn(normals.len(), reactions.len(), |i, j| {
         normals[i].dot(&reactions[j])
     });
-    Ok(rank::solve(&delassus, parts, DEPENDENT * delassus.amax())?.particular)
+    if parts.is_empty() {
+        return Ok(parts.clone());
+    }
+    let largest = delassus.amax();
+    let eliminated = delassus.clone().full_piv_lu();
+    if eliminated
+        .u()
+        .diagonal()
+        .iter()
+        .all(|pivot| pivot.abs() > SAFE_PIVOT * largest)
+        && let Some(weights) = eliminated.solve(parts)
+        && weights.iter().all(|w| w.is_finite())
+    {
+        return Ok(weights);
+    }
+    Ok(rank::solve(&delassus, parts, DEPENDENT * largest)?.particular)
 }
 
 /// The combination of reactions whose parts along the normals are given; of many that of the least weights.

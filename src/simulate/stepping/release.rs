@@ -6,6 +6,7 @@ use crate::contact::polynomial::Quartic;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::runge_kutta::{State, later};
+use crate::linalg::rank::{DEPENDENT, pseudo_inverse};
 use crate::model::Dynamics;
 use crate::simulate::held::HeldMotion;
 use crate::simulate::mover::Mover;
@@ -77,7 +78,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             self.pressed[k] = spread.max(self.pressed[k]);
             let mut slack = 10.0 * self.tolerance.relative * self.pressed[k];
             if depth > slack {
-                slack = slack.max(self.force_rounding(stop)?);
+                slack = slack.max(self.force_rounding(k)?);
                 // A force that has been no more than the tolerance of the state may not have begun.
                 let unknown = 10.0 * self.force_tolerance(&held, k)?;
                 if self.pressed[k] <= unknown {
@@ -86,7 +87,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             }
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 // The rounding of a force has no shape.
-                if spread <= self.force_rounding(stop)? {
+                if spread <= self.force_rounding(k)? {
                     continue;
                 }
                 return Ok(Release::Undecided);
@@ -100,10 +101,16 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         Ok(first)
     }
 
-    /// What rounding leaves unknown of a contact force: that of the acceleration it takes away.
-    fn force_rounding(&self, stop: usize) -> Result<f64> {
-        let size = self.acceleration_sizes(&[stop])?[0];
-        Ok(ROUNDING * size / self.delassus(&[stop])?[(0, 0)])
+    /// What rounding leaves unknown of a contact force: that of the accelerations that it and others take away together.
+    fn force_rounding(&self, k: usize) -> Result<f64> {
+        let sizes = self.acceleration_sizes(&self.holding)?;
+        let delassus = self.delassus(&self.holding)?;
+        let forces = pseudo_inverse(&delassus, DEPENDENT * delassus.amax())?;
+        let taken = sizes.iter().enumerate();
+        Ok(ROUNDING
+            * taken
+                .map(|(j, size)| forces[(k, j)].abs() * size)
+                .sum::<f64>())
     }
 
     /// What the absolute tolerance of the state leaves unknown of a contact force: of one that begins from zero that is all.
