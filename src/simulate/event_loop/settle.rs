@@ -191,6 +191,7 @@ impl EventLoop {
         (mut held, mut undecided): (Vec<usize>, Vec<usize>),
         is_release: bool,
     ) -> Result<Vec<usize>> {
+        let mut one_leaves = resting.stops.iter().any(|&stop| self.starts[stop] == 2);
         for order in LATE.. {
             // One that faces those held, or stands at their place, has a gap that stays as it is.
             let mut free = Vec::new();
@@ -214,6 +215,7 @@ impl EventLoop {
                 break;
             };
             let law = resting.law_of(&held, &undecided, &derivatives)?;
+            one_leaves |= !law.opening.is_empty();
             for &i in &law.opening {
                 self.starts[resting.stops[i]] = LATE;
             }
@@ -224,8 +226,9 @@ impl EventLoop {
             undecided = law.undecided;
         }
         for i in undecided {
+            // Where another leaves, it is that one whose force fell.
             let was_let_go = is_release && self.let_go.1.contains(&resting.stops[i]);
-            if was_let_go || is_bound(&resting.normals, &held, i)? {
+            if (was_let_go && !one_leaves) || is_bound(&resting.normals, &held, i)? {
                 self.starts[resting.stops[i]] = LATE;
             } else {
                 held.push(i);
