@@ -167,7 +167,9 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
         let (q, v) = (reference.q_unit, reference.v_unit);
         let fastest = reference.model.rate * (reference.model.rate * q / v).max(1.0);
         let read = f64::EPSILON * t.abs() * fastest;
-        let allowed = 10.0 * (reference.deviation(k) + base) + read;
+        let n_impacts = main.hits.partition_point(|h| h.time.to_f64() < since);
+        let allowed =
+            biased(case, reference, n_impacts, since) * (reference.deviation(k) + base) + read;
         if off > allowed || off.is_nan() {
             let mine = &main.samples[k];
             let detail =
@@ -250,15 +252,16 @@ fn compare_hits(
         }
         let [speed_aside, time_aside, impulse_aside] =
             [0, 1, 2].map(|k| recent.iter().map(|r| r[k]).fold(0.0, f64::max));
-        let speed_allowed = 10.0 * speed_aside
+        let times = biased(case, reference, i, a.time.to_f64());
+        let speed_allowed = times * speed_aside
             + 4.0 * fast
             + base * reference.v_unit * counting.reach(a.stop) * 10.0;
-        let time_allowed = 10.0 * time_aside
+        let time_allowed = times * time_aside
             + counting.tick()
             + 4.0 * late
             + 10.0 * base * (reference.q_unit * counting.reach(a.stop) / a.approach + 1.0 / rate);
         let push = reference.model.delassus.rows[a.stop][a.stop].to_f64();
-        let impulse_allowed = 10.0 * impulse_aside + 4.0 * speed_allowed / push;
+        let impulse_allowed = times * impulse_aside + 4.0 * speed_allowed / push;
         let time = a.time.to_f64();
         let mut differs = |class: &str, off: f64, allowed: f64| {
             if off > allowed {
@@ -289,6 +292,13 @@ fn compare_hits(
         (i, j) = (i + 1, j + 1);
     }
     (drifts, until)
+}
+
+/// How many times farther than the runs aside an answer may be off after some impacts and time: their errors are at random and add
+/// up as roots do, those of an answer, made at each impact and in each step, may all have one sign.
+fn biased(case: &Case, reference: &Reference, n_impacts: usize, since: f64) -> f64 {
+    let n_steps = case.by_method(0.0, reference.model.rate * since);
+    (n_impacts as f64 + n_steps).sqrt().max(10.0)
 }
 
 /// The impacts of the runs aside.

@@ -171,9 +171,6 @@ impl EventLoop {
         }
         let nothing = if is_release { RELEASED } else { DEPENDENT } * largest;
         let carrying = carriers(&resting.delassus, shares, resting.normals.nrows(), nothing)?;
-        for i in carrying.spared {
-            self.starts[stops[i]] = LATE;
-        }
         undecided.extend(carrying.idle);
         let held = self.decide(mover, &resting, (carrying.held, undecided), is_release)?;
         self.held = held.into_iter().map(|i| stops[i]).collect();
@@ -323,7 +320,6 @@ impl Resting<'_> {
         let carrying = carriers(&reduced, shares, n_free, STEADY * opening.amax())?;
         let contacts = |places: Vec<usize>| places.into_iter().map(|k| free[k]);
         law.pressed = contacts(carrying.held).collect();
-        law.opening.extend(contacts(carrying.spared));
         law.undecided.extend(contacts(carrying.idle));
         Ok(law)
     }
@@ -334,7 +330,7 @@ impl Resting<'_> {
 struct Law {
     /// Those that begin to push.
     pressed: Vec<usize>,
-    /// Those that open, or that others spare.
+    /// Those that open.
     opening: Vec<usize>,
     undecided: Vec<usize>,
 }
@@ -344,13 +340,11 @@ struct Law {
 struct Carrying {
     /// Those that carry all of it.
     held: Vec<usize>,
-    /// Those that they spare: their gaps stay as they are.
-    spared: Vec<usize>,
-    /// Those that carry nothing then.
+    /// Those that carry nothing then; where their normals depend on those held, their gaps stay as they are.
     idle: Vec<usize>,
 }
 
-/// Of contacts held by given forces those that can carry all of it, their normals independent, and those they spare
+/// Of contacts held by given forces those that can carry all of it, their normals independent, and the others
 /// (Caratheodory): what dependent normals share may pull at one of them. Forces that accelerate a gap by no more than `nothing` are
 /// none then. The bodies can move in `n_free` ways.
 fn carriers(
@@ -382,7 +376,7 @@ fn carriers(
         for (share, part) in shares.iter_mut().zip(along.iter()) {
             share.1 = (share.1 - step * part).max(0.0);
         }
-        carrying.spared.push(shares.remove(first).0);
+        carrying.idle.push(shares.remove(first).0);
         // Who carries nothing may be needed where another is not.
         let (carry, idle) = (shares.into_iter())
             .partition(|&(i, share): &(usize, f64)| delassus[(i, i)] * share > nothing);

@@ -210,8 +210,8 @@ fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact]) -> bool {
             give.map_or(0.0, |give| give[(0, 1)].abs() * other.impulse)
         };
         let size = mover.speed_size(stop) + impacts.iter().map(kick).sum::<f64>();
-        // The law of several stops is known to some roundings.
-        let allowed = AGREED * size + 10.0 * least_speed(mover, stop, state);
+        // The law of several stops is known to some roundings; below the normal numbers there are few digits.
+        let allowed = AGREED * size + 10.0 * least_speed(mover, stop, state) + f64::MIN_POSITIVE;
         (state.speed - impact.departure).abs() <= allowed
     })
 }
