@@ -150,8 +150,6 @@ pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     Ok(t.diagonal().iter().copied().collect())
 }
 
-/// Roots are refined of which one is smaller than the matrix by this: the QR iteration leaves each with a rounding of the matrix.
-const GRADED: f64 = 1e3;
 /// Roots nearer to each other than this, relative to their size, are left as they are: their vectors turn with rounding.
 const NEAR: f64 = 1e-6;
 /// A Newton step of more than this, relative to the largest root, is none of a rounding.
@@ -185,13 +183,9 @@ fn vectors_problem(a: &DMatrix<f64>) -> Result<(DVector<Complex<f64>>, DMatrix<C
         }
     }
     let (mut roots, mut vectors) = (t.diagonal(), q * vectors);
-    let least = roots
-        .iter()
-        .fold(f64::INFINITY, |least, z| least.min(z.norm()));
-    if a.amax() > GRADED * least {
-        normalise(&mut vectors);
-        refine(a, &mut roots, &mut vectors);
-    }
+    // The QR iteration leaves each root and vector with a rounding of the whole matrix.
+    normalise(&mut vectors);
+    refine(a, &mut roots, &mut vectors);
     normalise(&mut vectors);
     Ok((roots, vectors))
 }

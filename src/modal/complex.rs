@@ -189,6 +189,32 @@ mod tests {
     }
 
     #[test]
+    fn slow_modes_beside_a_light_body_keep_their_digits() {
+        // A Coriolis force on a body of a hundredth of the mass: modes of rates 0.1 and 7, entries of the state matrix up to 60.
+        let system = LinearSystem::new(
+            DMatrix::from_diagonal(&DVector::from_vec(vec![0.017, 4.8, 1.7])),
+            dmatrix![0.0, 0.71, -1.06; -0.71, 0.04, -0.57; 1.06, 0.57, 0.0],
+            DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 0.16, 2.4])),
+        );
+        let modes = ComplexModes::new(&system.expect("valid")).expect("converges");
+        let modes = modes.expect("not defective");
+        // A position moves by its velocity alone.
+        for i in 0..3 {
+            let mut rate = DVector::zeros(6);
+            for (j, block) in modes.blocks.iter().enumerate() {
+                let rows = modes.to_modal.rows(2 * j, 2);
+                let m = block.matrix();
+                for r in 0..2 {
+                    let row = rows.row(0) * m[r][0] + rows.row(1) * m[r][1];
+                    rate += row.transpose() * modes.to_physical[(i, 2 * j + r)];
+                }
+            }
+            rate[3 + i] -= 1.0;
+            assert!(rate.amax() < 1e-14, "{rate}");
+        }
+    }
+
+    #[test]
     fn what_no_spring_holds_rests_anywhere() {
         let turning = dmatrix![0.02, 0.16, -1.8; -0.16, 0.02, 1.1; 1.8, -1.1, 0.02];
         let system = LinearSystem::new(DMatrix::identity(3, 3), turning, DMatrix::zeros(3, 3));
