@@ -3,7 +3,7 @@
 
 use crate::case::Case;
 use crate::double_double::Dd;
-use crate::hits::{Counting, Drift};
+use crate::hits::{Counting, Drift, put_first};
 use crate::invariants;
 use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
@@ -200,7 +200,11 @@ fn compare_hits(
     let is_graze = |hit: &Hit| is_graze(case, reference, &counting, hit);
     let (mut i, mut j) = (0, 0);
     let mut known = 0.0;
+    let mut theirs = theirs.to_vec();
     while i < mine.len() || j < theirs.len() {
+        if let Some(a) = mine.get(i) {
+            put_first(&mut theirs[j..], a, counting.slack());
+        }
         let (a, b) = (mine.get(i), theirs.get(j));
         let time = |h: Option<&Hit>| h.map_or(f64::INFINITY, |h| h.time.to_f64());
         if time(a).min(time(b)) >= until {
@@ -285,7 +289,7 @@ fn compare_hits(
             let near = |h: &&Hit| (h.time.to_f64() - time).abs() <= counting.slack();
             hits.iter().filter(near).count() > 1
         };
-        if a.rounds == 1 && !at_once(&reference.main.hits) && !at_once(theirs) {
+        if a.rounds == 1 && !at_once(&reference.main.hits) && !at_once(&theirs) {
             differs("impulse", (a.impulse - b.impulse).abs(), impulse_allowed);
         }
         drifts.push((time, 4.0 * fast));

@@ -124,23 +124,17 @@ impl Counting<'_> {
                 counted.push(hit.clone());
             }
         }
-        in_order(counted, slack)
+        counted
     }
 }
 
-/// Sorts impacts at practically one time by their stops.
-fn in_order(mut hits: Vec<Hit>, slack: f64) -> Vec<Hit> {
-    let mut i = 0;
-    while i < hits.len() {
-        let start = hits[i].time.to_f64();
-        let mut j = i + 1;
-        while j < hits.len() && hits[j].time.to_f64() - start <= slack {
-            j += 1;
-        }
-        hits[i..j].sort_by_key(|h| h.stop);
-        i = j;
+/// Puts first, of impacts at practically one time, the one of a stop.
+pub fn put_first(hits: &mut [Hit], wanted: &Hit, slack: f64) {
+    let is_near = |h: &&Hit| (h.time - wanted.time).to_f64().abs() <= slack;
+    let near = hits.iter().take_while(is_near);
+    if let Some(k) = near.map(|h| h.stop).position(|stop| stop == wanted.stop) {
+        hits[..=k].rotate_right(1);
     }
-    hits
 }
 
 /// What rounding of the gaps has done to times and speeds of impacts so far, stop by stop: an impact late by `w` is faster by
