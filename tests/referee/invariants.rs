@@ -7,7 +7,7 @@ use crate::record::AMBIGUOUS;
 use crate::reference::{Reference, slowest_rate};
 use nalgebra::{DMatrix, DVector};
 use vibroimpact::{
-    Impact, ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate,
+    ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate,
 };
 
 /// Relative rounding allowed: complex modes lose up to three digits before others take their place, steps of an integrator add
@@ -52,13 +52,16 @@ const ASKED: usize = 50;
 /// Number of points at which gaps are looked at.
 const POINTS: usize = 10_000;
 
+/// The time of the first impact of a motion that reactions have fed: soon impacts are nearer to each other than times in doubles.
+fn fed(case: &Case, run: &Trajectory, reference: &Reference) -> f64 {
+    let speed = reference.fed(case).min(1e9 * reference.v_unit);
+    let fed = run.impacts().iter().find(|i| i.approach > speed);
+    fed.map_or(f64::INFINITY, |impact| impact.time)
+}
+
 fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
     let (start, mut end) = run.span();
-    // Reactions that are not those of inertia may feed a motion until its impacts are nearer to each other than times in doubles.
-    let is_fed = |i: &Impact| i.approach > 1e9 * reference.v_unit;
-    if let Some(impact) = run.impacts().iter().find(|i| is_fed(i)) {
-        end = impact.time;
-    }
+    end = end.min(fed(case, run, reference));
     if reference.horizon.1 == Some(AMBIGUOUS) {
         // Who carries what is nobody's to say then, nor when the first of them is let go.
         end = start + reference.horizon.0;
@@ -236,7 +239,8 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
         .iter()
         .filter(|s| s.kind == SegmentKind::Stick && s.end > s.start)
         .collect();
-    for stick in &sticks {
+    let end = fed(case, run, reference);
+    for stick in sticks.iter().filter(|s| s.end < end) {
         for k in 1..20 {
             let t = stick.start + (stick.end - stick.start) * f64::from(k) / 20.0;
             let mut held: Vec<usize> = sticks

@@ -203,6 +203,18 @@ impl Reference {
         }
     }
 
+    /// A speed beyond all that the start and the forces give: reactions that are not those of inertia may feed a motion.
+    pub fn fed(&self, case: &Case) -> f64 {
+        let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let given = terms(case, self.model.rate).1.max(largest(&case.v0));
+        let given = given.max(self.model.rate * largest(&case.q0));
+        if given > 0.0 {
+            1e9 * given
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// How far the runs aside are off at a sample and its neighbours, relative to the motion.
     pub fn deviation(&self, k: usize) -> f64 {
         (k.saturating_sub(2)..=k + 1)
@@ -313,9 +325,8 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
     // Reactions that are not those of inertia may feed a motion until nothing else counts beside it.
     let n = case.n();
     let fastest = |x: &[f64]| x[n..].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let given = (case.v0.iter()).fold(terms(case, reference.model.rate).1, |m, v| m.max(v.abs()));
-    let grown = main.samples.iter().position(|x| fastest(x) > 1e9 * given);
-    if let Some(k) = grown.filter(|_| given > 0.0) {
+    let fed = reference.fed(case);
+    if let Some(k) = main.samples.iter().position(|x| fastest(x) > fed) {
         cut(
             reference.times[k.saturating_sub(1)] - case.span.0,
             "a motion that grows and grows",
