@@ -6,9 +6,7 @@ use crate::double_double::Dd;
 use crate::record::AMBIGUOUS;
 use crate::reference::{Reference, slowest_rate};
 use nalgebra::{DMatrix, DVector};
-use vibroimpact::{
-    ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate,
-};
+use vibroimpact::{ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate};
 
 /// Relative rounding allowed: complex modes lose up to three digits before others take their place, steps of an integrator add
 /// their tolerance.

@@ -81,8 +81,9 @@ impl EventLoop {
             .any(|(stop, other)| stop != other && mover.is_coupled(stop, other))
     }
 
-    /// Whether the stops that are approached are struck for the last time: the impacts before were in the ratio of restitution,
-    /// and flights from these would rise by no more than rounding; or by what rounding leaves of that, whatever came before.
+    /// Whether the stops that are approached are struck for the last time: the impacts before were in the ratio of restitution, or
+    /// their flight rose by no more than rounding, which then feeds it, and flights from these would rise by no more than rounding;
+    /// or by what rounding leaves of that, whatever came before.
     pub(super) fn are_spent<M: Mover + ?Sized>(&self, mover: &M) -> Result<bool> {
         let mut any = false;
         for &stop in self.touching.iter().filter(|&&s| self.closes(mover, s)) {
@@ -91,14 +92,22 @@ impl EventLoop {
                 return Ok(false);
             }
             let pull = -self.drawn(mover, stop, &self.held)?;
-            let is_regular = (speed / self.approaches[stop] / e - 1.0).abs() < RATIO_TOL;
-            let rounding = if is_regular {
+            let before = self.approaches[stop];
+            let is_regular = (speed / before / e - 1.0).abs() < RATIO_TOL;
+            let is_low = |speed: f64, rounding: f64| {
+                0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull
+            };
+            let flight = self.departure.map(|then| then.until(mover.clock()));
+            let is_fed = || {
+                let fall = 2.0 * e * before / pull;
+                is_low(before, ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
+            };
+            let rounding = if is_regular || is_fed() {
                 ROUNDING
             } else {
                 SPEED_ROUNDING.powi(2)
             };
-            let is_low = 0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull;
-            if !is_low {
+            if !is_low(speed, rounding) {
                 return Ok(false);
             }
             any = true;
