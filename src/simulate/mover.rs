@@ -99,7 +99,7 @@ pub(crate) trait Mover {
     }
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
-    /// A time derivative, from the third on, of the gaps of some stops while others are held, and what rounding leaves unknown of
+    /// A time derivative, from the second on, of the gaps of some stops while others are held, and what rounding leaves unknown of
     /// each; none of an order that the mover cannot tell, or that says no more.
     fn gap_derivatives(
         &mut self,

@@ -315,8 +315,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         held: &[usize],
         order: usize,
     ) -> Result<Option<Vec<[f64; 2]>>> {
-        let jerks = || stops.iter().map(|&stop| self.jerk(stop, held)).collect();
-        (order == 3).then(jerks).transpose()
+        let stops = stops.iter();
+        let derivatives: Result<_> = match order {
+            2 => stops.map(|&stop| self.drawn(stop, held)).collect(),
+            3 => stops.map(|&stop| self.jerk(stop, held)).collect(),
+            _ => return Ok(None),
+        };
+        derivatives.map(Some)
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {

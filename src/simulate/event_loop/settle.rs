@@ -189,7 +189,9 @@ impl EventLoop {
         is_release: bool,
     ) -> Result<Vec<usize>> {
         let mut one_leaves = resting.stops.iter().any(|&stop| self.starts[stop] == 2);
-        for order in LATE.. {
+        // Those held share by other rules what the normals they have in common leave open: none may rest under these.
+        let shares = !undecided.is_empty() && depend(&resting.normals, &held)?;
+        for order in if shares { 2 } else { LATE }.. {
             // One that faces those held, or stands at their place, has a gap that stays as it is.
             let mut free = Vec::new();
             for i in undecided {
@@ -214,7 +216,7 @@ impl EventLoop {
             let law = resting.law_of(&held, &undecided, &derivatives)?;
             one_leaves |= !law.opening.is_empty();
             for &i in &law.opening {
-                self.starts[resting.stops[i]] = LATE;
+                self.starts[resting.stops[i]] = order.min(LATE);
             }
             for &i in &law.pressed {
                 self.starts[resting.stops[i]] = (order - 2).min(LATE);
@@ -385,6 +387,16 @@ fn carriers(
     }
     carrying.held = shares.into_iter().map(|(i, _)| i).collect();
     Ok(carrying)
+}
+
+/// Whether the normals of some contacts depend on each other.
+fn depend(normals: &DMatrix<f64>, contacts: &[usize]) -> Result<bool> {
+    for (k, &contact) in contacts.iter().enumerate() {
+        if is_bound(normals, &contacts[..k], contact)? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Whether the gap of a contact cannot change while some others are held: its normal depends on theirs.

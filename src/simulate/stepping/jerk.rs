@@ -1,4 +1,4 @@
-//! The third derivative of a gap of any scene, by differences of accelerations.
+//! The second and third derivative of a gap of any scene while stops are held, the third by differences.
 
 use super::{FreeFlight, StepMover};
 use crate::contact::walk::ROUNDING;
@@ -14,6 +14,18 @@ const SHORT: f64 = 1e-4;
 const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
 
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+    /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
+    pub(super) fn drawn(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
+        let (q, v) = self.x.slice().split_at(self.n());
+        let mut a = vec![0.0; q.len()];
+        let motion = self.motion_with(held.to_vec());
+        motion.acceleration(self.moment(), q, v, &mut a)?;
+        let surface = &self.contacts[stop].surface;
+        let gap = surface.along(q, v, &a, SHORT * self.slow_time())?;
+        let unknown = ROUNDING * self.acceleration_sizes(&[stop])?[0];
+        Ok([gap.acceleration, unknown])
+    }
+
     /// The third derivative of a gap while some stops are held, and what rounding leaves unknown of it.
     pub(super) fn jerk(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
         let motion = self.motion_with(held.to_vec());
