@@ -67,10 +67,12 @@ fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     // Complex modes mix positions and velocities.
     let is_real = case.damping.iter().all(|&c| c == 0.0);
     let slow = (!is_real).then(|| slowest_rate(case)).flatten();
+    let mut fastest = 0.0;
     for k in 0..POINTS {
         let t = start + (end - start) * k as f64 / POINTS as f64;
         let (q, v) = run.state(t, ImpactSide::After).expect("inside the span");
-        let way = slow.map_or(0.0, |rate| v.amax() / rate);
+        fastest = v.amax().max(fastest);
+        let way = slow.map_or(0.0, |rate| fastest / rate);
         for (i, stop) in case.stops.iter().enumerate() {
             let terms = stop
                 .outward()

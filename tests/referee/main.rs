@@ -34,7 +34,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Scenes that were answered wrongly once, or not at all, by seed and number.
-const FOUND: [(u64, &[u64]); 12] = [
+const FOUND: [(u64, &[u64]); 14] = [
     // Three stops on one plane; a narrow room beside a static deflection.
     (7, &[2505, 8113]),
     // Steps of unstable blocks, of forces that are rounding; rows and motions of dependent stops; releases that begin from zero.
@@ -56,13 +56,20 @@ const FOUND: [(u64, &[u64]); 12] = [
     // A dip beside a contact that a cubic misplaced; rest in modes that turn.
     (103, &[21844, 32213]),
     // Forces that cancel while stops are held, forces that begin from zero, shares of nothing; a growing mode of which nothing is held.
-    (105, &[49926, 57521, 65379, 68025]),
-    (106, &[29074, 49618]),
+    (105, &[30459, 35568, 49926, 57521, 65379, 68025]),
+    // Impacts nearer to each other than times tell; slow modes beside a light body.
+    (106, &[15299, 29074, 41363, 49618]),
+    // Stops at one place that press another.
+    (107, &[21750]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,
-        &[684, 2085, 3460, 14572, 19085, 21916, 22801, 25840, 52537],
+        &[
+            684, 2085, 3460, 11526, 14572, 19085, 21916, 22801, 25840, 52537,
+        ],
     ),
+    // Forces of coupled stops that are rounding; stops that nothing pushes where another leaves, or that one can spare.
+    (201, &[24041, 28007, 31080, 33664, 42207]),
 ];
 
 /// After this time a scene counts as one without end.
