@@ -204,8 +204,8 @@ mod tests {
             for (j, block) in modes.blocks.iter().enumerate() {
                 let rows = modes.to_modal.rows(2 * j, 2);
                 let m = block.matrix();
-                for r in 0..2 {
-                    let row = rows.row(0) * m[r][0] + rows.row(1) * m[r][1];
+                for (r, &[first, second]) in m.iter().enumerate() {
+                    let row = rows.row(0) * first + rows.row(1) * second;
                     rate += row.transpose() * modes.to_physical[(i, 2 * j + r)];
                 }
             }
