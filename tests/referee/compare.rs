@@ -192,8 +192,7 @@ fn compare_hits(
 ) -> (Vec<(f64, f64)>, f64) {
     let (counting, rate) = (reference.counting(case), reference.model.rate);
     let mut drift = Drift::new(case.stops.len());
-    // Deviations of the last few impacts: one alone may be small by chance.
-    let mut recent: VecDeque<[f64; 3]> = VecDeque::new();
+    let mut recent = Recent::default();
     let mut drifts = Vec::new();
     let beside = Beside::new(reference, &counting);
     let slowness = |hit: &Hit| slowness(case, reference, &counting, hit);
@@ -246,16 +245,11 @@ fn compare_hits(
         let (late, fast) = drift.next(&counting, a, i.checked_sub(1).map(|k| &mine[k]));
         known = 10.0 * late;
         let base = allowance(case).base + completed(a.time.to_f64());
-        recent.push_back([
+        let [speed_aside, time_aside, impulse_aside] = recent.most([
             aside(&|h| h.approach),
             aside(&|h| h.time.to_f64()),
             aside(&|h| h.impulse),
         ]);
-        if recent.len() > 8 {
-            recent.pop_front();
-        }
-        let [speed_aside, time_aside, impulse_aside] =
-            [0, 1, 2].map(|k| recent.iter().map(|r| r[k]).fold(0.0, f64::max));
         let times = biased(case, reference, i, a.time.to_f64());
         let speed_allowed = times * speed_aside
             + 4.0 * fast
@@ -296,6 +290,21 @@ fn compare_hits(
         (i, j) = (i + 1, j + 1);
     }
     (drifts, until)
+}
+
+/// Deviations of the last few impacts: one alone may be small by chance.
+#[derive(Default)]
+struct Recent(VecDeque<[f64; 3]>);
+
+impl Recent {
+    /// The largest of each kind, with those of one more impact.
+    fn most(&mut self, deviations: [f64; 3]) -> [f64; 3] {
+        self.0.push_back(deviations);
+        if self.0.len() > 8 {
+            self.0.pop_front();
+        }
+        [0, 1, 2].map(|k| self.0.iter().map(|d| d[k]).fold(0.0, f64::max))
+    }
 }
 
 /// How many times farther than the runs aside an answer may be off after some impacts and time: their errors are at random and add
