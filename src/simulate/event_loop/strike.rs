@@ -7,7 +7,7 @@ use crate::impact::{Impact, resolve_impacts};
 use crate::linalg::rank::{self, DEPENDENT};
 use crate::quantity::positive_part;
 use crate::simulate::Keep;
-use crate::simulate::mover::{Blow, Mover};
+use crate::simulate::mover::{Blow, GapState, Mover};
 use crate::simulate::record::Record;
 use nalgebra::{DMatrix, DVector};
 
@@ -136,6 +136,17 @@ impl EventLoop {
             return Ok(Err(unresolved));
         }
         mover.look()?;
+        // What the last impulses throw off others, and no higher than rounding, comes to rest with them.
+        for &stop in &self.touching {
+            let GapState {
+                speed,
+                acceleration,
+                ..
+            } = mover.gap(stop);
+            if 0.25 * speed * speed < -ROUNDING * self.sizes[stop] * acceleration {
+                self.still.push(stop);
+            }
+        }
         self.settle(mover)
     }
 
