@@ -14,6 +14,7 @@ use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
 use crate::watch::Watch;
+use std::f64::consts::PI;
 
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
@@ -205,6 +206,20 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         }
     }
 
+    /// Keeps the next step from being longer than half a period of the forcing: where stops are held and nothing moves, no error
+    /// would tell of the forces in it.
+    fn see_forcing<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
+        let left = self.clock.until(end);
+        if self.frequency > 0.0 && left > 0.0 {
+            let wanted = match self.h {
+                Some(h) => h,
+                None => self.first_step(dynamics, left)?,
+            };
+            self.h = Some(wanted.min(PI / self.frequency));
+        }
+        Ok(())
+    }
+
     /// Takes note of a step of length h that was accepted.
     #[inline]
     fn accept(&mut self, h: f64, next: f64) {
@@ -300,6 +315,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let mut keeping = record.keeping();
         let arrival = loop {
             steps.begin()?;
+            if IS_HELD {
+                self.see_forcing(dynamics, end)?;
+            }
             let (h, next, is_last) = match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => (h, next, is_last),
                 Trial::Rejected => continue,
