@@ -223,6 +223,9 @@ impl EventLoop {
 
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say.
 fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact]) -> bool {
+    // What is no speed at one stop is none at others.
+    let least = |impact: &Impact| least_speed(mover, impact.stop, mover.gap(impact.stop));
+    let least = impacts.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
     impacts.iter().all(|impact| {
         let (stop, state) = (impact.stop, mover.gap(impact.stop));
         let kick = |other: &Impact| {
@@ -231,7 +234,7 @@ fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact]) -> bool {
         };
         let size = mover.speed_size(stop) + impacts.iter().map(kick).sum::<f64>();
         // The law of several stops is known to some roundings; below the normal numbers there are few digits.
-        let allowed = AGREED * size + 10.0 * least_speed(mover, stop, state) + f64::MIN_POSITIVE;
+        let allowed = AGREED * size + 10.0 * least;
         (state.speed - impact.departure).abs() <= allowed
     })
 }
