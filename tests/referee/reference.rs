@@ -6,7 +6,7 @@ use crate::double_double::Dd;
 use crate::hits::{Counting, GAP_ROUNDING};
 use crate::lasting::planes;
 use crate::motion::{Factors, Model};
-use crate::record::Record;
+use crate::record::{Hit, Record};
 use crate::roots::eigenvalues;
 use crate::simulator::{Roughness, follow, scattered};
 use nalgebra::DMatrix;
@@ -39,6 +39,9 @@ pub fn allowance(case: &Case) -> Allowance {
 /// Runs beside that of the referee where nothing seems to be wrong, and where something does.
 pub const FEW: u64 = 2;
 pub const MANY: u64 = 32;
+
+/// Flights as low as the tolerance of steps that are still compared: impacts that accumulate have few.
+const MOST_LOW: usize = 50;
 
 /// The referee's run, and those beside it.
 pub struct Reference {
@@ -321,6 +324,16 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
     let is_fast = |pair: &&[f64]| pair[1] > pair[0] && pair[1] - pair[0] < 2.0 * counting.tick();
     if let Some(pair) = times.windows(2).find(is_fast) {
         cut(pair[0], "impacts at one time in doubles");
+    }
+    // Many flights of steps that rise no more than some tolerances are as wrong as they are high.
+    let tolerance = case.by_method(0.0, 10.0 * case.rtol * reference.q_unit);
+    let is_low = |pair: &&[Hit]| {
+        let [a, b] = pair else { return false };
+        let rise = 0.25 * a.departure * (b.time - a.time).to_f64();
+        a.stop == b.stop && rise < tolerance * counting.reach(a.stop)
+    };
+    if let Some(pair) = main.hits.windows(2).filter(is_low).nth(MOST_LOW) {
+        cut(pair[0].time.to_f64(), "flights as low as the tolerance");
     }
     // Reactions that are not those of inertia may feed a motion until nothing else counts beside it.
     let n = case.n();
