@@ -187,6 +187,33 @@ fn a_force_that_hardly_changes_holds() {
 }
 
 #[test]
+fn a_fast_force_that_moves_nothing_lets_go_in_its_first_period() {
+    // A unit mass pressed by 1 against a stop at its place, and by 2 cos(w t): let go where cos w t = -1/2. A step over nearly
+    // sixteen periods sees a slow force; the second stop leaves no room in which anything could move.
+    let w = 1e3;
+    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
+        .and_then(|system| system.with_load(dvector![1.0]));
+    let push = Harmonic::new(dvector![nalgebra::Complex::new(2.0, 0.0)], w, 0.0).expect("valid");
+    let stops = vec![
+        stop(&[1.0], 0.0, 0.5, Side::Upper),
+        stop(&[1.0], 0.0, 0.5, Side::Lower),
+    ];
+    let scene = Scene::new(system.expect("valid"), Forcing::from(push), stops).expect("valid");
+    for method in METHODS {
+        let run = run(&scene, still(1), (0.0, 16.2 * 2.0 * PI / w), method);
+        let segments = run.segments().expect("kept");
+        let held: Vec<_> = segments.iter().filter(|s| s.end > s.start).collect();
+        assert_eq!(held.len(), 33, "{method:?}");
+        for (k, segment) in held.iter().enumerate() {
+            assert_eq!(segment.stop, Some(k % 2), "{method:?}");
+            let turns = (k / 2) as f64 + if k % 2 == 0 { 1.0 / 3.0 } else { 2.0 / 3.0 };
+            let end = (2.0 * PI * turns / w).min(run.span().1);
+            assert!((segment.end - end).abs() < 1e-8, "{method:?} {segment:?}");
+        }
+    }
+}
+
+#[test]
 fn fast_forcing_that_begins_from_zero_presses_until_it_turns() {
     // What it moves in each mode is thousands of times what it moves in all of them.
     let frequency = 3000.0;
