@@ -188,19 +188,24 @@ fn a_force_that_hardly_changes_holds() {
 
 #[test]
 fn a_fast_force_that_moves_nothing_lets_go_in_its_first_period() {
-    // A unit mass pressed by 1 against a stop at its place, and by 2 cos(w t): let go where cos w t = -1/2. A step over nearly
+    // A unit mass pressed by 1.1 against a stop at its place, and by 2.2 cos(w t): let go where cos w t = -1/2. A step over nearly
     // sixteen periods sees a slow force; the second stop leaves no room in which anything could move.
     let w = 1e3;
     let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
-        .and_then(|system| system.with_load(dvector![1.0]));
-    let push = Harmonic::new(dvector![nalgebra::Complex::new(2.0, 0.0)], w, 0.0).expect("valid");
+        .and_then(|system| system.with_load(dvector![1.1]));
+    let push = Harmonic::new(dvector![nalgebra::Complex::new(2.2, 0.0)], w, 0.0).expect("valid");
     let stops = vec![
-        stop(&[1.0], 0.0, 0.5, Side::Upper),
-        stop(&[1.0], 0.0, 0.5, Side::Lower),
+        stop(&[0.7], 0.35, 0.5, Side::Upper),
+        stop(&[0.7], -0.35, 0.5, Side::Lower),
     ];
     let scene = Scene::new(system.expect("valid"), Forcing::from(push), stops).expect("valid");
     for method in METHODS {
-        let run = run(&scene, still(1), (0.0, 16.2 * 2.0 * PI / w), method);
+        let run = run(
+            &scene,
+            (dvector![0.5], dvector![0.0]),
+            (0.0, 16.2 * 2.0 * PI / w),
+            method,
+        );
         let segments = run.segments().expect("kept");
         let held: Vec<_> = segments.iter().filter(|s| s.end > s.start).collect();
         assert_eq!(held.len(), 33, "{method:?}");
