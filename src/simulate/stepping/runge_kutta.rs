@@ -314,10 +314,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         self.begin(dynamics)?;
         let mut keeping = record.keeping();
         let arrival = loop {
-            steps.begin()?;
             if IS_HELD {
                 self.see_forcing(dynamics, end)?;
             }
+            steps.begin()?;
             let (h, next, is_last) = match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => (h, next, is_last),
                 Trial::Rejected => continue,
