@@ -226,7 +226,8 @@ impl EventLoop {
         for stop in 0..mover.n_stops() {
             let GapState { gap, size, .. } = mover.gap(stop);
             let margin = mover.margin(stop, size);
-            if gap < -margin {
+            // What is zero as it was given is zero, whatever the mover's own numbers make of it.
+            if gap < -margin && mover.placed(stop, q0, v0)?.gap.0 < -margin {
                 let value = format!("inside stop {stop}, its gap {}", digits(gap));
                 let rule = format!(
                     "at the start no gap may lie below minus the margin, {}",
@@ -234,8 +235,7 @@ impl EventLoop {
                 );
                 return Err(Error::bad_value("q0", value, rule));
             }
-            // What is zero as it was given is zero, whatever the mover's own numbers make of it. A gap that is open, however
-            // little, is flown through: a run cut just before a contact goes on as one.
+            // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
             if gap > margin {
                 continue;
             }
