@@ -94,9 +94,7 @@ impl EventLoop {
             let pull = -self.drawn(mover, stop, &self.held)?;
             let before = self.approaches[stop];
             let is_regular = (speed / before / e - 1.0).abs() < RATIO_TOL;
-            let is_low = |speed: f64, rounding: f64| {
-                0.25 * (e * speed).powi(2) < rounding * self.sizes[stop] * pull
-            };
+            let is_low = |speed, rounding| self.is_low((stop, e * speed), pull, rounding);
             let flight = self.departure.map(|then| then.until(mover.clock()));
             let is_fed = || {
                 let fall = 2.0 * e * before / pull;
@@ -113,6 +111,11 @@ impl EventLoop {
             any = true;
         }
         Ok(any)
+    }
+
+    /// Whether a flight that leaves a stop at a speed, drawn back to it, rises by no more than a part of the motion.
+    fn is_low(&self, (stop, speed): (usize, f64), pull: f64, part: f64) -> bool {
+        0.25 * speed * speed < part * self.sizes[stop] * pull
     }
 
     /// The end of impacts that lose speed, on several stops or beside stops that are held: what is left of the speeds is taken
@@ -143,7 +146,7 @@ impl EventLoop {
                 acceleration,
                 ..
             } = mover.gap(stop);
-            if 0.25 * speed * speed < -ROUNDING * self.sizes[stop] * acceleration {
+            if self.is_low((stop, speed), -acceleration, ROUNDING) {
                 self.still.push(stop);
             }
         }

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::flow::runge_kutta::State;
 use crate::model::Dynamics;
 use crate::simulate::clock::Clock;
+use crate::simulate::held::HeldMotion;
 use crate::simulate::mover::Mover;
 
 /// A time in which the motion changes by few digits, as a part of that in which it changes little.
@@ -16,14 +17,26 @@ const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
     pub(super) fn drawn(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
-        let (q, v) = self.x.slice().split_at(self.n());
-        let mut a = vec![0.0; q.len()];
         let motion = self.motion_with(held.to_vec());
-        motion.acceleration(self.moment(), q, v, &mut a)?;
+        let (_, acceleration) = self.bend(&motion, stop, self.x.slice(), self.clock)?;
+        let unknown = ROUNDING * self.acceleration_sizes(&[stop])?[0];
+        Ok([acceleration, unknown])
+    }
+
+    /// The acceleration of a motion at a state, and that of a gap.
+    fn bend(
+        &self,
+        motion: &HeldMotion<'_, D>,
+        stop: usize,
+        x: &[f64],
+        clock: Clock,
+    ) -> Result<(Vec<f64>, f64)> {
+        let (q, v) = x.split_at(self.n());
+        let mut a = vec![0.0; q.len()];
+        motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
         let surface = &self.contacts[stop].surface;
         let gap = surface.along(q, v, &a, SHORT * self.slow_time())?;
-        let unknown = ROUNDING * self.acceleration_sizes(&[stop])?[0];
-        Ok([gap.acceleration, unknown])
+        Ok((a, gap.acceleration))
     }
 
     /// The third derivative of a gap while some stops are held, and what rounding leaves unknown of it.
@@ -31,13 +44,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let motion = self.motion_with(held.to_vec());
         let slow = self.slow_time();
         let n = self.n();
-        let bend = |x: &[f64], clock: Clock| -> Result<_> {
-            let (q, v) = x.split_at(n);
-            let mut a = vec![0.0; n];
-            motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
-            let gap = self.contacts[stop].surface.along(q, v, &a, SHORT * slow)?;
-            Ok((a, gap.acceleration))
-        };
+        let bend = |x: &[f64], clock: Clock| self.bend(&motion, stop, x, clock);
         let (a, now) = bend(self.x.slice(), self.clock)?;
         let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
         let change = |step: f64| -> Result<f64> {
