@@ -247,6 +247,36 @@ fn fast_forcing_that_begins_from_zero_presses_until_it_turns() {
 }
 
 #[test]
+fn a_release_leaves_alone_what_is_pressed_little() {
+    // The first body is pressed by sin(1e-9 - 1e-10 t), up to t = 10; the second by 1e-10 cos(sqrt(2) t), the spring to the third.
+    let stiffness = dmatrix![1.0, 0.0, 0.0; 0.0, 2.0, -1.0; 0.0, -1.0, 2.0];
+    let system = LinearSystem::new(dvector![1.0, 1.0, 1.0], DVector::zeros(3), stiffness);
+    let push = dvector![1.0, 0.0, 0.0].map(nalgebra::Complex::from);
+    let forcing = Harmonic::new(push, 1e-10, -FRAC_PI_2 - 1e-9).expect("valid");
+    let stops = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|n| stop(&n, 0.0, 0.5, Side::Lower));
+    let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops).expect("valid");
+    let start = (dvector![0.0, 0.0, -1e-10], DVector::zeros(3));
+    for method in METHODS {
+        let run = run(&scene, start.clone(), (0.0, 15.0), method);
+        let segments = run.segments().expect("kept");
+        assert!(
+            run.impacts().iter().all(|impact| impact.stop == 1),
+            "{method:?}"
+        );
+        let held = |stop| segments.iter().filter(move |s| s.stop == Some(stop));
+        let ends = [
+            held(0).last().expect("held").end,
+            held(1).next().expect("held").end,
+        ];
+        assert!((ends[0] - 10.0).abs() < 1e-4, "{method:?} {ends:?}");
+        assert!(
+            (ends[1] - PI / 8f64.sqrt()).abs() < 1e-4,
+            "{method:?} {ends:?}"
+        );
+    }
+}
+
+#[test]
 fn a_force_along_one_normal_leaves_what_else_is_touched_at_rest() {
     // What the one stop carries, to the last digit, is no force on the other.
     for k in 0..20 {

@@ -288,6 +288,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.search.acceleration_lost(stop)
     }
 
+    fn left_at_release(&self) -> f64 {
+        10.0 * ROUNDING
+    }
+
     fn work_of_flight(&self) -> usize {
         2 * STEPS_PER_LOOK * self.scene.form.n_dof()
     }

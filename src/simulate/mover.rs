@@ -121,6 +121,10 @@ pub(crate) trait Mover {
     fn acceleration_lost(&self, _stop: usize) -> f64 {
         0.0
     }
+    /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
+    fn left_at_release(&self) -> f64 {
+        1e-9
+    }
     /// Operations that a flight of few steps is, in the units of a watch.
     fn work_of_flight(&self) -> usize;
     /// Whether an impact on one of two stops changes the normal velocity at the other.

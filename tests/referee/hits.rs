@@ -18,6 +18,8 @@ pub struct Counting<'a> {
     pub q_unit: f64,
     pub v_unit: f64,
     pub rate: f64,
+    /// How far the slowest motion goes, whose terms complex modes add: no place of such a motion is known better than to its rounding.
+    pub way: f64,
     /// By how much more than usual impacts beside accumulating ones are left out.
     pub wide: f64,
 }
@@ -87,7 +89,8 @@ impl Counting<'_> {
         }
         let residual = 2.0 * e * hit.approach.powi(2) / ((1.0 - e) * a);
         let limit = factor * self.case.rtol.max(LOW) * self.size(hit.stop);
-        let is_low = 0.5 * hit.departure.powi(2) / a <= factor * LOW * self.size(hit.stop);
+        let terms = self.size(hit.stop) + self.reach(hit.stop) * self.way;
+        let is_low = 0.5 * hit.departure.powi(2) / a <= factor * LOW * terms;
         (residual <= limit || is_low).then_some(2.0 * hit.departure / ((1.0 - e) * a))
     }
 

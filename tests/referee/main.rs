@@ -64,6 +64,8 @@ const FOUND: [(u64, &[u64]); 15] = [
     // Rounding thrown to and fro by two stops; fast forces that move nothing, singular values turned for ever, starts by the numbers
     // given.
     (108, &[14199, 25177, 27591, 32021, 62541, 67830]),
+    // A release beside another stop that forces far below the driving ones press.
+    (109, &[7521]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

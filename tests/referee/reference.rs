@@ -54,6 +54,8 @@ pub struct Reference {
     /// Sizes of positions and velocities, of steps at least those at which the absolute tolerance takes over.
     pub q_unit: f64,
     pub v_unit: f64,
+    /// How far the slowest motion goes, where modes are complex.
+    pub way: f64,
     /// By how much more than usual impacts beside accumulating ones are left out.
     pub wide: f64,
 }
@@ -124,6 +126,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     let rest = 1e-4 * model.rate * q_unit;
     let mut reference = Reference {
         wide: 1.0,
+        way,
         q_unit,
         v_unit: main.v_size.max(floor).max(v_terms).max(rest),
         horizon: (main.end, None),
@@ -202,6 +205,7 @@ impl Reference {
             q_unit: self.q_unit,
             v_unit: self.v_unit,
             rate: self.model.rate,
+            way: self.way,
             wide: self.wide,
         }
     }
@@ -253,7 +257,7 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
     let mut end = (main.end, None);
     let mut cut = |time: f64, why: &'static str| {
         if time < end.0 {
-            end = (time, Some(why));
+            end = (time.max(0.0), Some(why));
         }
     };
     if (0..case.stops.len()).any(|i| case.starts_within_tolerance(i)) {

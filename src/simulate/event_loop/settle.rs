@@ -10,9 +10,6 @@ use crate::linalg::rank::{self, DEPENDENT};
 use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
 
-/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
-const RELEASED: f64 = 1e-9;
-
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 
@@ -115,7 +112,7 @@ impl EventLoop {
             .filter(|&i| self.held.contains(&resting[i]))
             .collect();
         let stays = is_bound(&normals, &bound, own)?;
-        let least = -RELEASED * mover.acceleration_sizes(&[stop])?[0];
+        let least = -mover.left_at_release() * mover.acceleration_sizes(&[stop])?[0];
         self.starts[stop] = LATE;
         Ok(stays && self.drawn(mover, stop, &self.held)? >= least)
     }
@@ -158,18 +155,23 @@ impl EventLoop {
             return Ok(Err(Unresolved { reason }));
         };
         let largest = sizes.into_iter().fold(0.0, f64::max);
+        let nothing = largest
+            * if is_release {
+                mover.left_at_release()
+            } else {
+                DEPENDENT
+            };
         let (mut shares, mut undecided) = (Vec::new(), Vec::new());
         for (i, (&stop, force)) in stops.iter().zip(&forces).enumerate() {
             let left = (resting.delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if is_release && left <= RELEASED * largest => undecided.push(i),
+                _ if is_release && left <= nothing => undecided.push(i),
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
             }
         }
-        let nothing = if is_release { RELEASED } else { DEPENDENT } * largest;
         let carrying = carriers(&resting.delassus, shares, resting.normals.nrows(), nothing)?;
         undecided.extend(carrying.idle);
         let held = self.decide(mover, &resting, (carrying.held, undecided), is_release)?;
