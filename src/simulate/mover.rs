@@ -121,7 +121,8 @@ pub(crate) trait Mover {
     fn acceleration_lost(&self, _stop: usize) -> f64 {
         0.0
     }
-    /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of a release may leave of none.
+    /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of the release of another may leave of
+    /// none.
     fn left_at_release(&self) -> f64 {
         1e-9
     }

@@ -10,6 +10,9 @@ use crate::linalg::rank::{self, DEPENDENT};
 use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
 
+/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
+const RELEASED: f64 = 1e-9;
+
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 
@@ -112,7 +115,7 @@ impl EventLoop {
             .filter(|&i| self.held.contains(&resting[i]))
             .collect();
         let stays = is_bound(&normals, &bound, own)?;
-        let least = -mover.left_at_release() * mover.acceleration_sizes(&[stop])?[0];
+        let least = -RELEASED * mover.acceleration_sizes(&[stop])?[0];
         self.starts[stop] = LATE;
         Ok(stays && self.drawn(mover, stop, &self.held)? >= least)
     }
@@ -161,12 +164,17 @@ impl EventLoop {
             } else {
                 DEPENDENT
             };
+        let was_let_go = |stop: usize| is_release && self.let_go.1.contains(&stop);
         let (mut shares, mut undecided) = (Vec::new(), Vec::new());
         for (i, (&stop, force)) in stops.iter().zip(&forces).enumerate() {
             let left = (resting.delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if is_release && left <= nothing => undecided.push(i),
+                _ if is_release && left <= nothing
+                    || was_let_go(stop) && left <= RELEASED * largest =>
+                {
+                    undecided.push(i)
+                }
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
