@@ -128,6 +128,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         self.gaps[stop].rounding(&self.jets[stop])
     }
 
+    /// Size of the terms of a gap's speed where the search last looked.
+    pub fn speed_size(&self, stop: usize) -> f64 {
+        self.gaps[stop].speed_size(&self.derivatives)
+    }
+
     /// Size of the terms of a gap's acceleration where the search last looked.
     pub fn acceleration_size(&self, stop: usize) -> f64 {
         self.gaps[stop].acceleration_size(&self.derivatives, self.flow.fastest_rate())

@@ -158,6 +158,11 @@ impl GapRow {
         self.relative * self.size_of(derivatives, |d| d.after(step))
     }
 
+    /// Size of the terms of the gap's speed.
+    pub fn speed_size(&self, derivatives: &[Derivatives]) -> f64 {
+        self.size_of(derivatives, |d| d.d1)
+    }
+
     /// Size of the terms of the gap's acceleration, now or in a time in which a motion of the given rate changes.
     pub fn acceleration_size(&self, derivatives: &[Derivatives], rate: f64) -> f64 {
         let now = self.size_of(derivatives, |d| d.d2);

@@ -227,11 +227,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn speed_size(&self, stop: usize) -> f64 {
-        let row = &self.velocity_rows[stop];
-        row.iter()
-            .zip(&self.state)
-            .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
-            .sum()
+        self.search.speed_size(stop)
     }
 
     fn gap_derivatives(

@@ -1,6 +1,7 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
 //! others open (theory 9, at acceleration level).
 
+use super::strike::take;
 use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, is_one_instant, least_speed};
 use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
@@ -43,7 +44,19 @@ impl EventLoop {
             return Ok(Err(unresolved));
         }
         mover.hold(&self.held)?;
+        self.stop_what_rests(mover, &resting)?;
         Ok(Ok(()))
+    }
+
+    /// Takes away the speeds at which stops at rest are approached as they open: rounding, but gaps that open late would close first.
+    fn stop_what_rests<M: Mover + ?Sized>(&self, mover: &mut M, resting: &[usize]) -> Result<()> {
+        let approached = |&stop: &usize| !self.held.contains(&stop) && mover.gap(stop).speed < 0.0;
+        if resting.iter().any(approached) {
+            let nothing = DVector::zeros(resting.len());
+            take(mover, resting, &nothing, &mover.delassus(resting)?)?;
+            mover.look()?;
+        }
+        Ok(())
     }
 
     /// A stop held whose force fell through zero. With it, all that rest in contact are judged anew: a stop that faces it may take

@@ -18,6 +18,8 @@ const SPEED_ROUNDING: f64 = 10.0 * ROUNDING;
 const IMPULSE_ROUNDING: f64 = 1e-12;
 /// Part of a speed by which an impact's row and the motion after it may differ.
 const AGREED: f64 = 1e-9;
+/// Impacts of whose rounding the next ones are told apart by nothing.
+const FEW: usize = 100;
 
 impl EventLoop {
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
@@ -52,7 +54,7 @@ impl EventLoop {
         }
         mover.look()?;
         debug_assert!(
-            agree(mover, &record.impacts[first..]),
+            agree(mover, &record.impacts, first),
             "{:?}",
             &record.impacts[first..]
         );
@@ -224,11 +226,19 @@ impl EventLoop {
     }
 }
 
-/// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say.
-fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact]) -> bool {
-    // What is no speed at one stop is none at others.
+/// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say: those from the first one on.
+fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact], first: usize) -> bool {
+    let (before, impacts) = impacts.split_at(first);
+    // What is no speed at one stop is none at others, and what faster impacts have left is known to their rounding.
     let least = |impact: &Impact| least_speed(mover, impact.stop, mover.gap(impact.stop));
     let least = impacts.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
+    let earlier = before.iter().rev().take(FEW).map(|impact| impact.approach);
+    let least = least.max(ROUNDING * earlier.fold(0.0, f64::max));
+    // The forcing's part of a speed is known to the rounding of the time.
+    let stops: Vec<usize> = impacts.iter().map(|impact| impact.stop).collect();
+    let pulls = mover.acceleration_sizes(&stops).unwrap_or_default();
+    let pull = pulls.into_iter().fold(0.0, f64::max);
+    let least = least.max(f64::EPSILON * mover.clock().time().abs() * pull);
     impacts.iter().all(|impact| {
         let (stop, state) = (impact.stop, mover.gap(impact.stop));
         let kick = |other: &Impact| {
@@ -257,7 +267,7 @@ fn keep_impact<M: Mover + ?Sized>(mover: &M, stop: usize, blow: Blow, record: &m
 
 /// Gives the motion the opening speeds that the law says, to the last digit: those that are none decide what is held, and rounding of
 /// impulses is no speed.
-fn take<M: Mover + ?Sized>(
+pub(super) fn take<M: Mover + ?Sized>(
     mover: &mut M,
     stops: &[usize],
     opening: &DVector<f64>,
