@@ -61,6 +61,26 @@ fn a_gap_opens_by_its_fifth_derivative() {
 }
 
 #[test]
+fn a_gap_opens_by_its_fourth_derivative_from_where_nothing_moves() {
+    // x'' + x/16 = 3/8 (cos 400 t - 1)
+    let (w, fast, a) = (0.25, 400.0, 0.375);
+    let system = LinearSystem::new(dvector![0.8], dvector![0.0], dvector![0.05]).expect("valid");
+    let system = system.with_load(dvector![-0.3]).expect("valid");
+    let push = dvector![nalgebra::Complex::from(0.3)];
+    let forcing = Harmonic::new(push, fast, 0.0).expect("valid");
+    let wall = stop(&[1.0], 0.0, 0.5, Side::Upper);
+    let scene = Scene::new(system, Forcing::from(forcing), [wall]).expect("valid");
+    let run = run(&scene, still(1), (0.0, 0.4), Method::Exact);
+    assert!(run.impacts().is_empty());
+    for t in [1e-3, 0.01, 0.1, 0.4] {
+        let (q, _) = run.state(t, ImpactSide::After).expect("kept");
+        let (slow, turning) = ((w * t).cos(), (fast * t).cos());
+        let wanted = a / (w * w) * (slow - 1.0) + a / (w * w - fast * fast) * (turning - slow);
+        assert!((q[0] - wanted).abs() < 1e-14, "{t} {} {wanted}", q[0]);
+    }
+}
+
+#[test]
 fn a_contact_is_pressed_from_the_fifth_derivative_on() {
     // Together they are two masses on one spring: 2 q'' + q = 2 sin t.
     for method in METHODS {

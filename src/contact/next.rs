@@ -301,7 +301,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             };
             // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
             if order == LATE && !matches!(ahead, Ahead::Clear) {
+                let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
+                // From rest at zero all terms grow from zero.
+                let rounding = rounding.max(ROUNDING * jet.remainder(soon));
                 ahead = from_open(&jet.only(LATE), step, rounding.max(gap.rounding(jet)));
             }
             if let Ahead::Dips { near } = ahead {

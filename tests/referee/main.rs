@@ -34,7 +34,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Scenes that were answered wrongly once, or not at all, by seed and number.
-const FOUND: [(u64, &[u64]); 16] = [
+const FOUND: [(u64, &[u64]); 17] = [
     // Three stops on one plane; a narrow room beside a static deflection.
     (7, &[2505, 8113]),
     // Steps of unstable blocks, of forces that are rounding; rows and motions of dependent stops; releases that begin from zero.
@@ -63,9 +63,15 @@ const FOUND: [(u64, &[u64]); 16] = [
     (107, &[21750]),
     // Rounding thrown to and fro by two stops; fast forces that move nothing, singular values turned for ever, starts by the numbers
     // given.
-    (108, &[14199, 25177, 27591, 32021, 62541, 67830]),
-    // A release beside another stop that forces far below the driving ones press.
-    (109, &[7521]),
+    (
+        108,
+        &[14199, 25177, 27591, 32021, 51366, 54696, 62541, 67830],
+    ),
+    // A release beside another stop that forces far below the driving ones press; gaps that open late from rest at zero, two roots
+    // that grow.
+    (109, &[7521, 34231, 37539, 108192]),
+    // Speeds of rounding that close what opens late.
+    (110, &[1111, 85984]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,
