@@ -185,6 +185,31 @@ fn a_force_of_rounding_shortens_no_step() {
 }
 
 #[test]
+fn what_slides_between_two_walls_comes_to_rest_there() {
+    // Dampers in proportion to the masses: along the walls v' = -v/25, and no force but rounding holds the bodies on them.
+    let mass = dmatrix![1.98, 0.84; 0.84, 1.74];
+    let system = LinearSystem::new(mass.clone(), 0.04 * &mass, dvector![0.0, 0.0]).expect("valid");
+    let walls = [Side::Lower, Side::Upper].map(|side| stop(&[0.8, 0.5], 0.0, 0.8, side));
+    let scene = Scene::new(system, Forcing::Unforced, walls).expect("valid");
+    let (normal, thrown) = (dvector![0.8, 0.5], dvector![0.9, -0.7]);
+    let give = mass.try_inverse().expect("regular") * &normal;
+    let along = &thrown - &give * (normal.dot(&thrown) / normal.dot(&give));
+    for method in METHODS {
+        let run = run(
+            &scene,
+            (dvector![0.0, 0.0], thrown.clone()),
+            (0.0, 200.0),
+            method,
+        );
+        for t in [50.0, 91.4, 200.0] {
+            let (q, _) = run.state(t, ImpactSide::After).expect("kept");
+            let wanted = 25.0 * (1.0 - f64::exp(-0.04 * t)) * &along;
+            assert!((&q - &wanted).amax() < 1e-7, "{method:?} {t} {q}");
+        }
+    }
+}
+
+#[test]
 fn a_force_that_hardly_changes_holds() {
     // sin(w t) with a period of ages presses a mass on a spring to its stop, or draws it away.
     let w = 1e-9;

@@ -87,10 +87,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             }
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 // The rounding of a force has no shape.
-                if spread <= self.force_rounding(k)? {
+                let rounding = self.force_rounding(k)?;
+                if spread <= rounding {
                     continue;
                 }
-                return Ok(Release::Undecided);
+                if miss > rounding {
+                    return Ok(Release::Undecided);
+                }
             }
             let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
             let falls = (depth > slack).then(|| force.first_fall().unwrap_or(0.0));
