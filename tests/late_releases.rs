@@ -310,7 +310,7 @@ fn a_release_leaves_alone_what_is_pressed_little() {
         );
         let held = |stop| segments.iter().filter(move |s| s.stop == Some(stop));
         let ends = [
-            held(0).last().expect("held").end,
+            held(0).next_back().expect("held").end,
             held(1).next().expect("held").end,
         ];
         assert!((ends[0] - 10.0).abs() < 1e-4, "{method:?} {ends:?}");

@@ -69,7 +69,7 @@ const FOUND: [(u64, &[u64]); 17] = [
     ),
     // A release beside another stop that forces far below the driving ones press; gaps that open late from rest at zero, two roots
     // that grow.
-    (109, &[7521, 34231, 37539, 108192]),
+    (109, &[7521, 34231, 37539, 108_192]),
     // Speeds of rounding that close what opens late; forces of rounding that have no shape.
     (110, &[42, 1111, 27492, 52449, 85984]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.

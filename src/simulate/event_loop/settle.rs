@@ -177,17 +177,19 @@ impl EventLoop {
             } else {
                 DEPENDENT
             };
-        let was_let_go = |stop: usize| is_release && self.let_go.1.contains(&stop);
+        let unclear = |stop: usize| {
+            if self.let_go.1.contains(&stop) {
+                RELEASED * largest
+            } else {
+                nothing
+            }
+        };
         let (mut shares, mut undecided) = (Vec::new(), Vec::new());
         for (i, (&stop, force)) in stops.iter().zip(&forces).enumerate() {
             let left = (resting.delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if is_release && left <= nothing
-                    || was_let_go(stop) && left <= RELEASED * largest =>
-                {
-                    undecided.push(i)
-                }
+                _ if is_release && left <= unclear(stop) => undecided.push(i),
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
