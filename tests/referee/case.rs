@@ -160,6 +160,11 @@ impl Case {
         gap > 4.0 * f64::EPSILON * size && gap <= self.start_tolerance(stop)
     }
 
+    /// Whether a start is inside a stop by more than the tolerance.
+    pub fn starts_inside(&self) -> bool {
+        (0..self.stops.len()).any(|stop| self.first_gap(stop) < -self.start_tolerance(stop))
+    }
+
     pub fn start(&self) -> (DVector<f64>, DVector<f64>) {
         (
             DVector::from_row_slice(&self.q0),

@@ -265,7 +265,7 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
             // What is left of a motion that has died away is known to its tolerance, or to the rounding of what it was.
             let (damper, stiff) = (case.damping.amax(), case.stiffness.amax());
             let was = damper * reference.v_unit + stiff * reference.q_unit;
-            size = size.max(case.by_method(1e-7 * was, damper.max(stiff) * case.atol / case.rtol));
+            size = size.max(case.by_method(1e-5 * was, damper.max(stiff) * case.atol / case.rtol));
             // And of one at rest to the rounding of where it rests.
             let held_at = reference.model.rate * reference.model.rate * q.amax();
             size = size.max(1e-6 * held_at * case.mass.diagonal().min());
