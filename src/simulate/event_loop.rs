@@ -59,8 +59,9 @@ pub(crate) struct EventLoop {
     departure: Option<Clock>,
     /// The stops in contact.
     touching: Vec<usize>,
-    /// The stops held.
+    /// The stops held, and those that were before the contacts of this instant.
     held: Vec<usize>,
+    were_held: Vec<usize>,
     /// The stops in contact that an impact left without normal speed.
     still: Vec<usize>,
     /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
@@ -124,6 +125,7 @@ impl EventLoop {
         self.reaches.clear();
         self.reaches.resize(mover.n_stops(), 0.0);
         self.held.clear();
+        self.were_held.clear();
         self.still.clear();
         self.jolted.clear();
         self.jolted.resize(mover.n_stops(), 0.0);

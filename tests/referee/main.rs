@@ -71,7 +71,7 @@ const FOUND: [(u64, &[u64]); 17] = [
     // that grow.
     (109, &[7521, 34231, 37539, 108_192]),
     // Speeds of rounding that close what opens late; forces of rounding that have no shape.
-    (110, &[42, 1111, 27492, 52449, 85984]),
+    (110, &[49322, 42, 1111, 27492, 52449, 85984]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

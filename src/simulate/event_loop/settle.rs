@@ -27,7 +27,7 @@ impl EventLoop {
         for (stop, size) in self.sizes.iter_mut().enumerate() {
             *size = size.max(mover.gap(stop).size);
         }
-        let held_any = !self.held.is_empty();
+        std::mem::swap(&mut self.were_held, &mut self.held);
         self.held.clear();
         let mut resting = Vec::new();
         for &stop in &self.touching {
@@ -37,7 +37,7 @@ impl EventLoop {
                 self.starts[stop] = 1;
             }
         }
-        if resting.is_empty() && !held_any {
+        if resting.is_empty() && self.were_held.is_empty() {
             return Ok(Ok(()));
         }
         if let Err(unresolved) = self.hold_or_open(mover, &resting, false)? {
@@ -164,13 +164,16 @@ impl EventLoop {
             stops,
             normals: mover.normals(stops)?,
             delassus: mover.delassus(stops)?,
+            sizes: self.pull_sizes(mover, stops)?,
         };
-        let sizes = self.pull_sizes(mover, stops)?;
-        let Some(forces) = self.holding_forces(mover, stops, &sizes, &resting.delassus) else {
+        let Resting {
+            delassus, sizes, ..
+        } = &resting;
+        let Some(forces) = self.holding_forces(mover, stops, sizes, delassus) else {
             let reason = format!("no forces that push keep the contacts {stops:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
-        let largest = sizes.into_iter().fold(0.0, f64::max);
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
         let nothing = largest
             * if is_release {
                 mover.left_at_release()
@@ -216,7 +219,7 @@ impl EventLoop {
         let mut one_leaves = resting.stops.iter().any(|&stop| self.starts[stop] == 2);
         // Those held share by other rules what the normals they have in common leave open: none may rest under these.
         let shares = !undecided.is_empty() && depend(&resting.normals, &held)?;
-        for order in if shares { 2 } else { LATE }.. {
+        for order in if shares || !is_release { 2 } else { LATE }.. {
             // One that faces those held, or stands at their place, has a gap that stays as it is.
             let mut free = Vec::new();
             for i in undecided {
@@ -230,7 +233,7 @@ impl EventLoop {
             if undecided.is_empty() {
                 break;
             }
-            let Some(derivatives) = mover.gap_derivatives(
+            let Some(mut derivatives) = mover.gap_derivatives(
                 &resting.stops_of(&undecided),
                 &resting.stops_of(&held),
                 order,
@@ -238,6 +241,12 @@ impl EventLoop {
             else {
                 break;
             };
+            if order == 2 {
+                let unknown = self.unknown_beside(mover, resting, &held, &undecided)?;
+                for (derivative, unknown) in derivatives.iter_mut().zip(unknown) {
+                    derivative[1] = derivative[1].max(unknown);
+                }
+            }
             let law = resting.law_of(&held, &undecided, &derivatives)?;
             one_leaves |= !law.opening.is_empty();
             for &i in &law.opening {
@@ -300,14 +309,50 @@ impl EventLoop {
     ) -> Option<Vec<ContactForce>> {
         let gaps: Vec<GapState> = stops.iter().map(|&stop| mover.gap(stop)).collect();
         let pulls = DVector::from_fn(stops.len(), |i, _| gaps[i].acceleration);
-        let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
-        // What rounding, that of the time since the last event too, leaves unknown of an acceleration.
         let unknown = |i: usize| {
-            let own = ROUNDING * sizes[i] + mover.acceleration_lost(stops[i]);
-            own + TIME_ROUNDING * flight * gaps[i].jerk.abs()
+            let (stop, jerk) = (stops[i], gaps[i].jerk);
+            self.acceleration_unknown(mover, (stop, jerk), sizes[i])
         };
         let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
         contact_forces(delassus, &pulls, &slack).ok()
+    }
+
+    /// What is unknown of the accelerations of contacts beside others that are held.
+    fn unknown_beside<M: Mover + ?Sized>(
+        &self,
+        mover: &mut M,
+        resting: &Resting<'_>,
+        held: &[usize],
+        contacts: &[usize],
+    ) -> Result<Vec<f64>> {
+        let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
+        // Where nothing changes, the motion before had the accelerations of the motion to come.
+        let rates = if held == self.were_held {
+            mover.gap_derivatives(&stops, &held, 3)?
+        } else {
+            None
+        };
+        let jerk = |k: usize| match &rates {
+            Some(rates) => rates[k][0],
+            None => mover.gap(stops[k]).jerk,
+        };
+        let unknown = |(k, &i): (usize, &usize)| {
+            self.acceleration_unknown(mover, (stops[k], jerk(k)), resting.sizes[i])
+        };
+        Ok(contacts.iter().enumerate().map(unknown).collect())
+    }
+
+    /// What rounding, that of the time since the last event too, leaves unknown of the acceleration of a gap of some third derivative
+    /// with terms of a size.
+    fn acceleration_unknown<M: Mover + ?Sized>(
+        &self,
+        mover: &M,
+        (stop, jerk): (usize, f64),
+        size: f64,
+    ) -> f64 {
+        let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
+        let by_time = TIME_ROUNDING * flight * jerk.abs();
+        ROUNDING * size + mover.acceleration_lost(stop) + by_time
     }
 }
 
@@ -317,6 +362,8 @@ struct Resting<'a> {
     /// Their normals as columns.
     normals: DMatrix<f64>,
     delassus: DMatrix<f64>,
+    /// The sizes of the terms of the accelerations of their gaps.
+    sizes: Vec<f64>,
 }
 
 impl Resting<'_> {
