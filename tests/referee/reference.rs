@@ -73,7 +73,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
         .iter()
         .map(|&t| Dd::from(t) - Dd::from(case.span.0))
         .collect();
-    let run = |factors: Factors, roughness: Option<Roughness>| {
+    let run = |case: &Case, factors: Factors, roughness: Option<Roughness>| {
         let model = Model::new(case, &factors);
         let start = model.start(case, &factors);
         (
@@ -98,7 +98,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
             if is_kept { 1.0 } else { 1.0 + by }
         })
     };
-    let (main, model) = run([1.0; 7], None);
+    let (main, model) = run(case, [1.0; 7], None);
     let (q_terms, v_terms) = terms(case, model.rate);
     // Complex modes mix positions and velocities: beside places near each other the rounding of the way their speed takes them
     // counts.
@@ -119,7 +119,17 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
             gap: sign(k, 7) * case.by_method(lost * GAP_ROUNDING, case.rtol),
         })
     };
-    let aside = (0..n_aside).map(|k| run(moved(k), rough(k)).0).collect();
+    // An angle of the forcing is known to its rounding, and slow forces that begin from zero to no more.
+    let turned = |k: u64| {
+        let mut case = case.clone();
+        if let Some(force) = case.force.as_mut().filter(|_| !touches) {
+            force.phase += sign(k, 8) * 2.0 * f64::EPSILON;
+        }
+        case
+    };
+    let aside = (0..n_aside)
+        .map(|k| run(&turned(k), moved(k), rough(k)).0)
+        .collect();
     let floor = case.by_method(1e-12, case.atol / case.rtol);
     let q_unit = main.q_size.max(floor).max(q_terms).max(1e-3 * way);
     // And beside a motion near rest that of its place.
