@@ -107,9 +107,13 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     let (tick, slack) = (counting.tick(), counting.slack());
     let theirs = seen(case, run, &reference.model);
     // Up to here decisions are compared; an impact just before the horizon may be just behind it.
-    let until = reference.horizon.0 * (1.0 - 1e-9) - 1e-6 / reference.model.rate - 2.0 * tick;
+    let just_before = |end: f64| end * (1.0 - 1e-9) - 1e-6 / reference.model.rate - 2.0 * tick;
+    let mut until = just_before(reference.horizon.0);
     let mut first = First::default();
     let reached = (Dd::from(run.span().1) - Dd::from(case.span.0)).to_f64();
+    if run.status() == Status::MaxImpacts {
+        until = until.min(just_before(reached));
+    }
     if !matches!(run.status(), Status::Finished | Status::MaxImpacts) && reached < until {
         let class = format!("status {}", run.status().name());
         first.report(reached, class, run.message());
