@@ -27,6 +27,8 @@ pub(crate) struct ComplexModes {
     pub blocks: Vec<Block>,
     pub to_physical: DMatrix<f64>,
     pub to_modal: DMatrix<f64>,
+    /// The largest condition number of a column of V.
+    pub condition: f64,
 }
 
 /// The state matrix `[[0, I], [-M^-1 K, -M^-1 C]]`, shape `(2n, 2n)`.
@@ -74,13 +76,12 @@ impl ComplexModes {
             return Ok(None);
         };
         // Column by column, so that slow modes among fast ones do not count as dependent.
-        let is_regular = |j: usize| {
-            let condition = columns.column(j).norm() * inverse.row(j).norm();
-            condition <= DEFECTIVE_CONDITION
-        };
-        if !(0..2 * n).all(is_regular) {
+        let condition = |j: usize| columns.column(j).norm() * inverse.row(j).norm();
+        let conditions: Vec<f64> = (0..2 * n).map(condition).collect();
+        if !conditions.iter().all(|&c| c <= DEFECTIVE_CONDITION) {
             return Ok(None);
         }
+        let condition = conditions.into_iter().fold(1.0, f64::max);
         let to_physical = DMatrix::from_fn(2 * n, 2 * n, |i, j| columns[(i, j)] * unit[i]);
         let mut to_modal = DMatrix::from_fn(2 * n, 2 * n, |i, j| inverse[(i, j)] / unit[j]);
         // Where a coordinate that no spring holds stands is nothing to what moves: rounding would set it going.
@@ -95,6 +96,7 @@ impl ComplexModes {
             blocks,
             to_physical,
             to_modal,
+            condition,
         }))
     }
 }

@@ -34,6 +34,8 @@ pub(crate) struct ModalForm {
     pub form: Form,
     coordinates: Coordinates,
     n: usize,
+    /// Condition number of the coordinates, column by column.
+    condition: f64,
 }
 
 impl ModalForm {
@@ -51,6 +53,7 @@ impl ModalForm {
                 form,
                 coordinates: Coordinates::Real(modes.shapes),
                 n,
+                condition: 1.0,
             });
         }
         if let Some(modes) = ComplexModes::new(system)? {
@@ -62,6 +65,7 @@ impl ModalForm {
                 form: Form::Blocks(modes.blocks),
                 coordinates,
                 n,
+                condition: modes.condition,
             });
         }
         let a = state_matrix(system);
@@ -71,6 +75,7 @@ impl ModalForm {
             form: Form::Dense(interleaved),
             coordinates: Coordinates::Physical,
             n,
+            condition: 1.0,
         })
     }
 
@@ -80,6 +85,7 @@ impl ModalForm {
             form: Form::Blocks(Vec::new()),
             coordinates: Coordinates::Physical,
             n: 0,
+            condition: 1.0,
         }
     }
 
@@ -105,6 +111,11 @@ impl ModalForm {
             }
             Form::Dense(_) => 0.0,
         }
+    }
+
+    /// What rounding leaves unknown of a sum over the modes, relative to its terms.
+    pub fn rounding(&self) -> f64 {
+        f64::EPSILON * self.condition.max(4.0)
     }
 
     /// Number of degrees of freedom, and of pairs in a state.

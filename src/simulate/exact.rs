@@ -17,7 +17,7 @@ use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
 use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
 /// What a tolerance allows as an error of a gap: `absolute + relative * size of the gap's terms`.
@@ -69,7 +69,8 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         let stops = 0..scene.n_stops();
         let gaps = stops
             .clone()
-            .map(|i| flow.gap_row(&Quantity::gap(g.clearances[i], &scene.position_rows[i])));
+            .map(|i| Quantity::gap(g.clearances[i], &scene.position_rows[i]))
+            .map(|gap| flow.gap_row(&gap).known_to(scene.form.rounding()));
         // An exact flight has errors of rounding alone: a start farther inside a stop than usual is none of its making.
         let usual = SimulateOptions::default();
         let (rtol, atol) = (options.rtol.min(usual.rtol), options.atol.min(usual.atol));
@@ -260,6 +261,20 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             motion.gaps[stop].is_none() && !motion.stops.contains(&stop)
         };
         self.holding.as_ref().is_some_and(bound)
+    }
+
+    fn pulls(&self, stops: &[usize]) -> DVector<f64> {
+        let ModalScene {
+            system,
+            amplitude,
+            geometry,
+            ..
+        } = self.scene;
+        let (q, v) = self.physical();
+        let phasor = Complex::cis(self.angle(self.clock));
+        let acceleration = system.acceleration(&q, &v, &amplitude.map(|f| (f * phasor).re));
+        let pull = |i: usize| -geometry.normals.column(stops[i]).dot(&acceleration);
+        DVector::from_fn(stops.len(), |i, _| pull(i))
     }
 
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {

@@ -115,6 +115,10 @@ pub(crate) trait Mover {
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed>;
     /// Whether those held keep the gap of another stop as it is.
     fn is_bound(&self, stop: usize) -> bool;
+    /// The accelerations of some gaps in free motion, to as many digits as forces have that cancel exactly.
+    fn pulls(&self, stops: &[usize]) -> DVector<f64> {
+        DVector::from_fn(stops.len(), |i, _| self.gap(stops[i]).acceleration)
+    }
     /// Size of the terms of the accelerations of some gaps.
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>>;
     /// What the mover's own numbers leave unknown of the acceleration of a gap, beside the rounding of its terms.

@@ -8,7 +8,7 @@ use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
 use crate::linalg::rank::{self, DEPENDENT};
-use crate::simulate::mover::{GapState, Mover};
+use crate::simulate::mover::Mover;
 use nalgebra::{DMatrix, DVector};
 
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
@@ -277,7 +277,7 @@ impl EventLoop {
         stop: usize,
         held: &[usize],
     ) -> Result<f64> {
-        let free = mover.gap(stop).acceleration;
+        let free = mover.pulls(&[stop])[0];
         let k = held.len();
         if k == 0 {
             return Ok(free);
@@ -307,11 +307,10 @@ impl EventLoop {
         sizes: &[f64],
         delassus: &DMatrix<f64>,
     ) -> Option<Vec<ContactForce>> {
-        let gaps: Vec<GapState> = stops.iter().map(|&stop| mover.gap(stop)).collect();
-        let pulls = DVector::from_fn(stops.len(), |i, _| gaps[i].acceleration);
+        let pulls = mover.pulls(stops);
         let unknown = |i: usize| {
-            let (stop, jerk) = (stops[i], gaps[i].jerk);
-            self.acceleration_unknown(mover, (stop, jerk), sizes[i])
+            let jerk = mover.gap(stops[i]).jerk;
+            self.acceleration_unknown(mover, (stops[i], jerk), sizes[i])
         };
         let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
         contact_forces(delassus, &pulls, &slack).ok()
