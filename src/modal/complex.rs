@@ -150,7 +150,21 @@ fn real_blocks(
             columns.push(column);
         }
     }
-    Some((blocks, DMatrix::from_columns(&columns)))
+    let mut columns = DMatrix::from_columns(&columns);
+    clear(&mut columns);
+    Some((blocks, columns))
+}
+
+/// Clears the entries of modes that are rounding, of positions and of velocities: a force would seem to see a motion that it does not.
+fn clear(columns: &mut DMatrix<f64>) {
+    let n = columns.nrows() / 2;
+    for mut column in columns.column_iter_mut() {
+        for first in [0, n] {
+            let mut part = column.rows_mut(first, n);
+            let least = f64::EPSILON * part.amax();
+            part.apply(|x| *x = if x.abs() > least { *x } else { 0.0 });
+        }
+    }
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ const FOUND: [(u64, &[u64]); 18] = [
     // that grow.
     (109, &[7521, 34231, 37539, 108_192]),
     // Speeds of rounding that close what opens late; forces of rounding that have no shape.
-    (110, &[42, 1111, 27492, 49322, 52449, 85984]),
+    (110, &[42, 1111, 27492, 37586, 49322, 52449, 85984]),
     // Complex modes of which one is known to few digits; runs that end with their impacts.
     (111, &[32677, 38235]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
