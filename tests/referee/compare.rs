@@ -324,10 +324,13 @@ impl Recent {
 }
 
 /// How many times farther than the runs aside an answer may be off after some impacts and time: their errors are at random and add
-/// up as roots do, those of an answer, made at each impact and in each step, may all have one sign.
+/// up as roots do, those of an answer, made at each impact and in each step, may all have one sign. Steps change the energy of a motion
+/// beside the stop at which it began, which these runs keep.
 fn biased(case: &Case, reference: &Reference, n_impacts: usize, since: f64) -> f64 {
     let n_steps = case.by_method(0.0, reference.model.rate * since);
-    (n_impacts as f64 + n_steps).sqrt().max(10.0)
+    (n_impacts as f64 + n_steps)
+        .sqrt()
+        .max(case.by_method(10.0, 20.0))
 }
 
 /// The impacts of the runs aside.

@@ -362,7 +362,8 @@ fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     let worst = energy.balance.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let allowed = case.by_method(1e-8, 1e-5 + 10.0 * case.rtol * run.stats().n_steps as f64);
     // What the forces do over the rounding of a position, which may be the small difference of large parts.
-    let rounding = 1e2 * f64::EPSILON * case.largest_force() * reference.q_unit;
+    let place = f64::EPSILON * reference.q_unit;
+    let rounding = 1e2 * place * case.largest_force() + 1e2 * place.powi(2) * case.stiffness.amax();
     if worst > (allowed + completed) * size + rounding || worst.is_nan() {
         return difference("energy balance", format!("{worst:e} of {size:e}"));
     }
