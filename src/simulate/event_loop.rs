@@ -1,6 +1,7 @@
 //! The loop of a simulation: fly to the next contact, strike, go on; complete impacts that accumulate, hold what stays in
 //! contact, let go what is pulled (theory 8, 9).
 
+mod resting;
 mod settle;
 mod strike;
 
