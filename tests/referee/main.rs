@@ -65,15 +65,17 @@ const FOUND: [(u64, &[u64]); 18] = [
     // given.
     (
         108,
-        &[14199, 25177, 27591, 32021, 51366, 54696, 62541, 67830],
+        &[
+            14199, 25177, 27591, 32021, 51366, 54696, 62541, 67830, 92241,
+        ],
     ),
     // A release beside another stop that forces far below the driving ones press; gaps that open late from rest at zero, two roots
     // that grow.
     (109, &[7521, 34231, 37539, 108_192]),
     // Speeds of rounding that close what opens late; forces of rounding that have no shape.
-    (110, &[42, 1111, 27492, 37586, 49322, 52449, 85984]),
+    (110, &[42, 1111, 27492, 37586, 49322, 52449, 54549, 85984]),
     // Complex modes of which one is known to few digits; runs that end with their impacts.
-    (111, &[32677, 38235]),
+    (111, &[25149, 32677, 38235, 84492]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,
