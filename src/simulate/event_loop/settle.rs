@@ -275,11 +275,11 @@ impl EventLoop {
         stop: usize,
         held: &[usize],
     ) -> Result<f64> {
-        let free = mover.pulls(&[stop])[0];
         let k = held.len();
         if k == 0 {
-            return Ok(free);
+            return Ok(mover.gap(stop).acceleration);
         }
+        let free = mover.pulls(&[stop])[0];
         let mut with_it = held.to_vec();
         with_it.push(stop);
         let delassus = mover.delassus(&with_it)?;
