@@ -287,13 +287,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         let (q, v) = self.physical();
         let terms = force_terms(system, amplitude, (&q, &v));
         let normal = |stop: usize| geometry.normals.column(stop).into_owned();
+        // Forces that have just become zero one by one are known to the rounding of the motion.
         let size = |&stop: &usize| {
-            let physical = acceleration_size(system, &normal(stop), &terms);
-            if self.holding.is_some() {
-                return physical;
-            }
-            // Forces that have just become zero one by one are known to the rounding of the motion, that of free modes.
-            physical.max(self.search.acceleration_size(stop))
+            let modal = self.search.acceleration_size(stop);
+            acceleration_size(system, &normal(stop), &terms).max(modal)
         };
         Ok(stops.iter().map(size).collect())
     }

@@ -16,6 +16,8 @@ pub(super) struct Resting<'a> {
     pub delassus: DMatrix<f64>,
     /// The sizes of the terms of the accelerations of their gaps.
     pub sizes: Vec<f64>,
+    /// Those before the impacts of this instant.
+    pub jolts: Vec<f64>,
 }
 
 impl Resting<'_> {

@@ -137,14 +137,18 @@ impl EventLoop {
         self.still.contains(&stop) || state.speed.abs() <= least_speed(mover, stop, state)
     }
 
-    /// The sizes of the terms of the accelerations of stops at rest, or those before the impacts of this instant, if larger.
-    fn pull_sizes<M: Mover + ?Sized>(&mut self, mover: &M, stops: &[usize]) -> Result<Vec<f64>> {
-        let mut sizes = mover.acceleration_sizes(stops)?;
-        for (size, &stop) in sizes.iter_mut().zip(stops) {
-            *size = size.max(self.jolted[stop]);
-        }
+    /// The sizes of the terms of the accelerations of stops at rest, or those before the impacts of this instant, if larger; and the
+    /// latter.
+    fn pull_sizes<M: Mover + ?Sized>(
+        &mut self,
+        mover: &M,
+        stops: &[usize],
+    ) -> Result<(Vec<f64>, Vec<f64>)> {
+        let jolts: Vec<f64> = stops.iter().map(|&stop| self.jolted[stop]).collect();
         self.jolted.fill(0.0);
-        Ok(sizes)
+        let sizes = mover.acceleration_sizes(stops)?;
+        let sizes = sizes.iter().zip(&jolts).map(|(size, jolt)| size.max(*jolt));
+        Ok((sizes.collect(), jolts))
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); where one is let
@@ -158,11 +162,13 @@ impl EventLoop {
         if stops.is_empty() {
             return Ok(Ok(()));
         }
+        let (sizes, jolts) = self.pull_sizes(mover, stops)?;
         let resting = Resting {
             stops,
             normals: mover.normals(stops)?,
             delassus: mover.delassus(stops)?,
-            sizes: self.pull_sizes(mover, stops)?,
+            sizes,
+            jolts,
         };
         let Resting {
             delassus, sizes, ..
@@ -334,7 +340,13 @@ impl EventLoop {
             None => mover.gap(stops[k]).jerk,
         };
         let unknown = |(k, &i): (usize, &usize)| {
-            self.acceleration_unknown(mover, (stops[k], jerk(k)), resting.sizes[i])
+            // A motion with stops held has fewer terms, and what it moves by is known as well as forces tell.
+            let size = if self.were_held.is_empty() {
+                resting.sizes[i]
+            } else {
+                resting.jolts[i]
+            };
+            self.acceleration_unknown(mover, (stops[k], jerk(k)), size)
         };
         Ok(contacts.iter().enumerate().map(unknown).collect())
     }

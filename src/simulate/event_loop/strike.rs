@@ -29,7 +29,7 @@ impl EventLoop {
         mover: &mut M,
         record: &mut Record,
     ) -> Resolved {
-        let first = record.impacts.len();
+        let (first, count) = (record.impacts.len(), self.stats.n_impacts);
         self.jolted.fill(0.0);
         self.note_jolt(mover)?;
         if self.touching.len() > 1 && self.is_coupled(mover) {
@@ -51,6 +51,9 @@ impl EventLoop {
                     self.still.push(stop);
                 }
             }
+        }
+        if self.stats.n_impacts == count {
+            self.jolted.fill(0.0);
         }
         mover.look()?;
         debug_assert!(
