@@ -107,6 +107,9 @@ impl Run<'_> {
         if self.model.reactions_differ(touching) {
             self.doubt(AMBIGUOUS);
         }
+        if touching.len() > 1 && touching.iter().any(|&i| self.faded[i]) {
+            self.doubt("rest by rounding is struck");
+        }
         let part = self.model.delassus.part(touching);
         let opening: Vec<Dd> = touching
             .iter()
@@ -166,6 +169,9 @@ impl Run<'_> {
         }
         let mut stays = Vec::new();
         for (k, &i) in touching.iter().enumerate() {
+            let is_approached = opening[k] < Dd::ZERO && restitution[k] > 0.0;
+            let is_slow = -opening[k].to_f64() < 1e-13 * scale;
+            self.faded[i] = is_approached && is_slow && result.opening[k] == Dd::ZERO;
             if result.opening[k].to_f64() > 0.0 {
                 self.leave(i, 1);
             } else {

@@ -57,6 +57,8 @@ pub struct Run<'a> {
     /// Independent stops whose forces are the unknowns of lasting contact; the others held follow from them.
     pub held: Vec<usize>,
     pub since: Vec<Option<Dd>>,
+    /// Which stops were left at rest by the rounding of an impact that was almost none.
+    pub faded: Vec<bool>,
     pub samples: &'a [Dd],
     pub roughness: Option<Roughness>,
     pub record: Record,
@@ -82,6 +84,7 @@ pub fn follow(
         contacts: vec![Contact::Open; k],
         held: Vec::new(),
         since: vec![None; k],
+        faded: vec![false; k],
         samples,
         roughness,
         record: Record::default(),
