@@ -20,7 +20,7 @@ pub(crate) struct ModalScene {
     /// An impulse p on stop i moves the state by `-jumps[i] p`.
     pub jumps: Arc<Vec<Vec<Pair>>>,
     pub load: Vec<Pair>,
-    /// The force amplitude, phase left out.
+    /// The force amplitude, its phase left out if not by the clock.
     pub force: Vec<Response>,
     /// The same on the coordinates.
     pub amplitude: DVector<Complex<f64>>,
@@ -41,6 +41,16 @@ pub(crate) enum SceneFlow {
 impl ModalScene {
     /// The modal form of a linear scene; `purpose` says in an error what needs it linear.
     pub fn new(scene: &Scene, purpose: &str) -> Result<Self> {
+        Self::turned(scene, purpose, 0.0)
+    }
+
+    /// The same with the forcing's phase in its amplitude: a slow force that begins from zero has all its digits there, and few in the
+    /// sum of phase and angle.
+    pub fn by_the_clock(scene: &Scene, purpose: &str) -> Result<Self> {
+        Self::turned(scene, purpose, scene.forcing().phase())
+    }
+
+    fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {
         let system = scene.linear_system(purpose)?;
         let form = ModalForm::new(system)?;
         let geometry = ContactGeometry::new(system, scene);
@@ -51,7 +61,8 @@ impl ModalScene {
         let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
         let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
         let load = form.load(system, system.load());
-        let amplitude = scene.forcing().force_on(system);
+        let turn = Complex::cis(phase);
+        let amplitude = scene.forcing().force_on(system).map(|f| f * turn);
         let force = form.force(system, &amplitude);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Ok(Self {

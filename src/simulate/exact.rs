@@ -40,7 +40,7 @@ const ORDERS_OF_INPUT: usize = 4;
 pub(crate) struct ExactMover<'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
-    /// The forcing phase at time zero.
+    /// The forcing phase at time zero, which the scene's amplitude has.
     phase: f64,
     search: Search<'a, F>,
     /// The rows of the normal velocities on the flow's state.
@@ -63,7 +63,7 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
 }
 
 impl<'a, F: LinearFlow> ExactMover<'a, F> {
-    /// A mover of a scene along its flow; `phase` is the forcing phase at time zero.
+    /// A mover of a scene by the clock along its flow; `phase` is the forcing phase at time zero.
     pub fn new(flow: &'a F, scene: &'a ModalScene, phase: f64, options: &SimulateOptions) -> Self {
         let g = &scene.geometry;
         let stops = 0..scene.n_stops();
@@ -107,10 +107,6 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         }
     }
 
-    fn angle(&self, clock: Clock) -> f64 {
-        clock.angle() + self.phase
-    }
-
     fn whole(&self, state: &[Pair]) -> Vec<Pair> {
         let mut whole = Vec::with_capacity(state.len());
         self.flow.leave(state, &mut whole);
@@ -120,7 +116,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     /// Puts the present state at a position and velocity, a time later.
     fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.clock = self.clock.after(span);
-        let angle = self.angle(self.clock);
+        let angle = self.clock.angle();
         self.flow
             .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
     }
@@ -129,7 +125,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
     fn go(&mut self, span: f64) {
         self.search.forward(&mut self.state, span);
         self.clock = self.clock.after(span);
-        let angle = self.angle(self.clock);
+        let angle = self.clock.angle();
         self.flow.set_angle(&mut self.state, angle);
     }
 }
@@ -155,7 +151,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.search.restart();
         self.holding = None;
         self.clock = self.clock.at(t);
-        let angle = self.angle(self.clock);
+        let angle = self.clock.angle();
         let whole = self.scene.form.to_modal(q, v);
         self.flow.enter(&whole, angle, &mut self.state);
         if let Some(kept) = &mut self.kept {
@@ -271,7 +267,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             ..
         } = self.scene;
         let (q, v) = self.physical();
-        let phasor = Complex::cis(self.angle(self.clock));
+        let phasor = Complex::cis(self.clock.angle());
         let acceleration = system.acceleration(&q, &v, &amplitude.map(|f| (f * phasor).re));
         let pull = |i: usize| -geometry.normals.column(stops[i]).dot(&acceleration);
         DVector::from_fn(stops.len(), |i, _| pull(i))
@@ -345,7 +341,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                     self.keep(time, None, record);
                     self.clock = then;
                     std::mem::swap(&mut self.state, &mut self.arrived);
-                    let angle = self.angle(self.clock);
+                    let angle = self.clock.angle();
                     self.flow.set_angle(&mut self.state, angle);
                     return Ok(Arrival::Contact { stop });
                 }
@@ -410,7 +406,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         let e = self.restitution(stop);
         let span = 2.0 * e * speed / ((1.0 - e) * acceleration);
         let (motion, (q, v)) = self.keep_chatter(stop, span, record)?;
-        let (q, v) = motion.carry(self.angle(self.clock), span, &q, &v);
+        let (q, v) = motion.carry(self.clock.angle(), span, &q, &v);
         self.put((&q, &v), span);
         self.look()
     }
@@ -454,7 +450,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn phase(&self) -> f64 {
-        wrapped(self.angle(self.clock))
+        wrapped(self.clock.angle() + self.phase)
     }
 
     fn physical(&self) -> (DVector<f64>, DVector<f64>) {

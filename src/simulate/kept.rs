@@ -117,7 +117,6 @@ pub(crate) enum Machinery {
     Exact {
         modal: Arc<ModalScene>,
         flow: Arc<SceneFlow>,
-        phase: f64,
         /// The motions while stops were held.
         held: Vec<Arc<StuckMotion>>,
     },
@@ -147,14 +146,9 @@ impl Machinery {
         local: f64,
     ) -> (DVector<f64>, DVector<f64>) {
         match self {
-            Self::Exact {
-                modal,
-                flow,
-                phase,
-                held,
-            } => {
+            Self::Exact { modal, flow, held } => {
                 let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
-                let angle = piece.clock.angle() + phase;
+                let angle = piece.clock.angle();
                 let is_holding = |s: &&Arc<StuckMotion>| s.stops == segment.stops;
                 if let Some(stuck) = held.iter().find(is_holding) {
                     let (q, v) = modal.form.to_physical(&state);

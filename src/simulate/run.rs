@@ -122,7 +122,10 @@ fn fly(
 ) -> Result<(Machinery, Done)> {
     Ok(match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
-            let modal = Arc::new(ModalScene::new(scene, "simulate with method=\"exact\"")?);
+            let modal = Arc::new(ModalScene::by_the_clock(
+                scene,
+                "simulate with method=\"exact\"",
+            )?);
             let flow = Arc::new(modal.flow());
             let phase = scene.forcing().phase();
             let done = with_flow!(&*flow, f => {
@@ -131,7 +134,6 @@ fn fly(
             let exact = Machinery::Exact {
                 modal,
                 flow,
-                phase,
                 held: done.held.clone(),
             };
             (exact, done)

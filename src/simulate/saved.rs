@@ -111,16 +111,10 @@ impl Trajectory {
         } else if order > 0 {
             Machinery::Series { order }
         } else {
-            let modal = Arc::new(ModalScene::new(scene, "a trajectory")?);
+            let modal = Arc::new(ModalScene::by_the_clock(scene, "a trajectory")?);
             let flow = Arc::new(modal.flow());
-            let phase = scene.forcing().phase();
             let held = Vec::new();
-            Machinery::Exact {
-                modal,
-                flow,
-                phase,
-                held,
-            }
+            Machinery::Exact { modal, flow, held }
         };
         let clock = Clock::new(0.0, frequency);
         let width = |kind| machinery.width(kind, n);

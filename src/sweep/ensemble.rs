@@ -103,7 +103,7 @@ pub fn simulate_many(
     ];
     match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
-            let modal = ModalScene::new(scene, "simulate_many with method=\"exact\"")?;
+            let modal = ModalScene::by_the_clock(scene, "simulate_many with method=\"exact\"")?;
             let phase = scene.forcing().phase();
             with_flow!(&modal.flow(), f => {
                 let make = || Run::exact(f, &modal, phase, options);

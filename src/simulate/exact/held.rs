@@ -62,7 +62,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             (Some(self.motion_of(held)?), self.settled(held)?)
         };
         let along = motion.as_ref().map(|motion| &motion.along);
-        let angle = self.angle(self.clock);
+        let angle = self.clock.angle();
         let (value, unknown) = derivative(self.scene, along, angle, (q, v), order);
         let normal = |stop: usize| self.scene.geometry.normals.column(stop).into_owned();
         let gap = |stop: usize| [-normal(stop).dot(&value), normal(stop).abs().dot(&unknown)];
@@ -80,7 +80,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
-        let angle = self.angle(self.clock);
+        let angle = self.clock.angle();
         let course = Course {
             motion,
             angle,

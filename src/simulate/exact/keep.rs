@@ -61,7 +61,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             let whole = self.scene.form.to_modal(&q, &v);
             self.keep_whole(&whole, SegmentKind::Chatter, &[stop], span);
         }
-        let angle = self.angle(self.clock);
+        let angle = self.clock.angle();
         record.sample(self.clock, span, None, |local| {
             motion.carry(angle, local, &q, &v)
         });
