@@ -47,6 +47,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let bend = |x: &[f64], clock: Clock| self.bend(&motion, stop, x, clock);
         let (a, now) = bend(self.x.slice(), self.clock)?;
         let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
+        // Dampers make of what is unknown of the accelerations something unknown of their rates.
+        let mut shaken = self.x.clone();
+        let all: Vec<usize> = (0..self.n_stops()).collect();
+        let most = self.acceleration_sizes(&all)?;
+        let most = most.into_iter().fold(0.0, f64::max);
+        for (v, a) in shaken.slice_mut()[n..].iter_mut().zip(&a) {
+            *v += if *a == 0.0 { 0.0 } else { ROUNDING * most };
+        }
+        let shaken = (bend(shaken.slice(), self.clock)?.1 - now).abs();
         let change = |step: f64| -> Result<f64> {
             let mut ahead = self.x.clone();
             let (q, v) = ahead.slice_mut().split_at_mut(n);
@@ -62,9 +71,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             if once.abs() > least {
                 let is_even = (change(2.0 * step)? - 2.0 * once).abs() < once.abs();
                 let jerk = if is_even { once } else { 0.0 };
-                return Ok([jerk, least].map(|x| x / step));
+                return Ok([jerk / step, (least / step).max(shaken)]);
             }
         }
-        Ok([0.0; 2])
+        Ok([0.0, shaken])
     }
 }
