@@ -69,23 +69,22 @@ struct Cell {
 pub(crate) struct GapRow {
     cells: Vec<Cell>,
     clearance: f64,
-    /// Size of the terms that the clearance was summed from, and the amplitude of what turns with the forcing: its rounding is a
-    /// part of that, however little of it is seen at a time.
+    /// Size of the terms that the clearance was summed from.
     size: f64,
     /// The gap where every pair rests, and the size of its terms.
     rest: (f64, f64),
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
     forced: f64,
     forced_growth: f64,
-    /// Sizes of the terms that the rows on pairs are sums of, where that is more than the rows; of no pair, where of none.
-    terms: Vec<f64>,
+    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
+    turning: Option<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
 }
 
 impl GapRow {
     /// A gap from one `(row, weight, reach)` for each pair: the weight in the bound on the fourth derivative, that in the
-    /// bound on the gap over all times to come. `clearance` and `size` are the gap and the size of its terms, with the amplitude of what turns with the forcing, where every
+    /// bound on the gap over all times to come. `clearance` and `size` are the gap and the size of its terms where every
     /// pair is zero, `rest` the same where every norm is zero; `forced` are the bounds on the forcing's own part of the fourth
     /// derivative, constant and growing with time.
     pub fn new(
@@ -102,7 +101,7 @@ impl GapRow {
             rest,
             forced,
             forced_growth,
-            terms: Vec::new(),
+            turning: None,
             relative: SUM_ROUNDINGS,
         }
     }
@@ -113,18 +112,22 @@ impl GapRow {
         self
     }
 
-    /// With a pair whose part of the gap is the sum of terms of a size, though the row on it is smaller.
-    pub fn with_terms(mut self, pair: usize, size: f64) -> Self {
-        self.terms.resize(self.cells.len(), 0.0);
-        self.terms[pair] = size;
+    /// With a last pair `(cos, sin)` of the forcing's angle, whose part of the gap is the sum of terms of these sizes, though the row on
+    /// it may be smaller.
+    pub fn with_turning(mut self, terms: Pair) -> Self {
+        self.rest.1 += terms[0] + terms[1];
+        self.turning = Some(terms);
         self
     }
 
-    /// What such pairs leave unknown of the gap's acceleration.
+    /// What rounding leaves unknown of what turns with the forcing, in its second derivative.
     pub fn acceleration_lost(&self, derivatives: &[Derivatives]) -> f64 {
-        let pairs = self.terms.iter().zip(derivatives);
-        let terms = pairs.map(|(size, d)| size * d.d2[0].hypot(d.d2[1]));
-        SUM_ROUNDINGS * terms.sum::<f64>()
+        match (self.turning, derivatives.last()) {
+            (Some(terms), Some(d)) => {
+                SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
+            }
+            _ => 0.0,
+        }
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
@@ -195,6 +198,10 @@ impl GapRow {
             c[3] -= r[0] * d.d3[0] + r[1] * d.d3[1];
             quartic += weight * d.norm;
             size += terms[0].abs() + terms[1].abs();
+        }
+        if let (Some([by_cos, by_sin]), Some(d)) = (self.turning, derivatives.last()) {
+            // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.
+            size += by_cos + by_sin * (d.z[1].abs() + (-d.z[0]).max(0.0));
         }
         Jet {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],

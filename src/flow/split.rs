@@ -134,15 +134,18 @@ impl LinearFlow for SplitFlow {
             *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
         }
         // Fast forcing moves modes as much as it moves nothing: what they leave of each other is known to what they are.
-        let seen = |(r, y): (&Pair, &Response)| r[0].abs() * y[0].norm() + r[1].abs() * y[1].norm();
-        let turned = forcing.norm() + row.iter().zip(&self.steady).map(seen).sum::<f64>();
+        let seen = |part: &dyn Fn(Complex<f64>) -> f64| -> f64 {
+            let terms =
+                |(r, y): (&Pair, &Response)| (r[0] * part(y[0])).abs() + (r[1] * part(y[1])).abs();
+            part(*forcing).abs() + row.iter().zip(&self.steady).map(terms).sum::<f64>()
+        };
         let quantity = Quantity {
             constant: constant - rest,
-            size: size + rest.abs() + turned,
+            size: size + rest.abs(),
             row: enlarged,
             forcing: Complex::new(0.0, 0.0),
         };
-        (self.flow.gap_row(&quantity)).with_terms(row.len(), turned)
+        (self.flow.gap_row(&quantity)).with_turning([seen(&|z| z.re), seen(&|z| z.im)])
     }
 
     /// At an equilibrium nothing moves, so that the load leaves no trace here.

@@ -31,7 +31,9 @@ impl Run<'_> {
                 previous.is_some_and(|hit| (speed.to_f64() / hit.departure / e - 1.0).abs() < 0.05);
             let residual = 8.0 * speed.to_f64().powi(2) / (e * (1.0 - e)) / -a;
             is_short |= is_regular
-                && residual < roughness.completion * self.size(stop).max(self.record.q_size);
+                && residual
+                    < roughness.completion * self.size(stop).max(self.record.q_size)
+                        + roughness.least;
         }
         let others_stay = (0..self.contacts.len()).all(|i| {
             if i == stop || self.contacts[i] == Contact::Held {

@@ -76,8 +76,8 @@ const FOUND: [(u64, &[u64]); 19] = [
     (110, &[42, 1111, 27492, 37586, 49322, 52449, 54549, 85984]),
     // Complex modes of which one is known to few digits; runs that end with their impacts.
     (111, &[25149, 32677, 38235, 84492]),
-    // What is left of forces where one of two facing stops is let go.
-    (113, &[40006, 57185]),
+    // What is left of forces where one of two facing stops is let go; rates of forces beside dampers; sines from zero that are slow.
+    (113, &[40006, 57185, 68822, 76481, 76648]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

@@ -116,6 +116,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
             pattern: k / 2,
             terms: q_terms.max(way),
             completion: 40.0 * case.rtol.max(1e-14),
+            least: 40.0 * case.atol,
             gap: sign(k, 7) * case.by_method(lost * GAP_ROUNDING, case.rtol),
         })
     };

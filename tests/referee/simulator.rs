@@ -35,6 +35,8 @@ pub const CLOSED: f64 = 1e-22;
 pub struct Roughness {
     /// Impacts that accumulate are completed where the error of doing so is below this part of the motion.
     pub completion: f64,
+    /// Or below this.
+    pub least: f64,
     /// By what part of its terms a gap is off at a contact.
     pub gap: f64,
     /// Size of positions that the motion is the small difference of.
