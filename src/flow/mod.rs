@@ -27,7 +27,7 @@ pub(crate) use drive::{Drive, HarmonicDrive, Loaded, Undriven};
 pub(crate) use gap_row::{Derivatives, GapRow, Quantity, TERM_ROUNDINGS};
 pub(crate) use linear::{LinearFlow, carry, forward};
 pub(crate) use pendulum_series::PendulumSeries;
-pub(crate) use scene::{ModalScene, SceneFlow, along, modal_flow, with_flow};
+pub(crate) use scene::{ModalScene, SceneFlow, TimedScene, along, modal_flow, with_flow};
 pub(crate) use series_of::{Motion, SeriesOf};
 pub(crate) use split::SplitFlow;
 pub(crate) use stuck::{CANCELLED, StuckMotion};

@@ -20,7 +20,7 @@ pub(crate) struct ModalScene {
     /// An impulse p on stop i moves the state by `-jumps[i] p`.
     pub jumps: Arc<Vec<Vec<Pair>>>,
     pub load: Vec<Pair>,
-    /// The force amplitude, its phase left out if not by the clock.
+    /// The force amplitude, phase left out but in a timed scene.
     pub force: Vec<Response>,
     /// The same on the coordinates.
     pub amplitude: DVector<Complex<f64>>,
@@ -38,16 +38,31 @@ pub(crate) enum SceneFlow {
     Dense(DenseFlow),
 }
 
+/// A linear scene as it runs by the clock, and its flow: the forcing's phase is in its amplitude. A slow force that begins from zero has
+/// all its digits there, and few in the sum of phase and angle.
+#[derive(Debug)]
+pub(crate) struct TimedScene {
+    pub modal: Arc<ModalScene>,
+    pub flow: Arc<SceneFlow>,
+}
+
+impl TimedScene {
+    /// Made of a scene once; `purpose` says in an error what needs it linear.
+    pub fn of(scene: &Scene, purpose: &str) -> Result<Arc<Self>> {
+        scene.derived().or_made(|| {
+            let modal = ModalScene::turned(scene, purpose, scene.forcing().phase())?;
+            Ok(Self {
+                flow: Arc::new(modal.flow()),
+                modal: Arc::new(modal),
+            })
+        })
+    }
+}
+
 impl ModalScene {
     /// The modal form of a linear scene; `purpose` says in an error what needs it linear.
     pub fn new(scene: &Scene, purpose: &str) -> Result<Self> {
         Self::turned(scene, purpose, 0.0)
-    }
-
-    /// The same with the forcing's phase in its amplitude: a slow force that begins from zero has all its digits there, and few in the
-    /// sum of phase and angle.
-    pub fn by_the_clock(scene: &Scene, purpose: &str) -> Result<Self> {
-        Self::turned(scene, purpose, scene.forcing().phase())
     }
 
     fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {

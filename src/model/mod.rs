@@ -4,6 +4,7 @@ mod acceleration_terms;
 mod change;
 mod contact;
 mod contact_geometry;
+mod derived;
 mod difference;
 mod dynamics;
 mod energy;

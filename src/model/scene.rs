@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::change::{scale_damping, set_clearance, set_restitution};
+use crate::model::derived::Derived;
 use crate::model::{Change, Constraint, Forcing, LinearSystem, Reaction, Stop, System, no_mass};
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -12,6 +13,8 @@ pub struct Scene {
     system: System,
     forcing: Forcing,
     stops: Vec<Constraint>,
+    /// What runs by exact flights need of it.
+    derived: Derived,
 }
 
 impl Scene {
@@ -30,6 +33,7 @@ impl Scene {
             system: system.into(),
             forcing: forcing.into(),
             stops: stops.into_iter().map(Into::into).collect(),
+            derived: Derived::default(),
         };
         scene.check_forcing()?;
         for (i, stop) in scene.stops.iter().enumerate() {
@@ -203,7 +207,10 @@ impl Scene {
     /// # Errors
     /// A value that breaks its rule, or a result that does not fit together.
     pub fn replace(&self, change: Change) -> Result<Self> {
-        let mut copy = self.clone();
+        let mut copy = Self {
+            derived: Derived::default(),
+            ..self.clone()
+        };
         match change {
             Change::System(system) => return Self::new(system, copy.forcing, copy.stops),
             Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
@@ -224,6 +231,11 @@ impl Scene {
             }
         }
         Ok(copy)
+    }
+
+    /// The place of what is made of the scene once.
+    pub(crate) fn derived(&self) -> &Derived {
+        &self.derived
     }
 
     fn stop_mut(&mut self, argument: &str, index: usize) -> Result<&mut Constraint> {

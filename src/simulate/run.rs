@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, shortened};
 use crate::flow::runge_kutta::State;
-use crate::flow::{LinearFlow, ModalScene, StuckMotion, with_flow};
+use crate::flow::{LinearFlow, ModalScene, StuckMotion, TimedScene, with_flow};
 use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::quantity::{finite_vector, room_for};
@@ -122,18 +122,15 @@ fn fly(
 ) -> Result<(Machinery, Done)> {
     Ok(match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
-            let modal = Arc::new(ModalScene::by_the_clock(
-                scene,
-                "simulate with method=\"exact\"",
-            )?);
-            let flow = Arc::new(modal.flow());
+            let timed = TimedScene::of(scene, "simulate with method=\"exact\"")?;
+            let TimedScene { modal, flow } = &*timed;
             let phase = scene.forcing().phase();
-            let done = with_flow!(&*flow, f => {
-                Run::exact(f, &modal, phase, options).run(q0, v0, t_span, observer)
+            let done = with_flow!(&**flow, f => {
+                Run::exact(f, modal, phase, options).run(q0, v0, t_span, observer)
             })?;
             let exact = Machinery::Exact {
-                modal,
-                flow,
+                modal: Arc::clone(modal),
+                flow: Arc::clone(flow),
                 held: done.held.clone(),
             };
             (exact, done)

@@ -1,7 +1,7 @@
 //! Trajectories as plain numbers, from which they can be made again without running them: for pickling and files.
 
 use crate::error::{Error, Result};
-use crate::flow::{ModalScene, StuckMotion};
+use crate::flow::{StuckMotion, TimedScene};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
@@ -111,10 +111,12 @@ impl Trajectory {
         } else if order > 0 {
             Machinery::Series { order }
         } else {
-            let modal = Arc::new(ModalScene::by_the_clock(scene, "a trajectory")?);
-            let flow = Arc::new(modal.flow());
-            let held = Vec::new();
-            Machinery::Exact { modal, flow, held }
+            let timed = TimedScene::of(scene, "a trajectory")?;
+            Machinery::Exact {
+                modal: Arc::clone(&timed.modal),
+                flow: Arc::clone(&timed.flow),
+                held: Vec::new(),
+            }
         };
         let clock = Clock::new(0.0, frequency);
         let width = |kind| machinery.width(kind, n);

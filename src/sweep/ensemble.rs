@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
-use crate::flow::{ModalScene, registers, with_flow};
+use crate::flow::{TimedScene, registers, with_flow};
 use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{
     Abreast, Done, Keep, Looped, Method, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
@@ -103,10 +103,10 @@ pub fn simulate_many(
     ];
     match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
-            let modal = ModalScene::by_the_clock(scene, "simulate_many with method=\"exact\"")?;
+            let timed = TimedScene::of(scene, "simulate_many with method=\"exact\"")?;
             let phase = scene.forcing().phase();
-            with_flow!(&modal.flow(), f => {
-                let make = || Run::exact(f, &modal, phase, options);
+            with_flow!(&*timed.flow, f => {
+                let make = || Run::exact(f, &timed.modal, phase, options);
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }

@@ -1,0 +1,68 @@
+//! What other layers have made of a scene, kept with it: made once, however often it is asked for.
+
+use std::any::Any;
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+/// A place for one thing that follows from a scene and from nothing else. Copies of the scene share it; scenes that differ have places of
+/// their own, and places are no difference between scenes.
+#[derive(Clone, Default)]
+pub(crate) struct Derived(Arc<OnceLock<Arc<dyn Any + Send + Sync>>>);
+
+impl Derived {
+    /// What was made before, or what is made now. Who asks for another type than the first one has it made each time.
+    ///
+    /// # Errors
+    /// Those of making it; nothing is kept then.
+    pub fn or_made<T: Any + Send + Sync, E>(
+        &self,
+        make: impl FnOnce() -> Result<T, E>,
+    ) -> Result<Arc<T>, E> {
+        if let Some(known) = self.0.get().cloned().and_then(|any| any.downcast().ok()) {
+            return Ok(known);
+        }
+        let made = Arc::new(make()?);
+        // Of two that made it at the same time one is kept.
+        let _ = self.0.set(Arc::clone(&made) as Arc<dyn Any + Send + Sync>);
+        Ok(made)
+    }
+}
+
+impl fmt::Debug for Derived {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let state = if self.0.get().is_some() {
+            "made"
+        } else {
+            "not made"
+        };
+        f.write_str(state)
+    }
+}
+
+impl PartialEq for Derived {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    #[test]
+    fn what_is_made_once_is_shared_by_copies_and_an_error_is_not_kept() {
+        let place = Derived::default();
+        assert_eq!(place.or_made(|| Err::<u32, _>("none")).unwrap_err(), "none");
+        let made = place.or_made(|| Ok::<u32, Infallible>(3)).expect("made");
+        let copy = place.clone();
+        let again = copy
+            .or_made(|| Ok::<u32, Infallible>(4))
+            .expect("made before");
+        assert!(Arc::ptr_eq(&made, &again) && *again == 3);
+        let other = copy
+            .or_made(|| Ok::<u64, Infallible>(5))
+            .expect("of another type");
+        assert_eq!(*other, 5);
+    }
+}
