@@ -65,7 +65,7 @@ impl StuckMotion {
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();
-        let inverse = rank::pseudo_inverse(&delassus, tolerance)?;
+        let inverse = uncoupled(rank::pseudo_inverse(&delassus, tolerance)?);
         // Where normals depend on each other, stops share their forces: they react along what these make of their reactions.
         let shared = &reactions * &inverse;
         let reduced = Reduced::new(system, &free, &shared)?;
@@ -212,6 +212,17 @@ fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<[Co
         .zip(&im)
         .map(|(a, b)| [0, 1].map(|c| Complex::new(a[c], b[c])))
         .collect()
+}
+
+/// A matrix whose coupling of rounding is none: the force of one stop would see that of another.
+fn uncoupled(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let own = matrix.diagonal().map(|x| x.abs().sqrt());
+    for i in 0..own.len() {
+        for j in (0..own.len()).filter(|&j| j != i) {
+            matrix[(i, j)] = cleared(matrix[(i, j)], own[i] * own[j]);
+        }
+    }
+    matrix
 }
 
 /// Sums of terms of the given sizes; what is left of terms that cancel is nothing: a force of rounding would drive what rests, and a

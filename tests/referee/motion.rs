@@ -163,6 +163,15 @@ impl Model {
     /// Whether impulses on some stops that change none of their speeds can change the motion: which of them carries a load is
     /// then nobody's, and matters.
     pub fn reactions_differ(&self, stops: &[usize]) -> bool {
+        // Of a part of them as of all.
+        (0..1u32 << stops.len()).any(|bits| {
+            let part = stops.iter().enumerate();
+            let part = part.filter(|(k, _)| bits >> k & 1 == 1).map(|(_, &i)| i);
+            self.all_differ(&part.collect::<Vec<_>>())
+        })
+    }
+
+    fn all_differ(&self, stops: &[usize]) -> bool {
         if stops.len() < 2 {
             return false;
         }
