@@ -1,52 +1,89 @@
 //! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
 
 use crate::flow::{CANCELLED, ModalScene};
+use crate::model::LinearSystem;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// A derivative of the position from order 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under `f + Re(F e^{i w t})`, and
-/// what rounding, that of the state and that of every sum, leaves unknown of each of its entries. P is what the contact forces of
-/// stops that are held leave of an acceleration; none where nothing is held.
-pub(crate) fn derivative(
-    scene: &ModalScene,
-    along: Option<&DMatrix<f64>>,
-    angle: f64,
-    (q, v): (DVector<f64>, DVector<f64>),
-    order: usize,
-) -> (DVector<f64>, DVector<f64>) {
-    let (system, n) = (&scene.system, q.len());
-    let (stiffness, damping) = (system.stiffness().to_dense(), system.damping().to_dense());
-    let unit = |i: usize| DVector::from_fn(n, |j, _| f64::from(u8::from(i == j)));
-    let columns: Vec<_> = (0..n).map(|i| system.solve_mass(&unit(i))).collect();
-    let mut inverse = DMatrix::from_columns(&columns);
-    if let Some(along) = along {
-        inverse = along * inverse;
+/// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P is what the contact forces of stops that are held
+/// leave of an acceleration; none where nothing is held.
+#[derive(Debug, Clone)]
+pub(crate) struct Equations {
+    inverse: WithSizes,
+    stiffness: WithSizes,
+    damping: WithSizes,
+}
+
+/// A matrix and the sizes of its entries.
+#[derive(Debug, Clone)]
+struct WithSizes {
+    entries: DMatrix<f64>,
+    sizes: DMatrix<f64>,
+}
+
+impl From<DMatrix<f64>> for WithSizes {
+    fn from(entries: DMatrix<f64>) -> Self {
+        let sizes = entries.abs();
+        Self { entries, sizes }
     }
-    let lost = |x: &DVector<f64>| DVector::from_element(n, CANCELLED * x.amax());
-    let (mut x, mut next) = ((q.clone(), lost(&q)), (v.clone(), lost(&v)));
-    let mut force = scene.amplitude.map(|f| f * Complex::cis(angle));
-    let turn = Complex::new(0.0, scene.frequency);
-    for k in 2..=order {
-        let load = if k == 2 {
-            system.load().clone()
-        } else {
-            DVector::zeros(n)
-        };
-        let sum = &load + force.map(|f| f.re) - &stiffness * &x.0 - &damping * &next.0;
-        let (k_size, c_size) = (stiffness.abs(), damping.abs());
-        let terms =
-            load.abs() + force.map(Complex::norm) + &k_size * x.0.abs() + &c_size * next.0.abs();
-        let unknown = CANCELLED * terms + k_size * x.1 + c_size * &next.1;
-        x = next;
-        next = (&inverse * sum, inverse.abs() * unknown);
-        force *= turn;
+}
+
+impl Equations {
+    pub fn new(system: &LinearSystem, along: Option<&DMatrix<f64>>) -> Self {
+        let n = system.n_dof();
+        let unit = |i: usize| DVector::from_fn(n, |j, _| f64::from(u8::from(i == j)));
+        let columns: Vec<_> = (0..n).map(|i| system.solve_mass(&unit(i))).collect();
+        let inverse = DMatrix::from_columns(&columns);
+        Self {
+            inverse: along
+                .map_or(inverse.clone(), |along| along * inverse)
+                .into(),
+            stiffness: system.stiffness().to_dense().into(),
+            damping: system.damping().to_dense().into(),
+        }
     }
-    next
+
+    /// A derivative of the position from order 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
+    /// `f + Re(F e^{i w t})`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries.
+    pub fn derivative(
+        &self,
+        scene: &ModalScene,
+        angle: f64,
+        (q, v): (DVector<f64>, DVector<f64>),
+        order: usize,
+    ) -> (DVector<f64>, DVector<f64>) {
+        let n = q.len();
+        let lost = |x: &DVector<f64>| DVector::from_element(n, CANCELLED * x.amax());
+        let (lost_q, lost_v) = (lost(&q), lost(&v));
+        let (mut x, mut next) = ((q, lost_q), (v, lost_v));
+        let mut force = scene.amplitude.map(|f| f * Complex::cis(angle));
+        let turn = Complex::new(0.0, scene.frequency);
+        let (inverse, stiffness, damping) = (&self.inverse, &self.stiffness, &self.damping);
+        for k in 2..=order {
+            let mut sum = force.map(|f| f.re);
+            let mut terms = force.map(Complex::norm);
+            if k == 2 {
+                sum += scene.system.load();
+                terms += scene.system.load().abs();
+            }
+            sum.gemv(-1.0, &stiffness.entries, &x.0, 1.0);
+            sum.gemv(-1.0, &damping.entries, &next.0, 1.0);
+            terms.gemv(1.0, &stiffness.sizes, &x.0.abs(), 1.0);
+            terms.gemv(1.0, &damping.sizes, &next.0.abs(), 1.0);
+            let mut unknown = CANCELLED * terms;
+            unknown.gemv(1.0, &stiffness.sizes, &x.1, 1.0);
+            unknown.gemv(1.0, &damping.sizes, &next.1, 1.0);
+            x = next;
+            next = (&inverse.entries * sum, &inverse.sizes * unknown);
+            force *= turn;
+        }
+        next
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Forcing, Harmonic, LinearSystem, Scene, Stop};
+    use crate::model::{Forcing, Harmonic, Scene, Stop};
     use nalgebra::dvector;
 
     #[test]
@@ -61,6 +98,7 @@ mod tests {
         )
         .expect("valid");
         let scene = ModalScene::new(&scene, "derivatives").expect("linear");
+        let equations = Equations::new(&scene.system, None);
         for t in [0.0f64, 0.4, 2.0] {
             let x = |k: i32, t: f64| {
                 let turn = 0.5 * std::f64::consts::PI * f64::from(k);
@@ -68,7 +106,7 @@ mod tests {
             };
             let state = (dvector![x(0, t)], dvector![x(1, t)]);
             for order in 2..12 {
-                let (value, unknown) = derivative(&scene, None, t, state.clone(), order);
+                let (value, unknown) = equations.derivative(&scene, t, state.clone(), order);
                 let off = value[0] - x(i32::try_from(order).expect("small"), t);
                 assert!(
                     off.abs() <= unknown[0],

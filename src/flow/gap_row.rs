@@ -120,6 +120,14 @@ impl GapRow {
         self
     }
 
+    /// With what turns with the forcing known to its amplitude only: a force that begins by a high derivative is far below the sums it
+    /// comes from.
+    pub fn with_whole_turning(mut self) -> Self {
+        let [by_cos, by_sin] = self.turning.unwrap_or_default();
+        self.size += by_cos + by_sin;
+        self
+    }
+
     /// What rounding leaves unknown of what turns with the forcing, in its second derivative.
     pub fn acceleration_lost(&self, derivatives: &[Derivatives]) -> f64 {
         match (self.turning, derivatives.last()) {

@@ -22,7 +22,6 @@ pub(crate) mod taylor;
 
 pub(crate) use block::BlockFlow;
 pub(crate) use dense::DenseFlow;
-pub(crate) use derivative::derivative;
 pub(crate) use drive::{Drive, HarmonicDrive, Loaded, Undriven};
 pub(crate) use gap_row::{Derivatives, GapRow, Quantity, TERM_ROUNDINGS};
 pub(crate) use linear::{LinearFlow, carry, forward};

@@ -1,11 +1,15 @@
 //! A linear scene in modal pairs: flow, forcing and stops as the periodic solve and the simulation use them.
 
 use crate::error::Result;
-use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, Loaded, SplitFlow, Undriven};
+use crate::flow::derivative::Equations;
+use crate::flow::{BlockFlow, DenseFlow, HarmonicDrive, Loaded, SplitFlow, StuckMotion, Undriven};
 use crate::modal::{Block, Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, LinearSystem, Scene};
 use nalgebra::{Complex, DVector};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Motions with stops held that are kept with a scene.
+const MOST_KEPT: usize = 32;
 
 /// The machinery of a linear scene.
 #[derive(Debug, Clone)]
@@ -44,6 +48,9 @@ pub(crate) enum SceneFlow {
 pub(crate) struct TimedScene {
     pub modal: Arc<ModalScene>,
     pub flow: Arc<SceneFlow>,
+    /// Motions with stops held, as runs have needed them.
+    held: Mutex<Vec<Arc<StuckMotion>>>,
+    equations: OnceLock<Equations>,
 }
 
 impl TimedScene {
@@ -54,8 +61,30 @@ impl TimedScene {
             Ok(Self {
                 flow: Arc::new(modal.flow()),
                 modal: Arc::new(modal),
+                held: Mutex::default(),
+                equations: OnceLock::new(),
             })
         })
+    }
+
+    /// The equations of its motion where nothing is held.
+    pub fn equations(&self) -> &Equations {
+        self.equations
+            .get_or_init(|| Equations::new(&self.modal.system, None))
+    }
+
+    /// The motion while some stops are held.
+    pub fn holding(&self, stops: &[usize]) -> Result<Arc<StuckMotion>> {
+        let kept = || self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept().iter().find(|motion| motion.stops == stops) {
+            return Ok(Arc::clone(known));
+        }
+        let made = Arc::new(StuckMotion::new(&self.modal, stops)?);
+        let mut kept = kept();
+        if kept.len() < MOST_KEPT {
+            kept.push(Arc::clone(&made));
+        }
+        Ok(made)
     }
 }
 

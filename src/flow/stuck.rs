@@ -2,6 +2,7 @@
 //! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
 
 use crate::error::{Error, Result};
+use crate::flow::derivative::Equations;
 use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
 use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::{Form, ModalForm, Pair};
@@ -9,6 +10,7 @@ use crate::model::LinearSystem;
 use crate::quantity::room_for;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix};
+use std::sync::OnceLock;
 
 /// A product of a reaction direction and a free direction below this, relative to both, is zero.
 const ORTHOGONAL_TOL: f64 = 1e-12;
@@ -28,7 +30,8 @@ pub(crate) struct StuckMotion {
     /// Z, shape `(n, n - k)`, orthonormal columns.
     free: DMatrix<f64>,
     /// What is left of an acceleration of the whole system, shape `(n, n)`.
-    pub along: DMatrix<f64>,
+    along: DMatrix<f64>,
+    equations: OnceLock<Equations>,
     form: ModalForm,
     pub flow: SceneFlow,
     /// The contact force of each stop held, in their order.
@@ -118,12 +121,19 @@ impl StuckMotion {
             stops: stops.to_vec(),
             gaps: (0..g.len()).map(gap).collect(),
             along: &free * &reduced.takes,
+            equations: OnceLock::new(),
             anchor,
             free,
             form,
             flow,
             forces,
         })
+    }
+
+    /// The equations of the motion, made when first needed.
+    pub fn equations(&self, system: &LinearSystem) -> &Equations {
+        let make = || Equations::new(system, Some(&self.along));
+        self.equations.get_or_init(make)
     }
 
     /// How the motion uncouples.

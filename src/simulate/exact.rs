@@ -6,7 +6,7 @@ mod keep;
 use crate::contact::next::{Grazed, Next, Search};
 use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
 use crate::error::{Error, Result};
-use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, along};
+use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, TimedScene, along};
 use crate::impact::wrapped;
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
@@ -39,6 +39,7 @@ const ORDERS_OF_INPUT: usize = 4;
 /// A linear scene in motion; one run after another, with its buffers.
 pub(crate) struct ExactMover<'a, F: LinearFlow> {
     flow: &'a F,
+    timed: &'a TimedScene,
     scene: &'a ModalScene,
     /// The forcing phase at time zero, which the scene's amplitude has.
     phase: f64,
@@ -64,7 +65,8 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
 
 impl<'a, F: LinearFlow> ExactMover<'a, F> {
     /// A mover of a scene by the clock along its flow; `phase` is the forcing phase at time zero.
-    pub fn new(flow: &'a F, scene: &'a ModalScene, phase: f64, options: &SimulateOptions) -> Self {
+    pub fn new(flow: &'a F, timed: &'a TimedScene, phase: f64, options: &SimulateOptions) -> Self {
+        let scene = &*timed.modal;
         let g = &scene.geometry;
         let stops = 0..scene.n_stops();
         let gaps = stops
@@ -86,6 +88,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
         Self {
             flow,
+            timed,
             scene,
             phase,
             search: Search::new(flow, gaps.collect()),

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, shortened};
 use crate::flow::runge_kutta::State;
-use crate::flow::{LinearFlow, ModalScene, StuckMotion, TimedScene, with_flow};
+use crate::flow::{LinearFlow, StuckMotion, TimedScene, with_flow};
 use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::quantity::{finite_vector, room_for};
@@ -123,10 +123,10 @@ fn fly(
     Ok(match choose(scene, options.method) {
         Method::Auto | Method::Exact => {
             let timed = TimedScene::of(scene, "simulate with method=\"exact\"")?;
-            let TimedScene { modal, flow } = &*timed;
+            let TimedScene { modal, flow, .. } = &*timed;
             let phase = scene.forcing().phase();
             let done = with_flow!(&**flow, f => {
-                Run::exact(f, modal, phase, options).run(q0, v0, t_span, observer)
+                Run::exact(f, &timed, phase, options).run(q0, v0, t_span, observer)
             })?;
             let exact = Machinery::Exact {
                 modal: Arc::clone(modal),
@@ -263,12 +263,12 @@ impl<'a> Run<'a, ()> {
     /// Runs along the flow of a linear scene.
     pub fn exact<F: LinearFlow>(
         flow: &'a F,
-        scene: &'a ModalScene,
+        timed: &'a TimedScene,
         phase: f64,
         options: &'a SimulateOptions,
     ) -> Run<'a, ExactMover<'a, F>> {
-        let mover = ExactMover::new(flow, scene, phase, options);
-        Run::of(mover, options, scene.form.n_dof())
+        let mover = ExactMover::new(flow, timed, phase, options);
+        Run::of(mover, options, timed.modal.form.n_dof())
     }
 
     /// Runs in steps.

@@ -106,7 +106,7 @@ pub fn simulate_many(
             let timed = TimedScene::of(scene, "simulate_many with method=\"exact\"")?;
             let phase = scene.forcing().phase();
             with_flow!(&*timed.flow, f => {
-                let make = || Run::exact(f, &timed.modal, phase, options);
+                let make = || Run::exact(f, &timed, phase, options);
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }

@@ -5,7 +5,7 @@ use super::{ExactMover, is_within};
 use crate::contact::next::{LATE, Next, Search, Seen};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
-use crate::flow::{CANCELLED, GapRow, LinearFlow, StuckMotion, derivative, with_flow};
+use crate::flow::{CANCELLED, GapRow, LinearFlow, StuckMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
@@ -44,7 +44,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         if let Some(known) = self.held.iter().find(|h| h.stops == stops) {
             return Ok(Arc::clone(known));
         }
-        let motion = Arc::new(StuckMotion::new(self.scene, stops)?);
+        let motion = self.timed.holding(stops)?;
         self.held.push(Arc::clone(&motion));
         Ok(motion)
     }
@@ -56,14 +56,17 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         held: &[usize],
         order: usize,
     ) -> Result<Vec<[f64; 2]>> {
-        let (motion, (q, v)) = if held.is_empty() {
-            (None, self.physical())
-        } else {
-            (Some(self.motion_of(held)?), self.settled(held)?)
-        };
-        let along = motion.as_ref().map(|motion| &motion.along);
         let angle = self.clock.angle();
-        let (value, unknown) = derivative(self.scene, along, angle, (q, v), order);
+        let (value, unknown) = if held.is_empty() {
+            let state = self.physical();
+            let equations = self.timed.equations();
+            equations.derivative(self.scene, angle, state, order)
+        } else {
+            let motion = self.motion_of(held)?;
+            let state = self.settled(held)?;
+            let equations = motion.equations(&self.scene.system);
+            equations.derivative(self.scene, angle, state, order)
+        };
         let normal = |stop: usize| self.scene.geometry.normals.column(stop).into_owned();
         let gap = |stop: usize| [-normal(stop).dot(&value), normal(stop).abs().dot(&unknown)];
         Ok(stops.iter().map(|&stop| gap(stop)).collect())
@@ -193,7 +196,7 @@ impl Events {
         flow.norms(state, &mut norms);
         let forces = motion.stops.iter().zip(&motion.forces);
         let forces = forces.filter_map(|(&stop, force)| {
-            let row = flow.gap_row(force).known_to(CANCELLED);
+            let row = flow.gap_row(force).known_to(CANCELLED).with_whole_turning();
             let lost = motion.lost(force, whole);
             let size = row.jet(&derivatives).size;
             let is_flat = row.most(&norms) <= (FLAT * size).max(lost);
