@@ -93,7 +93,8 @@ REST = (
     Change(
         SETTLE,
         "        if resting.is_empty() && self.were_held.is_empty() {",
-        f"        if resting.is_empty() && self.were_held.is_empty() {{\n            return Ok(Ok(()));\n        }}\n        {NEVER}\n",
+        "        if resting.is_empty() && self.were_held.is_empty() {\n"
+        f"            return Ok(Ok(()));\n        }}\n        {NEVER}\n",
         "    }\n\n    /// A stop held whose force",
     ),
     Change(
