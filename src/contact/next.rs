@@ -290,14 +290,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         for place in 0..self.active.len() {
             let stop = self.active[place];
             // What rounding left below zero where the flight began on the stop is none.
-            let (floor, gap) = (self.brackets[stop].floor, &self.gaps[stop]);
-            let raised;
-            let jet = if floor == 0.0 {
-                &self.jets[stop]
-            } else {
-                raised = self.jets[stop].above(floor);
-                &raised
-            };
+            let (jet, gap) = (
+                &self.jets[stop].above(self.brackets[stop].floor),
+                &self.gaps[stop],
+            );
             let order = starts.map_or(0, |orders| orders[stop]);
             let mut ahead = match order {
                 0 => from_open(jet, step, gap.rounding(jet)),

@@ -1,5 +1,6 @@
 //! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
 
+use crate::flow::stuck::solve_columns;
 use crate::flow::{CANCELLED, ModalScene};
 use crate::model::LinearSystem;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -30,13 +31,12 @@ impl From<DMatrix<f64>> for WithSizes {
 impl Equations {
     pub fn new(system: &LinearSystem, along: Option<&DMatrix<f64>>) -> Self {
         let n = system.n_dof();
-        let unit = |i: usize| DVector::from_fn(n, |j, _| f64::from(u8::from(i == j)));
-        let columns: Vec<_> = (0..n).map(|i| system.solve_mass(&unit(i))).collect();
-        let inverse = DMatrix::from_columns(&columns);
+        let mut inverse = solve_columns(system, &DMatrix::identity(n, n));
+        if let Some(along) = along {
+            inverse = along * inverse;
+        }
         Self {
-            inverse: along
-                .map_or(inverse.clone(), |along| along * inverse)
-                .into(),
+            inverse: inverse.into(),
             stiffness: system.stiffness().to_dense().into(),
             damping: system.damping().to_dense().into(),
         }

@@ -201,7 +201,8 @@ impl StuckMotion {
     }
 }
 
-fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<f64> {
+/// A matrix over the mass.
+pub(super) fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<f64> {
     let columns: Vec<_> = m
         .column_iter()
         .map(|c| system.solve_mass(&c.into_owned()))

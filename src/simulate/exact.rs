@@ -263,16 +263,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn pulls(&self, stops: &[usize]) -> DVector<f64> {
-        let ModalScene {
-            system,
-            amplitude,
-            geometry,
-            ..
-        } = self.scene;
-        let (q, v) = self.physical();
+        let (scene, (q, v)) = (self.scene, self.physical());
         let phasor = Complex::cis(self.clock.angle());
-        let acceleration = system.acceleration(&q, &v, &amplitude.map(|f| (f * phasor).re));
-        let pull = |i: usize| -geometry.normals.column(stops[i]).dot(&acceleration);
+        let force = scene.amplitude.map(|f| (f * phasor).re);
+        let acceleration = scene.system.acceleration(&q, &v, &force);
+        let pull = |i: usize| -scene.geometry.normals.column(stops[i]).dot(&acceleration);
         DVector::from_fn(stops.len(), |i, _| pull(i))
     }
 
