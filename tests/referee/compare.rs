@@ -1,10 +1,11 @@
 //! The library's run beside the referee's: as far as the answer does not hang on rounding, impacts, lasting contact and states
 //! must agree.
 
-use crate::case::Case;
+use crate::case::{Case, MOST_IMPACTS};
 use crate::double_double::Dd;
 use crate::hits::{Counting, Drift, put_first};
 use crate::invariants;
+use crate::labels::Labels;
 use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
 use crate::record::{Hit, Stretch};
@@ -113,6 +114,14 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
     let just_before = |end: f64| end * (1.0 - 1e-9) - before / reference.model.rate - 2.0 * tick;
     let mut until = just_before(horizon);
     let mut first = First::default();
+    let is_short = match run.status() {
+        Status::Finished => run.span().1 != case.span.1,
+        Status::MaxImpacts => run.impacts().len() < MOST_IMPACTS,
+        _ => false,
+    };
+    if is_short {
+        first.report(0.0, "ends early", run.message());
+    }
     let reached = (Dd::from(run.span().1) - Dd::from(case.span.0)).to_f64();
     if run.status() == Status::MaxImpacts {
         until = until.min(just_before(reached));
@@ -140,23 +149,19 @@ fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Opt
         &completed,
         &mut first,
     );
-    let has_chatter = !theirs.chatters.is_empty();
-    let stays_closed = |stop: usize, from: f64, to: f64| {
-        let size = counting.size(stop);
-        let allowed = 1e2 * (counting.gap_rounding(stop) / size).max(1e-14) * size;
-        (0..=20).all(|k| {
-            let t = case.span.0 + from + (to - from) * f64::from(k) / 20.0;
-            let state = run.state(t.min(run.span().1), ImpactSide::After);
-            state.is_ok_and(|(q, _)| case.stops[stop].gap(q.as_slice()).abs() <= allowed)
-        })
+    let labels = Labels {
+        case,
+        run,
+        reference,
+        theirs: &theirs.sticks,
     };
     compare_sticks(
         case,
         reference,
         &theirs.sticks,
         until,
-        (slack, has_chatter),
-        &stays_closed,
+        (slack, &theirs.chatters),
+        &labels,
         &mut first,
     );
     for (k, &t) in reference.times.iter().enumerate() {
@@ -302,7 +307,19 @@ fn compare_hits(
             let near = |h: &&Hit| (h.time.to_f64() - time).abs() <= counting.slack();
             hits.iter().filter(near).count() > 1
         };
-        if a.rounds == 1 && !at_once(&reference.main.hits) && !at_once(&theirs) {
+        // Of independent ones each impulse is somebody's, where both runs have them at one time.
+        let is_whole = || {
+            let near = |h: &&Hit| (h.time.to_f64() - time).abs() <= counting.slack();
+            let at = |hits: &[Hit], t: Dd| {
+                let all: Vec<&Hit> = hits.iter().filter(near).collect();
+                all.iter()
+                    .all(|h| h.rounds > 0 && h.time == t)
+                    .then_some(all.len())
+            };
+            let mine = at(&reference.main.hits, a.time);
+            a.rounds > 0 && mine.is_some() && mine == at(&theirs, b.time)
+        };
+        if is_whole() || a.rounds == 1 && !at_once(&reference.main.hits) && !at_once(&theirs) {
             differs("impulse", (a.impulse - b.impulse).abs(), impulse_allowed);
         }
         drifts.push((time, 4.0 * fast));

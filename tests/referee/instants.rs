@@ -27,11 +27,19 @@ fn are_several(delassus: &Matrix, solutions: &[Vec<Dd>], scale: f64) -> bool {
 impl Run<'_> {
     /// A gap closes.
     pub fn touch(&mut self, stop: usize) {
+        // Stops at exactly one place stay together, whatever rounding does to the time of their contact.
+        let together: Vec<usize> = (0..self.contacts.len())
+            .filter(|&i| {
+                self.contacts[i] == Contact::Open
+                    && self.model.gap(i, &self.x).abs().to_f64() <= CLOSED * self.size(i)
+            })
+            .collect();
         self.blur(stop);
-        self.near_place(stop);
+        self.near_place(stop, &together);
         let touching: Vec<usize> = (0..self.contacts.len())
             .filter(|&i| {
                 i == stop
+                    || together.contains(&i)
                     || self.contacts[i] == Contact::Held
                     || self.model.gap(i, &self.x).abs().to_f64() <= CLOSED * self.size(i)
             })
@@ -85,12 +93,13 @@ impl Run<'_> {
     }
 
     /// Another stop that closes at practically this place, and depends on this one: which is hit is one of rounding.
-    pub fn near_place(&mut self, stop: usize) {
+    pub fn near_place(&mut self, stop: usize, together: &[usize]) {
         let terms = self.roughness.map_or(0.0, |r| r.terms);
         let g = &self.model.delassus;
         let is_near = (0..self.contacts.len()).any(|j| {
             let gap = self.model.gap(j, &self.x).to_f64();
             j != stop
+                && !together.contains(&j)
                 && self.contacts[j] == Contact::Open
                 && (g.rows[stop][j] != Dd::ZERO || g.rows[j][stop] != Dd::ZERO)
                 && self.model.opening(j, &self.x) < Dd::ZERO

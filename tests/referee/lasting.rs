@@ -2,6 +2,7 @@
 
 use crate::case::{Case, StopCase};
 use crate::compare::First;
+use crate::labels::Labels;
 use crate::record::Stretch;
 use crate::reference::Reference;
 use vibroimpact::Method;
@@ -122,8 +123,8 @@ pub fn compare_sticks(
     reference: &Reference,
     theirs: &[Stretch],
     until: f64,
-    (slack, has_chatter): (f64, bool),
-    stays_closed: &dyn Fn(usize, f64, f64) -> bool,
+    (slack, chatters): (f64, &[Stretch]),
+    labels: &Labels<'_>,
     first: &mut First,
 ) {
     let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, reference.model.rate);
@@ -144,16 +145,17 @@ pub fn compare_sticks(
             return;
         }
         let details = format!("lasting contact {k}: referee {a:?}, library {b:?}");
-        let is_same = a
-            .zip(b)
-            .is_some_and(|(a, b)| a.stop == b.stop && (a.start - b.start).abs() < 1e-3 / rate);
+        let is_same = a.zip(b).is_some_and(|(a, b)| {
+            let known = 1e-3 / rate + rest_before(reference, case, a);
+            a.stop == b.stop && (a.start - b.start).abs() < known
+        });
         if !is_same {
             let is_mine = start(a) <= start(b);
             // One that is hardly longer than what counts at all may be shorter than that in the other run.
             let one = if is_mine { a } else { b }.expect("the earlier one");
             // Which of dependent stops are held where nothing moves is nobody's.
             let is_label = one.stop < case.stops.len()
-                && stays_closed(one.stop, one.start, one.end.min(until));
+                && labels.is_nobodys(one.stop, (one.start, one.end.min(until)), is_mine);
             if is_label || one.end - one.start < 1e4 * slack {
                 (k, j) = if is_mine { (k + 1, j) } else { (k, j + 1) };
                 continue;
@@ -174,26 +176,28 @@ pub fn compare_sticks(
                 .fold(0.0, f64::max)
         };
         // A force that falls slowly ends at a time as uncertain as the force is over its slope: the runs aside know.
-        let tolerance = if case.method == Method::Exact && !has_chatter {
+        let tolerance = if case.method == Method::Exact && chatters.is_empty() {
             1e-10
         } else {
             (10.0 * case.rtol).max(1e-10)
         };
         let allowed =
             |f: &dyn Fn(&Stretch) -> f64| 100.0 * (aside(f) + tolerance / rate) + 10.0 * slack;
-        // Where impacts that accumulate are completed early, their end is known to the root of the tolerance, the motion to it.
-        let early = if has_chatter {
-            (10.0 * case.rtol).sqrt() / rate
-        } else {
-            0.0
-        } + rest_before(reference, case, a);
+        // Where impacts that accumulate are completed early, their end is known to a part of the time they take.
+        let longest = chatters
+            .iter()
+            .filter(|c| c.start <= a.start.max(b.start))
+            .map(|c| c.end - c.start)
+            .fold(0.0, f64::max);
+        let early = 0.1 * longest + rest_before(reference, case, a);
         let is_late = (a.start - b.start).abs() > allowed(&|s| s.start) + early;
-        if is_late && !stays_closed(a.stop, a.start.min(b.start), a.start.max(b.start)) {
+        let late = (a.start.min(b.start), a.start.max(b.start));
+        if is_late && !labels.is_nobodys(a.stop, late, a.start < b.start) {
             return first.report(a.start, "start of lasting contact", &details);
         }
         let (sooner, later) = (a.end.min(b.end), a.end.max(b.end).min(until));
         let differs = later - sooner > allowed(&|s| s.end);
-        if differs && !stays_closed(a.stop, sooner, later) {
+        if differs && !labels.is_nobodys(a.stop, (sooner, later), a.end > b.end) {
             return first.report(a.end.min(b.end), "end of lasting contact", &details);
         }
         (k, j) = (k + 1, j + 1);

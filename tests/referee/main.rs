@@ -13,6 +13,7 @@ mod generator;
 mod hits;
 mod instants;
 mod invariants;
+mod labels;
 mod lasting;
 mod law;
 mod library;
