@@ -144,14 +144,15 @@ impl EventLoop {
             return Ok(Err(unresolved));
         }
         mover.look()?;
-        // What the last impulses throw off others, and no higher than rounding, comes to rest with them.
-        for &stop in &self.touching {
-            let GapState {
-                speed,
-                acceleration,
-                ..
-            } = mover.gap(stop);
-            if self.is_low((stop, speed), -acceleration, ROUNDING) {
+        // What the last impulses throw off others, and no higher than rounding before what rests draws it back, comes to rest with them.
+        let rest = self.still.clone();
+        for k in 0..self.touching.len() {
+            let stop = self.touching[k];
+            if rest.contains(&stop) {
+                continue;
+            }
+            let pull = -self.drawn(mover, stop, &rest)?;
+            if self.is_low((stop, mover.gap(stop).speed), pull, ROUNDING) {
                 self.still.push(stop);
             }
         }
