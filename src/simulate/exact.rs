@@ -8,6 +8,7 @@ use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
 use crate::error::{Error, Result};
 use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, TimedScene, along};
 use crate::impact::wrapped;
+use crate::linalg::rank::DEPENDENT;
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
 use crate::quantity::positive_part;
@@ -295,6 +296,10 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
 
     fn left_at_release(&self) -> f64 {
         10.0 * ROUNDING
+    }
+
+    fn steady(&self) -> f64 {
+        DEPENDENT
     }
 
     fn work_of_flight(&self) -> usize {

@@ -130,6 +130,10 @@ pub(crate) trait Mover {
     fn left_at_release(&self) -> f64 {
         1e-9
     }
+    /// Third derivatives of gaps below this part of what others do to them are zero: steps know them by differences.
+    fn steady(&self) -> f64 {
+        1e-6
+    }
     /// Operations that a flight of few steps is, in the units of a watch.
     fn work_of_flight(&self) -> usize;
     /// Whether an impact on one of two stops changes the normal velocity at the other.

@@ -5,9 +5,6 @@ use crate::impact::{Release, contact_forces};
 use crate::linalg::rank::{self, DEPENDENT};
 use nalgebra::{DMatrix, DVector};
 
-/// Third derivatives of gaps below this part of what others do to them are zero: steps know them by differences.
-const STEADY: f64 = 1e-6;
-
 /// Stops at rest in contact.
 pub(super) struct Resting<'a> {
     pub stops: &'a [usize],
@@ -18,6 +15,8 @@ pub(super) struct Resting<'a> {
     pub sizes: Vec<f64>,
     /// Those before the impacts of this instant.
     pub jolts: Vec<f64>,
+    /// Derivatives of gaps below this part of what others do to them are zero.
+    pub steady: f64,
 }
 
 impl Resting<'_> {
@@ -34,7 +33,9 @@ impl Resting<'_> {
         // What the forces on the others do to a gap has their errors.
         let reached = |i: usize, j: usize| (reduced[(i, j)] / reduced[(j, j)] * opening[j]).abs();
         let shaken = |i: usize| (0..free.len()).fold(0.0, |most: f64, j| most.max(reached(i, j)));
-        let slack = DVector::from_fn(free.len(), |i, _| derivatives[i][1].max(STEADY * shaken(i)));
+        let slack = DVector::from_fn(free.len(), |i, _| {
+            derivatives[i][1].max(self.steady * shaken(i))
+        });
         let forces = contact_forces(&reduced, &opening, &slack).ok();
         let (mut law, mut shares) = (Law::default(), Vec::new());
         for (k, &i) in free.iter().enumerate() {
@@ -45,7 +46,7 @@ impl Resting<'_> {
             }
         }
         let n_free = self.normals.nrows().saturating_sub(held.len());
-        let carrying = carriers(&reduced, shares, n_free, STEADY * opening.amax())?;
+        let carrying = carriers(&reduced, shares, n_free, self.steady * opening.amax())?;
         let contacts = |places: Vec<usize>| places.into_iter().map(|k| free[k]);
         law.pressed = contacts(carrying.held).collect();
         law.undecided.extend(contacts(carrying.idle));

@@ -169,6 +169,7 @@ impl EventLoop {
             delassus: mover.delassus(stops)?,
             sizes,
             jolts,
+            steady: mover.steady(),
         };
         let Resting {
             delassus, sizes, ..
