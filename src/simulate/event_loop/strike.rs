@@ -7,7 +7,7 @@ use crate::impact::{Impact, resolve_impacts};
 use crate::linalg::rank::{self, DEPENDENT};
 use crate::quantity::positive_part;
 use crate::simulate::Keep;
-use crate::simulate::mover::{Blow, GapState, Mover};
+use crate::simulate::mover::{Blow, Mover};
 use crate::simulate::record::Record;
 use nalgebra::{DMatrix, DVector};
 
