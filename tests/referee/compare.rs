@@ -302,24 +302,7 @@ fn compare_hits(
             (a.departure - b.departure).abs(),
             speed_allowed,
         );
-        // Of several stops hit at one instant only the sum of what they do is anybody's.
-        let at_once = |hits: &[Hit]| {
-            let near = |h: &&Hit| (h.time.to_f64() - time).abs() <= counting.slack();
-            hits.iter().filter(near).count() > 1
-        };
-        // Of independent ones each impulse is somebody's, where both runs have them at one time.
-        let is_whole = || {
-            let near = |h: &&Hit| (h.time.to_f64() - time).abs() <= counting.slack();
-            let at = |hits: &[Hit], t: Dd| {
-                let all: Vec<&Hit> = hits.iter().filter(near).collect();
-                all.iter()
-                    .all(|h| h.rounds > 0 && h.time == t)
-                    .then_some(all.len())
-            };
-            let mine = at(&reference.main.hits, a.time);
-            a.rounds > 0 && mine.is_some() && mine == at(&theirs, b.time)
-        };
-        if is_whole() || a.rounds == 1 && !at_once(&reference.main.hits) && !at_once(&theirs) {
+        if is_comparable([&reference.main.hits, &theirs], [a, b], counting.slack()) {
             differs("impulse", (a.impulse - b.impulse).abs(), impulse_allowed);
         }
         drifts.push((time, 4.0 * fast));
@@ -384,6 +367,24 @@ impl Beside {
 fn is_shared(hits: &[Hit], hit: &Hit, slack: f64) -> bool {
     let is_at = |h: &&Hit| (h.time.to_f64() - hit.time.to_f64()).abs() <= slack;
     hits.iter().filter(is_at).any(|h| h.rounds == 0)
+}
+
+/// Whether the impulse of an impact is somebody's in both runs. Of several stops hit at one instant only the sum of what they do
+/// is anybody's; of independent ones each, where both runs have them at one time.
+fn is_comparable(all: [&[Hit]; 2], same: [&Hit; 2], slack: f64) -> bool {
+    let since = same[0].time.to_f64();
+    let near = |hits: &[Hit]| -> Vec<Hit> {
+        let is_near = |h: &&Hit| (h.time.to_f64() - since).abs() <= slack;
+        hits.iter().filter(is_near).cloned().collect()
+    };
+    let [mine, theirs] = all.map(near);
+    let is_one = |hits: &[Hit], t: Dd| hits.iter().all(|h| h.rounds > 0 && h.time == t);
+    let is_alone = same[0].rounds == 1 && mine.len() < 2 && theirs.len() < 2;
+    let is_whole = same[0].rounds > 0
+        && mine.len() == theirs.len()
+        && is_one(&mine, same[0].time)
+        && is_one(&theirs, same[1].time);
+    is_alone || is_whole
 }
 
 /// To what the time of a slow impact is known.
