@@ -11,6 +11,9 @@ use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
+/// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
+const MOST_LEFT: f64 = 100.0;
+
 /// A gap and its time derivatives under free motion, at one instant.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GapState {
@@ -88,8 +91,8 @@ pub(crate) trait Mover {
     /// reached at the same instant.
     fn rounding(&self, stop: usize) -> f64;
     /// How many roundings may be left of a gap that was reached, and of others at that instant.
-    fn left_of(&self, _stop: usize) -> f64 {
-        1.0
+    fn left_of(&self, stop: usize) -> f64 {
+        (self.gap(stop).gap / self.rounding(stop)).clamp(1.0, MOST_LEFT)
     }
     /// The largest size of the terms of a gap seen on the last flight.
     fn extent(&self, stop: usize) -> f64;

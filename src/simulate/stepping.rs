@@ -43,9 +43,6 @@ const FLIGHT: usize = 16;
 /// Steps taken again on the way to one contact.
 const MOST_POLISHES: usize = 12;
 
-/// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
-const MOST_LEFT: f64 = 100.0;
-
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
@@ -292,10 +289,6 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
 
     fn rounding(&self, stop: usize) -> f64 {
         TERM_ROUNDINGS * self.gaps[stop].size
-    }
-
-    fn left_of(&self, stop: usize) -> f64 {
-        (self.gap(stop).gap / self.rounding(stop)).clamp(1.0, MOST_LEFT)
     }
 
     fn extent(&self, stop: usize) -> f64 {
