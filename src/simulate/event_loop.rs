@@ -313,7 +313,7 @@ impl EventLoop {
             if faces {
                 self.still.push(stop);
             }
-            let is_left = || mover.gap(stop).gap <= left * mover.rounding(stop);
+            let is_left = || mover.gap(stop).gap / mover.rounding(stop) <= left;
             if faces || is_held || stop == reached || self.is_closed(mover, stop) || is_left() {
                 self.touching.push(stop);
             }

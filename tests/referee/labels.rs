@@ -25,10 +25,10 @@ impl Labels<'_> {
         is_held && self.stays_closed(stop, span)
     }
 
-    /// The library's states within a stretch.
+    /// The library's states within a stretch, but for its end, which one of the runs may see a little earlier.
     fn states(&self, (from, to): (f64, f64)) -> impl Iterator<Item = (f64, Vec<f64>)> {
         (0..=20).map_while(move |k| {
-            let t = self.case.span.0 + from + (to - from) * f64::from(k) / 20.0;
+            let t = self.case.span.0 + from + (to - from) * f64::from(k) / 20.5;
             let t = t.min(self.run.span().1);
             let (q, v) = self.run.state(t, ImpactSide::After).ok()?;
             Some((t, q.iter().chain(v.iter()).copied().collect()))
@@ -38,16 +38,17 @@ impl Labels<'_> {
     fn stays_closed(&self, stop: usize, span: (f64, f64)) -> bool {
         let counting = self.reference.counting(self.case);
         let size = counting.size(stop);
-        let allowed = 1e2 * (counting.gap_rounding(stop) / size).max(1e-14) * size;
+        let rounding = 1e2 * (counting.gap_rounding(stop) / size).max(1e-14);
+        let allowed = rounding.max(self.case.by_method(0.0, self.case.rtol)) * size;
         let gap = |x: &[f64]| self.case.stops[stop].gap(&x[..self.case.n()]);
         self.states(span).all(|(_, x)| gap(&x).abs() <= allowed)
     }
 
     /// The stops held at some time of a stretch, but for one.
     fn held_beside(&self, stop: usize, (from, to): (f64, f64)) -> Vec<usize> {
-        let soon = 1e-6 / self.reference.model.rate;
+        let soon = (1e-6 / self.reference.model.rate).min(0.25 * (to - from));
         let is_stop = |i: usize| i != stop && i < self.case.stops.len();
-        let is_during = |s: &&Stretch| s.start < to + soon && s.end > from - soon;
+        let is_during = |s: &&Stretch| s.start < to - soon && s.end > from + soon;
         let sticks = self.reference.main.sticks.iter().chain(self.theirs);
         let held = sticks.filter(is_during).map(|s| s.stop);
         let held: BTreeSet<usize> = held.filter(|&i| is_stop(i)).collect();
@@ -81,10 +82,11 @@ impl Labels<'_> {
         let normal = &model.stops[stop].normal;
         let sum = |x: &[Dd]| -> f64 { x.iter().map(|x| x.to_f64().abs()).sum() };
         let slow = 1e-9 * model.rate * self.reference.v_unit;
+        let known = self.case.by_method(1e-12, self.case.rtol);
         self.states(span).all(|(t, x)| {
             let mut x: Vec<Dd> = x.into_iter().map(Dd::from).collect();
             x.extend(model.forcing_at(self.case, t));
-            let least = sum(normal) * (slow + 1e-12 * sum(&model.free.times(&x)));
+            let least = sum(normal) * (slow + known * sum(&model.free.times(&x)));
             dot(normal, &motion.acceleration(&x)).to_f64().abs() <= least
         })
     }

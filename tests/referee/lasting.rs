@@ -128,7 +128,7 @@ pub fn compare_sticks(
     first: &mut First,
 ) {
     let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, reference.model.rate);
-    let (mine, theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
+    let (mut mine, mut theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
     let beside: Vec<Vec<Stretch>> = reference
         .aside
         .iter()
@@ -156,6 +156,24 @@ pub fn compare_sticks(
             // Which of dependent stops are held where nothing moves is nobody's.
             let is_label = one.stop < case.stops.len()
                 && labels.is_nobodys(one.stop, (one.start, one.end.min(until)), is_mine);
+            // What is nobody's up to where the other run's begins leaves the rest to be compared.
+            let others = if is_mine { &theirs[j..] } else { &mine[k..] };
+            let goes_on = |s: &&Stretch| s.stop == one.stop && s.start < one.end;
+            let rest = others.iter().find(goes_on).map(|s| s.start);
+            if let Some(start) = rest
+                && start < until
+                && one.stop < case.stops.len()
+                && labels.is_nobodys(one.stop, (one.start, start), is_mine)
+            {
+                let (list, at) = if is_mine {
+                    (&mut mine, k)
+                } else {
+                    (&mut theirs, j)
+                };
+                list[at].start = start;
+                list[at..].sort_by(|a, b| a.start.total_cmp(&b.start));
+                continue;
+            }
             if is_label || one.end - one.start < 1e4 * slack {
                 (k, j) = if is_mine { (k + 1, j) } else { (k, j + 1) };
                 continue;
