@@ -388,7 +388,7 @@ fn is_comparable(all: [&[Hit]; 2], same: [&Hit; 2], slack: f64) -> bool {
 }
 
 /// To what the time of a slow impact is known.
-fn slowness(case: &Case, reference: &Reference, counting: &Counting<'_>, hit: &Hit) -> f64 {
+pub fn slowness(case: &Case, reference: &Reference, counting: &Counting<'_>, hit: &Hit) -> f64 {
     10.0 * allowance(case).base * reference.q_unit * counting.reach(hit.stop) / hit.approach
 }
 

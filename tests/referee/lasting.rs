@@ -1,9 +1,9 @@
 //! Lasting contact, the library's beside the referee's.
 
 use crate::case::{Case, StopCase};
-use crate::compare::First;
+use crate::compare::{First, slowness};
 use crate::labels::Labels;
-use crate::record::Stretch;
+use crate::record::{Hit, Stretch};
 use crate::reference::Reference;
 use vibroimpact::Method;
 
@@ -97,6 +97,15 @@ pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, rate: f64) -> Vec<
         }
     };
     long(&on_planes(case, sticks), shortest, &breaks)
+}
+
+/// To what the time is known of the impacts with which a lasting contact begins.
+fn slowness_at(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
+    let counting = reference.counting(case);
+    let is_there = |h: &&Hit| (h.time.to_f64() - stick.start).abs() <= counting.slack();
+    let hits = reference.main.hits.iter().filter(is_there);
+    hits.map(|h| slowness(case, reference, &counting, h))
+        .fold(0.0, f64::max)
 }
 
 /// How long the impacts take that lead to a lasting contact and may be completed.
@@ -207,7 +216,8 @@ pub fn compare_sticks(
             .filter(|c| c.start <= a.start.max(b.start))
             .map(|c| c.end - c.start)
             .fold(0.0, f64::max);
-        let early = 0.1 * longest + rest_before(reference, case, a);
+        let early =
+            0.1 * longest + rest_before(reference, case, a) + slowness_at(reference, case, a);
         let is_late = (a.start - b.start).abs() > allowed(&|s| s.start) + early;
         let late = (a.start.min(b.start), a.start.max(b.start));
         if is_late && !labels.is_nobodys(a.stop, late, a.start < b.start) {
