@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::flow::derivative::Equations;
 use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
 use crate::linalg::rank::{self, DEPENDENT};
-use crate::modal::{Form, ModalForm, Pair};
+use crate::modal::{Form, ModalForm, Pair, pairs};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
 use nalgebra::allocator::Allocator;
@@ -81,13 +81,7 @@ impl StuckMotion {
         );
 
         let takes = inverse * normals.transpose();
-        let row = |q: DVector<f64>, v: DVector<f64>| -> Vec<Pair> {
-            form.position_row(&q)
-                .iter()
-                .zip(form.velocity_row(&v))
-                .map(|(a, b)| [a[0] + b[0], a[1] + b[1]])
-                .collect()
-        };
+        let row = |q: DVector<f64>, v: DVector<f64>| in_modes(&form, &q, &v);
         // What of a matrix the motion left over sees along a row.
         let seen = |m: &DMatrix<f64>, g: &DVector<f64>| {
             let sizes = free.abs().tr_mul(&m.abs().tr_mul(&g.abs()));
@@ -210,14 +204,27 @@ pub(super) fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<
     DMatrix::from_columns(&columns)
 }
 
+/// What a quantity `q.y + v.y'` is in modal pairs; nothing of those it does not see but for rounding.
+fn in_modes(form: &ModalForm, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
+    let both = DVector::from_iterator(q.len() + v.len(), q.iter().chain(v.iter()).copied());
+    let to_physical = form.transformation().0;
+    let sizes = to_physical.abs().tr_mul(&both.abs());
+    pairs(&without_rounding(&to_physical.tr_mul(&both), &sizes))
+}
+
+/// What an acceleration does to each pair; nothing to those at which it does not pull but for rounding: under a force along one mode
+/// the others rest.
 fn form_load(form: &ModalForm, acceleration: &DVector<f64>) -> Vec<Pair> {
-    form.velocity_jump(acceleration)
+    let n = acceleration.len();
+    let to_modal = form.transformation().1.columns(n, n).into_owned();
+    let sizes = to_modal.abs() * acceleration.abs();
+    pairs(&without_rounding(&(to_modal * acceleration), &sizes))
 }
 
 fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<[Complex<f64>; 2]> {
     let (re, im) = (
-        form.velocity_jump(&acceleration.map(|z| z.re)),
-        form.velocity_jump(&acceleration.map(|z| z.im)),
+        form_load(form, &acceleration.map(|z| z.re)),
+        form_load(form, &acceleration.map(|z| z.im)),
     );
     re.iter()
         .zip(&im)

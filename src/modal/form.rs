@@ -271,7 +271,8 @@ impl ModalForm {
     }
 }
 
-fn pairs(z: &DVector<f64>) -> Vec<Pair> {
+/// The pairs of a state, from its numbers in a row.
+pub(crate) fn pairs(z: &DVector<f64>) -> Vec<Pair> {
     z.as_slice().chunks(2).map(|z| [z[0], z[1]]).collect()
 }
 

@@ -11,6 +11,6 @@ mod regime;
 
 pub(crate) use crate::linalg::plane::{Pair, times};
 pub(crate) use block::{Block, Response};
-pub(crate) use form::{Form, ModalForm};
+pub(crate) use form::{Form, ModalForm, pairs};
 pub use modes::{Modes, Spectrum, modes, spectrum};
 pub(crate) use propagation::Propagation;
