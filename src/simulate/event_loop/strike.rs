@@ -57,7 +57,7 @@ impl EventLoop {
         }
         mover.look()?;
         debug_assert!(
-            agree(mover, &record.impacts, first),
+            agree(mover, &self.touching, &record.impacts, first),
             "{:?}",
             &record.impacts[first..]
         );
@@ -231,11 +231,16 @@ impl EventLoop {
 }
 
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say: those from the first one on.
-fn agree<M: Mover + ?Sized>(mover: &M, impacts: &[Impact], first: usize) -> bool {
+fn agree<M: Mover + ?Sized>(
+    mover: &M,
+    touching: &[usize],
+    impacts: &[Impact],
+    first: usize,
+) -> bool {
     let (before, impacts) = impacts.split_at(first);
-    // What is no speed at one stop is none at others, and what faster impacts have left is known to their rounding.
-    let least = |impact: &Impact| least_speed(mover, impact.stop, mover.gap(impact.stop));
-    let least = impacts.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
+    // What is no speed at one stop in contact is none at others, and what faster impacts have left is known to their rounding.
+    let least = |&stop: &usize| least_speed(mover, stop, mover.gap(stop));
+    let least = touching.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
     let earlier = before.iter().rev().take(FEW).map(|impact| impact.approach);
     let least = least.max(ROUNDING * earlier.fold(0.0, f64::max));
     // The forcing's part of a speed is known to the rounding of the time.
