@@ -167,7 +167,8 @@ pub fn compare_sticks(
                 && labels.is_nobodys(one.stop, (one.start, one.end.min(until)), is_mine);
             // What is nobody's up to where the other run's begins leaves the rest to be compared.
             let others = if is_mine { &theirs[j..] } else { &mine[k..] };
-            let goes_on = |s: &&Stretch| s.stop == one.stop && s.start < one.end;
+            let goes_on =
+                |s: &&Stretch| s.stop == one.stop && s.start > one.start && s.start < one.end;
             let rest = others.iter().find(goes_on).map(|s| s.start);
             if let Some(start) = rest
                 && start < until
