@@ -35,6 +35,17 @@ pub(crate) fn positive_part(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
 }
 
+/// `x - y`; nothing, where that is but the last rounding of numbers that cancel: what an impact stops altogether has no speed of
+/// that size.
+pub(crate) fn difference(x: f64, y: f64) -> f64 {
+    let left = x - y;
+    if left.abs() <= f64::EPSILON * x.abs() {
+        0.0
+    } else {
+        left
+    }
+}
+
 /// A finite number, or an error that names the argument.
 pub(crate) fn finite(argument: &str, value: f64) -> Result<f64> {
     if value.is_finite() {
@@ -118,6 +129,14 @@ mod tests {
             let message = room_for("a table", rows, columns).unwrap_err().to_string();
             assert!(message.starts_with("a table takes "), "{message}");
         }
+    }
+
+    #[test]
+    fn the_last_rounding_of_numbers_that_cancel_is_nothing() {
+        let x = 0.1 + 0.2;
+        assert_eq!((difference(x, 0.3), difference(-x, -0.3)), (0.0, 0.0));
+        assert_eq!(difference(1.0, 1.0 - 1e-15), 1.0 - (1.0 - 1e-15));
+        assert!(difference(f64::INFINITY, f64::INFINITY).is_nan());
     }
 
     #[test]

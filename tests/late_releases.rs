@@ -458,3 +458,48 @@ fn what_dashpots_hand_on_presses_from_the_fifth_derivative_on() {
         }
     }
 }
+
+#[test]
+fn what_only_a_damper_slows_stays_where_a_stop_has_stopped_it() {
+    for method in METHODS {
+        for k in 1..60 {
+            let k = f64::from(k);
+            let (mass, damper, normal) = (0.3 + 0.11 * k, 0.2 + 0.037 * k, 0.1 + 0.013 * k);
+            let system = LinearSystem::new(dvector![mass], dvector![damper], dvector![0.0]);
+            let floor = stop(&[normal], 0.0, 0.0, Side::Lower);
+            let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [floor]);
+            let start = (dvector![0.0], dvector![-0.089 * k.sqrt()]);
+            let run = run(&scene.expect("valid"), start, (-1e6, 60.0 - 1e6), method);
+            assert_eq!(run.impacts().len(), 1);
+            let segments = run.segments().expect("kept");
+            let last = segments.last().expect("some");
+            assert_eq!((last.kind, last.start), (SegmentKind::Stick, -1e6));
+            assert_eq!(run.last().1[0], 0.0);
+        }
+    }
+}
+
+#[test]
+fn two_gaps_open_one_after_the_other_from_rest() {
+    // The second body is pushed by a sine from zero; a dashpot between the two draws the first one after it, an order later.
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dmatrix![15.6, 1.1; 1.1, 13.6],
+        dmatrix![1.8, 0.0; 0.0, 1.8],
+    )
+    .expect("valid");
+    let force = dvector![0.0.into(), 2.4.into()];
+    let forcing = Forcing::from(Harmonic::new(force, 0.8, -FRAC_PI_2).expect("valid"));
+    let stops = [
+        stop(&[1.0, -1.0], 0.0, 0.9, Side::Upper),
+        stop(&[1.0, 0.0], 0.0, 0.5, Side::Upper),
+    ];
+    let free = Scene::new(system.clone(), forcing.clone(), Vec::<Stop>::new()).expect("valid");
+    let scene = Scene::new(system, forcing, stops).expect("valid");
+    for method in METHODS {
+        let [free, bounded] = [&free, &scene].map(|scene| run(scene, still(2), (0.0, 2.0), method));
+        assert!(bounded.impacts().is_empty());
+        let off = (free.last().0 - bounded.last().0).amax();
+        assert!(off < 1e-9, "{method:?}: {off:e}");
+    }
+}

@@ -264,6 +264,11 @@ pub(crate) fn reaction_weights(
     let delassus = DMatrix::from_fn(normals.len(), reactions.len(), |i, j| {
         normals[i].dot(&reactions[j])
     });
+    impulses_of(&delassus, parts)
+}
+
+/// The impulses that change the normal speeds of contacts by given parts, from their Delassus matrix; of many the least.
+pub(crate) fn impulses_of(delassus: &DMatrix<f64>, parts: &DVector<f64>) -> Result<DVector<f64>> {
     if parts.is_empty() {
         return Ok(parts.clone());
     }
@@ -279,7 +284,7 @@ pub(crate) fn reaction_weights(
     {
         return Ok(weights);
     }
-    Ok(rank::solve(&delassus, parts, DEPENDENT * largest)?.particular)
+    Ok(rank::solve(delassus, parts, DEPENDENT * largest)?.particular)
 }
 
 /// The combination of reactions whose parts along the normals are given; of many that of the least weights.

@@ -26,7 +26,8 @@ mod system;
 pub(crate) use acceleration_terms::{acceleration_size, force_terms};
 pub use change::{Change, Parameter};
 pub(crate) use contact::{
-    Contact, GapValue, Surface, along_reactions, are_coupled, contacts, reaction_weights,
+    Contact, GapValue, Surface, along_reactions, are_coupled, contacts, impulses_of,
+    reaction_weights,
 };
 pub(crate) use contact_geometry::ContactGeometry;
 pub(crate) use dynamics::{

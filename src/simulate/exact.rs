@@ -11,7 +11,7 @@ use crate::impact::wrapped;
 use crate::linalg::rank::DEPENDENT;
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
-use crate::quantity::positive_part;
+use crate::quantity::{difference, positive_part};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
 use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
@@ -390,7 +390,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
 
     fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
         for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
-            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
+            *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));
         }
         Ok(())
     }

@@ -35,7 +35,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Scenes that were answered wrongly once, or not at all, by seed and number.
-const FOUND: [(u64, &[u64]); 24] = [
+const FOUND: [(u64, &[u64]); 26] = [
     // Three stops on one plane; a narrow room beside a static deflection.
     (7, &[2505, 8113]),
     // Steps of unstable blocks, of forces that are rounding; rows and motions of dependent stops; releases that begin from zero.
@@ -81,6 +81,8 @@ const FOUND: [(u64, &[u64]); 24] = [
     (113, &[40006, 57185, 68822, 76481, 76648]),
     // Forces that stops see of each other by rounding; dependent stops among others.
     (114, &[4572, 35007]),
+    // What an impact leaves of a speed that it stops; gaps that open one after the other; impulses that coupling of rounding made.
+    (115, &[1597, 72428, 88759]),
     // Modes that a force does not drive, of a motion with stops held.
     (116, &[8357, 8682]),
     // What is left of gaps at the instant at which another's was reached.
@@ -89,6 +91,8 @@ const FOUND: [(u64, &[u64]); 24] = [
     (118, &[20088, 61217, 93880, 94730]),
     // Dependent stops of which two pairs take turns (the comparison had no end).
     (119, &[13433]),
+    // What an impact stops, where nothing holds it.
+    (120, &[11141]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

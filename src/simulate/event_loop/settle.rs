@@ -264,9 +264,11 @@ impl EventLoop {
             undecided = law.undecided;
         }
         for i in undecided {
-            // Where another leaves, it is that one whose force fell.
-            let was_let_go = is_release && self.let_go.1.contains(&resting.stops[i]);
-            if (was_let_go && !one_leaves) || is_bound(&resting.normals, &held, i)? {
+            // Where another leaves, it is that one whose force fell; at a second time it is this one.
+            let is_it = |&&stop: &&usize| stop == resting.stops[i];
+            let times = self.let_go.1.iter().filter(is_it).count();
+            let leaves = is_release && times > usize::from(one_leaves);
+            if leaves || is_bound(&resting.normals, &held, i)? {
                 self.starts[resting.stops[i]] = LATE;
             } else {
                 held.push(i);

@@ -4,7 +4,7 @@ use super::{EventLoop, RATIO_TOL, Resolved, Unresolved, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{Impact, resolve_impacts};
-use crate::linalg::rank::{self, DEPENDENT};
+use crate::model::impulses_of;
 use crate::quantity::positive_part;
 use crate::simulate::Keep;
 use crate::simulate::mover::{Blow, Mover};
@@ -285,7 +285,7 @@ pub(super) fn take<M: Mover + ?Sized>(
     mover.look()?;
     let left = |k: usize| opening[k] - mover.gap(stops[k]).speed;
     let left = DVector::from_fn(stops.len(), |k, _| left(k));
-    let impulses = rank::pseudo_inverse(delassus, DEPENDENT * delassus.amax())? * left;
+    let impulses = impulses_of(delassus, &left)?;
     for (&stop, &impulse) in stops.iter().zip(impulses.iter()) {
         mover.push(stop, impulse)?;
     }

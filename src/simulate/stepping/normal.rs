@@ -5,6 +5,7 @@ use super::{MOST_POLISHES, StepMover};
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;
 use crate::model::{Dynamics, GapValue, along_reactions};
+use crate::quantity::difference;
 use nalgebra::DVector;
 
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
@@ -52,7 +53,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     pub(super) fn push_along(&mut self, direction: &[f64], impulse: f64) {
         let v = &mut self.x.slice_mut()[direction.len()..];
         for (v, b) in v.iter_mut().zip(direction) {
-            *v -= b * impulse;
+            *v = difference(*v, b * impulse);
         }
         self.is_begun = false;
     }
