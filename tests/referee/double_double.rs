@@ -29,6 +29,9 @@ fn split(a: f64) -> (f64, f64) {
 
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let p = a * b;
+    if cfg!(target_feature = "fma") {
+        return (p, a.mul_add(b, -p));
+    }
     let ((ah, al), (bh, bl)) = (split(a), split(b));
     (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
 }
