@@ -27,7 +27,7 @@ from report.extremes.lost import all_series
 from report.extremes.registry import cases_of, findings_of
 from report.extremes.rows import ROWS
 from report.extremes.text import page_parts, records
-from report.page import DEFAULT, job, put_in_readme, write_csv, write_page
+from report.page import DEFAULT, job, put_in_readme, read_csv, write_csv, write_page
 
 PACKAGES = ("mpmath",)
 
@@ -44,7 +44,7 @@ def main() -> None:
     asked = job(__doc__.splitlines()[0])
     start = time.perf_counter()
     rows = tried(asked.quick)
-    parts = page_parts(rows, all_series(), checks())
+    parts = page_parts(rows, all_series(), checks(), read_csv(DEFAULT / "soaks.csv"))
     write_page(asked.output / "extreme_cases.md", "Extreme and stiff cases", parts, PACKAGES)
     write_csv(asked.output / "extreme_cases.csv", records(rows))
     failed = [(row, finding) for row, findings in rows.items() for finding in findings if not finding.holds]

@@ -93,6 +93,14 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
         writer.writerows(rows)
 
 
+def read_csv(path: Path) -> list[dict[str, str]]:
+    """The rows of a table; none where there is no file."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def write_page(path: Path, title: str, parts: Iterable[str], packages: Iterable[str] = ()) -> None:
     """Write a page: its title, its parts, and at the end what made it."""
     path.write_text("\n\n".join([f"# {title}", *parts, provenance(packages)]) + "\n")

@@ -1,7 +1,8 @@
 //! A referee for `simulate`: a slow simulator of linear scenes that shares nothing with the library, a generator of scenes,
 //! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, the first one from
 //! `VIBROIMPACT_REFEREE_FROM`, their seed from `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
-//! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found.
+//! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found. `VIBROIMPACT_SOAKS` names a table of
+//! what was compared.
 
 mod accumulation;
 mod case;
@@ -27,6 +28,8 @@ mod roots;
 mod shallow;
 mod shrink;
 mod simulator;
+#[path = "../common/soak.rs"]
+mod soak;
 
 use compare::Verdict;
 use std::collections::BTreeMap;
@@ -251,6 +254,10 @@ fn the_library_agrees_with_the_referee() {
     });
     let tally = tally.into_inner().expect("no panic");
     tally.print(numbers.len(), began.elapsed());
+    if only.is_none() {
+        let disagree = numbers.len() - tally.agree - tally.no_scene;
+        soak::note("linear scenes", seed, from, numbers.len(), disagree);
+    }
     if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
         tally.print_smallest(seed);
     }

@@ -10,6 +10,8 @@ mod returns;
 #[path = "../common/roots.rs"]
 mod roots;
 mod scan;
+#[path = "../common/soak.rs"]
+mod soak;
 
 use closing::misfit;
 use nalgebra::DVector;
@@ -25,10 +27,14 @@ const CLOSED: f64 = 1e-9;
 /// What a sampled gap may be below zero where the orbit is admissible, relative to the motion.
 const TOUCH: f64 = 1e-10;
 
+fn seed() -> u64 {
+    number("VIBROIMPACT_SEED", 0x0B17) as u64
+}
+
 /// The scenes asked for: the number of each, a plant and numbers for the questions.
 fn scenes(default: usize) -> impl Iterator<Item = (usize, Random, Plant)> {
     let cases = number("VIBROIMPACT_CASES", default);
-    let seed = number("VIBROIMPACT_SEED", 0x0B17) as u64;
+    let seed = seed();
     let only = chosen("VIBROIMPACT_CASE");
     let wanted = (0..cases).filter(move |case| only.is_none_or(|only| only == *case));
     wanted.map(move |case| {
@@ -148,7 +154,10 @@ fn each_orbit(
     [total, lost]
 }
 
-fn none_failed(failures: &[String], total: usize) {
+fn none_failed(subject: &str, failures: &[String], total: usize) {
+    if !is_one() {
+        soak::note(subject, seed(), 0, total, failures.len());
+    }
     println!("{total} looked at, {} failed", failures.len());
     let shown: Vec<&str> = failures.iter().take(60).map(String::as_str).collect();
     assert!(
@@ -168,7 +177,7 @@ fn every_orbit_closes() {
             failures.push(format!("{label}: {found:?}; {}", orbits.reason()));
         }
     });
-    none_failed(&failures, total);
+    none_failed("orbits that close", &failures, total);
     assert!(is_one() || total > 0);
     // What rounding has left nothing of is rare.
     assert!(lost <= 1 + total / 500, "{lost} lists left orbits out");
@@ -259,7 +268,7 @@ fn an_orbit_is_admissible_where_samples_show_no_breach() {
             }
         }
     });
-    none_failed(&failures, total);
+    none_failed("admissibility by samples", &failures, total);
     assert!(
         is_one() || judged[0] > 0 && judged[1] > 0 && open <= total / 20,
         "{judged:?} {open}"
@@ -342,7 +351,7 @@ fn multipliers_are_those_of_the_return_map() {
             ));
         }
     });
-    none_failed(&failures, compared);
+    none_failed("multipliers by differences", &failures, compared);
     assert!(5 * compared > total || is_one(), "{compared} of {total}");
 }
 
@@ -390,7 +399,7 @@ fn stability_is_what_perturbed_starts_show() {
             ));
         }
     });
-    none_failed(&failures, count);
+    none_failed("stability by perturbed starts", &failures, count);
     assert!(is_one() || seen[0] > 0 && seen[1] > 0, "{seen:?}");
 }
 
@@ -423,7 +432,7 @@ fn lists_of_one_impact_are_complete() {
             }
         }
     }
-    none_failed(&failures, compared);
+    none_failed("lists of one impact", &failures, compared);
     assert!(compared > 0);
 }
 
@@ -487,6 +496,6 @@ fn lists_of_two_impacts_are_complete() {
         }
     }
     println!("{total} orbits");
-    none_failed(&failures, compared);
+    none_failed("lists of two impacts", &failures, compared);
     assert!(compared > 0);
 }

@@ -8,6 +8,8 @@ mod compare;
 mod random;
 mod run;
 mod scenes;
+#[path = "../common/soak.rs"]
+mod soak;
 
 use nalgebra::DVector;
 use random::{Random, chosen, number};
@@ -70,6 +72,9 @@ fn pendulums_move_as_the_referee_says() {
             );
             failed.push(number);
         }
+    }
+    if only.is_none() {
+        soak::note("pendulums", seed, 0, count, failed.len());
     }
     println!(
         "{count} scenes looked at, compared {:.3} of the spans, {hits} impacts",

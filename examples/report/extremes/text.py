@@ -118,7 +118,22 @@ def checked(checks: Sequence[tuple[str, mpf]]) -> str:
     return f"## The references by a second method\n\n{words}\n\n" + table(("compared", "difference"), lines)
 
 
-def page_parts(rows: Rows, series: Sequence[Series], checks: Sequence[tuple[str, mpf]]) -> list[str]:
+def soaked(soaks: Sequence[Mapping[str, str]]) -> list[str]:
+    """What was compared with referees on random scenes; nothing where no soak was run."""
+    if not soaks:
+        return []
+    words = """Random scenes, answers that are exactly zero among them, beside referees that share no line with the library: a
+slow simulator in twice the precision, pendulums by extrapolated midpoint steps, orbits by brute force. A seed and a first scene
+say which; where two answers hang on rounding, a scene is compared up to there. Each line is a soak by hand
+(`VIBROIMPACT_SOAKS=docs/report/soaks.csv` before `cargo test --release`, with `VIBROIMPACT_REFEREE` and `VIBROIMPACT_REFEREE_SEED`
+for simulations, `VIBROIMPACT_CASES` and `VIBROIMPACT_SEED` for the others); the tests run some hundreds of them each time."""
+    header = ("compared", "seed", "first", "count", "disagree")
+    return [f"## Random scenes beside a referee\n\n{words}\n\n" + table(header, [[s[key] for key in header] for s in soaks])]
+
+
+def page_parts(
+    rows: Rows, series: Sequence[Series], checks: Sequence[tuple[str, mpf]], soaks: Sequence[Mapping[str, str]]
+) -> list[str]:
     """All parts of the page."""
     parts = [
         rules(),
@@ -130,7 +145,7 @@ def page_parts(rows: Rows, series: Sequence[Series], checks: Sequence[tuple[str,
     for group, names in GROUPS.items():
         parts.append(f"## {group}")
         parts += [f"### {row}\n\n{table(HEADER, map(line, rows[row]))}" for row in names]
-    return [*parts, checked(checks)]
+    return [*parts, checked(checks), *soaked(soaks)]
 
 
 def records(rows: Rows) -> list[dict[str, object]]:
