@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// `sum x_i y_i`, rounded once but for `n^2 eps^2` of the sum of the sizes.
-fn dot(x: impl Iterator<Item = f64>, y: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn dot(x: impl Iterator<Item = f64>, y: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut rest) = (0.0f64, 0.0f64);
     for (x, y) in x.zip(y) {
         let product = x * y;

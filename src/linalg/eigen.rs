@@ -2,6 +2,7 @@
 //! Schur form). Every iteration has a cap: an uncapped QR iteration never ends on, say, cyclic permutations.
 
 use crate::error::{Error, Result};
+use crate::linalg::compensated::dot;
 use crate::linalg::francis;
 use crate::quantity::room_for;
 use crate::watch::apart;
@@ -200,6 +201,8 @@ fn normalise(vectors: &mut DMatrix<Complex<f64>>) {
 
 /// One Newton step on all roots and vectors at once: with `R = V^-1 (A V - V L)` the roots move by `R_jj`, the vectors by
 /// `V E`, `E_ij = R_ij/(l_j - l_i)`. Nothing is done where that is no small step: to vectors that are nearly dependent.
+/// What is left of `A V - V L` in doubles is rounding, which V^-1 makes as much larger as vectors are near to each other: it
+/// is summed in twice the precision.
 fn refine(
     a: &DMatrix<f64>,
     roots: &mut DVector<Complex<f64>>,
@@ -209,9 +212,7 @@ fn refine(
         return;
     };
     let n = roots.len();
-    let moved = a.map(|x| Complex::new(x, 0.0)) * &*vectors;
-    let residual = DMatrix::from_fn(n, n, |i, j| moved[(i, j)] - vectors[(i, j)] * roots[j]);
-    let r = inverse * residual;
+    let r = inverse * residual(a, roots, vectors);
     let turn = DMatrix::from_fn(n, n, |i, j| {
         let apart = roots[j] - roots[i];
         let is_near = apart.norm() <= NEAR * roots[i].norm().max(roots[j].norm());
@@ -229,6 +230,25 @@ fn refine(
         *vectors += &*vectors * turn;
         *roots += r.diagonal();
     }
+}
+
+/// `A V - V L`, each entry rounded once.
+fn residual(
+    a: &DMatrix<f64>,
+    roots: &DVector<Complex<f64>>,
+    vectors: &DMatrix<Complex<f64>>,
+) -> DMatrix<Complex<f64>> {
+    let parts = [vectors.map(|z| z.re), vectors.map(|z| z.im)];
+    let rows = a.transpose();
+    DMatrix::from_fn(a.nrows(), roots.len(), |i, j| {
+        let (root, z) = (roots[j], vectors[(i, j)]);
+        let less = |part: usize, by: [f64; 2]| {
+            let row = rows.column(i).into_iter().copied();
+            let column = parts[part].column(j).into_iter().copied();
+            dot(row.chain(by), column.chain([z.re, z.im]))
+        };
+        Complex::new(less(0, [-root.re, root.im]), less(1, [-root.im, -root.re]))
+    })
 }
 
 #[cfg(test)]

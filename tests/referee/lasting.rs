@@ -3,8 +3,10 @@
 use crate::case::{Case, StopCase};
 use crate::compare::{First, slowness};
 use crate::labels::Labels;
+use crate::motion::Model;
 use crate::record::{Hit, Stretch};
 use crate::reference::Reference;
+use crate::simulator::AHEAD;
 use vibroimpact::Method;
 
 /// Lasting contact by planes: stops at one place, on either side, are one, since which of them carries the force is nobody's.
@@ -50,7 +52,7 @@ fn on_planes(case: &Case, sticks: &[Stretch]) -> Vec<Stretch> {
 }
 
 /// Lasting contacts longer than rounding, by their starts; what goes on at the same plane is one. Between two stops that face
-/// each other without room a flight is one of rounding, however long it takes: `breaks` are those that are overlooked there.
+/// each other without room a flight is one of rounding, however long it takes: `breaks` are those that are overlooked.
 fn long(sticks: &[Stretch], shortest: f64, breaks: &dyn Fn(usize) -> f64) -> Vec<Stretch> {
     let mut kept: Vec<Stretch> = Vec::new();
     for stick in sticks {
@@ -76,8 +78,9 @@ fn long(sticks: &[Stretch], shortest: f64, breaks: &dyn Fn(usize) -> f64) -> Vec
     kept
 }
 
-/// Lasting contacts by planes.
-pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, rate: f64) -> Vec<Stretch> {
+/// Lasting contacts by planes. The referee decides what stays in contact by what is so a little ahead: a contact that opens and
+/// closes meanwhile is one that lasts, to it.
+pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, model: &Model) -> Vec<Stretch> {
     let faces_another = |plane: usize| {
         let one = |stop: usize| Stretch {
             stop,
@@ -91,9 +94,9 @@ pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, rate: f64) -> Vec<
     };
     let breaks = |plane: usize| {
         if faces_another(plane) {
-            1e-4 / rate
+            1e-4 / model.rate
         } else {
-            0.0
+            AHEAD * model.step
         }
     };
     long(&on_planes(case, sticks), shortest, &breaks)
@@ -136,7 +139,7 @@ pub fn compare_sticks(
     labels: &Labels<'_>,
     first: &mut First,
 ) {
-    let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, reference.model.rate);
+    let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, &reference.model);
     let (mut mine, mut theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
     let beside: Vec<Vec<Stretch>> = reference
         .aside

@@ -151,7 +151,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
 }
 
 /// The squares of the frequencies without damping, but for those of free bodies.
-fn squared_frequencies(case: &Case) -> Vec<f64> {
+pub fn squared_frequencies(case: &Case) -> Vec<f64> {
     let Some(inverse) = case.mass.clone().try_inverse() else {
         return Vec::new();
     };
@@ -302,8 +302,8 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
             cut(next.time.to_f64(), "another number of impacts");
         }
         let (mine, theirs) = (
-            planes(case, &main.sticks, slack, reference.model.rate),
-            planes(case, &aside.sticks, slack, reference.model.rate),
+            planes(case, &main.sticks, slack, &reference.model),
+            planes(case, &aside.sticks, slack, &reference.model),
         );
         for (a, b) in mine.iter().zip(&theirs) {
             if a.stop != b.stop || (a.start - b.start).abs() > 1e-3 / reference.model.rate {
