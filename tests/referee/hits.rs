@@ -67,6 +67,14 @@ impl Counting<'_> {
         depth / speed.max(floor).max(self.rate * depth)
     }
 
+    /// How long a series of impacts takes whose first flight is as high as the gap is known to.
+    pub fn lowest(&self, hit: &Hit) -> f64 {
+        let e = (hit.departure / hit.approach).min(1.0);
+        let flight = (8.0 * self.gap_rounding(hit.stop) / hit.curvature.abs()).sqrt();
+        // Where hardly anything draws the stop back, its acceleration becomes another meanwhile.
+        (flight / (1.0 - e)).min(0.1 / self.rate)
+    }
+
     /// How long the rest of a geometric series of impacts takes that may be completed here.
     pub fn rest(&self, hit: &Hit) -> Option<f64> {
         self.rest_within(hit, COMPLETED)

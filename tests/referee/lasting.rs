@@ -111,7 +111,8 @@ fn slowness_at(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// How long the impacts take that lead to a lasting contact and may be completed.
+/// How long the impacts take that lead to a lasting contact and may be completed; in doubles flights as high as the gap is known to may
+/// follow each other there.
 fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
     let counting = reference.counting(case);
     let plane = on_planes(case, std::slice::from_ref(stick))[0].stop;
@@ -123,11 +124,15 @@ fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
         on_planes(case, &[one])[0].stop == plane
     };
     let hits = reference.main.hits.iter().rev();
-    let first = hits
+    let (mut first, mut unseen) = (stick.start, 0.0f64);
+    for hit in hits
         .filter(|h| h.time.to_f64() <= stick.start + counting.slack() && of_plane(h.stop))
         .take_while(|h| counting.rest(h).is_some())
-        .last();
-    first.map_or(0.0, |h| stick.start - h.time.to_f64())
+    {
+        first = hit.time.to_f64();
+        unseen = unseen.max(counting.lowest(hit));
+    }
+    (stick.start - first).max(unseen)
 }
 
 pub fn compare_sticks(
