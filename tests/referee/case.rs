@@ -131,6 +131,12 @@ impl Case {
         Scene::new(system, forcing, stops?)
     }
 
+    /// Whether the motion has real modes: nothing damps it, and its stiffness is symmetric.
+    pub fn has_real_modes(&self) -> bool {
+        let is_undamped = self.damping.iter().all(|&c| c == 0.0);
+        is_undamped && self.stiffness == self.stiffness.transpose()
+    }
+
     /// The largest force on a coordinate.
     pub fn largest_force(&self) -> f64 {
         let shaking = self.force.iter().flat_map(|f| f.re.iter().chain(&f.im));

@@ -65,8 +65,9 @@ fn gaps_stay_open(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
         end = start + reference.horizon.0;
     }
     // Complex modes mix positions and velocities.
-    let is_real = case.damping.iter().all(|&c| c == 0.0);
-    let slow = (!is_real).then(|| slowest_rate(case)).flatten();
+    let slow = (!case.has_real_modes())
+        .then(|| slowest_rate(case))
+        .flatten();
     let mut fastest = 0.0;
     for k in 0..POINTS {
         let t = start + (end - start) * k as f64 / POINTS as f64;

@@ -217,8 +217,9 @@ pub fn compare_sticks(
         } else {
             (10.0 * case.rtol).max(1e-10)
         };
-        let allowed =
-            |f: &dyn Fn(&Stretch) -> f64| 100.0 * (aside(f) + tolerance / rate) + 10.0 * slack;
+        let allowed = |f: &dyn Fn(&Stretch) -> f64| {
+            reference.wide * (100.0 * (aside(f) + tolerance / rate) + 10.0 * slack)
+        };
         // Where impacts that accumulate are completed early, their end is known to a part of the time they take.
         let longest = chatters
             .iter()

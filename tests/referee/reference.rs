@@ -56,7 +56,7 @@ pub struct Reference {
     pub v_unit: f64,
     /// How far the slowest motion goes, where modes are complex.
     pub way: f64,
-    /// By how much more than usual impacts beside accumulating ones are left out.
+    /// How many times as much as usual is allowed, and impacts beside accumulating ones are left out.
     pub wide: f64,
 }
 
@@ -102,7 +102,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     let (q_terms, v_terms) = terms(case, model.rate);
     // Complex modes mix positions and velocities: beside places near each other the rounding of the way their speed takes them
     // counts.
-    let is_real = case.damping.iter().all(|&c| c == 0.0);
+    let is_real = case.has_real_modes();
     let way = if is_real {
         0.0
     } else {
