@@ -3,7 +3,7 @@
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
-use crate::contact::lowest::Look;
+use crate::contact::lowest::{Look, Lowest};
 use crate::contact::walk::{Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
@@ -43,24 +43,76 @@ pub(crate) const LATE: usize = 3;
 /// A step of Newton's method up to this part of the time since the start of a flight is near its zero.
 const NEAR: f64 = 0.25;
 
+/// A gap as the search follows it along a flight.
+#[derive(Debug, Clone)]
+struct Followed {
+    row: GapRow,
+    /// The jet where the search last looked.
+    jet: Jet,
+    /// Whether it was falling where the search looked before.
+    was_falling: bool,
+    /// The order of its root at the start of the flight; the same as long as the search has gone no step.
+    order: usize,
+    order_here: usize,
+    /// Where the walk last saw it open, and from where on no longer: the zero at which the stop is reached lies between.
+    bracket: Bracket,
+    /// The largest size of its terms seen on the flight, and the largest gap.
+    extent: [f64; 2],
+}
+
+impl Followed {
+    fn new(row: GapRow) -> Self {
+        Self {
+            row,
+            jet: Jet::default(),
+            was_falling: false,
+            order: 0,
+            order_here: 0,
+            bracket: Bracket::start(0.0, 0),
+            extent: [0.0; 2],
+        }
+    }
+
+    /// Begins a flight where the search last looked, with a root of some order there.
+    fn depart(&mut self, order: usize) {
+        let gap = self.jet.c[0];
+        (self.order, self.order_here) = (order, order);
+        self.bracket = Bracket::start(gap, order);
+        self.extent = [0.0, gap.abs()];
+    }
+
+    /// Looks at it a step further along the flight.
+    #[inline]
+    fn follow(&mut self, time: f64, derivatives: &[Derivatives]) {
+        self.was_falling = self.jet.c[1] < 0.0;
+        self.order_here = 0;
+        self.jet = self.row.jet(derivatives);
+        let gap = self.jet.c[0];
+        self.bracket.note(time, gap);
+        self.widen([self.jet.size, gap.abs()]);
+    }
+
+    /// Takes note of how large its terms and itself are.
+    #[inline]
+    fn widen(&mut self, [size, gap]: [f64; 2]) {
+        self.extent = [self.extent[0].max(size), self.extent[1].max(gap)];
+    }
+
+    /// What rounding leaves unknown of it where the search last looked.
+    #[inline]
+    fn rounding(&self) -> f64 {
+        self.row.rounding(&self.jet)
+    }
+}
+
 /// The search along one flight after another, with its buffers.
 pub(crate) struct Search<'f, F: LinearFlow> {
     flow: &'f F,
-    gaps: Vec<GapRow>,
+    gaps: Vec<Followed>,
     ladder: Ladder<F>,
     level: usize,
     propagator: F::Propagator,
     derivatives: Vec<Derivatives>,
-    /// The jet of each gap where the search last looked.
-    jets: Vec<Jet>,
-    /// Whether each gap was falling where the search looked before.
-    was_falling: Vec<bool>,
-    /// The order of each gap's root at the start of the flight.
-    orders: Vec<usize>,
-    /// Where the walk last saw each gap open, and from where on no longer: the zero at which a stop is reached lies between.
-    brackets: Vec<Bracket>,
-    /// The largest size of the terms of each gap seen on the flight, and the largest gap.
-    extents: Vec<[f64; 2]>,
     /// The stops within reach.
     active: Vec<usize>,
     norms: Vec<f64>,
@@ -80,13 +132,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         let ladder = Ladder::new(flow);
         Self {
             flow,
-            jets: vec![Jet::default(); gaps.len()],
-            was_falling: vec![false; gaps.len()],
-            orders: Vec::with_capacity(gaps.len()),
-            brackets: Vec::with_capacity(gaps.len()),
-            extents: vec![[0.0; 2]; gaps.len()],
             active: Vec::with_capacity(gaps.len()),
-            gaps,
+            gaps: gaps.into_iter().map(Followed::new).collect(),
             ladder,
             level: Ladder::<F>::START,
             propagator: F::Propagator::default(),
@@ -104,55 +151,56 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 
     /// Takes the jets of every gap at a state.
-    pub fn look(&mut self, state: &[Pair]) -> &[Jet] {
+    pub fn look(&mut self, state: &[Pair]) {
         self.n_gap_evaluations += self.gaps.len();
         self.flow.derivatives(state, &mut self.derivatives);
-        for (jet, gap) in self.jets.iter_mut().zip(&self.gaps) {
-            *jet = gap.jet(&self.derivatives);
+        for gap in &mut self.gaps {
+            gap.jet = gap.row.jet(&self.derivatives);
         }
-        &self.jets
     }
 
     /// The gap of a stop on the flow.
     pub fn gap(&self, stop: usize) -> &GapRow {
-        &self.gaps[stop]
+        &self.gaps[stop].row
     }
 
-    /// The jets of every gap where the search last looked.
-    pub fn jets(&self) -> &[Jet] {
-        &self.jets
+    /// The jet of a gap where the search last looked.
+    #[inline]
+    pub fn jet(&self, stop: usize) -> &Jet {
+        &self.gaps[stop].jet
     }
 
     /// What rounding leaves unknown of a gap where the search last looked.
     pub fn rounding(&self, stop: usize) -> f64 {
-        self.gaps[stop].rounding(&self.jets[stop])
+        self.gaps[stop].rounding()
     }
 
     /// Size of the terms of a gap's speed where the search last looked.
     pub fn speed_size(&self, stop: usize) -> f64 {
-        self.gaps[stop].speed_size(&self.derivatives)
+        self.gaps[stop].row.speed_size(&self.derivatives)
     }
 
     /// Size of the terms of a gap's acceleration where the search last looked.
     pub fn acceleration_size(&self, stop: usize) -> f64 {
-        self.gaps[stop].acceleration_size(&self.derivatives, self.flow.fastest_rate())
+        let row = &self.gaps[stop].row;
+        row.acceleration_size(&self.derivatives, self.flow.fastest_rate())
     }
 
     /// What modes that cancel each other leave unknown of a gap's acceleration where the search last looked.
     pub fn acceleration_lost(&self, stop: usize) -> f64 {
-        self.gaps[stop].acceleration_lost(&self.derivatives)
+        self.gaps[stop].row.acceleration_lost(&self.derivatives)
     }
 
     /// The largest size of the terms of a gap that was seen on the last flight, and the largest gap.
     pub fn extent(&self, stop: usize) -> [f64; 2] {
-        self.extents[stop]
+        self.gaps[stop].extent
     }
 
     /// Takes over what another search saw of the last flight.
     pub fn saw(&mut self, other: Seen) {
         self.n_gap_evaluations += other.n_gap_evaluations;
         for (stop, extent) in other.extents {
-            self.extents[stop] = extent;
+            self.gaps[stop].extent = extent;
         }
     }
 
@@ -166,29 +214,23 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         grazes: &mut Vec<Grazed>,
         watch: &mut Watch<'_>,
     ) -> Next {
-        self.orders.clear();
-        self.orders.extend_from_slice(starts);
+        for (gap, &order) in self.gaps.iter_mut().zip(starts) {
+            gap.depart(order);
+        }
         self.active.clear();
         self.active.extend(0..self.gaps.len());
-        self.brackets.clear();
-        let starting = self.jets.iter().zip(starts);
-        (self.brackets).extend(starting.map(|(jet, &order)| Bracket::start(jet.c[0], order)));
-        for (extent, jet) in self.extents.iter_mut().zip(&self.jets) {
-            *extent = [0.0, jet.c[0].abs()];
-        }
         self.state.clear();
         self.state.extend_from_slice(start);
-        self.leave_out(Some(starts));
+        self.leave_out();
         let mut time = 0.0;
         let mut steps = 0usize;
         while !self.active.is_empty() {
             let first_level = self.level;
-            let reached = loop {
+            let (reached, step) = loop {
                 let step = self.ladder.step(self.level);
                 let noted = grazes.len();
-                let starts = if steps == 0 { Some(starts) } else { None };
-                match self.step_ahead((start, starts), step, time, grazes) {
-                    Ok(reached) => break reached,
+                match self.step_ahead(start, step, time, grazes) {
+                    Ok(reached) => break (reached, step),
                     Err(stop) => {
                         grazes.truncate(noted);
                         if self.level == self.ladder.deepest || time + step == time {
@@ -205,7 +247,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                     time: time + at,
                 };
             }
-            time += self.ladder.step(self.level);
+            time += step;
             let made = self.ladder.advance(self.flow, self.level, &mut self.state);
             if made.is_some_and(|work| watch.work(work).is_err()) {
                 return Next::Interrupted;
@@ -218,21 +260,17 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 if watch.work(STEPS_PER_LOOK * self.state.len()).is_err() {
                     return Next::Interrupted;
                 }
-                self.leave_out(None);
+                self.leave_out();
             }
             self.n_gap_evaluations += self.active.len();
             self.flow.derivatives(&self.state, &mut self.derivatives);
             for &stop in &self.active {
-                self.was_falling[stop] = self.jets[stop].c[1] < 0.0;
-                self.jets[stop] = self.gaps[stop].jet(&self.derivatives);
-                self.brackets[stop].note(time, self.jets[stop].c[0]);
-                let jet = &self.jets[stop];
-                self.extents[stop] = larger(self.extents[stop], [jet.size, jet.c[0].abs()]);
+                self.gaps[stop].follow(time, &self.derivatives);
             }
-            self.note_turns(time, steps, grazes);
+            self.note_turns(time, grazes);
             // At the end or past it, a stop that is passed within rounding may have been reached before it.
             let is_reached = |&stop: &usize| {
-                let [gap, speed, ..] = self.jets[stop].c;
+                let [gap, speed, ..] = self.gaps[stop].jet.c;
                 gap <= 0.0 && speed < 0.0
             };
             // What rests there comes no further.
@@ -245,21 +283,22 @@ impl<'f, F: LinearFlow> Search<'f, F> {
 
     /// Notes the touches of gaps that turned within rounding of zero, in a step that could not tell on which side of its end: the
     /// minimum is here, to the accuracy of a step.
-    fn note_turns(&self, time: f64, steps: usize, grazes: &mut Vec<Grazed>) {
-        let before = time - self.ladder.step(self.ladder.above(self.level));
+    fn note_turns(&self, time: f64, grazes: &mut Vec<Grazed>) {
         for &stop in &self.active {
-            let jet = &self.jets[stop];
-            let has_turned = self.was_falling[stop] && jet.c[1] >= 0.0 && steps > 0;
-            let is_noted = || grazes.iter().any(|g| g.stop == stop && g.time >= before);
-            if has_turned && jet.c[0] <= self.gaps[stop].rounding(jet) && !is_noted() {
-                let (time, gap) = (time, jet.c[0]);
-                grazes.push(Grazed { stop, time, gap });
+            let followed = &self.gaps[stop];
+            let [gap, speed, ..] = followed.jet.c;
+            let has_turned = followed.was_falling && speed >= 0.0;
+            if has_turned && gap <= followed.rounding() {
+                let before = time - self.ladder.step(self.ladder.above(self.level));
+                if !grazes.iter().any(|g| g.stop == stop && g.time >= before) {
+                    grazes.push(Grazed { stop, time, gap });
+                }
             }
         }
     }
 
     /// Leaves out the stops that are beyond reach for all times to come, but for those in contact.
-    fn leave_out(&mut self, starts: Option<&[usize]>) {
+    fn leave_out(&mut self) {
         let Self {
             flow,
             norms,
@@ -268,33 +307,33 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             active,
             ..
         } = self;
+        if active.iter().all(|&stop| gaps[stop].order_here > 0) {
+            return;
+        }
         flow.norms(state, norms);
         active.retain(|&stop| {
-            let (least, size) = gaps[stop].least(norms);
-            let is_beyond_reach =
-                least > ROUNDING * size && starts.is_none_or(|orders| orders[stop] == 0);
+            let gap = &gaps[stop];
+            let (least, size) = gap.row.least(norms);
+            let is_beyond_reach = least > ROUNDING * size && gap.order_here == 0;
             !is_beyond_reach
         });
     }
 
     /// The earliest contact in one step, none if every gap is clear; the stop that could not be decided otherwise. The flight
-    /// began at a state with roots of given orders, those only on its first step.
+    /// began at a state.
     fn step_ahead(
         &mut self,
-        (start, starts): (&[Pair], Option<&[usize]>),
+        start: &[Pair],
         step: f64,
         time: f64,
         grazes: &mut Vec<Grazed>,
     ) -> Result<Option<(usize, f64)>, usize> {
         let mut earliest: Option<(usize, f64)> = None;
-        for place in 0..self.active.len() {
-            let stop = self.active[place];
+        for &stop in &self.active {
+            let followed = &mut self.gaps[stop];
             // What rounding left below zero where the flight began on the stop is none.
-            let (jet, gap) = (
-                &self.jets[stop].above(self.brackets[stop].floor),
-                &self.gaps[stop],
-            );
-            let order = starts.map_or(0, |orders| orders[stop]);
+            let jet = &followed.jet.above(followed.bracket.floor);
+            let (gap, order) = (&followed.row, followed.order_here);
             let mut ahead = match order {
                 0 => from_open(jet, step, gap.rounding(jet)),
                 order => from_contact(jet, order, step, gap.rounding(jet)),
@@ -308,11 +347,17 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 ahead = from_open(&jet.only(LATE), step, rounding.max(gap.rounding(jet)));
             }
             if let Ahead::Dips { near } = ahead {
-                ahead = self.at_bottom(stop, start, [time, time + step], time + near, grazes);
+                let (lowest, met) =
+                    at_bottom(self.flow, gap, start, [time, time + step], time + near);
+                self.n_gap_evaluations += 1;
+                ahead = met;
+                if let Some(Lowest { time, gap }) = lowest {
+                    grazes.push(Grazed { stop, time, gap });
+                }
             }
             match ahead {
                 Ahead::Reached { at, passed } => {
-                    let bracket = &mut self.brackets[stop];
+                    let bracket = &mut followed.bracket;
                     bracket.passed = time + passed;
                     bracket.closed = bracket.closed.min(bracket.passed);
                     if earliest.is_none_or(|(_, first)| at < first) {
@@ -320,7 +365,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                     }
                 }
                 Ahead::Rests => {
-                    let gap = self.jets[stop].c[0];
+                    let gap = followed.jet.c[0];
                     let is_noted = |g: &Grazed| g.stop == stop && g.time >= time - step;
                     if !grazes.iter().any(is_noted) {
                         grazes.push(Grazed { stop, time, gap });
@@ -332,38 +377,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         }
         if let Some((stop, at)) = earliest {
             // A flight of few steps is farthest from its stop half-way.
-            let far = self.jets[stop].value(0.5 * at).abs();
-            self.extents[stop] = larger(self.extents[stop], [far; 2]);
+            let followed = &mut self.gaps[stop];
+            let far = followed.jet.value(0.5 * at).abs();
+            followed.widen([far; 2]);
         }
         Ok(earliest)
-    }
-
-    /// What a gap does in a step in which it provably has one minimum: decided by its value there, which is that of the motion from
-    /// the start of the flight. Touches within rounding are noted.
-    #[cold]
-    fn at_bottom(
-        &mut self,
-        stop: usize,
-        start: &[Pair],
-        between: [f64; 2],
-        near: f64,
-        grazes: &mut Vec<Grazed>,
-    ) -> Ahead {
-        let gap = &self.gaps[stop];
-        let (lowest, jet) = Look::new(self.flow, start).bottom(gap, between, near);
-        self.n_gap_evaluations += 1;
-        let rounding = gap.rounding(&jet);
-        if lowest.gap < -rounding {
-            let back = (-lowest.gap / jet.c[2]).sqrt();
-            let passed = lowest.time - between[0];
-            let at = (passed - back).max(0.0);
-            return Ahead::Reached { at, passed };
-        }
-        if lowest.gap <= rounding {
-            let (time, gap) = (lowest.time, lowest.gap);
-            grazes.push(Grazed { stop, time, gap });
-        }
-        Ahead::Clear
     }
 
     /// Carries a state over a span of time.
@@ -383,10 +401,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     ) -> (usize, f64) {
         let mut time = self.polish(stop, guess, start, arrived);
         for _ in 1..self.gaps.len() {
-            let passed = |(i, jet): (usize, &Jet)| {
-                let Bracket { floor, passed, .. } = self.brackets[i];
+            let passed = |(i, other): (usize, &Followed)| {
+                let Bracket { floor, passed, .. } = other.bracket;
+                let jet = &other.jet;
                 let gap = jet.c[0] - floor;
-                let is_passed = gap < -self.gaps[i].rounding(jet) && jet.c[1] < 0.0;
+                let is_passed = gap < -other.rounding() && jet.c[1] < 0.0;
                 // A dip that was seen may be over.
                 let guess = if passed < time {
                     passed
@@ -395,11 +414,11 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 };
                 (i != stop && (is_passed || passed < time)).then_some((i, guess))
             };
-            let earlier = (self.jets.iter().enumerate())
+            let earlier = (self.gaps.iter().enumerate())
                 .filter_map(passed)
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((other, guess)) = earlier else { break };
-            let closed = &mut self.brackets[other].closed;
+            let closed = &mut self.gaps[other].bracket.closed;
             *closed = closed.min(time);
             let reached = self.polish(other, guess, start, arrived);
             if reached >= time {
@@ -416,14 +435,17 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     /// `arrived` is the state there, and the search has looked there.
     fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut Vec<Pair>) -> f64 {
         let short = TAYLOR_STEP / self.flow.fastest_rate();
-        let mut bracket = self.brackets[stop];
+        let Followed {
+            mut bracket, order, ..
+        } = self.gaps[stop];
         let mut time = guess.max(0.0).min(bracket.closed);
         let mut looked = time;
         for _ in 0..MOST_POLISHES {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
-            let mut jet = self.look(arrived)[stop];
+            self.look(arrived);
+            let mut jet = self.gaps[stop].jet;
             let gap = jet.c[0];
             jet.c[0] -= bracket.floor;
             looked = time;
@@ -431,7 +453,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 break;
             }
             bracket.narrow(time, gap);
-            let wanted = newton_step(&jet, self.orders[stop], time).map(|step| time + step);
+            let wanted = newton_step(&jet, order, time).map(|step| time + step);
             let next = bracket.next(wanted, time);
             let step = next - time;
             time = next;
@@ -441,8 +463,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
                     *z = d.after(step);
                 }
-                for jet in &mut self.jets {
-                    *jet = jet.after(step);
+                for gap in &mut self.gaps {
+                    gap.jet = gap.jet.after(step);
                 }
                 return time;
             }
@@ -451,10 +473,25 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 }
 
-/// The larger ones of two pairs.
-#[inline]
-fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0].max(b[0]), a[1].max(b[1])]
+/// What a gap does in a step in which it provably has one minimum: decided by its value there, which is that of the motion from
+/// the start of the flight. A minimum within rounding of zero is a touch.
+#[cold]
+fn at_bottom<F: LinearFlow>(
+    flow: &F,
+    gap: &GapRow,
+    start: &[Pair],
+    between: [f64; 2],
+    near: f64,
+) -> (Option<Lowest>, Ahead) {
+    let (lowest, jet) = Look::new(flow, start).bottom(gap, between, near);
+    let rounding = gap.rounding(&jet);
+    if lowest.gap < -rounding {
+        let back = (-lowest.gap / jet.c[2]).sqrt();
+        let passed = lowest.time - between[0];
+        let at = (passed - back).max(0.0);
+        return (None, Ahead::Reached { at, passed });
+    }
+    ((lowest.gap <= rounding).then_some(lowest), Ahead::Clear)
 }
 
 /// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose

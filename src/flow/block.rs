@@ -106,6 +106,8 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
+        // A pair more than there are blocks: that of the forcing.
+        state.reserve(whole.len() + 1);
         state.extend_from_slice(whole);
         state.extend(D::stored(self.drive.phasor(angle)));
     }

@@ -55,6 +55,7 @@ impl Equations {
         let lost = |x: &DVector<f64>| DVector::from_element(n, CANCELLED * x.amax());
         let (lost_q, lost_v) = (lost(&q), lost(&v));
         let (mut x, mut next) = ((q, lost_q), (v, lost_v));
+        let (mut size, mut next_size) = (x.0.abs(), next.0.abs());
         let mut force = scene.amplitude.map(|f| f * Complex::cis(angle));
         let turn = Complex::new(0.0, scene.frequency);
         let (inverse, stiffness, damping) = (&self.inverse, &self.stiffness, &self.damping);
@@ -67,13 +68,14 @@ impl Equations {
             }
             sum.gemv(-1.0, &stiffness.entries, &x.0, 1.0);
             sum.gemv(-1.0, &damping.entries, &next.0, 1.0);
-            terms.gemv(1.0, &stiffness.sizes, &x.0.abs(), 1.0);
-            terms.gemv(1.0, &damping.sizes, &next.0.abs(), 1.0);
-            let mut unknown = CANCELLED * terms;
+            terms.gemv(1.0, &stiffness.sizes, &size, 1.0);
+            terms.gemv(1.0, &damping.sizes, &next_size, 1.0);
+            let mut unknown = terms * CANCELLED;
             unknown.gemv(1.0, &stiffness.sizes, &x.1, 1.0);
             unknown.gemv(1.0, &damping.sizes, &next.1, 1.0);
             x = next;
             next = (&inverse.entries * sum, &inverse.sizes * unknown);
+            size = std::mem::replace(&mut next_size, next.0.abs());
             force *= turn;
         }
         next

@@ -71,15 +71,27 @@ pub(crate) struct Variational<'a, D> {
 }
 
 impl<D: Dynamics> Dynamics for Variational<'_, D> {
+    /// The moment, at which the derivative is asked for, and what drives the motion then.
+    type Drive = (Moment, D::Drive);
+
     fn n_dof(&self) -> usize {
         self.dynamics.n_dof() * (1 + self.count)
     }
 
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+    fn drive(&self, at: Moment) -> (Moment, D::Drive) {
+        (at, self.dynamics.drive(at))
+    }
+
+    fn driven(
+        &self,
+        (at, drive): (Moment, D::Drive),
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<()> {
         let n = self.dynamics.n_dof();
         let (base_q, base_v) = (&q[..n], &v[..n]);
-        self.dynamics
-            .acceleration(at, base_q, base_v, &mut a[..n])?;
+        self.dynamics.driven(drive, base_q, base_v, &mut a[..n])?;
         if self.count > 0
             && let Some(jacobian) = self.dynamics.jacobian(at, base_q, base_v)?
         {
@@ -110,7 +122,7 @@ impl<D: Dynamics> Dynamics for Variational<'_, D> {
                     moved_q[i] = base_q[i] + sign * dq[i];
                     moved_v[i] = base_v[i] + sign * dv[i];
                 }
-                self.dynamics.acceleration(at, &moved_q, &moved_v, result)?;
+                self.dynamics.driven(drive, &moved_q, &moved_v, result)?;
             }
             for i in 0..n {
                 out[i] = (ahead[i] - behind[i]) / (2.0 * step);

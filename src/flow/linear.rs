@@ -52,9 +52,13 @@ pub(crate) fn forward<F: LinearFlow>(
     state: &mut [Pair],
     span: f64,
 ) {
-    let pieces = (flow.fastest_growth() * span / MOST_GROWTH)
-        .ceil()
-        .clamp(1.0, MOST_PIECES);
+    let growth = flow.fastest_growth();
+    if growth <= 0.0 {
+        flow.prepare(span, propagator);
+        flow.advance(propagator, state);
+        return;
+    }
+    let pieces = (growth * span / MOST_GROWTH).ceil().clamp(1.0, MOST_PIECES);
     flow.prepare(span / pieces, propagator);
     for _ in 0..pieces as usize {
         flow.advance(propagator, state);

@@ -70,13 +70,13 @@ pub(crate) fn later(at: Moment, s: f64, frequency: f64) -> Moment {
 
 /// The rate at a state: one copy for all stages, into which the acceleration is inlined.
 #[inline(never)]
-fn rate<S: State, D: Dynamics>(dynamics: &D, at: Moment, x: &S, out: &mut S) -> Result<()> {
+fn rate<S: State, D: Dynamics>(dynamics: &D, drive: D::Drive, x: &S, out: &mut S) -> Result<()> {
     // Half a length that arrays have at compile time.
     let n = x.slice().len() / 2;
     let (q, v) = x.slice().split_at(n);
     let (dq, dv) = out.slice_mut().split_at_mut(n);
     dq.copy_from_slice(v);
-    dynamics.acceleration(at, q, v, dv)
+    dynamics.driven(drive, q, v, dv)
 }
 
 /// `sum_k c_k y_k` over the first K rates.
@@ -108,7 +108,7 @@ impl<S: State> Stepper<S> {
     /// Makes a state the start of the next step.
     pub fn begin<D: Dynamics>(&mut self, dynamics: &D, at: Moment, x: &S) -> Result<()> {
         self.n_rhs += 1;
-        rate(dynamics, at, x, &mut self.stages[0])
+        rate(dynamics, dynamics.drive(at), x, &mut self.stages[0])
     }
 
     /// Makes the end of the step last taken the start of the next one.
@@ -136,12 +136,15 @@ impl<S: State> Stepper<S> {
         x: &S,
         h: f64,
     ) -> Result<()> {
-        self.stage::<D, 1>(dynamics, at, frequency, x, h)?;
-        self.stage::<D, 2>(dynamics, at, frequency, x, h)?;
-        self.stage::<D, 3>(dynamics, at, frequency, x, h)?;
-        self.stage::<D, 4>(dynamics, at, frequency, x, h)?;
-        self.stage::<D, 5>(dynamics, at, frequency, x, h)?;
-        self.stage::<D, 6>(dynamics, at, frequency, x, h)?;
+        let drive_at = |node: f64| dynamics.drive(later(at, node * h, frequency));
+        self.stage::<D, 1>(dynamics, drive_at(NODES[0]), x, h)?;
+        self.stage::<D, 2>(dynamics, drive_at(NODES[1]), x, h)?;
+        self.stage::<D, 3>(dynamics, drive_at(NODES[2]), x, h)?;
+        self.stage::<D, 4>(dynamics, drive_at(NODES[3]), x, h)?;
+        // The last two stages are at one time.
+        let last = drive_at(NODES[4]);
+        self.stage::<D, 5>(dynamics, last, x, h)?;
+        self.stage::<D, 6>(dynamics, last, x, h)?;
         self.n_rhs += STAGES - 1;
         Ok(())
     }
@@ -152,8 +155,7 @@ impl<S: State> Stepper<S> {
     fn stage<D: Dynamics, const K: usize>(
         &mut self,
         dynamics: &D,
-        at: Moment,
-        frequency: f64,
+        drive: D::Drive,
         x: &S,
         h: f64,
     ) -> Result<()> {
@@ -168,8 +170,7 @@ impl<S: State> Stepper<S> {
         for (y, x) in target.slice_mut().iter_mut().zip(x.slice()) {
             *y = x + h * *y;
         }
-        let then = later(at, NODES[K - 1] * h, frequency);
-        rate(dynamics, then, target, &mut next[0])
+        rate(dynamics, drive, target, &mut next[0])
     }
 
     /// The error of the step last taken, in units of the tolerance (root mean square).

@@ -79,6 +79,7 @@ impl LinearFlow for SplitFlow {
         let (sin, cos) = angle.sin_cos();
         let u = [cos, sin];
         state.clear();
+        state.reserve(whole.len() + 1);
         state.extend(whole.iter().enumerate().map(|(j, z)| {
             let rest = self.rest(j, u);
             [z[0] - rest[0], z[1] - rest[1]]

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::linalg::small;
 use crate::model::{
-    DoublePendulum, Driven, Forcing, Input, Links, NonlinearSystem, PendulumChain, System,
+    DoublePendulum, Driven, Forcing, Input, Links, NonlinearSystem, PendulumChain, Swing, System,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -19,10 +19,19 @@ pub(crate) struct Moment {
 
 /// The motion of a system under its forcing.
 pub(crate) trait Dynamics {
+    /// What drives it at a moment, whatever its state.
+    type Drive: Copy;
+
     /// Number of degrees of freedom.
     fn n_dof(&self) -> usize;
-    /// The acceleration.
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
+    /// What drives it at a moment.
+    fn drive(&self, at: Moment) -> Self::Drive;
+    /// The acceleration under what drives it.
+    fn driven(&self, drive: Self::Drive, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
+    /// The acceleration at a moment.
+    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        self.driven(self.drive(at), q, v, a)
+    }
     /// The derivative of the acceleration by `(q, v)`, shape `(n, 2n)`, where it is known other than by differences.
     fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
         let _ = (at, q, v);
@@ -62,8 +71,15 @@ impl<I: Input> DoublePendulumMotion<I> {
 }
 
 impl<I: Input> Dynamics for DoublePendulumMotion<I> {
+    type Drive = I::Push;
+
     fn n_dof(&self) -> usize {
         2
+    }
+
+    #[inline]
+    fn drive(&self, at: Moment) -> I::Push {
+        self.input.push(at)
     }
 
     #[allow(
@@ -71,7 +87,7 @@ impl<I: Input> Dynamics for DoublePendulumMotion<I> {
         reason = "four numbers that stay in registers where the caller's state is an array"
     )]
     #[inline(always)]
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+    fn driven(&self, push: I::Push, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         let (q, v) = ([q[0], q[1]], [v[0], v[1]]);
         let ((s0, c0), (s1, c1)) = (q[0].sin_cos(), q[1].sin_cos());
         // sine and cosine of the difference of the angles
@@ -85,7 +101,7 @@ impl<I: Input> Dynamics for DoublePendulumMotion<I> {
             f[1] = f[1] - c[2] * v[0] - c[3] * v[1];
         }
         let levers = [c0, self.alpha * c1];
-        self.input.add(at, |i| levers[i], &mut f);
+        self.input.add(push, |i| levers[i], &mut f);
         let coupling = self.alpha * cos;
         let det = self.second - coupling * coupling;
         a[0] = (self.second * f[0] - coupling * f[1]) / det;
@@ -122,11 +138,17 @@ impl ChainMotion {
 }
 
 impl Dynamics for ChainMotion {
+    type Drive = Option<Swing>;
+
     fn n_dof(&self) -> usize {
         self.hanging.len()
     }
 
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+    fn drive(&self, at: Moment) -> Option<Swing> {
+        self.input.push(at)
+    }
+
+    fn driven(&self, push: Option<Swing>, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         let n = self.hanging.len();
         let turns: Vec<(f64, f64)> = q.iter().map(|q| q.sin_cos()).collect();
         let mut mass = vec![0.0; n * n];
@@ -141,7 +163,7 @@ impl Dynamics for ChainMotion {
             }
             a[i] = f;
         }
-        self.input.add(at, |i| self.hanging[i] * turns[i].1, a);
+        self.input.add(push, |i| self.hanging[i] * turns[i].1, a);
         if small::solve_positive(&mut mass, a) {
             Ok(())
         } else {
@@ -181,13 +203,26 @@ impl NonlinearMotion {
 }
 
 impl Dynamics for NonlinearMotion {
+    /// The time, and what acts then.
+    type Drive = (f64, Option<Swing>);
+
     fn n_dof(&self) -> usize {
         self.system.n_dof()
     }
 
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        self.system.acceleration(at.time, q, v, a)?;
-        for (a, f) in a.iter_mut().zip(self.forced(at, q)?) {
+    fn drive(&self, at: Moment) -> (f64, Option<Swing>) {
+        (at.time, self.force.push(at))
+    }
+
+    fn driven(
+        &self,
+        (time, push): (f64, Option<Swing>),
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<()> {
+        self.system.acceleration(time, q, v, a)?;
+        for (a, f) in a.iter_mut().zip(self.forced(push, q)?) {
             *a += f;
         }
         Ok(())
@@ -201,10 +236,11 @@ impl Dynamics for NonlinearMotion {
         if self.force.is_some() {
             let size = q.iter().fold(1.0f64, |m, x| m.max(x.abs()));
             let step = DIFFERENCE * size;
+            let push = self.force.push(at);
             let moved = |j: usize, step: f64| {
                 let mut q = q.to_vec();
                 q[j] += step;
-                self.forced(at, &q)
+                self.forced(push, &q)
             };
             for j in 0..q.len() {
                 let (ahead, behind) = (moved(j, step)?, moved(j, -step)?);
@@ -219,13 +255,13 @@ impl Dynamics for NonlinearMotion {
 
 impl NonlinearMotion {
     /// `M(q)^-1` times the force, nothing without one.
-    fn forced(&self, at: Moment, q: &[f64]) -> Result<Vec<f64>> {
-        let Some(force) = &self.force else {
+    fn forced(&self, push: Option<Swing>, q: &[f64]) -> Result<Vec<f64>> {
+        if self.force.is_none() {
             return Ok(Vec::new());
-        };
+        }
         let mut f = vec![0.0; q.len()];
         // There is no base to move: scenes of such systems are refused one.
-        force.add(at, |_| 0.0, &mut f);
+        self.force.add(push, |_| 0.0, &mut f);
         // The matrix is symmetric: its rows are its columns.
         if !small::solve_positive(self.system.mass(q)?.as_mut_slice(), &mut f) {
             return Err(singular_mass());

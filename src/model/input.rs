@@ -6,8 +6,13 @@ use nalgebra::{Complex, DVector};
 
 /// What acts on the coordinates from outside.
 pub(crate) trait Input {
-    /// Adds it to `f`; an acceleration of the base adds `lever(i)` times itself to coordinate i.
-    fn add(&self, at: Moment, lever: impl Fn(usize) -> f64, f: &mut [f64]);
+    /// What of it changes with time.
+    type Push: Copy;
+
+    /// That at a moment.
+    fn push(&self, at: Moment) -> Self::Push;
+    /// Adds all of it to `f`; an acceleration of the base adds `lever(i)` times itself to coordinate i.
+    fn add(&self, push: Self::Push, lever: impl Fn(usize) -> f64, f: &mut [f64]);
 }
 
 /// Nothing.
@@ -23,6 +28,14 @@ pub(crate) struct Driven {
     base: f64,
     /// f of `Re(f e^{i angle})`, empty where there is none.
     force: DVector<Complex<f64>>,
+}
+
+/// What changes with time: the acceleration of the base, and the cosine and sine of the angle where there is a force.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Swing {
+    base: f64,
+    cos: f64,
+    sin: f64,
 }
 
 impl Driven {
@@ -56,36 +69,62 @@ impl Driven {
 }
 
 impl Input for Undriven {
+    type Push = ();
+
     #[inline]
-    fn add(&self, _at: Moment, _lever: impl Fn(usize) -> f64, _f: &mut [f64]) {}
+    fn push(&self, _at: Moment) {}
+
+    #[inline]
+    fn add(&self, (): (), _lever: impl Fn(usize) -> f64, _f: &mut [f64]) {}
 }
 
 impl<I: Input> Input for Option<I> {
+    type Push = Option<I::Push>;
+
     #[inline]
-    fn add(&self, at: Moment, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
-        if let Some(input) = self {
-            input.add(at, lever, f);
+    fn push(&self, at: Moment) -> Option<I::Push> {
+        self.as_ref().map(|input| input.push(at))
+    }
+
+    #[inline]
+    fn add(&self, push: Option<I::Push>, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
+        if let (Some(input), Some(push)) = (self, push) {
+            input.add(push, lever, f);
         }
     }
 }
 
 impl Input for Driven {
+    type Push = Swing;
+
     #[inline]
-    fn add(&self, at: Moment, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
+    fn push(&self, at: Moment) -> Swing {
+        let base = if self.base == 0.0 {
+            0.0
+        } else {
+            self.base * at.angle.cos()
+        };
+        let (sin, cos) = if self.force.is_empty() {
+            (0.0, 1.0)
+        } else {
+            at.angle.sin_cos()
+        };
+        Swing { base, cos, sin }
+    }
+
+    #[inline]
+    fn add(&self, push: Swing, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
+        let Swing { base, cos, sin } = push;
         for (f, load) in f.iter_mut().zip(self.load.as_slice()) {
             *f += load;
         }
         if self.base != 0.0 {
-            let base = self.base * at.angle.cos();
             for (i, f) in f.iter_mut().enumerate() {
                 *f += base * lever(i);
             }
         }
-        if !self.force.is_empty() {
-            let (sin, cos) = at.angle.sin_cos();
-            for (f, a) in f.iter_mut().zip(self.force.as_slice()) {
-                *f += a.re * cos - a.im * sin;
-            }
+        for (f, a) in f.iter_mut().zip(self.force.as_slice()) {
+            *f += a.re * cos - a.im * sin;
         }
     }
 }

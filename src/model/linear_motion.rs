@@ -88,8 +88,15 @@ pub(crate) struct LinearMotion<O, C, I> {
 }
 
 impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
+    type Drive = I::Push;
+
     fn n_dof(&self) -> usize {
         self.stiffness.n_dof()
+    }
+
+    #[inline]
+    fn drive(&self, at: Moment) -> I::Push {
+        self.input.push(at)
     }
 
     #[allow(
@@ -97,12 +104,12 @@ impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
         reason = "the loops are written out where the caller's state is an array"
     )]
     #[inline(always)]
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+    fn driven(&self, push: I::Push, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         a.fill(0.0);
         self.stiffness.subtract(q, a);
         self.damping.resist(v, a);
         // A moving base acts by forces.
-        self.input.add(at, |_| 0.0, a);
+        self.input.add(push, |_| 0.0, a);
         Ok(())
     }
 }

@@ -35,7 +35,7 @@ pub(crate) use dynamics::{
 };
 pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
-pub(crate) use input::{Driven, Input, Undriven};
+pub(crate) use input::{Driven, Input, Swing, Undriven};
 pub use linear::{Coefficient, LinearSystem};
 pub(crate) use linear_motion::{Linear, with_linear};
 pub use linearise::linearise;

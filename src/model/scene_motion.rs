@@ -58,11 +58,17 @@ macro_rules! with_motion {
 }
 
 impl Dynamics for SceneMotion {
+    type Drive = Moment;
+
     fn n_dof(&self) -> usize {
         with_motion!(self, motion => motion.n_dof())
     }
 
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+    fn drive(&self, at: Moment) -> Moment {
+        at
+    }
+
+    fn driven(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         with_motion!(self, motion => motion.acceleration(at, q, v, a))
     }
 

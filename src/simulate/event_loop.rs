@@ -268,7 +268,11 @@ impl EventLoop {
     /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
     /// its speed.
     fn closes<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        let state = mover.gap(stop);
+        self.closes_at(mover, stop, mover.gap(stop))
+    }
+
+    /// The same of a stop whose gap is known.
+    fn closes_at<M: Mover + ?Sized>(&self, mover: &M, stop: usize, state: GapState) -> bool {
         state.speed < 0.0
             && state.speed < -least_speed(mover, stop, state)
             && !self.held.contains(&stop)
@@ -303,7 +307,6 @@ impl EventLoop {
     ) -> Resolved {
         self.touching.clear();
         self.still.clear();
-        let left = mover.left_of(reached);
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
             self.reaches[stop] = self.reaches[stop].max(mover.reach(stop));
@@ -313,7 +316,7 @@ impl EventLoop {
             if faces {
                 self.still.push(stop);
             }
-            let is_left = || mover.gap(stop).gap / mover.rounding(stop) <= left;
+            let is_left = || mover.gap(stop).gap / mover.rounding(stop) <= mover.left_of(reached);
             if faces || is_held || stop == reached || self.is_closed(mover, stop) || is_left() {
                 self.touching.push(stop);
             }

@@ -196,7 +196,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn gap(&self, stop: usize) -> GapState {
-        let jet = &self.search.jets()[stop];
+        let jet = self.search.jet(stop);
         GapState {
             gap: jet.c[0],
             // Of the terms that an impact takes it from: those of the jet are others, and larger where modes are complex.

@@ -17,9 +17,20 @@ pub(crate) struct HeldMotion<'a, D> {
 }
 
 impl<D: Dynamics> HeldMotion<'_, D> {
-    /// The contact forces; `a` becomes the acceleration under them.
+    /// The contact forces at a moment; `a` becomes the acceleration under them.
     pub fn forces(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<Vec<f64>> {
-        self.dynamics.acceleration(at, q, v, a)?;
+        self.forces_under(self.drive(at), q, v, a)
+    }
+
+    /// The same under what drives the motion.
+    fn forces_under(
+        &self,
+        drive: D::Drive,
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<Vec<f64>> {
+        self.dynamics.driven(drive, q, v, a)?;
         let k = self.stops.len();
         let mut opening = DVector::zeros(k);
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));
@@ -41,11 +52,17 @@ impl<D: Dynamics> HeldMotion<'_, D> {
 }
 
 impl<D: Dynamics> Dynamics for HeldMotion<'_, D> {
+    type Drive = D::Drive;
+
     fn n_dof(&self) -> usize {
         self.dynamics.n_dof()
     }
 
-    fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        self.forces(at, q, v, a).map(|_| ())
+    fn drive(&self, at: Moment) -> D::Drive {
+        self.dynamics.drive(at)
+    }
+
+    fn driven(&self, drive: D::Drive, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        self.forces_under(drive, q, v, a).map(|_| ())
     }
 }

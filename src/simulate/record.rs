@@ -46,10 +46,16 @@ impl Record {
         self.keep == Keep::Final && self.samples.is_none()
     }
 
-    /// The record, if it keeps anything beside the end of the run.
+    /// Whether the motion itself is kept, or samples of it.
     #[inline]
-    pub fn keeping(&mut self) -> Option<&mut Self> {
-        (!self.keeps_nothing()).then_some(self)
+    pub fn keeps_motion(&self) -> bool {
+        self.keep == Keep::Motion || self.samples.is_some()
+    }
+
+    /// The record, if it keeps anything of the motion itself.
+    #[inline]
+    pub fn keeping_motion(&mut self) -> Option<&mut Self> {
+        self.keeps_motion().then_some(self)
     }
 
     /// Whether samples are wanted before the end of a piece, or at it if the run ends there, at `last`.

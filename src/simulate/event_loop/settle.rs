@@ -9,7 +9,7 @@ use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::impact::{ContactForce, Release, contact_forces};
 use crate::linalg::rank::DEPENDENT;
-use crate::simulate::mover::Mover;
+use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
 
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
@@ -114,6 +114,9 @@ impl EventLoop {
             return Ok(false);
         };
         let others: Vec<usize> = (0..resting.len()).filter(|&i| i != own).collect();
+        if others.is_empty() {
+            return Ok(false);
+        }
         let normals = mover.normals(resting)?;
         if !is_bound(&normals, &others, own)? {
             return Ok(false);
@@ -128,7 +131,7 @@ impl EventLoop {
         let stays = is_bound(&normals, &bound, own)?;
         let least = -RELEASED * mover.acceleration_sizes(&[stop])?[0];
         self.starts[stop] = LATE;
-        Ok(stays && self.drawn(mover, stop, &self.held)? >= least)
+        Ok(stays && self.drawn(mover, (stop, mover.gap(stop)), &self.held)? >= least)
     }
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
@@ -277,16 +280,16 @@ impl EventLoop {
         Ok(held)
     }
 
-    /// The acceleration of a gap while other stops are held: that of free motion with the contact forces of theirs.
+    /// The acceleration of a gap, as it is in free motion, while other stops are held: with the contact forces of theirs.
     pub(super) fn drawn<M: Mover + ?Sized>(
         &self,
         mover: &M,
-        stop: usize,
+        (stop, state): (usize, GapState),
         held: &[usize],
     ) -> Result<f64> {
         let k = held.len();
         if k == 0 {
-            return Ok(mover.gap(stop).acceleration);
+            return Ok(state.acceleration);
         }
         let free = mover.pulls(&[stop])[0];
         let mut with_it = held.to_vec();

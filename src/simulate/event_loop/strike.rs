@@ -91,12 +91,16 @@ impl EventLoop {
     /// or by what rounding leaves of that, whatever came before.
     pub(super) fn are_spent<M: Mover + ?Sized>(&self, mover: &M) -> Result<bool> {
         let mut any = false;
-        for &stop in self.touching.iter().filter(|&&s| self.closes(mover, s)) {
-            let (e, speed) = (mover.restitution(stop), -mover.gap(stop).speed);
+        for &stop in &self.touching {
+            let state = mover.gap(stop);
+            if !self.closes_at(mover, stop, state) {
+                continue;
+            }
+            let (e, speed) = (mover.restitution(stop), -state.speed);
             if e <= 0.0 || e >= 1.0 {
                 return Ok(false);
             }
-            let pull = -self.drawn(mover, stop, &self.held)?;
+            let pull = -self.drawn(mover, (stop, state), &self.held)?;
             let before = self.approaches[stop];
             let is_regular = (speed / before / e - 1.0).abs() < RATIO_TOL;
             let is_low = |speed, rounding| self.is_low((stop, e * speed), pull, rounding);
@@ -151,8 +155,9 @@ impl EventLoop {
             if rest.contains(&stop) {
                 continue;
             }
-            let pull = -self.drawn(mover, stop, &rest)?;
-            if self.is_low((stop, mover.gap(stop).speed), pull, ROUNDING) {
+            let state = mover.gap(stop);
+            let pull = -self.drawn(mover, (stop, state), &rest)?;
+            if self.is_low((stop, state.speed), pull, ROUNDING) {
                 self.still.push(stop);
             }
         }

@@ -130,17 +130,15 @@ impl Course<'_> {
     ) -> Result<(Option<(Event, f64)>, Seen)> {
         let mut state = Vec::new();
         flow.enter(&self.whole, self.angle, &mut state);
-        let events = Events::new(flow, self.motion, (&self.whole, &state));
-        let rows: Vec<GapRow> = events.list.iter().map(|(_, row)| row.clone()).collect();
+        let (events, rows) = watched(flow, self.motion, (&self.whole, &state));
         let mut search = Search::new(flow, rows);
         search.look(&state);
         let orders: Vec<usize> = events
-            .list
             .iter()
-            .zip(search.jets())
-            .map(|((event, _), jet)| match event {
+            .enumerate()
+            .map(|(place, event)| match event {
                 Event::Release(stop) => {
-                    let order = order_of_zero(jet, flow.fastest_rate());
+                    let order = order_of_zero(search.jet(place), flow.fastest_rate());
                     order.max(self.starts[*stop])
                 }
                 Event::Contact(stop) => self.starts[*stop],
@@ -154,9 +152,9 @@ impl Course<'_> {
                 Some(search.arrive(stop, time, &state, &mut Vec::new()))
             }
         };
-        let found = found.map(|(stop, time)| (events.list[stop].0, time));
-        let gaps = events.list.iter().enumerate();
-        let extents = gaps.filter_map(|(place, (event, _))| match event {
+        let found = found.map(|(place, time)| (events[place], time));
+        let gaps = events.iter().enumerate();
+        let extents = gaps.filter_map(|(place, event)| match event {
             Event::Contact(stop) => Some((*stop, search.extent(place))),
             Event::Release(_) => None,
         });
@@ -175,37 +173,28 @@ enum Event {
     Contact(usize),
 }
 
-/// What is watched while stops are held.
-struct Events {
-    list: Vec<(Event, GapRow)>,
-}
-
-impl Events {
-    /// The contact forces and the gaps that can change, but for forces that are zero for good.
-    fn new<H: LinearFlow>(
-        flow: &H,
-        motion: &StuckMotion,
-        (whole, state): (&[Pair], &[Pair]),
-    ) -> Self {
-        let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
-            let gap = gap.as_ref()?;
-            Some((Event::Contact(stop), flow.gap_row(gap)))
-        });
-        let (mut derivatives, mut norms) = (Vec::new(), Vec::new());
-        flow.derivatives(state, &mut derivatives);
-        flow.norms(state, &mut norms);
-        let forces = motion.stops.iter().zip(&motion.forces);
-        let forces = forces.filter_map(|(&stop, force)| {
-            let row = flow.gap_row(force).known_to(CANCELLED).with_whole_turning();
-            let lost = motion.lost(force, whole);
-            let size = row.jet(&derivatives).size;
-            let is_flat = row.most(&norms) <= (FLAT * size).max(lost);
-            (!is_flat).then_some((Event::Release(stop), row))
-        });
-        Self {
-            list: forces.chain(gaps).collect(),
-        }
-    }
+/// What is watched while stops are held: the contact forces and the gaps that can change, but for forces that are zero for good.
+fn watched<H: LinearFlow>(
+    flow: &H,
+    motion: &StuckMotion,
+    (whole, state): (&[Pair], &[Pair]),
+) -> (Vec<Event>, Vec<GapRow>) {
+    let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
+        let gap = gap.as_ref()?;
+        Some((Event::Contact(stop), flow.gap_row(gap)))
+    });
+    let (mut derivatives, mut norms) = (Vec::new(), Vec::new());
+    flow.derivatives(state, &mut derivatives);
+    flow.norms(state, &mut norms);
+    let forces = motion.stops.iter().zip(&motion.forces);
+    let forces = forces.filter_map(|(&stop, force)| {
+        let row = flow.gap_row(force).known_to(CANCELLED).with_whole_turning();
+        let lost = motion.lost(force, whole);
+        let size = row.jet(&derivatives).size;
+        let is_flat = row.most(&norms) <= (FLAT * size).max(lost);
+        (!is_flat).then_some((Event::Release(stop), row))
+    });
+    forces.chain(gaps).unzip()
 }
 
 /// The number of leading derivatives of a contact force that are zero, as far as a cubic tells: beside its terms, or beside what it

@@ -312,7 +312,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         let mut starts = Some(starts);
         let mut halvings = 0;
         self.begin(dynamics)?;
-        let mut keeping = record.keeping();
+        let mut keeping = record.keeping_motion();
         let arrival = loop {
             if IS_HELD {
                 self.see_forcing(dynamics, end)?;

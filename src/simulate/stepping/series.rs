@@ -338,7 +338,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         last: Option<f64>,
         record: &mut Record,
     ) {
-        if record.keeps_nothing() {
+        if !record.keeps_motion() {
             return;
         }
         if let Some(kept) = &mut self.kept {

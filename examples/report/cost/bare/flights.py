@@ -120,7 +120,7 @@ WATCH = (
         NEXT,
         "                if watch.work(STEPS_PER_LOOK * self.state.len()).is_err() {",
         "",
-        "                self.leave_out(None);",
+        "                self.leave_out();",
     ),
 )
 
