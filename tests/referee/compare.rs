@@ -242,15 +242,16 @@ fn compare_hits(
         if !is_same {
             let is_mine = time(a) <= time(b);
             let hit = if is_mine { a } else { b }.expect("the earlier one");
+            // However slow, what an impact in a dip changes may grow.
+            if is_graze(hit) {
+                return (drifts, hit.time.to_f64());
+            }
             if hit.approach < 10.0 * counting.speed_floor(hit.stop)
                 || counting.may_be_completed(hit, ends)
                 || is_shared(mine, hit, counting.slack())
             {
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
-            }
-            if is_graze(hit) {
-                return (drifts, hit.time.to_f64());
             }
             let n = counting.reach(hit.stop);
             let depth = depth(reference, hit, n);

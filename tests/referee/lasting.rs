@@ -65,17 +65,17 @@ fn long(sticks: &[Stretch], shortest: f64, breaks: &dyn Fn(usize) -> f64) -> Vec
         }
     }
     kept.retain(|s| s.end - s.start > 1e3 * shortest);
-    kept.sort_by(|a, b| a.start.total_cmp(&b.start));
-    let mut i = 0;
-    while i < kept.len() {
-        let mut j = i + 1;
-        while j < kept.len() && kept[j].start - kept[i].start <= shortest {
-            j += 1;
-        }
-        kept[i..j].sort_by_key(|s| s.stop);
-        i = j;
-    }
+    put_in_order(&mut kept, shortest);
     kept
+}
+
+/// Puts lasting contacts in the order of their starts, those that begin together in that of their stops.
+fn put_in_order(sticks: &mut [Stretch], together: f64) {
+    sticks.sort_by(|a, b| a.start.total_cmp(&b.start));
+    let begin_together = |a: &Stretch, b: &Stretch| b.start - a.start <= together;
+    for group in sticks.chunk_by_mut(begin_together) {
+        group.sort_by_key(|s| s.stop);
+    }
 }
 
 /// Lasting contacts by planes. The referee decides what stays in contact by what is so a little ahead: a contact that opens and
@@ -135,6 +135,31 @@ fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
     (stick.start - first).max(unseen)
 }
 
+/// Lasting contacts of the referee's run, where those are one that part for a touch: a stop that closes again at no speed.
+fn without_touches(case: &Case, reference: &Reference, sticks: Vec<Stretch>) -> Vec<Stretch> {
+    let counting = reference.counting(case);
+    let is_touched = |stick: &Stretch| {
+        let hits = &reference.main.hits;
+        let is_at = |h: &&Hit| (h.time.to_f64() - stick.start).abs() <= counting.slack();
+        let floor = |h: &Hit| 10.0 * counting.speed_floor(h.stop);
+        let mut struck = hits.iter().filter(is_at).peekable();
+        struck.peek().is_some() && struck.all(|h| h.approach < floor(h))
+    };
+    let mut joined: Vec<Stretch> = Vec::new();
+    for stick in sticks {
+        let before = joined.iter_mut().rev().find(|s| s.stop == stick.stop);
+        match before {
+            Some(last)
+                if stick.start - last.end < 1.0 / reference.model.rate && is_touched(&stick) =>
+            {
+                last.end = stick.end;
+            }
+            _ => joined.push(stick),
+        }
+    }
+    joined
+}
+
 pub fn compare_sticks(
     case: &Case,
     reference: &Reference,
@@ -146,6 +171,7 @@ pub fn compare_sticks(
 ) {
     let by_plane = |sticks: &[Stretch]| planes(case, sticks, slack, &reference.model);
     let (mut mine, mut theirs) = (by_plane(&reference.main.sticks), by_plane(theirs));
+    mine = without_touches(case, reference, mine);
     let beside: Vec<Vec<Stretch>> = reference
         .aside
         .iter()
@@ -189,7 +215,7 @@ pub fn compare_sticks(
                     (&mut theirs, j)
                 };
                 list[at].start = start;
-                list[at..].sort_by(|a, b| a.start.total_cmp(&b.start));
+                put_in_order(&mut list[at..], slack);
                 continue;
             }
             if is_label || one.end - one.start < 1e4 * slack {
@@ -235,8 +261,30 @@ pub fn compare_sticks(
         }
         let (sooner, later) = (a.end.min(b.end), a.end.max(b.end).min(until));
         let differs = later - sooner > allowed(&|s| s.end);
-        if differs && !labels.is_nobodys(a.stop, (sooner, later), a.end > b.end) {
-            return first.report(a.end.min(b.end), "end of lasting contact", &details);
+        let is_mine = a.end > b.end;
+        if differs && !labels.is_nobodys(a.stop, (sooner, later), is_mine) {
+            // The other run may have it again: only what lies between is nobody's then.
+            let others = if is_mine {
+                &theirs[j + 1..]
+            } else {
+                &mine[k + 1..]
+            };
+            let again = others.iter().find(|s| s.stop == a.stop && s.start < later);
+            let again = again.map(|s| s.start);
+            if let Some(again) = again
+                && labels.is_nobodys(a.stop, (sooner, again), is_mine)
+            {
+                let (list, at) = if is_mine {
+                    (&mut mine, k)
+                } else {
+                    (&mut theirs, j)
+                };
+                list[at].start = again;
+                put_in_order(&mut list[at..], slack);
+                (k, j) = if is_mine { (k, j + 1) } else { (k + 1, j) };
+                continue;
+            }
+            return first.report(sooner, "end of lasting contact", &details);
         }
         (k, j) = (k + 1, j + 1);
     }

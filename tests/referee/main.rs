@@ -99,8 +99,9 @@ const FOUND: [(u64, &[u64]); 28] = [
     // What an impact stops, where nothing holds it; a free body at rest moved by a matrix exponential; many flights far from where
     // springs rest; a slow root beside one at zero.
     (120, &[11141, 14615, 31484, 31617]),
-    // Flights as low as a gap is known to, before a lasting contact; slow modes of a stiffness that is not symmetric.
-    (122, &[1835, 22873]),
+    // Flights as low as a gap is known to, before a lasting contact or within one; slow modes of a stiffness that is not symmetric; what
+    // rests at a stop that carries nothing; a dip that only one run reaches.
+    (122, &[1835, 22873, 40860, 71181, 93794]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

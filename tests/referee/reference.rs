@@ -283,6 +283,14 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
         }
     }
     let counting = reference.counting(case);
+    // Dips that end in an impact slower than rounding, which counts for nothing: what it changes may grow.
+    for hit in main.hits.iter().filter(|h| h.rounds == 1) {
+        let is_dip = hit.curvature.is_finite() && hit.curvature > 0.0;
+        if is_dip && hit.approach > 0.0 && hit.approach <= counting.speed_floor(hit.stop) {
+            cut(hit.time.to_f64(), "a graze");
+            break;
+        }
+    }
     let slack = 1e-9 / reference.model.rate;
     for aside in &reference.aside {
         let chatters = [&main.chatters[..], &aside.chatters[..]];
