@@ -37,9 +37,9 @@ FAULTS = [
         "release",
         "a stop whose gap is drawn open stays held",
         "src/simulate/event_loop/settle.rs",
-        "Some(Release::Leaves) => opening.push(i),",
-        'Some(Release::Leaves) if crate::has_fault("release") => held.push(i),\n'
-        "                    Some(Release::Leaves) => opening.push(i),",
+        "                Release::Leaves => self.starts[stop] = 2,\n",
+        '                Release::Leaves if crate::has_fault("release") => shares.push((i, force.force)),\n'
+        "                Release::Leaves => self.starts[stop] = 2,\n",
     ),
     Fault(
         "root",
@@ -56,10 +56,10 @@ FAULTS = [
         "an impact changes the velocity of the highest mode with the wrong sign",
         "src/simulate/exact.rs",
         "        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {\n"
-        "            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];\n"
+        "            *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));\n"
         "        }\n",
         "        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {\n"
-        "            *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];\n"
+        "            *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));\n"
         "        }\n"
         '        if crate::has_fault("impact") && self.state.len() > 1 {\n'
         "            let last = self.state.len() - 1;\n"
