@@ -33,6 +33,8 @@ pub trait GapFunction: Any + Send + Sync {
 
 /// Stop with any gap `h(q) >= 0`, given with its gradient; the normal towards it is `-grad h`.
 ///
+/// The gradient is believed: one that is not that of the gap leads steps to contacts that are none, and a run creeps.
+///
 /// # Examples
 /// A point in the plane that may not leave a circle:
 /// ```

@@ -68,7 +68,8 @@ impl GapFunction for PyGap {
 /// gradient along the motion, exact to rounding for a gap of second degree. Without ``curvature`` this search is
 /// not certain, as the ``message`` of a trajectory says; with it every step is walked along in steps that provably hold no
 /// contact deeper than ``atol |grad h|_1 + rtol size``, whatever the interpolant says: size is ``|h| + sum |q_i dh/dq_i|``, and
-/// all of it the larger of both ends of the step.
+/// all of it the larger of both ends of the step. The gradient is believed: one that is not that of the gap leads steps to contacts
+/// that are none, and a run creeps.
 ///
 /// Examples
 /// --------
