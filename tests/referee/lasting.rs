@@ -78,6 +78,12 @@ fn put_in_order(sticks: &mut [Stretch], together: f64) {
     }
 }
 
+/// Leaves out the first of some lasting contacts up to a time.
+fn begin_later(sticks: &mut [Stretch], start: f64, together: f64) {
+    sticks[0].start = start;
+    put_in_order(sticks, together);
+}
+
 /// Lasting contacts by planes. The referee decides what stays in contact by what is so a little ahead: a contact that opens and
 /// closes meanwhile is one that lasts, to it.
 pub fn planes(case: &Case, sticks: &[Stretch], shortest: f64, model: &Model) -> Vec<Stretch> {
@@ -209,13 +215,12 @@ pub fn compare_sticks(
                 && one.stop < case.stops.len()
                 && labels.is_nobodys(one.stop, (one.start, start), is_mine)
             {
-                let (list, at) = if is_mine {
-                    (&mut mine, k)
+                let left = if is_mine {
+                    &mut mine[k..]
                 } else {
-                    (&mut theirs, j)
+                    &mut theirs[j..]
                 };
-                list[at].start = start;
-                put_in_order(&mut list[at..], slack);
+                begin_later(left, start, slack);
                 continue;
             }
             if is_label || one.end - one.start < 1e4 * slack {
@@ -274,13 +279,12 @@ pub fn compare_sticks(
             if let Some(again) = again
                 && labels.is_nobodys(a.stop, (sooner, again), is_mine)
             {
-                let (list, at) = if is_mine {
-                    (&mut mine, k)
+                let left = if is_mine {
+                    &mut mine[k..]
                 } else {
-                    (&mut theirs, j)
+                    &mut theirs[j..]
                 };
-                list[at].start = again;
-                put_in_order(&mut list[at..], slack);
+                begin_later(left, again, slack);
                 (k, j) = if is_mine { (k, j + 1) } else { (k + 1, j) };
                 continue;
             }
