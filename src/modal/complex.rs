@@ -240,7 +240,7 @@ mod tests {
         // A free body that gyroscopes turn: a root at zero, a slow one whose vector is near to the same, and fast ones.
         let system = LinearSystem::new(
             dvector![2.0, 0.5, 0.125],
-            dmatrix![0.03125, 0.0, -1.25; 0.0, 0.0078125, 0.125; 1.25, -0.125, 0.00390625],
+            dmatrix![0.03125, 0.0, -1.25; 0.0, 0.007_812_5, 0.125; 1.25, -0.125, 0.003_906_25],
             dmatrix![2.5, -2.5, 0.0; -2.5, 3.5, -1.0; 0.0, -1.0, 1.0],
         );
         let modes = ComplexModes::new(&system.expect("valid")).expect("converges");

@@ -166,6 +166,26 @@ fn without_touches(case: &Case, reference: &Reference, sticks: Vec<Stretch>) -> 
     joined
 }
 
+/// The longest of the accumulations that have begun by a time: where they are completed early, their end is known to a part of that.
+fn longest(chatters: &[Stretch], time: f64) -> f64 {
+    let begun = chatters.iter().filter(|c| c.start <= time);
+    begun.map(|c| c.end - c.start).fold(0.0, f64::max)
+}
+
+/// When another run has a stop in contact again within a span, if the contact up to there is nobody's.
+fn nobodys_until(
+    labels: &Labels<'_>,
+    stop: usize,
+    (from, to): (f64, f64),
+    others: &[Stretch],
+    is_mine: bool,
+) -> Option<f64> {
+    let is_again = |s: &&Stretch| s.stop == stop && s.start > from && s.start < to;
+    let again = others.iter().find(is_again)?.start;
+    let is_one = stop < labels.case.stops.len();
+    (is_one && labels.is_nobodys(stop, (from, again), is_mine)).then_some(again)
+}
+
 pub fn compare_sticks(
     case: &Case,
     reference: &Reference,
@@ -184,6 +204,11 @@ pub fn compare_sticks(
         .map(|r| by_plane(&r.sticks))
         .collect();
     let rate = reference.model.rate;
+    let tolerance = if case.method == Method::Exact && chatters.is_empty() {
+        1e-10
+    } else {
+        (10.0 * case.rtol).max(1e-10)
+    };
     // What begins just before the horizon may go on behind it, in pieces that make one.
     let until = until - 1e2 * slack;
     let (mut k, mut j) = (0, 0);
@@ -207,14 +232,8 @@ pub fn compare_sticks(
                 && labels.is_nobodys(one.stop, (one.start, one.end.min(until)), is_mine);
             // What is nobody's up to where the other run's begins leaves the rest to be compared.
             let others = if is_mine { &theirs[j..] } else { &mine[k..] };
-            let goes_on =
-                |s: &&Stretch| s.stop == one.stop && s.start > one.start && s.start < one.end;
-            let rest = others.iter().find(goes_on).map(|s| s.start);
-            if let Some(start) = rest
-                && start < until
-                && one.stop < case.stops.len()
-                && labels.is_nobodys(one.stop, (one.start, start), is_mine)
-            {
+            let span = (one.start, one.end.min(until));
+            if let Some(start) = nobodys_until(labels, one.stop, span, others, is_mine) {
                 let left = if is_mine {
                     &mut mine[k..]
                 } else {
@@ -243,22 +262,12 @@ pub fn compare_sticks(
                 .fold(0.0, f64::max)
         };
         // A force that falls slowly ends at a time as uncertain as the force is over its slope: the runs aside know.
-        let tolerance = if case.method == Method::Exact && chatters.is_empty() {
-            1e-10
-        } else {
-            (10.0 * case.rtol).max(1e-10)
-        };
         let allowed = |f: &dyn Fn(&Stretch) -> f64| {
             reference.wide * (100.0 * (aside(f) + tolerance / rate) + 10.0 * slack)
         };
-        // Where impacts that accumulate are completed early, their end is known to a part of the time they take.
-        let longest = chatters
-            .iter()
-            .filter(|c| c.start <= a.start.max(b.start))
-            .map(|c| c.end - c.start)
-            .fold(0.0, f64::max);
-        let early =
-            0.1 * longest + rest_before(reference, case, a) + slowness_at(reference, case, a);
+        let early = 0.1 * longest(chatters, a.start.max(b.start))
+            + rest_before(reference, case, a)
+            + slowness_at(reference, case, a);
         let is_late = (a.start - b.start).abs() > allowed(&|s| s.start) + early;
         let late = (a.start.min(b.start), a.start.max(b.start));
         if is_late && !labels.is_nobodys(a.stop, late, a.start < b.start) {
@@ -274,11 +283,8 @@ pub fn compare_sticks(
             } else {
                 &mine[k + 1..]
             };
-            let again = others.iter().find(|s| s.stop == a.stop && s.start < later);
-            let again = again.map(|s| s.start);
-            if let Some(again) = again
-                && labels.is_nobodys(a.stop, (sooner, again), is_mine)
-            {
+            let span = (sooner, later);
+            if let Some(again) = nobodys_until(labels, a.stop, span, others, is_mine) {
                 let left = if is_mine {
                     &mut mine[k..]
                 } else {

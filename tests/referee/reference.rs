@@ -263,6 +263,22 @@ impl Reference {
     }
 }
 
+/// The first dip that ends in an impact slower than rounding, which counts for nothing: what it changes may grow.
+fn faint_dip(hits: &[Hit], counting: &Counting<'_>) -> Option<f64> {
+    let is_faint = |hit: &&Hit| {
+        let is_dip = hit.curvature.is_finite() && hit.curvature > 0.0;
+        let is_slow = hit.approach > 0.0 && hit.approach <= counting.speed_floor(hit.stop);
+        hit.rounds == 1 && is_dip && is_slow
+    };
+    hits.iter().find(is_faint).map(|hit| hit.time.to_f64())
+}
+
+/// The first item of the longer list that the shorter one has none beside.
+fn unpaired<'a, T>(mine: &'a [T], theirs: &'a [T]) -> Option<&'a T> {
+    let at = mine.len().min(theirs.len());
+    mine.get(at).or(theirs.get(at))
+}
+
 fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
     let main = &reference.main;
     let mut end = (main.end, None);
@@ -283,13 +299,8 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
         }
     }
     let counting = reference.counting(case);
-    // Dips that end in an impact slower than rounding, which counts for nothing: what it changes may grow.
-    for hit in main.hits.iter().filter(|h| h.rounds == 1) {
-        let is_dip = hit.curvature.is_finite() && hit.curvature > 0.0;
-        if is_dip && hit.approach > 0.0 && hit.approach <= counting.speed_floor(hit.stop) {
-            cut(hit.time.to_f64(), "a graze");
-            break;
-        }
+    if let Some(time) = faint_dip(&main.hits, &counting) {
+        cut(time, "a graze");
     }
     let slack = 1e-9 / reference.model.rate;
     for aside in &reference.aside {
@@ -304,9 +315,7 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
                 break;
             }
         }
-        if mine.len() != theirs.len() {
-            let at = mine.len().min(theirs.len());
-            let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
+        if let Some(next) = unpaired(&mine, &theirs) {
             cut(next.time.to_f64(), "another number of impacts");
         }
         let (mine, theirs) = (
@@ -323,9 +332,7 @@ fn horizon(reference: &Reference, case: &Case) -> (f64, Option<&'static str>) {
                 break;
             }
         }
-        if mine.len() != theirs.len() {
-            let at = mine.len().min(theirs.len());
-            let next = mine.get(at).or(theirs.get(at)).expect("the longer one");
+        if let Some(next) = unpaired(&mine, &theirs) {
             cut(next.start, "another number of lasting contacts");
         }
     }
