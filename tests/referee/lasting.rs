@@ -78,8 +78,14 @@ fn put_in_order(sticks: &mut [Stretch], together: f64) {
     }
 }
 
-/// Leaves out the first of some lasting contacts up to a time.
-fn begin_later(sticks: &mut [Stretch], start: f64, together: f64) {
+/// Leaves out the first lasting contact of one of two runs up to a time.
+fn begin_later(
+    (mine, theirs): (&mut [Stretch], &mut [Stretch]),
+    is_mine: bool,
+    start: f64,
+    together: f64,
+) {
+    let sticks = if is_mine { mine } else { theirs };
     sticks[0].start = start;
     put_in_order(sticks, together);
 }
@@ -234,12 +240,7 @@ pub fn compare_sticks(
             let others = if is_mine { &theirs[j..] } else { &mine[k..] };
             let span = (one.start, one.end.min(until));
             if let Some(start) = nobodys_until(labels, one.stop, span, others, is_mine) {
-                let left = if is_mine {
-                    &mut mine[k..]
-                } else {
-                    &mut theirs[j..]
-                };
-                begin_later(left, start, slack);
+                begin_later((&mut mine[k..], &mut theirs[j..]), is_mine, start, slack);
                 continue;
             }
             if is_label || one.end - one.start < 1e4 * slack {
@@ -285,12 +286,7 @@ pub fn compare_sticks(
             };
             let span = (sooner, later);
             if let Some(again) = nobodys_until(labels, a.stop, span, others, is_mine) {
-                let left = if is_mine {
-                    &mut mine[k..]
-                } else {
-                    &mut theirs[j..]
-                };
-                begin_later(left, again, slack);
+                begin_later((&mut mine[k..], &mut theirs[j..]), is_mine, again, slack);
                 (k, j) = if is_mine { (k, j + 1) } else { (k + 1, j) };
                 continue;
             }
