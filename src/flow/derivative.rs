@@ -4,6 +4,7 @@ use crate::flow::stuck::solve_columns;
 use crate::flow::{CANCELLED, ModalScene};
 use crate::model::LinearSystem;
 use nalgebra::{Complex, DMatrix, DVector};
+use std::ops::Range;
 
 /// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P is what the contact forces of stops that are held
 /// leave of an acceleration; none where nothing is held.
@@ -28,6 +29,13 @@ impl From<DMatrix<f64>> for WithSizes {
     }
 }
 
+/// One derivative of a motion: its entries, what rounding leaves unknown of each, and their sizes.
+struct Known {
+    value: DVector<f64>,
+    unknown: DVector<f64>,
+    size: DVector<f64>,
+}
+
 impl Equations {
     pub fn new(system: &LinearSystem, along: Option<&DMatrix<f64>>) -> Self {
         let n = system.n_dof();
@@ -42,43 +50,52 @@ impl Equations {
         }
     }
 
-    /// A derivative of the position from order 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
+    /// Derivatives of the position of some orders from 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
     /// `f + Re(F e^{i w t})`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries.
-    pub fn derivative(
+    pub fn derivatives(
         &self,
         scene: &ModalScene,
         angle: f64,
         (q, v): (DVector<f64>, DVector<f64>),
-        order: usize,
-    ) -> (DVector<f64>, DVector<f64>) {
+        orders: Range<usize>,
+    ) -> Vec<(DVector<f64>, DVector<f64>)> {
         let n = q.len();
-        let lost = |x: &DVector<f64>| DVector::from_element(n, CANCELLED * x.amax());
-        let (lost_q, lost_v) = (lost(&q), lost(&v));
-        let (mut x, mut next) = ((q, lost_q), (v, lost_v));
-        let (mut size, mut next_size) = (x.0.abs(), next.0.abs());
+        let given = |value: DVector<f64>| Known {
+            unknown: DVector::from_element(n, CANCELLED * value.amax()),
+            size: value.abs(),
+            value,
+        };
+        let (mut x, mut next, mut after) = (given(q), given(v), given(DVector::zeros(n)));
+        let (mut sum, mut terms) = (DVector::zeros(n), DVector::zeros(n));
         let mut force = scene.amplitude.map(|f| f * Complex::cis(angle));
         let turn = Complex::new(0.0, scene.frequency);
         let (inverse, stiffness, damping) = (&self.inverse, &self.stiffness, &self.damping);
-        for k in 2..=order {
-            let mut sum = force.map(|f| f.re);
-            let mut terms = force.map(Complex::norm);
+        let mut found = Vec::new();
+        for k in 2..orders.end {
+            sum.zip_apply(&force, |sum, f| *sum = f.re);
+            terms.zip_apply(&force, |terms, f| *terms = f.norm());
             if k == 2 {
                 sum += scene.system.load();
                 terms += scene.system.load().abs();
             }
-            sum.gemv(-1.0, &stiffness.entries, &x.0, 1.0);
-            sum.gemv(-1.0, &damping.entries, &next.0, 1.0);
-            terms.gemv(1.0, &stiffness.sizes, &size, 1.0);
-            terms.gemv(1.0, &damping.sizes, &next_size, 1.0);
-            let mut unknown = terms * CANCELLED;
-            unknown.gemv(1.0, &stiffness.sizes, &x.1, 1.0);
-            unknown.gemv(1.0, &damping.sizes, &next.1, 1.0);
-            x = next;
-            next = (&inverse.entries * sum, &inverse.sizes * unknown);
-            size = std::mem::replace(&mut next_size, next.0.abs());
+            sum.gemv(-1.0, &stiffness.entries, &x.value, 1.0);
+            sum.gemv(-1.0, &damping.entries, &next.value, 1.0);
+            terms.gemv(1.0, &stiffness.sizes, &x.size, 1.0);
+            terms.gemv(1.0, &damping.sizes, &next.size, 1.0);
+            terms *= CANCELLED;
+            terms.gemv(1.0, &stiffness.sizes, &x.unknown, 1.0);
+            terms.gemv(1.0, &damping.sizes, &next.unknown, 1.0);
+            inverse.entries.mul_to(&sum, &mut after.value);
+            inverse.sizes.mul_to(&terms, &mut after.unknown);
+            after.size.zip_apply(&after.value, |size, value| *size = value.abs());
+            std::mem::swap(&mut x, &mut next);
+            std::mem::swap(&mut next, &mut after);
             force *= turn;
+            if k >= orders.start {
+                found.push((next.value.clone(), next.unknown.clone()));
+            }
         }
-        next
+        found
     }
 }
 
@@ -107,15 +124,16 @@ mod tests {
                 (t + turn).cos() - 2f64.powi(k) * (2.0 * t + turn).cos()
             };
             let state = (dvector![x(0, t)], dvector![x(1, t)]);
-            for order in 2..12 {
-                let (value, unknown) = equations.derivative(&scene, t, state.clone(), order);
-                let off = value[0] - x(i32::try_from(order).expect("small"), t);
+            let derivatives = equations.derivatives(&scene, t, state, 2..12);
+            assert_eq!(derivatives.len(), 10);
+            for (order, (value, unknown)) in (2..).zip(derivatives) {
+                let off = value[0] - x(order, t);
                 assert!(
                     off.abs() <= unknown[0],
                     "{t} {order} {off:e} {}",
                     unknown[0]
                 );
-                assert!(unknown[0] < 1e-12 * 2f64.powi(i32::try_from(order).expect("small")));
+                assert!(unknown[0] < 1e-12 * 2f64.powi(order));
             }
         }
     }

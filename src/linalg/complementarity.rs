@@ -16,6 +16,11 @@ use nalgebra::{DMatrix, DVector};
 /// # References
 /// Cottle, Pang, Stone, The Linear Complementarity Problem (1992): theorem 3.1.7 for uniqueness, 4.4 for Lemke's method.
 pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<Solution> {
+    if let (&[m], &[q], &[slack]) = (m.as_slice(), q, slack)
+        && m > 0.0
+    {
+        return solve_one(m, q, slack);
+    }
     let scales: Vec<f64> = m.diagonal().iter().map(|&d| scale(d)).collect();
     let scaled = |values: &[f64]| values.iter().zip(&scales).map(|(v, s)| v * s).collect();
     let problem = Problem {
@@ -34,6 +39,22 @@ pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<Soluti
     Some(Solution {
         x: DVector::from_fn(q.len(), |i, _| solution.x[i] * scales[i]),
         w: DVector::from_fn(q.len(), |i, _| solution.w[i] / scales[i]),
+    })
+}
+
+/// The same of one unknown, with a positive m.
+fn solve_one(m: f64, q: f64, slack: f64) -> Option<Solution> {
+    let nothing = slack + ROUNDINGS[0] * q.abs();
+    let (x, w) = if q < -nothing {
+        (-q / m, 0.0)
+    } else {
+        (0.0, if q > nothing { q } else { 0.0 })
+    };
+    let known = [m, q, slack, x].iter().all(|value| value.is_finite());
+    let alone = |value: f64| DVector::from_element(1, value);
+    known.then(|| Solution {
+        x: alone(x),
+        w: alone(w),
     })
 }
 

@@ -272,6 +272,10 @@ pub(crate) fn impulses_of(delassus: &DMatrix<f64>, parts: &DVector<f64>) -> Resu
     if parts.is_empty() {
         return Ok(parts.clone());
     }
+    let lone = parts[0] / delassus[0];
+    if parts.len() == 1 && lone.is_finite() {
+        return Ok(DVector::from_element(1, lone));
+    }
     let largest = delassus.amax();
     let eliminated = delassus.clone().full_piv_lu();
     if eliminated

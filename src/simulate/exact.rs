@@ -19,6 +19,7 @@ use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What a tolerance allows as an error of a gap: `absolute + relative * size of the gap's terms`.
@@ -235,13 +236,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         &mut self,
         stops: &[usize],
         held: &[usize],
-        order: usize,
-    ) -> Result<Option<Vec<[f64; 2]>>> {
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>> {
         // Beyond the order of its equations a linear motion has no derivative of its own.
-        if order > 2 * self.scene.form.n_dof() + ORDERS_OF_INPUT {
-            return Ok(None);
-        }
-        self.derivatives_beside(stops, held, order).map(Some)
+        let last = 2 * self.scene.form.n_dof() + ORDERS_OF_INPUT;
+        self.derivatives_beside(stops, held, orders.start..orders.end.min(last + 1))
     }
 
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {

@@ -9,6 +9,7 @@ use crate::simulate::kept::Kept;
 use crate::simulate::record::Record;
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
@@ -102,14 +103,14 @@ pub(crate) trait Mover {
     }
     /// Size of the terms of a normal velocity.
     fn speed_size(&self, stop: usize) -> f64;
-    /// A time derivative, from the second on, of the gaps of some stops while others are held, and what rounding leaves unknown of
-    /// each; none of an order that the mover cannot tell, or that says no more.
+    /// Time derivatives of some orders, from the second on, of the gaps of some stops while others are held, and what rounding leaves
+    /// unknown of each; those of the orders that the mover can tell, and that say more.
     fn gap_derivatives(
         &mut self,
         stops: &[usize],
         held: &[usize],
-        order: usize,
-    ) -> Result<Option<Vec<[f64; 2]>>>;
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>>;
     /// The third derivative of a gap in free motion.
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
         Ok(self.gap(stop).jerk)

@@ -36,6 +36,7 @@ use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use normal::dot;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Steps that a short flight is like, with its impact.
@@ -306,15 +307,17 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         &mut self,
         stops: &[usize],
         held: &[usize],
-        order: usize,
-    ) -> Result<Option<Vec<[f64; 2]>>> {
-        let stops = stops.iter();
-        let derivatives: Result<_> = match order {
-            2 => stops.map(|&stop| self.drawn(stop, held)).collect(),
-            3 => stops.map(|&stop| self.jerk(stop, held)).collect(),
-            _ => return Ok(None),
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>> {
+        let mut of_order = |order: usize| -> Result<Vec<[f64; 2]>> {
+            let stops = stops.iter();
+            if order == 2 {
+                stops.map(|&stop| self.drawn(stop, held)).collect()
+            } else {
+                stops.map(|&stop| self.jerk(stop, held)).collect()
+            }
         };
-        derivatives.map(Some)
+        (orders.start..orders.end.min(4)).map(&mut of_order).collect()
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {

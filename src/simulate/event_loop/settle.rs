@@ -11,6 +11,7 @@ use crate::impact::{ContactForce, Release, contact_forces};
 use crate::linalg::rank::DEPENDENT;
 use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
+use std::collections::VecDeque;
 
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
 const RELEASED: f64 = 1e-9;
@@ -227,7 +228,9 @@ impl EventLoop {
         let mut one_leaves = resting.stops.iter().any(|&stop| self.starts[stop] == 2);
         // Those held share by other rules what the normals they have in common leave open: none may rest under these.
         let shares = !undecided.is_empty() && depend(&resting.normals, &held)?;
-        for order in if shares || !is_release { 2 } else { LATE }.. {
+        let first = if shares || !is_release { 2 } else { LATE };
+        let mut known = VecDeque::<Vec<[f64; 2]>>::new();
+        for order in first.. {
             // One that faces those held, or stands at their place, has a gap that stays as it is.
             let mut free = Vec::new();
             for i in undecided {
@@ -241,12 +244,13 @@ impl EventLoop {
             if undecided.is_empty() {
                 break;
             }
-            let Some(mut derivatives) = mover.gap_derivatives(
-                &resting.stops_of(&undecided),
-                &resting.stops_of(&held),
-                order,
-            )?
-            else {
+            // Those that the first order leaves undecided are asked for all that follow at once, until fewer are left.
+            if known.front().is_none_or(|all| all.len() != undecided.len()) {
+                let end = if order == first { order + 1 } else { usize::MAX };
+                let (stops, held) = (resting.stops_of(&undecided), resting.stops_of(&held));
+                known = mover.gap_derivatives(&stops, &held, order..end)?.into();
+            }
+            let Some(mut derivatives) = known.pop_front() else {
                 break;
             };
             if order == 2 {
@@ -337,11 +341,11 @@ impl EventLoop {
         let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
         // Where nothing changes, the motion before had the accelerations of the motion to come.
         let rates = if held == self.were_held {
-            mover.gap_derivatives(&stops, &held, 3)?
+            mover.gap_derivatives(&stops, &held, 3..4)?
         } else {
-            None
+            Vec::new()
         };
-        let jerk = |k: usize| match &rates {
+        let jerk = |k: usize| match rates.first() {
             Some(rates) => rates[k][0],
             None => mover.gap(stops[k]).jerk,
         };

@@ -13,6 +13,7 @@ use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
 use crate::watch::Watch;
 use nalgebra::DVector;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A contact force at zero: this small, relative to its terms.
@@ -49,27 +50,34 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         Ok(motion)
     }
 
-    /// A time derivative of the gaps of some stops while others are held, and what rounding leaves unknown of each.
+    /// Time derivatives of some orders of the gaps of some stops while others are held, and what rounding leaves unknown of each.
     pub(super) fn derivatives_beside(
         &mut self,
         stops: &[usize],
         held: &[usize],
-        order: usize,
-    ) -> Result<Vec<[f64; 2]>> {
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>> {
         let angle = self.clock.angle();
-        let (value, unknown) = if held.is_empty() {
+        let derivatives = if held.is_empty() {
             let state = self.physical();
             let equations = self.timed.equations();
-            equations.derivative(self.scene, angle, state, order)
+            equations.derivatives(self.scene, angle, state, orders)
         } else {
             let motion = self.motion_of(held)?;
             let state = self.settled(held)?;
             let equations = motion.equations(&self.scene.system);
-            equations.derivative(self.scene, angle, state, order)
+            equations.derivatives(self.scene, angle, state, orders)
         };
-        let normal = |stop: usize| self.scene.geometry.normals.column(stop).into_owned();
-        let gap = |stop: usize| [-normal(stop).dot(&value), normal(stop).abs().dot(&unknown)];
-        Ok(stops.iter().map(|&stop| gap(stop)).collect())
+        let normal = |stop: usize| self.scene.geometry.normals.column(stop);
+        let unknown = |stop: usize, of: &DVector<f64>| {
+            let terms = normal(stop).into_iter().zip(of.iter());
+            terms.map(|(n, unknown)| n.abs() * unknown).sum()
+        };
+        let gap = |stop: usize, (value, of): &(DVector<f64>, DVector<f64>)| {
+            [-normal(stop).dot(value), unknown(stop, of)]
+        };
+        let gaps = |of| stops.iter().map(|&stop| gap(stop, of)).collect();
+        Ok(derivatives.iter().map(gaps).collect())
     }
 
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
