@@ -3,6 +3,7 @@
 use crate::case::{Case, Push};
 use crate::compare::Difference;
 use crate::double_double::Dd;
+use crate::phases::phases_follow_the_forcing;
 use crate::record::AMBIGUOUS;
 use crate::reference::{Reference, slowest_rate, squared_frequencies};
 use nalgebra::{DMatrix, DVector};
@@ -26,6 +27,7 @@ pub fn check(
         forces_press(case, run, reference),
         energy_adds_up(case, run, reference),
         segments_fill_the_span(run),
+        phases_follow_the_forcing(case, run),
         same_bits_twice(case, scene, run, reference),
     ]
     .into_iter()
@@ -329,7 +331,8 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
 
 fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
     let (start, end) = run.span();
-    for segment in run.segments().expect("motion is kept") {
+    let segments = run.segments().expect("motion is kept");
+    for segment in &segments {
         let is_inside = segment.start >= start.next_down() && segment.end <= end.next_up();
         if !is_inside || segment.end < segment.start {
             let detail = format!("{segment:?} in {:?}", run.span());

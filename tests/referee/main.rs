@@ -19,6 +19,7 @@ mod lasting;
 mod law;
 mod library;
 mod motion;
+mod phases;
 mod polynomial;
 mod random;
 mod record;
