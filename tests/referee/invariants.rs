@@ -2,6 +2,7 @@
 
 use crate::case::{Case, Push};
 use crate::compare::Difference;
+use crate::counts::counts_are_those_of_what_is_kept;
 use crate::double_double::Dd;
 use crate::phases::phases_follow_the_forcing;
 use crate::record::AMBIGUOUS;
@@ -28,6 +29,7 @@ pub fn check(
         energy_adds_up(case, run, reference),
         segments_fill_the_span(run),
         phases_follow_the_forcing(case, run),
+        counts_are_those_of_what_is_kept(case, run),
         same_bits_twice(case, scene, run, reference),
     ]
     .into_iter()
@@ -478,7 +480,11 @@ fn same_bits_twice(
         }
     }
     if again.impacts() == run.impacts() && again.last() == run.last() {
-        return None;
+        if again.grazes() == run.grazes() && again.stats() == run.stats() {
+            return None;
+        }
+        let detail = format!("{:?}, {:?}", again.stats(), again.grazes());
+        return difference("other counts the second time", detail);
     }
     let is_nan = again
         .last()

@@ -8,6 +8,7 @@ mod accumulation;
 mod case;
 mod closed_forms;
 mod compare;
+mod counts;
 mod double_double;
 mod draw;
 mod generator;
