@@ -6,6 +6,7 @@
 
 mod accumulation;
 mod case;
+mod chatters;
 mod closed_forms;
 mod compare;
 mod counts;
