@@ -5,6 +5,7 @@ use crate::chatters::chatters_end_where_impacts_accumulate;
 use crate::compare::Difference;
 use crate::counts::counts_are_those_of_what_is_kept;
 use crate::double_double::Dd;
+use crate::grazes::{grazes_are_listed, grazes_touch};
 use crate::phases::phases_follow_the_forcing;
 use crate::record::AMBIGUOUS;
 use crate::reference::{Reference, slowest_rate, squared_frequencies};
@@ -34,6 +35,8 @@ pub fn check(
         phases_follow_the_forcing(case, run),
         counts_are_those_of_what_is_kept(case, run),
         chatters_end_where_impacts_accumulate(case, run, reference),
+        grazes_touch(case, run, reference),
+        grazes_are_listed(case, run, reference),
         same_bits_twice(case, scene, run, reference),
     ]
     .into_iter()
