@@ -12,6 +12,7 @@ mod compare;
 mod counts;
 mod double_double;
 mod draw;
+mod faults;
 mod generator;
 mod grazes;
 mod hits;
