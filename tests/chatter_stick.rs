@@ -42,6 +42,31 @@ fn of_kind(run: &Trajectory, kind: SegmentKind) -> Vec<Segment> {
 }
 
 #[test]
+fn a_run_that_ends_among_accumulating_impacts_ends_at_its_time() {
+    // Beside the ball another body goes on at unit speed.
+    let system = LinearSystem::new(dvector![1.0, 1.0], DVector::zeros(2), DVector::zeros(2))
+        .and_then(|system| system.with_load(dvector![1.0, 0.0]))
+        .expect("valid");
+    let stop = Stop::new(dvector![1.0, 0.0], 0.0, 0.9).expect("valid");
+    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    for method in BOTH {
+        let run = |end: f64| {
+            let (q0, v0) = (dvector![-0.5, 0.0], dvector![0.0, 1.0]);
+            simulate(&scene, &q0, &v0, (0.0, end), &with(method, 1e-9)).expect("runs")
+        };
+        let whole = of_kind(&run(60.0), SegmentKind::Chatter)[0];
+        for part in [0.1, 0.5, 0.9] {
+            let end = whole.start + part * (whole.end - whole.start);
+            let cut = run(end);
+            let (q, v) = cut.last();
+            assert_eq!((cut.t_end(), cut.status()), (end, Status::Finished));
+            assert!((q[1] - end).abs() < 1e-12 && (v[1] - 1.0).abs() < 1e-13);
+            assert_eq!(of_kind(&cut, SegmentKind::Chatter)[0].end, end);
+        }
+    }
+}
+
+#[test]
 fn a_bouncing_ball_comes_to_rest_at_its_closed_form_time() {
     for method in BOTH {
         for e in [0.5, 0.9, 0.99] {

@@ -261,6 +261,25 @@ fn a_touch_within_rounding_is_a_graze_and_any_deeper_one_an_impact() {
 }
 
 #[test]
+fn touches_beside_a_stop_that_is_held_are_listed() {
+    // The first body rests on its stop; q = -cos t of the second one reaches 1 exactly.
+    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 1.0])
+        .and_then(|system| system.with_load(dvector![1.0, 0.0]))
+        .expect("valid");
+    let stop = |i: usize, clearance| Stop::new(i, clearance, 0.5).expect("valid");
+    let scene = Scene::new(system, Forcing::Unforced, [stop(0, 0.0), stop(1, 1.0)]).expect("valid");
+    let (q, v) = (dvector![0.0, -1.0], dvector![0.0, 0.0]);
+    let run = simulate(&scene, &q, &v, (0.0, 15.0), &SimulateOptions::default()).expect("runs");
+    assert!(run.impacts().is_empty());
+    let grazes = run.grazes();
+    assert_eq!(grazes.iter().map(|g| g.stop).collect::<Vec<_>>(), [1, 1]);
+    for (graze, turns) in grazes.iter().zip([1.0, 3.0]) {
+        let time = turns * std::f64::consts::PI;
+        assert!((graze.time - time).abs() < 1e-7 && graze.depth.abs() < 4.0 * f64::EPSILON);
+    }
+}
+
+#[test]
 fn contacts_of_one_step_come_in_order_however_close_they_are() {
     // Two oscillators q_i = -cos(w_i t), each with its own stop, reached at known times that are all but the same.
     let apart = |times: [f64; 2]| {

@@ -18,6 +18,29 @@ pub(crate) struct Grazed {
     pub gap: f64,
 }
 
+impl Grazed {
+    /// The touch to rounding, on a flight of some span from a state; one whose minimum lies outside, by rounding, stays where it was
+    /// found.
+    pub fn sharpened<F: LinearFlow>(
+        self,
+        flow: &F,
+        gap: &GapRow,
+        from: &[Pair],
+        span: f64,
+    ) -> Self {
+        let found = Lowest {
+            time: self.time,
+            gap: self.gap,
+        };
+        let Lowest { time, gap } = found.sharpened(flow, gap, from);
+        if (0.0..=span).contains(&time) {
+            Self { time, gap, ..self }
+        } else {
+            self
+        }
+    }
+}
+
 /// What ends the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Next {

@@ -189,7 +189,7 @@ impl EventLoop {
                     "the gap to stop {stop} stays within rounding of zero: sustained contact"
                 ),
             }),
-            Arrival::Contact { stop } => self.collide(mover, stop, record)?,
+            Arrival::Contact { stop } => self.collide(mover, stop, t_end, record)?,
             Arrival::Release { stop } => self.let_go(mover, stop)?,
         };
         // A chatter that has been completed has taken time.
@@ -303,6 +303,7 @@ impl EventLoop {
         &mut self,
         mover: &mut M,
         reached: usize,
+        t_end: f64,
         record: &mut Record,
     ) -> Resolved {
         self.touching.clear();
@@ -329,7 +330,7 @@ impl EventLoop {
             mover.look()?;
         }
         if self.accumulates(mover, reached)? {
-            return self.accumulate(mover, reached, record);
+            return self.accumulate(mover, reached, t_end, record);
         }
         if self.are_spent(mover)? {
             return self.come_to_rest(mover, record);
@@ -337,15 +338,17 @@ impl EventLoop {
         self.strike_all(mover, record)
     }
 
-    /// Completes impacts that accumulate.
+    /// Completes impacts that accumulate, those before the end of the run.
     #[cold]
     fn accumulate<M: Mover + ?Sized>(
         &mut self,
         mover: &mut M,
         stop: usize,
+        t_end: f64,
         record: &mut Record,
     ) -> Resolved {
-        mover.accumulate(stop, record)?;
+        let now = mover.clock();
+        mover.accumulate(stop, now.until(now.at(t_end)).max(0.0), record)?;
         self.last_blow = None;
         self.still.clear();
         self.still.push(stop);

@@ -398,7 +398,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.scene.geometry.restitutions[stop]
     }
 
-    fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()> {
+    fn accumulate(&mut self, stop: usize, left: f64, record: &mut Record) -> Result<()> {
         self.look()?;
         let GapState {
             speed,
@@ -406,7 +406,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             ..
         } = self.gap(stop);
         let e = self.restitution(stop);
-        let span = 2.0 * e * speed / ((1.0 - e) * acceleration);
+        let span = (2.0 * e * speed / ((1.0 - e) * acceleration)).min(left);
         let (motion, (q, v)) = self.keep_chatter(stop, span, record)?;
         let (q, v) = motion.carry(self.clock.angle(), span, &q, &v);
         self.put((&q, &v), span);

@@ -167,8 +167,9 @@ pub(crate) trait Mover {
     /// The restitution coefficient of a stop.
     fn restitution(&self, stop: usize) -> f64;
     /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes to the end of the
-    /// infinite sequence, where the gap and its speed are zero. The gaps must have been looked at.
-    fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()>;
+    /// infinite sequence, where the gap and its speed are zero, or as far on the way there as time is left. The gaps must have been
+    /// looked at.
+    fn accumulate(&mut self, stop: usize, left: f64, record: &mut Record) -> Result<()>;
     /// Keeps the end of impacts that lose speed, in no time, as a segment of chatter.
     fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()>;
     /// Moves the motion onto some stops, along their reactions; its velocity stays.

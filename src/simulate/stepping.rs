@@ -435,8 +435,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         self.contacts[stop].restitution
     }
 
-    fn accumulate(&mut self, stop: usize, record: &mut Record) -> Result<()> {
-        self.complete(stop, record)
+    fn accumulate(&mut self, stop: usize, left: f64, record: &mut Record) -> Result<()> {
+        self.complete(stop, left, record)
     }
 
     fn note_chatter(&mut self, stop: usize, record: &mut Record) -> Result<()> {

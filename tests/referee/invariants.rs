@@ -1,16 +1,22 @@
 //! What must hold of the library's answer whatever the motion is.
 
 use crate::case::{Case, Push};
+use crate::chatters::chatters_end_where_impacts_accumulate;
 use crate::compare::Difference;
+use crate::counts::counts_are_those_of_what_is_kept;
 use crate::double_double::Dd;
+use crate::grazes::{grazes_are_listed, grazes_touch};
+use crate::phases::phases_follow_the_forcing;
 use crate::record::AMBIGUOUS;
 use crate::reference::{Reference, slowest_rate, squared_frequencies};
 use nalgebra::{DMatrix, DVector};
-use vibroimpact::{ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate};
+use vibroimpact::{
+    ImpactSide, Keep, Scene, Segment, SegmentKind, SimulateOptions, Trajectory, simulate,
+};
 
 /// Relative rounding allowed: complex modes lose up to three digits before others take their place, steps of an integrator add
 /// their tolerance.
-fn rounding(case: &Case) -> f64 {
+pub fn rounding(case: &Case) -> f64 {
     1e3 * f64::EPSILON + case.by_method(0.0, 10.0 * case.rtol)
 }
 
@@ -26,6 +32,11 @@ pub fn check(
         forces_press(case, run, reference),
         energy_adds_up(case, run, reference),
         segments_fill_the_span(run),
+        phases_follow_the_forcing(case, run),
+        counts_are_those_of_what_is_kept(case, run),
+        chatters_end_where_impacts_accumulate(case, run, reference),
+        grazes_touch(case, run, reference),
+        grazes_are_listed(case, run, reference),
         same_bits_twice(case, scene, run, reference),
     ]
     .into_iter()
@@ -329,12 +340,25 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
 
 fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
     let (start, end) = run.span();
-    for segment in run.segments().expect("motion is kept") {
+    let segments = run.segments().expect("motion is kept");
+    for segment in &segments {
         let is_inside = segment.start >= start.next_down() && segment.end <= end.next_up();
         if !is_inside || segment.end < segment.start {
             let detail = format!("{segment:?} in {:?}", run.span());
             return difference("segment outside the run", detail);
         }
+    }
+    let ends = segments
+        .first()
+        .map(|s| s.start)
+        .zip(segments.last().map(|s| s.end));
+    if ends != Some((start, end)) {
+        return difference("segments that leave something out", format!("{ends:?}"));
+    }
+    // Several stops in lasting contact have a row each.
+    let follow = |pair: &&[Segment]| pair[1].start != pair[0].end && pair[1].start != pair[0].start;
+    if let Some(pair) = segments.windows(2).find(follow) {
+        return difference("segments apart", format!("{pair:?}"));
     }
     None
 }
@@ -475,7 +499,11 @@ fn same_bits_twice(
         }
     }
     if again.impacts() == run.impacts() && again.last() == run.last() {
-        return None;
+        if again.grazes() == run.grazes() && again.stats() == run.stats() {
+            return None;
+        }
+        let detail = format!("{:?}, {:?}", again.stats(), again.grazes());
+        return difference("other counts the second time", detail);
     }
     let is_nan = again
         .last()

@@ -1,13 +1,15 @@
 //! Exact flights with stops held: the motion left over has modes of its own, and its contact forces are searched as gaps
 //! are (theory 9).
 
+use super::keep::reported;
 use super::{ExactMover, is_within};
-use crate::contact::next::{LATE, Next, Search, Seen};
+use crate::contact::next::{Grazed, LATE, Next, Search, Seen};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
 use crate::flow::{CANCELLED, GapRow, LinearFlow, StuckMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
+use crate::simulate::Keep;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::{Arrival, Mover};
 use crate::simulate::record::Record;
@@ -98,11 +100,19 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             whole: motion.reduce(&q, &v),
             starts,
         };
-        let (next, seen) = with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
+        let (next, seen, touches) =
+            with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
         self.search.saw(seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
+        if record.keep != Keep::Final {
+            let is_before = |graze: &Grazed| graze.time < time || next.is_none();
+            let before = touches.into_iter().filter(is_before);
+            record
+                .grazes
+                .extend(before.map(|graze| reported(graze, self.clock)));
+        }
         self.keep_piece(SegmentKind::Stick, &motion.stops, time);
         record.sample(self.clock, time, next.is_none().then_some(last), |local| {
             motion.carry(angle, local, &q, &v)
@@ -129,13 +139,13 @@ struct Course<'a> {
 }
 
 impl Course<'_> {
-    /// What ends it within a span, and when; and what was seen of the gaps.
+    /// What ends it within a span, and when; what was seen of the gaps, and the touches.
     fn next<H: LinearFlow>(
         &self,
         flow: &H,
         span: f64,
         watch: &mut Watch<'_>,
-    ) -> Result<(Option<(Event, f64)>, Seen)> {
+    ) -> Result<(Option<(Event, f64)>, Seen, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.enter(&self.whole, self.angle, &mut state);
         let (events, rows) = watched(flow, self.motion, (&self.whole, &state));
@@ -152,7 +162,8 @@ impl Course<'_> {
                 Event::Contact(stop) => self.starts[*stop],
             })
             .collect();
-        let found = match search.next(&state, &orders, span, &mut Vec::new(), watch) {
+        let mut grazed = Vec::new();
+        let found = match search.next(&state, &orders, span, &mut grazed, watch) {
             Next::Interrupted => return Err(Error::Interrupted),
             Next::End => None,
             Next::Stalled { stop, time } => Some((stop, time)),
@@ -160,6 +171,15 @@ impl Course<'_> {
                 Some(search.arrive(stop, time, &state, &mut Vec::new()))
             }
         };
+        // Forces that touch zero hold their stops.
+        let touches = grazed.into_iter().filter_map(|graze| {
+            let Event::Contact(stop) = events[graze.stop] else {
+                return None;
+            };
+            let graze = graze.sharpened(flow, search.gap(graze.stop), &state, span);
+            Some(Grazed { stop, ..graze })
+        });
+        let touches = touches.collect();
         let found = found.map(|(place, time)| (events[place], time));
         let gaps = events.iter().enumerate();
         let extents = gaps.filter_map(|(place, event)| match event {
@@ -170,7 +190,7 @@ impl Course<'_> {
             extents: extents.collect(),
             n_gap_evaluations: search.n_gap_evaluations,
         };
-        Ok((found, seen))
+        Ok((found, seen, touches))
     }
 }
 

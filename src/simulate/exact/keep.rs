@@ -1,12 +1,12 @@
 //! What is kept of exact flights: segments, samples, touches to rounding.
 
 use super::ExactMover;
-use crate::contact::lowest::Lowest;
 use crate::contact::next::Grazed;
 use crate::error::Result;
 use crate::flow::{LinearFlow, StuckMotion};
 use crate::modal::Pair;
 use crate::simulate::Keep;
+use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
@@ -25,8 +25,9 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     fn keep_flight(&mut self, span: f64, last: Option<f64>, record: &mut Record) {
         if record.keep != Keep::Final {
             for i in 0..self.grazed.len() {
-                let graze = self.sharpened(self.grazed[i]);
-                record.grazes.push(graze);
+                let (grazed, gap) = (self.grazed[i], self.search.gap(self.grazed[i].stop));
+                let grazed = grazed.sharpened(self.flow, gap, &self.state, span);
+                record.grazes.push(reported(grazed, self.clock));
             }
         }
         self.keep_piece(SegmentKind::Flight, &[], span);
@@ -83,16 +84,13 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             kept.numbers.extend(whole.iter().flatten());
         }
     }
+}
 
-    /// A graze with its time and depth to rounding.
-    fn sharpened(&self, grazed: Grazed) -> Graze {
-        let Grazed { stop, time, gap } = grazed;
-        let found = Lowest { time, gap };
-        let lowest = found.sharpened(self.flow, self.search.gap(stop), &self.state);
-        Graze {
-            time: self.clock.after(lowest.time).time(),
-            stop,
-            depth: -lowest.gap,
-        }
+/// A touch on a flight that began at a time, as it is reported.
+pub(super) fn reported(grazed: Grazed, start: Clock) -> Graze {
+    Graze {
+        time: start.after(grazed.time).time(),
+        stop: grazed.stop,
+        depth: -grazed.gap,
     }
 }

@@ -10,8 +10,8 @@ use crate::simulate::record::Record;
 
 impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// Takes the present state to where the impacts on a stop that accumulate come to rest. What they give in all is what holding
-    /// the stop gives meanwhile, so that is how the motion goes on: the rest of it moves over the time they take, however long.
-    pub(super) fn complete(&mut self, stop: usize, record: &mut Record) -> Result<()> {
+    /// the stop gives meanwhile, so that is how the motion goes on: the rest of it moves over the time they take, or that is left.
+    pub(super) fn complete(&mut self, stop: usize, left: f64, record: &mut Record) -> Result<()> {
         self.look()?;
         let GapValue {
             speed,
@@ -19,7 +19,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             ..
         } = self.gaps[stop];
         let e = self.restitution(stop);
-        let span = 2.0 * e * speed / ((1.0 - e) * acceleration);
+        let span = (2.0 * e * speed / ((1.0 - e) * acceleration)).min(left);
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Chatter, &[stop]);
         }
