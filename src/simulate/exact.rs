@@ -38,6 +38,9 @@ impl Margin {
 /// A linear motion follows from its derivatives up to twice its coordinates, and those of its load and harmonic force.
 const ORDERS_OF_INPUT: usize = 4;
 
+/// Roundings of the terms of a gap where its state was taken from a position.
+const PLACED: f64 = 4.0 * f64::EPSILON;
+
 /// A linear scene in motion; one run after another, with its buffers.
 pub(crate) struct ExactMover<'a, F: LinearFlow> {
     flow: &'a F,
@@ -53,6 +56,8 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     clock: Clock,
     state: Vec<Pair>,
     arrived: Vec<Pair>,
+    /// What the rounding of positions leaves unknown of each gap, where the state was taken from them.
+    placed: Vec<f64>,
     grazed: Vec<Grazed>,
     kept: Option<Kept>,
     /// The margins of a start in contact.
@@ -107,6 +112,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             clock: Clock::new(0.0, scene.frequency),
             state: Vec::new(),
             arrived: Vec::new(),
+            placed: Vec::new(),
             grazed: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
         }
@@ -124,10 +130,19 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
         let angle = self.clock.angle();
         self.flow
             .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+        let g = &self.scene.geometry;
+        let gaps = g.clearances.iter().zip(g.normals.column_iter());
+        let unknown = gaps.map(|(clearance, normal)| {
+            let terms = normal.iter().zip(q.iter()).map(|(n, q)| (n * q).abs());
+            PLACED * (clearance.abs() + terms.sum::<f64>())
+        });
+        self.placed.clear();
+        self.placed.extend(unknown);
     }
 
     /// Goes to a later time of the present flight.
     fn go(&mut self, span: f64) {
+        self.placed.clear();
         self.search.forward(&mut self.state, span);
         self.clock = self.clock.after(span);
         let angle = self.clock.angle();
@@ -155,6 +170,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
         self.search.restart();
         self.holding = None;
+        self.placed.clear();
         self.clock = self.clock.at(t);
         let angle = self.clock.angle();
         let whole = self.scene.form.to_modal(q, v);
@@ -217,7 +233,8 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn rounding(&self, stop: usize) -> f64 {
-        self.search.rounding(stop)
+        let placed = self.placed.get(stop).copied().unwrap_or(0.0);
+        self.search.rounding(stop).max(placed)
     }
 
     fn extent(&self, stop: usize) -> f64 {
@@ -342,6 +359,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                 if is_within(then, last) {
                     self.keep(time, None, record);
                     self.clock = then;
+                    self.placed.clear();
                     std::mem::swap(&mut self.state, &mut self.arrived);
                     let angle = self.clock.angle();
                     self.flow.set_angle(&mut self.state, angle);

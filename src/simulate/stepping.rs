@@ -41,8 +41,8 @@ use std::sync::Arc;
 
 /// Steps that a short flight is like, with its impact.
 const FLIGHT: usize = 16;
-/// Steps taken again on the way to one contact.
-const MOST_POLISHES: usize = 12;
+/// Steps taken again on the way to one contact: as many as halvings alone need.
+const MOST_POLISHES: usize = 60;
 
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";

@@ -226,6 +226,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             }
             s = next;
         }
+        self.step(dynamics, s)?;
         Ok(s)
     }
 
