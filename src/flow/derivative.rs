@@ -87,7 +87,9 @@ impl Equations {
             terms.gemv(1.0, &damping.sizes, &next.unknown, 1.0);
             inverse.entries.mul_to(&sum, &mut after.value);
             inverse.sizes.mul_to(&terms, &mut after.unknown);
-            after.size.zip_apply(&after.value, |size, value| *size = value.abs());
+            after
+                .size
+                .zip_apply(&after.value, |size, value| *size = value.abs());
             std::mem::swap(&mut x, &mut next);
             std::mem::swap(&mut next, &mut after);
             force *= turn;

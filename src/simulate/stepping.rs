@@ -317,7 +317,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
                 stops.map(|&stop| self.jerk(stop, held)).collect()
             }
         };
-        (orders.start..orders.end.min(4)).map(&mut of_order).collect()
+        (orders.start..orders.end.min(4))
+            .map(&mut of_order)
+            .collect()
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {

@@ -178,6 +178,17 @@ fn longest(chatters: &[Stretch], time: f64) -> f64 {
     begun.map(|c| c.end - c.start).fold(0.0, f64::max)
 }
 
+/// Whether a time is one of a series of accumulating impacts that the library has completed, and might have.
+fn is_completed(reference: &Reference, case: &Case, chatters: &[Stretch], time: f64) -> bool {
+    let counting = reference.counting(case);
+    let is_of_series = |h: &Hit| {
+        let since = time - h.time.to_f64();
+        let lasts = |rest: f64| since >= -counting.slack() && since <= 3.0 * rest;
+        counting.rest(h).is_some_and(lasts) && counting.may_be_completed(h, chatters)
+    };
+    reference.main.hits.iter().any(is_of_series)
+}
+
 /// When another run has a stop in contact again within a span, if the contact up to there is nobody's.
 fn nobodys_until(
     labels: &Labels<'_>,
@@ -243,7 +254,12 @@ pub fn compare_sticks(
                 begin_later((&mut mine[k..], &mut theirs[j..]), is_mine, start, slack);
                 continue;
             }
-            if is_label || one.end - one.start < 1e4 * slack {
+            // Where impacts of several stops accumulate, what they throw off meanwhile rests with them in the run that completes them.
+            let rests = |s: &Stretch| s.stop == one.stop && s.end >= one.end.min(until);
+            let is_thrown = is_mine
+                && theirs[..j].iter().any(rests)
+                && is_completed(reference, case, chatters, one.start);
+            if is_label || is_thrown || one.end - one.start < 1e4 * slack {
                 (k, j) = if is_mine { (k + 1, j) } else { (k, j + 1) };
                 continue;
             }

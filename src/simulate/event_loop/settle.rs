@@ -189,12 +189,13 @@ impl EventLoop {
             } else {
                 DEPENDENT
             };
-        let unclear = |stop: usize| {
-            if self.let_go.1.contains(&stop) {
-                RELEASED * largest
-            } else {
-                nothing
-            }
+        // Where one is let go again and again, the law of the forces as they are ends it.
+        let times = |stop: usize| self.let_go.1.iter().filter(|&&s| s == stop).count();
+        let is_law = is_release && stops.iter().any(|&stop| times(stop) > 2);
+        let unclear = |stop: usize| match times(stop) {
+            _ if is_law => 0.0,
+            0 => nothing,
+            _ => RELEASED * largest,
         };
         let (mut shares, mut undecided) = (Vec::new(), Vec::new());
         for (i, (&stop, force)) in stops.iter().zip(&forces).enumerate() {
@@ -246,7 +247,11 @@ impl EventLoop {
             }
             // Those that the first order leaves undecided are asked for all that follow at once, until fewer are left.
             if known.front().is_none_or(|all| all.len() != undecided.len()) {
-                let end = if order == first { order + 1 } else { usize::MAX };
+                let end = if order == first {
+                    order + 1
+                } else {
+                    usize::MAX
+                };
                 let (stops, held) = (resting.stops_of(&undecided), resting.stops_of(&held));
                 known = mover.gap_derivatives(&stops, &held, order..end)?.into();
             }
