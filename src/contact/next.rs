@@ -387,6 +387,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                         earliest = Some((stop, at));
                     }
                 }
+                // What leaves its stop slowly does not touch it anew.
+                Ahead::Rests if order > 0 => {}
                 Ahead::Rests => {
                     let gap = followed.jet.c[0];
                     let is_noted = |g: &Grazed| g.stop == stop && g.time >= time - step;

@@ -338,7 +338,11 @@ fn biased(case: &Case, reference: &Reference, n_impacts: usize, since: f64) -> f
 }
 
 /// The impacts of the runs aside.
-struct Beside(Vec<Vec<Hit>>);
+struct Beside {
+    hits: Vec<Vec<Hit>>,
+    /// Impacts farther away from one than this are others: a run that has completed it earlier has none.
+    near: f64,
+}
 
 impl Beside {
     fn new(reference: &Reference, counting: &Counting<'_>) -> Self {
@@ -347,14 +351,18 @@ impl Beside {
             let chatters = [r.chatters.clone(), main.chatters.clone()].concat();
             counting.counted(&r.hits, &[&chatters], &[&r.sticks, &main.sticks])
         });
-        Self(hits.collect())
+        Self {
+            hits: hits.collect(),
+            near: 2e-3 / counting.rate + counting.tick(),
+        }
     }
 
     /// How far they are off an impact in some quantity.
     fn off(&self, a: &Hit, quantity: &dyn Fn(&Hit) -> f64) -> f64 {
         let apart = |h: &&Hit| (h.time.to_f64() - a.time.to_f64()).abs();
-        let nearest = self.0.iter().filter_map(|hits| {
-            let same = hits.iter().filter(|h| h.stop == a.stop);
+        let nearest = self.hits.iter().filter_map(|hits| {
+            let same = hits.iter();
+            let same = same.filter(|h| h.stop == a.stop && apart(h) < self.near);
             same.min_by(|x, y| apart(x).total_cmp(&apart(y)))
         });
         nearest.fold(0.0, |most: f64, h| {

@@ -83,8 +83,8 @@ fn wrong_flights(stats: Stats, kept: &Kept, status: Status) -> Option<&'static s
         Status::MaxImpacts => (1, 0),
         _ => (1, 1),
     };
-    let most = kept.flights - side;
-    let least = most - usize::from(kept.is_first_short);
+    let most = kept.flights.saturating_sub(side);
+    let least = most.saturating_sub(usize::from(kept.is_first_short));
     (!(least..=most + begun).contains(&stats.n_flights)).then_some("flights")
 }
 

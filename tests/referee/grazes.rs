@@ -46,7 +46,11 @@ fn not_in_flight(graze: &Graze, run: &Trajectory, segments: &[Segment]) -> Wrong
         return Some(("outside the run", format!("{:?}", run.span())));
     }
     let is_struck = |i: &&vibroimpact::Impact| i.stop == graze.stop && i.time == time;
-    if let Some(impact) = run.impacts().iter().find(is_struck) {
+    // Of several events within a few units of the last place of their time nobody knows the order.
+    let tick = 4.0 * f64::EPSILON * time.abs();
+    let near = run.impacts().iter();
+    let is_alone = near.filter(|i| (i.time - time).abs() <= tick).count() < 2;
+    if let Some(impact) = run.impacts().iter().find(is_struck).filter(|_| is_alone) {
         return Some(("at an impact", format!("{impact:?}")));
     }
     let is_kept = |s: &&Segment| {
@@ -59,13 +63,20 @@ fn not_in_flight(graze: &Graze, run: &Trajectory, segments: &[Segment]) -> Wrong
     Some(("of a stop in contact", format!("{segment:?}")))
 }
 
+/// What is unknown of a gap: the rounding of its terms; complex modes lose two digits more.
+fn known_to(stop: usize, counting: &Counting<'_>) -> f64 {
+    let case = counting.case;
+    let lost = if case.has_real_modes() { 1.0 } else { 1e2 };
+    lost * counting.gap_rounding(stop)
+}
+
 /// The gap is zero as far as it is known, the depth is that of the gap, and the speed such that the gap falls no further.
 fn not_a_touch(graze: &Graze, gap: f64, speed: f64, counting: &Counting<'_>) -> Wrong {
     let reach = counting.reach(graze.stop);
     let bend = reach * counting.rate * counting.v_unit.max(counting.rate * counting.q_unit);
     // Half a unit of the last place of its time.
     let tick = 0.5 * f64::EPSILON * graze.time.abs();
-    let known = counting.gap_rounding(graze.stop);
+    let known = known_to(graze.stop, counting);
     let fall = (4.0 * bend * known).sqrt() + bend * tick;
     let read = tick * (fall + bend * tick);
     if graze.depth.is_nan() || graze.depth.abs() > known {

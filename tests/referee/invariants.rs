@@ -6,13 +6,13 @@ use crate::compare::Difference;
 use crate::counts::counts_are_those_of_what_is_kept;
 use crate::double_double::Dd;
 use crate::grazes::{grazes_are_listed, grazes_touch};
+use crate::ledger::columns_are_energies;
 use crate::phases::phases_follow_the_forcing;
+use crate::places::{held_stops_are_closed, impacts_are_at_stops, segments_fill_the_span};
 use crate::record::AMBIGUOUS;
 use crate::reference::{Reference, slowest_rate, squared_frequencies};
 use nalgebra::{DMatrix, DVector};
-use vibroimpact::{
-    ImpactSide, Keep, Scene, Segment, SegmentKind, SimulateOptions, Trajectory, simulate,
-};
+use vibroimpact::{ImpactSide, Keep, Scene, SegmentKind, SimulateOptions, Trajectory, simulate};
 
 /// Relative rounding allowed: complex modes lose up to three digits before others take their place, steps of an integrator add
 /// their tolerance.
@@ -28,6 +28,8 @@ pub fn check(
 ) -> Vec<Difference> {
     [
         gaps_stay_open(case, run, reference),
+        impacts_are_at_stops(case, run, reference),
+        held_stops_are_closed(case, run, reference),
         impacts_keep_the_law(case, run, reference),
         forces_press(case, run, reference),
         energy_adds_up(case, run, reference),
@@ -338,31 +340,6 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
     None
 }
 
-fn segments_fill_the_span(run: &Trajectory) -> Option<Difference> {
-    let (start, end) = run.span();
-    let segments = run.segments().expect("motion is kept");
-    for segment in &segments {
-        let is_inside = segment.start >= start.next_down() && segment.end <= end.next_up();
-        if !is_inside || segment.end < segment.start {
-            let detail = format!("{segment:?} in {:?}", run.span());
-            return difference("segment outside the run", detail);
-        }
-    }
-    let ends = segments
-        .first()
-        .map(|s| s.start)
-        .zip(segments.last().map(|s| s.end));
-    if ends != Some((start, end)) {
-        return difference("segments that leave something out", format!("{ends:?}"));
-    }
-    // Several stops in lasting contact have a row each.
-    let follow = |pair: &&[Segment]| pair[1].start != pair[0].end && pair[1].start != pair[0].start;
-    if let Some(pair) = segments.windows(2).find(follow) {
-        return difference("segments apart", format!("{pair:?}"));
-    }
-    None
-}
-
 fn is_symmetric(a: &DMatrix<f64>) -> bool {
     (a - a.transpose()).amax() <= 1e-14 * a.amax()
 }
@@ -411,6 +388,9 @@ fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     let gone = if is_free { place * radians } else { 0.0 };
     let limit =
         (allowed + completed) * size + rounding + flights * work + 1e2 * gone.powi(2) * stiff;
+    if let Some(difference) = columns_are_energies(case, run, (&energy, limit)) {
+        return Some(difference);
+    }
     if worst > limit || worst.is_nan() {
         return difference("energy balance", format!("{worst:e} of {size:e}"));
     }
@@ -432,7 +412,8 @@ fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     let near = tick + 1e-9 / reference.model.rate;
     let impacts = run.impacts();
     let are_alone = impacts.windows(2).all(|p| p[1].time - p[0].time > near);
-    if are_alone && segments.iter().all(|s| s.kind == SegmentKind::Flight) {
+    // Stops that are held do no work, nor is there any at impacts that accumulate but in their rows.
+    if are_alone && segments.iter().all(|s| s.kind != SegmentKind::Chatter) {
         let end = run.sample_times().unwrap_or_default().last().copied();
         let rows = impacts
             .iter()

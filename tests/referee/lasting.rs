@@ -137,10 +137,17 @@ fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
     };
     let hits = reference.main.hits.iter().rev();
     let (mut first, mut unseen) = (stick.start, 0.0f64);
-    for hit in hits
-        .filter(|h| h.time.to_f64() <= stick.start + counting.slack() && of_plane(h.stop))
-        .take_while(|h| counting.rest(h).is_some())
+    for hit in
+        hits.filter(|h| h.time.to_f64() <= stick.start + counting.slack() && of_plane(h.stop))
     {
+        let Some(rest) = counting.rest(hit) else {
+            break;
+        };
+        // A series ends where the flight that follows is one of its own.
+        let flights = 3.0 * rest + counting.lowest(hit) + counting.slack();
+        if first - hit.time.to_f64() > flights {
+            break;
+        }
         first = hit.time.to_f64();
         unseen = unseen.max(counting.lowest(hit));
     }
@@ -201,6 +208,13 @@ fn nobodys_until(
     let again = others.iter().find(is_again)?.start;
     let is_one = stop < labels.case.stops.len();
     (is_one && labels.is_nobodys(stop, (from, again), is_mine)).then_some(again)
+}
+
+/// The lasting contact of another run that is the same one: of those at its stop the one that begins nearest to it.
+fn nearest<'a>(sticks: &'a [Stretch], one: &Stretch) -> Option<&'a Stretch> {
+    let apart = |s: &Stretch| (s.start - one.start).abs();
+    let same = sticks.iter().filter(|s| s.stop == one.stop);
+    same.min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
 pub fn compare_sticks(
@@ -274,7 +288,7 @@ pub fn compare_sticks(
         let aside = |f: &dyn Fn(&Stretch) -> f64| {
             beside
                 .iter()
-                .filter_map(|r| r.get(k))
+                .filter_map(|r| nearest(r, a))
                 .map(|s| (f(s) - f(a)).abs())
                 .fold(0.0, f64::max)
         };
