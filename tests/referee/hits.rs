@@ -69,6 +69,9 @@ impl Counting<'_> {
 
     /// How long a series of impacts takes whose first flight is as high as the gap is known to.
     pub fn lowest(&self, hit: &Hit) -> f64 {
+        if hit.departure == 0.0 {
+            return 0.0;
+        }
         let e = (hit.departure / hit.approach).min(1.0);
         let flight = (8.0 * self.gap_rounding(hit.stop) / hit.curvature.abs()).sqrt();
         // Where hardly anything draws the stop back, its acceleration becomes another meanwhile.

@@ -179,10 +179,13 @@ fn without_touches(case: &Case, reference: &Reference, sticks: Vec<Stretch>) -> 
     joined
 }
 
-/// The longest of the accumulations that have begun by a time: where they are completed early, their end is known to a part of that.
+/// The longest of the accumulations that end about a time: where they are completed early, their end is known to a part of that.
 fn longest(chatters: &[Stretch], time: f64) -> f64 {
-    let begun = chatters.iter().filter(|c| c.start <= time);
-    begun.map(|c| c.end - c.start).fold(0.0, f64::max)
+    let length = |c: &Stretch| c.end - c.start;
+    let about = chatters
+        .iter()
+        .filter(|c| (c.end - time).abs() <= 2.0 * length(c));
+    about.map(length).fold(0.0, f64::max)
 }
 
 /// Whether a time is one of a series of accumulating impacts that the library has completed, and might have.
@@ -235,10 +238,13 @@ pub fn compare_sticks(
         .map(|r| by_plane(&r.sticks))
         .collect();
     let rate = reference.model.rate;
-    let tolerance = if case.method == Method::Exact && chatters.is_empty() {
-        1e-10
-    } else {
-        (10.0 * case.rtol).max(1e-10)
+    // A series that is completed is known to the tolerance, and so is what follows it.
+    let tolerance = |time: f64| {
+        if case.method == Method::Exact && chatters.iter().all(|c| c.start > time) {
+            1e-10
+        } else {
+            (10.0 * case.rtol).max(1e-10)
+        }
     };
     // What begins just before the horizon may go on behind it, in pieces that make one.
     let until = until - 1e2 * slack;
@@ -294,7 +300,7 @@ pub fn compare_sticks(
         };
         // A force that falls slowly ends at a time as uncertain as the force is over its slope: the runs aside know.
         let allowed = |f: &dyn Fn(&Stretch) -> f64| {
-            reference.wide * (100.0 * (aside(f) + tolerance / rate) + 10.0 * slack)
+            reference.wide * (100.0 * (aside(f) + tolerance(f(a).max(f(b))) / rate) + 10.0 * slack)
         };
         let early = 0.1 * longest(chatters, a.start.max(b.start))
             + rest_before(reference, case, a)
