@@ -107,7 +107,8 @@ impl Followed {
     /// Looks at it a step further along the flight.
     #[inline]
     fn follow(&mut self, time: f64, derivatives: &[Derivatives]) {
-        self.was_falling = self.jet.c[1] < 0.0;
+        // What leaves its stop was not on the way to it.
+        self.was_falling = self.order_here == 0 && self.jet.c[1] < 0.0;
         self.order_here = 0;
         self.jet = self.row.jet(derivatives);
         let gap = self.jet.c[0];
@@ -482,8 +483,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let next = bracket.next(wanted, time);
             let step = next - time;
             time = next;
-            // Half the way is no sign that the zero is near.
-            let is_newton = wanted == Some(next) || step == 0.0;
+            // Half the way is no sign that the zero is near, nor is a step that does not lead there.
+            let leads_there = jet.value(step).abs() <= self.gaps[stop].row.rounding(&jet);
+            let is_newton = wanted == Some(next) && leads_there || step == 0.0;
             if is_newton && step.abs() <= short.max(2.0 * f64::EPSILON * time) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
                     *z = d.after(step);

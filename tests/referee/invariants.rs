@@ -265,8 +265,10 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
         .collect();
     let end = fed(case, run, reference);
     for stick in sticks.iter().filter(|s| s.end < end) {
-        for k in 1..20 {
-            let t = stick.start + (stick.end - stick.start) * f64::from(k) / 20.0;
+        // A release that comes late pulls just before.
+        let parts = (1..20).map(|k| f64::from(k) / 20.0);
+        for part in parts.chain([1e-3, 1e-5, 1e-7].map(|left| 1.0 - left)) {
+            let t = stick.start + (stick.end - stick.start) * part;
             let mut held: Vec<usize> = sticks
                 .iter()
                 .filter(|s| s.start < t && t < s.end)
@@ -325,7 +327,7 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
             }
             let speeds = normals.transpose() * &v;
             let limit = case.by_method(1e-10, 1e-6);
-            if speeds.amax() > limit * (1.0 + v.amax()) {
+            if speeds.amax() > limit * (reference.v_unit + v.amax()) {
                 return difference(
                     "held and moving",
                     format!(

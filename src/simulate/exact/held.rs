@@ -107,7 +107,8 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
         if record.keep != Keep::Final {
-            let is_before = |graze: &Grazed| graze.time < time || next.is_none();
+            let is_before =
+                |graze: &Grazed| graze.time < time || (next.is_none() && graze.time == time);
             let before = touches.into_iter().filter(is_before);
             record
                 .grazes

@@ -82,7 +82,7 @@ SEVERAL = (
 REST = (
     Change(
         LOOP,
-        "            return self.accumulate(mover, reached, record);",
+        "            return self.accumulate(mover, reached, t_end, record);",
         f"            {NEVER};",
     ),
     Change(
