@@ -108,7 +108,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         self.grazed.clear();
         if record.keep != Keep::Final {
             let is_before =
-                |graze: &Grazed| graze.time < time || (next.is_none() && graze.time == time);
+                |graze: &Grazed| graze.time < time || (next.is_none() && graze.time <= time);
             let before = touches.into_iter().filter(is_before);
             record
                 .grazes
