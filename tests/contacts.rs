@@ -166,6 +166,40 @@ fn two_stops_without_room_end_or_rest_but_never_loop() {
 }
 
 #[test]
+fn stops_at_one_place_are_struck_together_while_another_is_held() {
+    // The second body is pressed onto its stop; a spring draws the first one to it, where two stops wait: the livelier one rules.
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dvector![0.0, 0.0],
+        dmatrix![1.0, -1.0; -1.0, 1.0],
+    )
+    .and_then(|system| system.with_load(dvector![0.0, 5.0]))
+    .expect("valid");
+    let between = |e| {
+        let stop = Stop::new(dvector![1.0, -1.0], 0.0, e).expect("valid");
+        stop.on_side(Side::Lower)
+    };
+    for k in 0..40 {
+        let clearance = 0.5 + 0.01 * f64::from(k);
+        let held = Stop::new(1, clearance, 0.0).expect("valid");
+        let stops = [held, between(0.5), between(1.0)];
+        let scene = Scene::new(system.clone(), Forcing::Unforced, stops).expect("valid");
+        let (q, v) = (dvector![clearance + 0.05, clearance], dvector![0.0, 0.0]);
+        let run = simulate(&scene, &q, &v, (0.0, 2.0), &with(Method::Exact)).expect("runs");
+        let impact = run
+            .impacts()
+            .iter()
+            .find(|i| i.stop > 0)
+            .expect("it is struck");
+        assert!((impact.time - 0.5 * std::f64::consts::PI).abs() < 1e-12);
+        assert!(
+            (impact.departure - 0.05).abs() < 1e-12,
+            "{clearance}: {impact:?}"
+        );
+    }
+}
+
+#[test]
 fn an_impact_of_one_stop_lets_another_go() {
     // The first coordinate is pressed on its stop; the second strikes a stop that is coupled to it by inertia.
     let system = LinearSystem::new(
