@@ -63,10 +63,10 @@ fn not_in_flight(graze: &Graze, run: &Trajectory, segments: &[Segment]) -> Wrong
     Some(("of a stop in contact", format!("{segment:?}")))
 }
 
-/// What is unknown of a gap: the rounding of its terms; complex modes lose two digits more.
+/// What is unknown of a gap: the rounding of its terms, those that turn with a fast forcing among them; complex modes lose two digits.
 fn known_to(stop: usize, counting: &Counting<'_>) -> f64 {
     let case = counting.case;
-    let lost = if case.has_real_modes() { 1.0 } else { 1e2 };
+    let lost = if case.has_real_modes() { 10.0 } else { 1e2 };
     lost * counting.gap_rounding(stop)
 }
 

@@ -59,7 +59,13 @@ impl Counting<'_> {
 
     /// To what the time of an impact is known; of one that hardly closes its gap, to the time the gap stays within rounding.
     pub fn time_rounding(&self, hit: &Hit) -> f64 {
-        let depth = self.gap_rounding(hit.stop);
+        // Complex modes lose a digit more.
+        let lost = if self.case.has_real_modes() {
+            1.0
+        } else {
+            10.0
+        };
+        let depth = lost * self.gap_rounding(hit.stop);
         let slow = (2.0 * depth * hit.curvature.abs()).sqrt();
         let floor = if slow.is_finite() { slow } else { 0.0 };
         // An impact that others of the same instant made has no approach of its own.

@@ -399,6 +399,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             }
         };
         if record.keep != Keep::Final {
+            // A step may have seen touches behind what ended it.
+            let now = self.clock.time();
+            let is_end = matches!(arrival, Arrival::End);
+            self.grazes.retain(|graze| is_end || graze.time < now);
             record.grazes.append(&mut self.grazes);
         }
         Ok(arrival)
