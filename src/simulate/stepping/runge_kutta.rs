@@ -398,13 +398,17 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 break Arrival::End;
             }
         };
+        self.keep_grazes(&arrival, record);
+        Ok(arrival)
+    }
+
+    /// Keeps the touches of a segment; a step may have seen some behind what ended it.
+    fn keep_grazes(&mut self, arrival: &Arrival, record: &mut Record) {
         if record.keep != Keep::Final {
-            // A step may have seen touches behind what ended it.
             let now = self.clock.time();
             let is_end = matches!(arrival, Arrival::End);
             self.grazes.retain(|graze| is_end || graze.time < now);
             record.grazes.append(&mut self.grazes);
         }
-        Ok(arrival)
     }
 }
