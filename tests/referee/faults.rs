@@ -50,8 +50,12 @@ fn wrong_phases_and_counts_are_seen() {
 #[test]
 fn wrong_grazes_are_seen() {
     let (case, run) = first(&|case, run| {
-        let is_far = |g: &vibroimpact::Graze| case.stops[g.stop].clearance.abs() > 0.1;
-        case.has_real_modes() && run.grazes().iter().all(is_far) && run.grazes().len() > 3
+        let is_far = |g: &vibroimpact::Graze| {
+            case.stops[g.stop].clearance.abs() > 0.1 && g.depth.abs() < f64::EPSILON / 4.0
+        };
+        let is_free = (run.segments().expect("kept").iter()).all(|s| s.kind == SegmentKind::Flight);
+        let grazes = run.grazes();
+        case.has_real_modes() && is_free && grazes.iter().all(is_far) && grazes.len() > 3
     });
     let sees = |class: &str, change: &dyn Fn(&mut SavedTrajectory)| {
         let found = found(&case, &run, change);

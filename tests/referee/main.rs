@@ -118,7 +118,7 @@ const FOUND: [(u64, &[u64]); 33] = [
     (126, &[9660, 11597, 13023]),
     (127, &[2562, 17385, 19102, 21193]),
     // Touches that a step saw behind what ended it; shallow flights of complex modes.
-    (128, &[10151]),
+    (128, &[3977, 10151]),
     (129, &[2032, 10457]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
