@@ -132,7 +132,10 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
         .map(|k| run(&turned(k), moved(k), rough(k)).0)
         .collect();
     let floor = case.by_method(1e-12, case.atol / case.rtol);
-    let q_unit = main.q_size.max(floor).max(q_terms).max(1e-3 * way);
+    // What stops at once takes the rounding of its speed along.
+    let stopped = main.v_size / model.rate;
+    let terms = q_terms.max(1e-3 * way).max(stopped);
+    let q_unit = main.q_size.max(floor).max(terms);
     // And beside a motion near rest that of its place.
     let rest = 1e-4 * model.rate * q_unit;
     let mut reference = Reference {
