@@ -1,6 +1,5 @@
 //! What a gap does over one step, from its cubic with a certified remainder (theory 8).
 
-use crate::contact::walk::ROUNDING;
 use crate::flow::jet::{Jet, Shape};
 
 /// What one gap does over one step.
@@ -17,8 +16,18 @@ pub(crate) enum Ahead {
     Unknown,
 }
 
-/// Over a step that starts with an open gap; `rounding` is that of the gap.
-pub(crate) fn from_open(jet: &Jet, step: f64, rounding: f64) -> Ahead {
+/// Over a step that starts with an open gap; `rounding` is that of the gap, asked for where it does not stay above `clear`, which is
+/// no less.
+#[inline]
+pub(crate) fn from_open(jet: &Jet, step: f64, clear: f64, rounding: impl FnOnce() -> f64) -> Ahead {
+    match jet.shape(clear, step) {
+        Shape::Above => Ahead::Clear,
+        shape => near_stop(jet, step, shape, rounding()),
+    }
+}
+
+/// The same of a shape that may reach the stop.
+fn near_stop(jet: &Jet, step: f64, shape: Shape, rounding: f64) -> Ahead {
     let reached = |jet: &Jet, passed: f64| {
         let at = if jet.c[0] > 0.0 {
             jet.falling_root(passed)
@@ -34,7 +43,7 @@ pub(crate) fn from_open(jet: &Jet, step: f64, rounding: f64) -> Ahead {
             passed: 0.0,
         };
     }
-    match jet.shape(rounding.max(ROUNDING * jet.size), step) {
+    match shape {
         Shape::Above => Ahead::Clear,
         Shape::Falling => {
             let (end, error) = (jet.value(step), jet.remainder(step));

@@ -70,10 +70,10 @@ const NEAR: f64 = 0.25;
 #[derive(Debug, Clone)]
 struct Followed {
     row: GapRow,
+    /// The part of the size of its terms above which it is clear of rounding.
+    clear: f64,
     /// The jet where the search last looked.
     jet: Jet,
-    /// Whether it was falling where the search looked before.
-    was_falling: bool,
     /// The order of its root at the start of the flight; the same as long as the search has gone no step.
     order: usize,
     order_here: usize,
@@ -86,9 +86,9 @@ struct Followed {
 impl Followed {
     fn new(row: GapRow) -> Self {
         Self {
+            clear: ROUNDING.max(row.relative_rounding()),
             row,
             jet: Jet::default(),
-            was_falling: false,
             order: 0,
             order_here: 0,
             bracket: Bracket::start(0.0, 0),
@@ -104,22 +104,29 @@ impl Followed {
         self.extent = [0.0, gap.abs()];
     }
 
-    /// Looks at it a step further along the flight.
+    /// Looks at it a step further along the flight: whether it has turned since.
     #[inline]
-    fn follow(&mut self, time: f64, derivatives: &[Derivatives]) {
+    fn follow(&mut self, time: f64, derivatives: &[Derivatives]) -> bool {
         // What leaves its stop was not on the way to it.
-        self.was_falling = self.order_here == 0 && self.jet.c[1] < 0.0;
+        let was_falling = self.order_here == 0 && self.jet.c[1] < 0.0;
         self.order_here = 0;
         self.jet = self.row.jet(derivatives);
-        let gap = self.jet.c[0];
+        let [gap, speed, ..] = self.jet.c;
         self.bracket.note(time, gap);
-        self.widen([self.jet.size, gap.abs()]);
+        self.widen(self.jet.size, gap.abs());
+        was_falling && speed >= 0.0
     }
 
     /// Takes note of how large its terms and itself are.
     #[inline]
-    fn widen(&mut self, [size, gap]: [f64; 2]) {
-        self.extent = [self.extent[0].max(size), self.extent[1].max(gap)];
+    fn widen(&mut self, size: f64, gap: f64) {
+        let [widest, farthest] = &mut self.extent;
+        if size > *widest {
+            *widest = size;
+        }
+        if gap > *farthest {
+            *farthest = gap;
+        }
     }
 
     /// What rounding leaves unknown of it where the search last looked.
@@ -289,9 +296,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             self.n_gap_evaluations += self.active.len();
             self.flow.derivatives(&self.state, &mut self.derivatives);
             for &stop in &self.active {
-                self.gaps[stop].follow(time, &self.derivatives);
+                if self.gaps[stop].follow(time, &self.derivatives) {
+                    self.note_turn(stop, time, grazes);
+                }
             }
-            self.note_turns(time, grazes);
             // At the end or past it, a stop that is passed within rounding may have been reached before it.
             let is_reached = |&stop: &usize| {
                 let [gap, speed, ..] = self.gaps[stop].jet.c;
@@ -305,18 +313,14 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         Next::End
     }
 
-    /// Notes the touches of gaps that turned within rounding of zero, in a step that could not tell on which side of its end: the
+    /// Notes the touch of a gap that turned within rounding of zero, in a step that could not tell on which side of its end: the
     /// minimum is here, to the accuracy of a step.
-    fn note_turns(&self, time: f64, grazes: &mut Vec<Grazed>) {
-        for &stop in &self.active {
-            let followed = &self.gaps[stop];
-            let [gap, speed, ..] = followed.jet.c;
-            let has_turned = followed.was_falling && speed >= 0.0;
-            if has_turned && gap <= followed.rounding() {
-                let before = time - self.ladder.step(self.ladder.above(self.level));
-                if !grazes.iter().any(|g| g.stop == stop && g.time >= before) {
-                    grazes.push(Grazed { stop, time, gap });
-                }
+    fn note_turn(&self, stop: usize, time: f64, grazes: &mut Vec<Grazed>) {
+        let gap = self.jet(stop).c[0];
+        if gap <= self.rounding(stop) {
+            let before = time - self.ladder.step(self.ladder.above(self.level));
+            if !grazes.iter().any(|g| g.stop == stop && g.time >= before) {
+                grazes.push(Grazed { stop, time, gap });
             }
         }
     }
@@ -356,10 +360,16 @@ impl<'f, F: LinearFlow> Search<'f, F> {
         for &stop in &self.active {
             let followed = &mut self.gaps[stop];
             // What rounding left below zero where the flight began on the stop is none.
-            let jet = &followed.jet.above(followed.bracket.floor);
+            let lifted;
+            let jet = if followed.bracket.floor == 0.0 {
+                &followed.jet
+            } else {
+                lifted = followed.jet.above(followed.bracket.floor);
+                &lifted
+            };
             let (gap, order) = (&followed.row, followed.order_here);
             let mut ahead = match order {
-                0 => from_open(jet, step, gap.rounding(jet)),
+                0 => from_open(jet, step, followed.clear * jet.size, || gap.rounding(jet)),
                 order => from_contact(jet, order, step, gap.rounding(jet)),
             };
             // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
@@ -368,7 +378,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 let rounding = gap.rounding_after(&self.derivatives, step);
                 // From rest at zero all terms grow from zero.
                 let rounding = rounding.max(ROUNDING * jet.remainder(soon));
-                ahead = from_open(&jet.only(LATE), step, rounding.max(gap.rounding(jet)));
+                let rounding = rounding.max(gap.rounding(jet));
+                let clear = rounding.max(ROUNDING * jet.size);
+                ahead = from_open(&jet.only(LATE), step, clear, || rounding);
             }
             if let Ahead::Dips { near } = ahead {
                 let (lowest, met) =
@@ -405,7 +417,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             // A flight of few steps is farthest from its stop half-way.
             let followed = &mut self.gaps[stop];
             let far = followed.jet.value(0.5 * at).abs();
-            followed.widen([far; 2]);
+            followed.widen(far, far);
         }
         Ok(earliest)
     }

@@ -2,6 +2,7 @@
 //! start, with all higher terms in the remainder (theory 8).
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
+use crate::contact::walk::ROUNDING;
 use crate::flow::jet::Jet;
 use crate::flow::taylor::ROWS;
 use crate::flow::{Motion, TERM_ROUNDINGS};
@@ -259,7 +260,7 @@ impl GapSeries {
             let ahead = if order > 0 {
                 from_contact(&jet, order, step, self.rounding())
             } else {
-                from_open(&jet, step, rounding)
+                from_open(&jet, step, rounding.max(ROUNDING * jet.size), || rounding)
             };
             match ahead {
                 Ahead::Clear => {}

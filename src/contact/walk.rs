@@ -65,8 +65,7 @@ impl<F: LinearFlow> Ladder<F> {
     /// The step of a level.
     #[inline]
     pub fn step(&self, level: usize) -> f64 {
-        // A power of two by its exponent.
-        self.longest * f64::from_bits(((1023 + DOUBLINGS - level) as u64) << 52)
+        step_of(self.longest, level)
     }
 
     /// The first level whose step does not exceed a span.
@@ -84,7 +83,6 @@ impl<F: LinearFlow> Ladder<F> {
     /// on a block, at the most.
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
-        let step = self.step(level);
         let (rungs, place) = if level >= DOUBLINGS {
             (&mut self.rungs, level - DOUBLINGS)
         } else {
@@ -98,11 +96,18 @@ impl<F: LinearFlow> Ladder<F> {
             rungs.resize_with(place + 1, || None);
         }
         let mut propagator = F::Propagator::default();
-        flow.prepare(step, &mut propagator);
+        flow.prepare(step_of(self.longest, level), &mut propagator);
         flow.advance(&propagator, state);
         rungs[place] = Some(propagator);
         Some(state.len().pow(3))
     }
+}
+
+/// The step of a level on a ladder whose longest is given.
+#[inline]
+fn step_of(longest: f64, level: usize) -> f64 {
+    // A power of two by its exponent.
+    longest * f64::from_bits(((1023 + DOUBLINGS - level) as u64) << 52)
 }
 
 /// What the search of a whole flight found.

@@ -164,6 +164,11 @@ impl GapRow {
         (TERM_ROUNDINGS * terms).max(self.relative * jet.size)
     }
 
+    /// What rounding leaves unknown of a gap at the most, relative to the size of its terms: its two are sums of them all.
+    pub fn relative_rounding(&self) -> f64 {
+        TERM_ROUNDINGS.max(self.relative)
+    }
+
     /// What rounding leaves unknown of a gap at the end of a short step: at a start from rest at zero the terms grow from zero.
     pub fn rounding_after(&self, derivatives: &[Derivatives], step: f64) -> f64 {
         self.relative * self.size_of(derivatives, |d| d.after(step))
@@ -209,7 +214,8 @@ impl GapRow {
         }
         if let (Some([by_cos, by_sin]), Some(d)) = (self.turning, derivatives.last()) {
             // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.
-            size += by_cos + by_sin * (d.z[1].abs() + (-d.z[0]).max(0.0));
+            let [cos, sin] = d.z;
+            size += by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos));
         }
         Jet {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],

@@ -2,6 +2,9 @@
 //! what follows from it on `0 <= r <= span`, proved by the Bernstein form: a polynomial is no smaller than its least
 //! Bernstein coefficient (theory 8).
 
+/// A step of Newton's method this small, relative to the span, is the last.
+const SHARP: f64 = 1e-8;
+
 /// Taylor coefficients of a gap to third order, and the bound on the rest.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Jet {
@@ -177,13 +180,16 @@ impl Jet {
                 high = r;
             }
             let slope = self.c[1] + r * (2.0 * self.c[2] + 3.0 * r * self.c[3]);
-            let next = r - value / slope;
-            let next = if next > low && next < high {
-                next
+            let wanted = r - value / slope;
+            let is_inside = wanted > low && wanted < high;
+            let next = if is_inside {
+                wanted
             } else {
                 0.5 * (low + high)
             };
-            if (next - r).abs() <= 1e-15 * span {
+            // The error of Newton's method is the square of its step.
+            let sharp = if is_inside { SHARP } else { f64::EPSILON };
+            if (next - r).abs() <= sharp * span {
                 return next;
             }
             r = next;
