@@ -76,6 +76,9 @@ pub(crate) struct GapRow {
     /// Bound on the forcing's own part of the fourth derivative, constant and growing with time.
     forced: f64,
     forced_growth: f64,
+    /// The pairs that decay without turning, without weights: their places, and rows whose sizes on the third derivative bound what
+    /// they add to the gap's fourth from then on.
+    decaying: Vec<(usize, [Pair; 2])>,
     /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
     turning: Option<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
@@ -101,9 +104,16 @@ impl GapRow {
             rest,
             forced,
             forced_growth,
+            decaying: Vec::new(),
             turning: None,
             relative: SUM_ROUNDINGS,
         }
+    }
+
+    /// With pairs that decay without turning, by their places, and the rows that bound what they add to the fourth derivative.
+    pub fn with_decaying(mut self, decaying: Vec<(usize, [Pair; 2])>) -> Self {
+        self.decaying = decaying;
+        self
     }
 
     /// With rows that are known to a part of their sizes only.
@@ -211,6 +221,10 @@ impl GapRow {
             c[3] -= r[0] * d.d3[0] + r[1] * d.d3[1];
             quartic += weight * d.norm;
             size += terms[0].abs() + terms[1].abs();
+        }
+        for (place, [slow, fast]) in &self.decaying {
+            let [x, y] = derivatives[*place].d3;
+            quartic += (slow[0] * x + slow[1] * y).abs() + (fast[0] * x + fast[1] * y).abs();
         }
         if let (Some([by_cos, by_sin]), Some(d)) = (self.turning, derivatives.last()) {
             // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.

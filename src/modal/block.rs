@@ -247,6 +247,51 @@ impl Block {
             },
         }
     }
+
+    /// The parts along the eigenvectors E of a block that decays without turning, none of which grows; none of a block whose roots
+    /// are so near each other that the parts cancel.
+    pub fn parts(self) -> Option<BlockParts> {
+        let roots = self.roots();
+        if roots.iter().any(|l| l.im != 0.0 || l.re > 0.0) {
+            return None;
+        }
+        let [slow, fast] = roots.map(|l| l.re);
+        match self {
+            Self::Oscillator { .. } if fast <= 2.0 * slow && fast < 0.0 => {
+                let apart = slow - fast;
+                Some(BlockParts {
+                    rows: [[-fast / apart, 1.0 / apart], [slow / apart, -1.0 / apart]],
+                    images: [[slow, slow * slow], [fast, fast * fast]],
+                })
+            }
+            Self::Decays { roots: [a, b] } => Some(BlockParts {
+                rows: [[1.0, 0.0], [0.0, 1.0]],
+                images: [[a, 0.0], [0.0, b]],
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// See [`Block::parts`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BlockParts {
+    /// Row by row what takes the parts from the unknowns.
+    rows: Matrix,
+    /// The unknowns that are one part alone, each times its root: the columns of `A E`.
+    images: [Pair; 2],
+}
+
+impl BlockParts {
+    /// Rows whose sizes on a third derivative bound, for good, what the block adds to the fourth derivative of a quantity that is
+    /// a row of its unknowns.
+    pub fn fourth_derivatives(&self, row: Pair) -> [Pair; 2] {
+        [0, 1].map(|part| {
+            let image = self.images[part];
+            let share = row[0] * image[0] + row[1] * image[1];
+            self.rows[part].map(|x| share * x)
+        })
+    }
 }
 
 /// See [`Block::norm`].
