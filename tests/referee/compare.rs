@@ -8,7 +8,7 @@ use crate::invariants;
 use crate::labels::Labels;
 use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
-use crate::record::{Hit, Stretch};
+use crate::record::{Hit, Record, Stretch};
 use crate::reference::{FEW, MANY, Reference, allowance, reference};
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -103,10 +103,20 @@ impl First {
 }
 
 fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
+    let theirs = seen(case, run, &reference.model);
+    difference_from(case, run, reference, &theirs)
+}
+
+/// The first difference of what the library saw from what the referee did.
+pub fn difference_from(
+    case: &Case,
+    run: &Trajectory,
+    reference: &Reference,
+    theirs: &Record,
+) -> Option<Difference> {
     let main = &reference.main;
     let counting = reference.counting(case);
     let (tick, slack) = (counting.tick(), counting.slack());
-    let theirs = seen(case, run, &reference.model);
     // Up to here decisions are compared; an impact just before the horizon may be just behind it.
     let (horizon, reason) = reference.horizon;
     // Where the runs aside part, a run with a few times their errors has parted a little earlier.
