@@ -8,6 +8,9 @@ use crate::modal::propagation::{Matrix, Propagation};
 use crate::modal::regime::{Regime, over_load_response, regime, under_one_minus_cp};
 use nalgebra::Complex;
 
+/// Of a block that has turned by less, one unknown sees a force on the other as a difference that cancels.
+const TURNED: f64 = 0.25;
+
 /// The complex response of a pair to `e^{i phase}`.
 pub(crate) type Response = [Complex<f64>; 2];
 
@@ -156,31 +159,32 @@ impl Block {
                 turn * y[1] - (y[0] * p[1][0] + y[1] * p[1][1]),
             ];
         }
-        // x(l, w) = int_0^t e^{l (t - r)} e^{i w r} dr
-        let exposed = |l: Complex<f64>, w: f64| {
-            Complex::new(0.0, w * t).exp() * t * phi1((l - Complex::new(0.0, w)) * t)
-        };
+        let from_input = |l: Complex<f64>| (l - Complex::new(0.0, w)) * t;
+        // int_0^t e^{l (t - r)} e^{i w r} dr
+        let exposed = |l| turn * t * phi1(from_input(l));
         match self {
             Self::Oscillator { .. } => {
                 debug_assert!(
                     f[0].norm() == 0.0,
                     "a force acts on the velocity of a real mode"
                 );
-                let z = roots.map(|l| (l - Complex::new(0.0, w)) * t);
-                let y = turn * (t * t) * phi1_divided(z[0], z[1]);
-                [f[1] * y, f[1] * (roots[0] * y + exposed(roots[1], w))]
+                let [z1, z2] = roots.map(from_input);
+                let y = turn * (t * t) * phi1_divided(z1, z2);
+                [f[1] * y, f[1] * (roots[0] * y + exposed(roots[1]))]
             }
-            Self::Spiral { .. } => {
-                // The input f0 + i f1 turns both ways in the complex plane of the root.
-                let i = Complex::new(0.0, 1.0);
-                let forward = (f[0] + i * f[1]) * 0.5 * exposed(roots[0], w);
-                let backward = (f[0].conj() + i * f[1].conj()) * 0.5 * exposed(roots[0], -w);
-                [
-                    forward + backward.conj(),
-                    -i * forward + (-i * backward).conj(),
-                ]
+            Self::Spiral { omega, .. } => {
+                // int_0^t e^{sigma (t - r)} (cos, sin)(omega (t - r)) e^{i w r} dr
+                let [ahead, behind] = roots.map(exposed);
+                let cos = (ahead + behind) * 0.5;
+                let sin = if (omega * t).abs() > TURNED {
+                    (ahead - behind) * Complex::new(0.0, -0.5)
+                } else {
+                    let [z1, z2] = roots.map(from_input);
+                    turn * (omega * t * t) * phi1_divided(z1, z2)
+                };
+                [f[0] * cos - f[1] * sin, f[0] * sin + f[1] * cos]
             }
-            Self::Decays { .. } => [f[0] * exposed(roots[0], w), f[1] * exposed(roots[1], w)],
+            Self::Decays { .. } => [f[0] * exposed(roots[0]), f[1] * exposed(roots[1])],
         }
     }
 
@@ -367,6 +371,35 @@ mod tests {
                             assert!(
                                 error < 4e-14 * (1.0 + exact.amax()),
                                 "{block:?} w {w} t {t} ({i}, {j}): {error:e}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_block_that_hardly_turns_is_forced_as_an_oscillator_is() {
+        // The second unknown of a spiral pushed at its first, over omega: the place of an oscillator.
+        let f = Complex::new(0.7, -0.2);
+        for sigma in [0.0, -0.3, 0.2] {
+            for omega in [2e-8, 1e-4, 0.03, 0.7, 4.0] {
+                let spiral = Block::Spiral { sigma, omega };
+                let oscillator = Block::Oscillator {
+                    w2: sigma * sigma + omega * omega,
+                    eta: -sigma,
+                };
+                for w in [1e-3, 0.122, 2.0] {
+                    for t in [1e-3, 0.1, 0.35, 2.0] {
+                        let place = spiral.forced(t, w, [f, 0.0.into()])[1] / omega;
+                        let speed = spiral.forced(t, w, [0.0.into(), f])[0] / omega;
+                        let other = oscillator.forced(t, w, [0.0.into(), f])[0];
+                        for (place, sign) in [(place, 1.0), (speed, -1.0)] {
+                            let off = (place * sign - other).norm();
+                            assert!(
+                                off < 1e-14 * other.norm(),
+                                "{spiral:?} w {w} t {t}: {off:e} of {other:e}"
                             );
                         }
                     }

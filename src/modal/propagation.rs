@@ -187,6 +187,15 @@ mod tests {
                 sigma: -0.1,
                 omega: 2.0,
             },
+            // Slow beside the time, so that one unknown of a load on the other is a small part of its response.
+            Block::Spiral {
+                sigma: 0.0,
+                omega: 2e-8,
+            },
+            Block::Spiral {
+                sigma: -0.2,
+                omega: 1e-6,
+            },
             Block::Decays {
                 roots: [-0.2, -3.0],
             },
