@@ -152,9 +152,11 @@ pub(crate) struct Search<'f, F: LinearFlow> {
     pub n_gap_evaluations: usize,
 }
 
-/// What a search saw of a flight: the stops and their extents, and the evaluations of gaps and forces.
+/// What a search saw of a flight: the stops with their extents and what rounding left unknown of their gaps at the end, and the
+/// evaluations of gaps and forces.
 pub(crate) struct Seen {
     pub extents: Vec<(usize, [f64; 2])>,
+    pub roundings: Vec<(usize, f64)>,
     pub n_gap_evaluations: usize,
 }
 
@@ -228,9 +230,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
     }
 
     /// Takes over what another search saw of the last flight.
-    pub fn saw(&mut self, other: Seen) {
+    pub fn saw(&mut self, other: &Seen) {
         self.n_gap_evaluations += other.n_gap_evaluations;
-        for (stop, extent) in other.extents {
+        for &(stop, extent) in &other.extents {
             self.gaps[stop].extent = extent;
         }
     }

@@ -63,8 +63,10 @@ impl StuckMotion {
             over_mass(system.damping().to_dense()),
         );
         let (own, drawn) = (system.solve_mass(system.load()), &stiffness * &anchor);
-        let sizes = own.abs() + drawn.abs();
-        let (load, force) = (own - drawn, system.solve_mass_complex(&scene.amplitude));
+        // A spring between coordinates that stand where it is at rest pulls at neither.
+        let sizes = own.abs() + stiffness.abs() * anchor.abs();
+        let load = without_rounding(&(own - drawn), &sizes);
+        let force = system.solve_mass_complex(&scene.amplitude);
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();

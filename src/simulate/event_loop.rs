@@ -308,6 +308,7 @@ impl EventLoop {
     ) -> Resolved {
         self.touching.clear();
         self.still.clear();
+        let arrived = mover.gap(reached);
         for stop in 0..mover.n_stops() {
             self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
             self.reaches[stop] = self.reaches[stop].max(mover.reach(stop));
@@ -323,9 +324,8 @@ impl EventLoop {
             }
         }
         // Flight after low flight the stop would be reached a rounding lower.
-        let state = mover.gap(reached);
-        let is_low = state.speed.powi(2) < MOST_SUNK * (state.acceleration * state.gap).abs();
-        if is_low && state.gap < -mover.rounding(reached) {
+        let is_low = arrived.speed.powi(2) < MOST_SUNK * (arrived.acceleration * arrived.gap).abs();
+        if is_low && arrived.gap < -mover.rounding(reached) {
             mover.raise(reached)?;
             mover.look()?;
         }

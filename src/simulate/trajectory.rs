@@ -160,7 +160,8 @@ impl Trajectory {
         let within = |time: f64| time.clamp(self.span.0, self.span.1);
         let mut all = Vec::with_capacity(kept.segments.len());
         for (k, segment) in kept.segments.iter().enumerate() {
-            let pieces = &kept.pieces[kept.pieces_of(k)];
+            let range = kept.pieces_of(k);
+            let (pieces, next) = (&kept.pieces[range.clone()], kept.pieces.get(range.end));
             let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else {
                 continue;
             };
@@ -170,11 +171,13 @@ impl Trajectory {
             if segment.stops.is_empty() && is_side {
                 continue;
             }
+            // A part ends where the next one begins, to the last digit.
+            let end = next.map_or_else(|| last.clock.after(last.span), |next| next.clock);
             let whole = Segment {
                 kind: segment.kind,
                 stop: None,
                 start: within(first.clock.time()),
-                end: within(last.clock.after(last.span).time()),
+                end: within(end.time()),
             };
             all.push((whole, segment.stops.as_slice()));
         }

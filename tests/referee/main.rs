@@ -123,8 +123,9 @@ const FOUND: [(u64, &[u64]); 35] = [
     (129, &[2032, 10457]),
     // What two stops bring to rest at once; accumulating impacts that last for few units of the last place of their time.
     (130, &[16962, 29273, 30628, 37731, 57168, 58904]),
-    // A motion that its reactions feed without end.
-    (131, &[66661]),
+    // Motions that their reactions feed; stops at one place that fast forcing hides; free bodies that rounding holds; chatter that ends
+    // where sticking begins.
+    (131, &[66661, 72550, 84685, 91524, 94765]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

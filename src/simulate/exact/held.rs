@@ -102,7 +102,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         };
         let (next, seen, touches) =
             with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
-        self.search.saw(seen);
+        self.search.saw(&seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
@@ -120,6 +120,10 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         });
         let (q, v) = motion.carry(angle, time, &q, &v);
         self.put((&q, &v), time);
+        // The sums that gave the position were those of this flight.
+        for (stop, rounding) in seen.roundings {
+            self.placed[stop] = self.placed[stop].max(rounding);
+        }
         self.look()?;
         Ok(match next {
             None => Arrival::End,
@@ -183,12 +187,15 @@ impl Course<'_> {
         let touches = touches.collect();
         let found = found.map(|(place, time)| (events[place], time));
         let gaps = events.iter().enumerate();
-        let extents = gaps.filter_map(|(place, event)| match event {
-            Event::Contact(stop) => Some((*stop, search.extent(place))),
+        let gaps = gaps.filter_map(|(place, event)| match event {
+            Event::Contact(stop) => Some((*stop, place)),
             Event::Release(_) => None,
         });
+        let extent = |(stop, place)| (stop, search.extent(place));
+        let rounding = |(stop, place)| (stop, search.rounding(place));
         let seen = Seen {
-            extents: extents.collect(),
+            extents: gaps.clone().map(extent).collect(),
+            roundings: gaps.map(rounding).collect(),
             n_gap_evaluations: search.n_gap_evaluations,
         };
         Ok((found, seen, touches))
