@@ -2,7 +2,7 @@
 //! hangs on rounding, is left as it is.
 
 use crate::case::Case;
-use crate::compare::difference_from;
+use crate::compare::compare_with;
 use crate::double_double::Dd;
 use crate::hits::Counting;
 use crate::library::{library, seen};
@@ -60,8 +60,8 @@ fn missed(
     let is_missed = |(name, alter): &Alteration| {
         let mut altered = seen.clone();
         alter(&mut altered.hits, k, by);
-        let found = difference_from(case, run, reference, &altered);
-        found.is_none().then_some(*name)
+        let found = compare_with(case, run, reference, &altered);
+        found.difference.is_none().then_some(*name)
     };
     OF_HITS.iter().filter_map(is_missed).collect()
 }

@@ -10,9 +10,10 @@ use crate::lasting::compare_sticks;
 use crate::library::{library, seen};
 use crate::record::{Hit, Record, Stretch};
 use crate::reference::{FEW, MANY, Reference, allowance, reference};
+use crate::states::{Sides, compare_states};
 use std::collections::VecDeque;
 use std::time::Instant;
-use vibroimpact::{ImpactSide, SegmentKind, Status, Trajectory};
+use vibroimpact::{SegmentKind, Status, Trajectory};
 
 pub struct Difference {
     pub class: String,
@@ -58,21 +59,21 @@ pub fn judge(case: &Case) -> Verdict {
         Err(difference) => return Verdict::Disagree(vec![difference]),
     };
     let mut differences = invariants::check(case, &scene, &run, &reference);
-    let mut first = first_difference(case, &run, &reference);
-    if first.is_some() {
+    let mut compared = compare(case, &run, &reference);
+    if compared.difference.is_some() {
         // Two runs beside it may have been near by chance.
         reference = crate::reference::reference(case, MANY);
-        first = first_difference(case, &run, &reference);
+        compared = compare(case, &run, &reference);
     }
-    if first.is_some() {
+    if compared.difference.is_some() {
         // An impact of one may be left out just where one of the other is not; and what some runs aside show is an estimate.
         reference.wide = 2.0;
-        first = first_difference(case, &run, &reference);
+        compared = compare(case, &run, &reference);
     }
-    differences.extend(first);
-    let part = reference.horizon.0 / (case.span.1 - case.span.0);
+    differences.extend(compared.difference);
+    let (end, why) = compared.end.unwrap_or(reference.horizon);
     if differences.is_empty() {
-        Verdict::Agree(part, reference.horizon.1)
+        Verdict::Agree(end / (case.span.1 - case.span.0), why)
     } else {
         Verdict::Disagree(differences)
     }
@@ -102,18 +103,25 @@ impl First {
     }
 }
 
-fn first_difference(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
-    let theirs = seen(case, run, &reference.model);
-    difference_from(case, run, reference, &theirs)
+/// What a comparison found.
+pub struct Compared {
+    pub difference: Option<Difference>,
+    /// Where it ended before the horizon, and why.
+    end: Option<(f64, Option<&'static str>)>,
 }
 
-/// The first difference of what the library saw from what the referee did.
-pub fn difference_from(
+fn compare(case: &Case, run: &Trajectory, reference: &Reference) -> Compared {
+    let theirs = seen(case, run, &reference.model);
+    compare_with(case, run, reference, &theirs)
+}
+
+/// What the library saw beside what the referee did.
+pub fn compare_with(
     case: &Case,
     run: &Trajectory,
     reference: &Reference,
     theirs: &Record,
-) -> Option<Difference> {
+) -> Compared {
     let main = &reference.main;
     let counting = reference.counting(case);
     let (tick, slack) = (counting.tick(), counting.slack());
@@ -123,6 +131,7 @@ pub fn difference_from(
     let before = if reason.is_some() { 1e-3 } else { 1e-6 };
     let just_before = |end: f64| end * (1.0 - 1e-9) - before / reference.model.rate - 2.0 * tick;
     let mut until = just_before(horizon);
+    let mut end = None;
     let mut first = First::default();
     let is_short = match run.status() {
         Status::Finished => run.span().1 != case.span.1,
@@ -140,6 +149,13 @@ pub fn difference_from(
         let class = format!("status {}", run.status().name());
         first.report(reached, class, run.message());
     }
+    let mut dark = theirs.chatters.iter();
+    if let Some(chatter) = dark.find(|c| counting.ends_in_the_dark(c, &main.hits))
+        && chatter.start < until
+    {
+        until = just_before(chatter.start);
+        end = Some((chatter.start, Some("flights as low as gaps are known to")));
+    }
     let chatters = [&main.chatters[..], &theirs.chatters[..]];
     let sticks = [&main.sticks[..], &theirs.sticks[..]];
     let my_hits = counting.counted(&main.hits, &chatters, &sticks);
@@ -151,7 +167,7 @@ pub fn difference_from(
     };
     let hits = (&my_hits[..], &their_hits[..]);
     let ends = [chatters.concat(), sticks.concat()].concat();
-    let (drifts, until) = compare_hits(
+    let (drifts, graze) = compare_hits(
         case,
         reference,
         hits,
@@ -159,6 +175,10 @@ pub fn difference_from(
         &completed,
         &mut first,
     );
+    if let Some(time) = graze {
+        until = time;
+        end = Some((time, Some("a graze that one of them counts as an impact")));
+    }
     let labels = Labels {
         case,
         run,
@@ -174,48 +194,28 @@ pub fn difference_from(
         &labels,
         &mut first,
     );
-    for (k, &t) in reference.times.iter().enumerate() {
-        let since = (Dd::from(t) - Dd::from(case.span.0)).to_f64();
-        let is_at =
-            |h: &Hit| (h.time.to_f64() - since).abs() <= slack + 10.0 * counting.time_rounding(h);
-        let mut chatters = theirs.chatters.iter().chain(&main.chatters);
-        let is_beside = my_hits.iter().any(is_at)
-            || chatters.any(|c| since > c.start - slack && since < c.end + slack)
-            || (theirs.sticks.iter()).any(|c| (since - c.end).abs() < tick);
-        if since >= until || since > reached || is_beside || k >= main.samples.len() {
-            continue;
-        }
-        let Ok((q, v)) = run.state(t, ImpactSide::After) else {
-            first.report(since, "state refused", &format!("at {t:?}"));
-            break;
-        };
-        let x: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
-        let off = reference.distance(&main.samples[k], &x);
-        let drift = drifts
-            .iter()
-            .rev()
-            .find(|d| d.0 <= since)
-            .map_or(0.0, |d| d.1);
-        let base = allowance(case).base + completed(since) + drift / reference.v_unit;
-        // A state is asked for at a double: the motion there goes on by as much in half a unit of its last place.
-        let (q, v) = (reference.q_unit, reference.v_unit);
-        let fastest = reference.model.rate * (reference.model.rate * q / v).max(1.0);
-        let read = f64::EPSILON * t.abs() * fastest;
-        let n_impacts = main.hits.partition_point(|h| h.time.to_f64() < since);
-        let allowed =
-            biased(case, reference, n_impacts, since) * (reference.deviation(k) + base) + read;
-        if off > reference.wide * allowed || off.is_nan() {
-            let mine = &main.samples[k];
-            let detail =
-                format!("{off:e} off, allowed {allowed:e}: referee {mine:?}, library {x:?}");
-            first.report(since, "state", &detail);
-            break;
-        }
+    let sides = Sides {
+        run,
+        theirs,
+        hits: &my_hits,
+        drifts: &drifts,
+    };
+    compare_states(
+        case,
+        reference,
+        &sides,
+        until.min(reached),
+        &completed,
+        &mut first,
+    );
+    Compared {
+        difference: first.0.map(|f| f.1),
+        end,
     }
-    first.0.map(|f| f.1)
 }
 
-/// Impacts that count, the referee's and the library's. Returns their times, and what rounding of the gaps has done to speeds.
+/// Impacts that count, the referee's and the library's. Returns their times, and what rounding of the gaps has done to speeds; and the
+/// time of a graze that ends the comparison.
 fn compare_hits(
     case: &Case,
     reference: &Reference,
@@ -223,7 +223,7 @@ fn compare_hits(
     (until, ends): (f64, &[Stretch]),
     completed: &dyn Fn(f64) -> f64,
     first: &mut First,
-) -> (Vec<(f64, f64)>, f64) {
+) -> (Vec<(f64, f64)>, Option<f64>) {
     let (counting, rate) = (reference.counting(case), reference.model.rate);
     let mut drift = Drift::new(case.stops.len());
     let mut recent = Recent::default();
@@ -254,7 +254,7 @@ fn compare_hits(
             let hit = if is_mine { a } else { b }.expect("the earlier one");
             // However slow, what an impact in a dip changes may grow.
             if is_graze(hit) {
-                return (drifts, hit.time.to_f64());
+                return (drifts, Some(hit.time.to_f64()));
             }
             if hit.approach < 10.0 * counting.speed_floor(hit.stop)
                 || counting.may_be_completed(hit, ends)
@@ -275,7 +275,7 @@ fn compare_hits(
         }
         let (a, b) = (a.expect("same"), b.expect("same"));
         if case.by_method(false, true) && is_graze(a) {
-            return (drifts, a.time.to_f64());
+            return (drifts, Some(a.time.to_f64()));
         }
         let (late, fast) = drift.next(&counting, a, i.checked_sub(1).map(|k| &mine[k]));
         known = 10.0 * late;
@@ -319,7 +319,7 @@ fn compare_hits(
         drifts.push((time, 4.0 * fast));
         (i, j) = (i + 1, j + 1);
     }
-    (drifts, until)
+    (drifts, None)
 }
 
 /// Deviations of the last few impacts: one alone may be small by chance.
@@ -340,7 +340,7 @@ impl Recent {
 /// How many times farther than the runs aside an answer may be off after some impacts and time: their errors are at random and add
 /// up as roots do, those of an answer, made at each impact and in each step, may all have one sign. Steps change the energy of a motion
 /// beside the stop at which it began, which these runs keep.
-fn biased(case: &Case, reference: &Reference, n_impacts: usize, since: f64) -> f64 {
+pub fn biased(case: &Case, reference: &Reference, n_impacts: usize, since: f64) -> f64 {
     let n_steps = case.by_method(0.0, reference.model.rate * since);
     (n_impacts as f64 + n_steps)
         .sqrt()

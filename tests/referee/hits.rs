@@ -4,6 +4,7 @@
 
 use crate::case::Case;
 use crate::record::{Hit, Stretch};
+use vibroimpact::Method;
 
 /// To what part of its terms a gap is known in doubles: some 16 units of rounding, as theory 8 has it.
 pub const GAP_ROUNDING: f64 = 4e-15;
@@ -51,6 +52,16 @@ impl Counting<'_> {
         relative * self.size(stop)
     }
 
+    /// The same where the gap is a sum over modes: complex ones lose a digit more.
+    fn modal_rounding(&self, stop: usize) -> f64 {
+        let lost = if self.case.has_real_modes() {
+            1.0
+        } else {
+            10.0
+        };
+        lost * self.gap_rounding(stop)
+    }
+
     /// Slower approaches are rounding.
     pub fn speed_floor(&self, stop: usize) -> f64 {
         let relative = self.case.by_method(1e-13, 10.0 * self.case.rtol);
@@ -59,13 +70,7 @@ impl Counting<'_> {
 
     /// To what the time of an impact is known; of one that hardly closes its gap, to the time the gap stays within rounding.
     pub fn time_rounding(&self, hit: &Hit) -> f64 {
-        // Complex modes lose a digit more.
-        let lost = if self.case.has_real_modes() {
-            1.0
-        } else {
-            10.0
-        };
-        let depth = lost * self.gap_rounding(hit.stop);
+        let depth = self.modal_rounding(hit.stop);
         let slow = (2.0 * depth * hit.curvature.abs()).sqrt();
         let floor = if slow.is_finite() { slow } else { 0.0 };
         // An impact that others of the same instant made has no approach of its own.
@@ -79,9 +84,19 @@ impl Counting<'_> {
             return 0.0;
         }
         let e = (hit.departure / hit.approach).min(1.0);
-        let flight = (8.0 * self.gap_rounding(hit.stop) / hit.curvature.abs()).sqrt();
+        let flight = (8.0 * self.modal_rounding(hit.stop) / hit.curvature.abs()).sqrt();
         // Where hardly anything draws the stop back, its acceleration becomes another meanwhile.
         (flight / (1.0 - e)).min(0.1 / self.rate)
+    }
+
+    /// Whether the flights that end a series of accumulating impacts, as low as exact gaps are known to, take longer than times may
+    /// differ: when it is over is nobody's then, nor what such a motion does later.
+    pub fn ends_in_the_dark(&self, chatter: &Stretch, hits: &[Hit]) -> bool {
+        let apart = |h: &Hit| (h.time.to_f64() - chatter.start).abs();
+        let of_stop = hits.iter().filter(|h| h.stop == chatter.stop);
+        let nearest = of_stop.min_by(|g, h| apart(g).total_cmp(&apart(h)));
+        let lasts_long = |h: &Hit| self.lowest(h) > 1e-3 / self.rate;
+        self.case.method == Method::Exact && nearest.is_some_and(lasts_long)
     }
 
     /// How long the rest of a geometric series of impacts takes that may be completed here.

@@ -78,6 +78,18 @@ fn put_in_order(sticks: &mut [Stretch], together: f64) {
     }
 }
 
+/// Joins a lasting contact with the next one at its plane, where it breaks for hardly longer than what counts: the other run has had
+/// less. Whether there is such a one.
+fn go_on((sticks, place): (&mut Vec<Stretch>, usize), shortest: f64) -> bool {
+    let Stretch { stop, end, .. } = sticks[place];
+    let is_next = |s: &Stretch| s.stop == stop && s.start - end <= shortest;
+    let Some(next) = sticks[place + 1..].iter().position(is_next) else {
+        return false;
+    };
+    sticks[place].end = sticks.remove(place + 1 + next).end;
+    true
+}
+
 /// Leaves out the first lasting contact of one of two runs up to a time.
 fn begin_later(
     (mine, theirs): (&mut [Stretch], &mut [Stretch]),
@@ -220,6 +232,15 @@ fn nearest<'a>(sticks: &'a [Stretch], one: &Stretch) -> Option<&'a Stretch> {
     same.min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
+/// To what part of a radian times are known: a series that is completed is known to the tolerance, and so is what follows it.
+fn known_to(case: &Case, chatters: &[Stretch], time: f64) -> f64 {
+    if case.method == Method::Exact && chatters.iter().all(|c| c.start > time) {
+        1e-10
+    } else {
+        (10.0 * case.rtol).max(1e-10)
+    }
+}
+
 pub fn compare_sticks(
     case: &Case,
     reference: &Reference,
@@ -238,14 +259,6 @@ pub fn compare_sticks(
         .map(|r| by_plane(&r.sticks))
         .collect();
     let rate = reference.model.rate;
-    // A series that is completed is known to the tolerance, and so is what follows it.
-    let tolerance = |time: f64| {
-        if case.method == Method::Exact && chatters.iter().all(|c| c.start > time) {
-            1e-10
-        } else {
-            (10.0 * case.rtol).max(1e-10)
-        }
-    };
     // What begins just before the horizon may go on behind it, in pieces that make one.
     let until = until - 1e2 * slack;
     let (mut k, mut j) = (0, 0);
@@ -257,8 +270,8 @@ pub fn compare_sticks(
         }
         let details = format!("lasting contact {k}: referee {a:?}, library {b:?}");
         let is_same = a.zip(b).is_some_and(|(a, b)| {
-            let known = 1e-3 / rate + rest_before(reference, case, a);
-            a.stop == b.stop && (a.start - b.start).abs() < known
+            a.stop == b.stop
+                && (a.start - b.start).abs() < 1e-3 / rate + rest_before(reference, case, a)
         });
         if !is_same {
             let is_mine = start(a) <= start(b);
@@ -290,21 +303,23 @@ pub fn compare_sticks(
             };
             return first.report(start(a).min(start(b)), class, &details);
         }
-        let (a, b) = (a.expect("same"), b.expect("same"));
+        let (a, b) = (mine[k].clone(), theirs[j].clone());
         let aside = |f: &dyn Fn(&Stretch) -> f64| {
             beside
                 .iter()
-                .filter_map(|r| nearest(r, a))
-                .map(|s| (f(s) - f(a)).abs())
+                .filter_map(|r| nearest(r, &a))
+                .map(|s| (f(s) - f(&a)).abs())
                 .fold(0.0, f64::max)
         };
         // A force that falls slowly ends at a time as uncertain as the force is over its slope: the runs aside know.
         let allowed = |f: &dyn Fn(&Stretch) -> f64| {
-            reference.wide * (100.0 * (aside(f) + tolerance(f(a).max(f(b))) / rate) + 10.0 * slack)
+            reference.wide
+                * (100.0 * (aside(f) + known_to(case, chatters, f(&a).max(f(&b))) / rate)
+                    + 10.0 * slack)
         };
         let early = 0.1 * longest(chatters, a.start.max(b.start))
-            + rest_before(reference, case, a)
-            + slowness_at(reference, case, a);
+            + rest_before(reference, case, &a)
+            + slowness_at(reference, case, &a);
         let is_late = (a.start - b.start).abs() > allowed(&|s| s.start) + early;
         let late = (a.start.min(b.start), a.start.max(b.start));
         if is_late && !labels.is_nobodys(a.stop, late, a.start < b.start) {
@@ -313,6 +328,14 @@ pub fn compare_sticks(
         let (sooner, later) = (a.end.min(b.end), a.end.max(b.end).min(until));
         let differs = later - sooner > allowed(&|s| s.end);
         let is_mine = a.end > b.end;
+        let shorter = if is_mine {
+            (&mut theirs, j)
+        } else {
+            (&mut mine, k)
+        };
+        if differs && go_on(shorter, 2.0 * slack) {
+            continue;
+        }
         if differs && !labels.is_nobodys(a.stop, (sooner, later), is_mine) {
             // The other run may have it again: only what lies between is nobody's then.
             let others = if is_mine {

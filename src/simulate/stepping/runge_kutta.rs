@@ -7,7 +7,7 @@ use super::{FreeFlight, StepMover};
 use crate::error::Result;
 use crate::flow::runge_kutta::{Dense, State, Tolerance};
 use crate::flow::step_size::{first_step, trial_step};
-use crate::model::Dynamics;
+use crate::model::{Dynamics, GapValue};
 use crate::simulate::Keep;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::SegmentKind;
@@ -389,17 +389,35 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             }
             self.arrive(h);
             self.stepper.go_on();
-            std::mem::swap(&mut self.gaps, &mut self.ahead);
-            for (extent, gap) in self.extents.iter_mut().zip(&self.gaps) {
-                *extent = extent.max(gap.size);
-            }
+            self.advance_gaps();
             starts = None;
             if is_last {
                 break Arrival::End;
             }
+            if IS_HELD && self.has_strayed() {
+                self.settle(&self.holding.clone())?;
+                self.begin(dynamics)?;
+            }
         };
         self.keep_grazes(&arrival, record);
         Ok(arrival)
+    }
+
+    /// The gaps ahead are those here now.
+    fn advance_gaps(&mut self) {
+        std::mem::swap(&mut self.gaps, &mut self.ahead);
+        for (extent, gap) in self.extents.iter_mut().zip(&self.gaps) {
+            *extent = extent.max(gap.size);
+        }
+    }
+
+    /// Whether steps have led off a stop that is held, by more than they may: their errors add up where nothing draws them back.
+    fn has_strayed(&self) -> bool {
+        let is_off = |&stop: &usize| {
+            let GapValue { gap, size, .. } = self.gaps[stop];
+            gap.abs() > self.tolerance(stop, size)
+        };
+        self.holding.iter().any(is_off)
     }
 
     /// Keeps the touches of a segment; a step may have seen some behind what ended it.
