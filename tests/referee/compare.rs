@@ -167,7 +167,7 @@ pub fn compare_with(
     };
     let hits = (&my_hits[..], &their_hits[..]);
     let ends = [chatters.concat(), sticks.concat()].concat();
-    let (drifts, graze) = compare_hits(
+    let (drifts, rounding) = compare_hits(
         case,
         reference,
         hits,
@@ -175,9 +175,9 @@ pub fn compare_with(
         &completed,
         &mut first,
     );
-    if let Some(time) = graze {
+    if let Some(time) = rounding {
         until = time;
-        end = Some((time, Some("a graze that one of them counts as an impact")));
+        end = Some((time, Some("an impact that is one of rounding")));
     }
     let labels = Labels {
         case,
@@ -215,7 +215,7 @@ pub fn compare_with(
 }
 
 /// Impacts that count, the referee's and the library's. Returns their times, and what rounding of the gaps has done to speeds; and the
-/// time of a graze that ends the comparison.
+/// time of one of rounding, which ends the comparison.
 fn compare_hits(
     case: &Case,
     reference: &Reference,
@@ -252,8 +252,15 @@ fn compare_hits(
         if !is_same {
             let is_mine = time(a) <= time(b);
             let hit = if is_mine { a } else { b }.expect("the earlier one");
-            // However slow, what an impact in a dip changes may grow.
-            if is_graze(hit) {
+            // However slow, what an impact in a dip changes may grow; and of impacts nearer to each other than their times are known,
+            // nobody knows how many there are.
+            let before = if is_mine {
+                i.checked_sub(1).map(|k| &mine[k])
+            } else {
+                j.checked_sub(1).map(|k| &theirs[k])
+            };
+            let are_near = before.is_some_and(|last| time(Some(hit)) - time(Some(last)) < known);
+            if is_graze(hit) || are_near {
                 return (drifts, Some(hit.time.to_f64()));
             }
             if hit.approach < 10.0 * counting.speed_floor(hit.stop)

@@ -169,11 +169,11 @@ fn rest_before(reference: &Reference, case: &Case, stick: &Stretch) -> f64 {
 /// Lasting contacts of the referee's run, where those are one that part for a touch: a stop that closes again at no speed.
 fn without_touches(case: &Case, reference: &Reference, sticks: Vec<Stretch>) -> Vec<Stretch> {
     let counting = reference.counting(case);
-    let is_touched = |stick: &Stretch| {
-        let hits = &reference.main.hits;
-        let is_at = |h: &&Hit| (h.time.to_f64() - stick.start).abs() <= counting.slack();
-        let floor = |h: &Hit| 10.0 * counting.speed_floor(h.stop);
-        let mut struck = hits.iter().filter(is_at).peekable();
+    let floor = |h: &Hit| 10.0 * counting.speed_floor(h.stop);
+    let is_touched = |last: &Stretch, stick: &Stretch| {
+        let (from, to) = (last.end - counting.slack(), stick.start + counting.slack());
+        let is_between = |h: &&Hit| (from..=to).contains(&h.time.to_f64());
+        let mut struck = reference.main.hits.iter().filter(is_between).peekable();
         struck.peek().is_some() && struck.all(|h| h.approach < floor(h))
     };
     let mut joined: Vec<Stretch> = Vec::new();
@@ -181,7 +181,8 @@ fn without_touches(case: &Case, reference: &Reference, sticks: Vec<Stretch>) -> 
         let before = joined.iter_mut().rev().find(|s| s.stop == stick.stop);
         match before {
             Some(last)
-                if stick.start - last.end < 1.0 / reference.model.rate && is_touched(&stick) =>
+                if stick.start - last.end < 1.0 / reference.model.rate
+                    && is_touched(last, &stick) =>
             {
                 last.end = stick.end;
             }
