@@ -19,20 +19,29 @@ pub(crate) struct Lowest {
 impl Lowest {
     /// The place to rounding, by Newton's method on the speed of the gap; times count from a state of the flow.
     ///
-    /// Where the gap is too flat for its parabola to say where it turns, the place stays what it was.
+    /// Where the gap is too flat for its parabola to say where it turns, the place stays what it was; so it does where a step from it
+    /// leads up, from a curvature of rounding.
     pub fn sharpened<F: LinearFlow>(mut self, flow: &F, gap: &GapRow, from: &[Pair]) -> Self {
         let mut look = Look::new(flow, from);
+        let mut jet = look.at(self.time, gap);
         for _ in 0..STEPS {
-            let jet = look.at(self.time, gap);
             let step = -0.5 * jet.c[1] / jet.c[2];
             let is_parabola = jet.c[2] > 0.0 && (jet.c[3] * step).abs() < jet.c[2];
             if !is_parabola {
                 return self;
             }
-            self = Self {
-                time: self.time + step,
-                gap: jet.value(step),
-            };
+            let (time, rounding) = (self.time + step, gap.rounding(&jet));
+            let left = (jet.c[1] * step).abs().max(jet.quartic * step.powi(4));
+            if left <= f64::EPSILON * jet.size {
+                let gap = jet.value(step);
+                return Self { time, gap };
+            }
+            jet = look.at(time, gap);
+            let there = jet.c[0];
+            if there > self.gap + rounding.max(gap.rounding(&jet)) {
+                return self;
+            }
+            self = Self { time, gap: there };
         }
         self
     }

@@ -77,6 +77,9 @@ struct Followed {
     /// The order of its root at the start of the flight; the same as long as the search has gone no step.
     order: usize,
     order_here: usize,
+    /// Of a stop left more slowly than a cubic tells, the gap up to which it is on its way out, beside what the motion soon is; zero
+    /// beyond, and of others.
+    late: f64,
     /// Where the walk last saw it open, and from where on no longer: the zero at which the stop is reached lies between.
     bracket: Bracket,
     /// The largest size of its terms seen on the flight, and the largest gap.
@@ -91,6 +94,7 @@ impl Followed {
             jet: Jet::default(),
             order: 0,
             order_here: 0,
+            late: 0.0,
             bracket: Bracket::start(0.0, 0),
             extent: [0.0; 2],
         }
@@ -99,7 +103,7 @@ impl Followed {
     /// Begins a flight where the search last looked, with a root of some order there.
     fn depart(&mut self, order: usize) {
         let gap = self.jet.c[0];
-        (self.order, self.order_here) = (order, order);
+        (self.order, self.order_here, self.late) = (order, order, 0.0);
         self.bracket = Bracket::start(gap, order);
         self.extent = [0.0, gap.abs()];
     }
@@ -108,10 +112,13 @@ impl Followed {
     #[inline]
     fn follow(&mut self, time: f64, derivatives: &[Derivatives]) -> bool {
         // What leaves its stop was not on the way to it.
-        let was_falling = self.order_here == 0 && self.jet.c[1] < 0.0;
+        let was_falling = self.order_here == 0 && self.late == 0.0 && self.jet.c[1] < 0.0;
         self.order_here = 0;
         self.jet = self.row.jet(derivatives);
         let [gap, speed, ..] = self.jet.c;
+        if gap > self.late {
+            self.late = 0.0;
+        }
         self.bracket.note(time, gap);
         self.widen(self.jet.size, gap.abs());
         was_falling && speed >= 0.0
@@ -371,7 +378,10 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             };
             let (gap, order) = (&followed.row, followed.order_here);
             let mut ahead = match order {
-                0 => from_open(jet, step, followed.clear * jet.size, || gap.rounding(jet)),
+                0 => {
+                    let (late, clear) = (followed.late, followed.clear * jet.size);
+                    from_open(jet, step, clear.max(late), || gap.rounding(jet).max(late))
+                }
                 order => from_contact(jet, order, step, gap.rounding(jet)),
             };
             // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
@@ -379,7 +389,8 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                 let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
                 // From rest at zero all terms grow from zero.
-                let rounding = rounding.max(ROUNDING * jet.remainder(soon));
+                followed.late = ROUNDING * jet.remainder(soon);
+                let rounding = rounding.max(followed.late);
                 let rounding = rounding.max(gap.rounding(jet));
                 let clear = rounding.max(ROUNDING * jet.size);
                 ahead = from_open(&jet.only(LATE), step, clear, || rounding);
@@ -403,7 +414,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
                     }
                 }
                 // What leaves its stop slowly does not touch it anew.
-                Ahead::Rests if order > 0 => {}
+                Ahead::Rests if order > 0 || followed.late > 0.0 => {}
                 Ahead::Rests => {
                     let gap = followed.jet.c[0];
                     let is_noted = |g: &Grazed| g.stop == stop && g.time >= time - step;

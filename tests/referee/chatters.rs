@@ -153,6 +153,13 @@ impl Rest {
             model.frequency * x[2 * n + 1],
         ]);
         let drift = dot(&plane.normal, &model.free.times(&rate)).to_f64().abs() * span;
+        // A fast forcing may turn meanwhile.
+        let mut forcing = vec![Dd::ZERO; 2 * n + 3];
+        forcing[2 * n + 1..].copy_from_slice(&x[2 * n + 1..]);
+        let forced = dot(&plane.normal, &model.free.times(&forcing))
+            .to_f64()
+            .abs();
+        let turn = 0.5 * forced * (model.frequency.to_f64() * span).powi(2);
         let of_stop = |place: usize| {
             let mut y = vec![Dd::ZERO; 2 * n + 3];
             y[place..place + n].copy_from_slice(&along);
@@ -167,7 +174,7 @@ impl Rest {
             span,
             // A flight is wrong by its part of the drift, and so is the speed of the next one; what dampers take of the speeds of one
             // flight the next ones lack too.
-            change: 2.0 * (drift + jolt / (1.0 - e)) / pull,
+            change: 2.0 * (drift + turn + jolt / (1.0 - e)) / pull,
         }
     }
 }

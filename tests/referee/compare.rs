@@ -254,12 +254,9 @@ fn compare_hits(
             let hit = if is_mine { a } else { b }.expect("the earlier one");
             // However slow, what an impact in a dip changes may grow; and of impacts nearer to each other than their times are known,
             // nobody knows how many there are.
-            let before = if is_mine {
-                i.checked_sub(1).map(|k| &mine[k])
-            } else {
-                j.checked_sub(1).map(|k| &theirs[k])
-            };
-            let are_near = before.is_some_and(|last| time(Some(hit)) - time(Some(last)) < known);
+            let earlier = if is_mine { &mine[..i] } else { &theirs[..j] };
+            let since = |last: &Hit| (hit.time - last.time).to_f64();
+            let are_near = earlier.last().is_some_and(|last| since(last) < known);
             if is_graze(hit) || are_near {
                 return (drifts, Some(hit.time.to_f64()));
             }

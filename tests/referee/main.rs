@@ -128,10 +128,12 @@ const FOUND: [(u64, &[u64]); 37] = [
     // Motions that their reactions feed; stops at one place that fast forcing hides; free bodies that rounding holds; chatter that ends
     // where sticking begins.
     (131, &[66661, 72550, 84685, 91524, 94765]),
-    // Breaks of lasting contact as long as times are known to; steps that stray from stops held for long.
-    (132, &[5862, 10543]),
-    // Flights of a motion hardly larger than rounding, impacts nearer to each other than times are known; contacts one after the other.
-    (133, &[13570, 31832, 36472]),
+    // Breaks of lasting contact as long as times are known to; steps that stray from stops held for long; a gap that opens by its tenth
+    // derivative.
+    (132, &[5862, 10543, 56518]),
+    // Flights of a motion hardly larger than rounding, impacts nearer to each other than times are known; contacts one after
+    // the other; touches and forces of rounding.
+    (133, &[13570, 31832, 36472, 44855, 44881, 48045]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

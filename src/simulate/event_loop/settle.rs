@@ -16,6 +16,9 @@ use std::collections::VecDeque;
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
 const RELEASED: f64 = 1e-9;
 
+/// Times that a stop is let go at one instant before the law of the forces as they are decides.
+const MOST_LET_GO: usize = 2;
+
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 
@@ -93,6 +96,11 @@ impl EventLoop {
         }
         mover.hold(&self.held)?;
         Ok(Ok(()))
+    }
+
+    /// How often a stop has been let go at this instant.
+    fn times_let_go(&self, stop: usize) -> usize {
+        self.let_go.1.iter().filter(|&&s| s == stop).count()
     }
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
@@ -190,9 +198,9 @@ impl EventLoop {
                 DEPENDENT
             };
         // Where one is let go again and again, the law of the forces as they are ends it.
-        let times = |stop: usize| self.let_go.1.iter().filter(|&&s| s == stop).count();
-        let is_law = is_release && stops.iter().any(|&stop| times(stop) > 2);
-        let unclear = |stop: usize| match times(stop) {
+        let times: Vec<usize> = stops.iter().map(|&stop| self.times_let_go(stop)).collect();
+        let is_law = is_release && times.iter().any(|&times| times > MOST_LET_GO);
+        let unclear = |i: usize| match times[i] {
             _ if is_law => 0.0,
             0 => nothing,
             _ => RELEASED * largest,
@@ -202,7 +210,7 @@ impl EventLoop {
             let left = (resting.delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if is_release && left <= unclear(stop) => undecided.push(i),
+                _ if is_release && left <= unclear(i) => undecided.push(i),
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
@@ -269,16 +277,25 @@ impl EventLoop {
             for &i in &law.opening {
                 self.starts[resting.stops[i]] = order.min(LATE);
             }
-            for &i in &law.pressed {
+            // One whose force falls each time that it is held is pressed by rounding, but by an acceleration.
+            let is_spent = |i: &usize| {
+                let times = self.times_let_go(resting.stops[*i]);
+                is_release && order > 2 && times > MOST_LET_GO
+            };
+            let (spent, pressed): (Vec<_>, Vec<_>) =
+                law.pressed.iter().copied().partition(is_spent);
+            for &i in &spent {
+                self.starts[resting.stops[i]] = LATE;
+            }
+            for &i in &pressed {
                 self.starts[resting.stops[i]] = (order - 2).min(LATE);
             }
-            held.extend(law.pressed);
+            held.extend(pressed);
             undecided = law.undecided;
         }
         for i in undecided {
             // Where another leaves, it is that one whose force fell; at a second time it is this one.
-            let is_it = |&&stop: &&usize| stop == resting.stops[i];
-            let times = self.let_go.1.iter().filter(is_it).count();
+            let times = self.times_let_go(resting.stops[i]);
             let leaves = is_release && times > usize::from(one_leaves);
             if leaves || is_bound(&resting.normals, &held, i)? {
                 self.starts[resting.stops[i]] = LATE;
