@@ -342,6 +342,14 @@ fn is_symmetric(a: &DMatrix<f64>) -> bool {
     (a - a.transpose()).amax() <= 1e-14 * a.amax()
 }
 
+/// How far the largest force moves a body that nothing but dashpots holds, over the span.
+fn carried(case: &Case) -> f64 {
+    let span = case.span.1 - case.span.0;
+    let slowing = (0..case.n()).map(|i| case.damping[(i, i)] / case.mass[(i, i)]);
+    let least = slowing.fold(f64::INFINITY, f64::min).max(1.0 / span);
+    inverse_mass(case).amax() * case.largest_force() * span / least
+}
+
 fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Option<Difference> {
     let is_inertial = case.stops.iter().all(|s| s.push == Push::Inertia);
     if !is_symmetric(&case.stiffness) {
@@ -372,8 +380,11 @@ fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     let completed = 40.0 * case.rtol * completions.count() as f64;
     let worst = energy.balance.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let allowed = case.by_method(1e-8, 1e-5 + 10.0 * case.rtol * run.stats().n_steps as f64);
-    // What the forces do over the rounding of a position, which may be the small difference of large parts.
-    let place = f64::EPSILON * reference.q_unit;
+    // What the forces do over the rounding of a position, which may be the small difference of large parts: of what a load and a slow
+    // forcing each do to a body that nothing holds.
+    let is_free = squared_frequencies(case).len() < case.n();
+    let carried = if is_free { carried(case) } else { 0.0 };
+    let place = f64::EPSILON * reference.q_unit.max(carried);
     let work = place * case.largest_force();
     let stiff = case.stiffness.amax();
     let rounding = 1e2 * work + 1e2 * place.powi(2) * stiff;
@@ -381,7 +392,6 @@ fn energy_adds_up(case: &Case, run: &Trajectory, reference: &Reference) -> Optio
     let flights = 1.0 + run.impacts().len() as f64;
     // A body that nothing holds has no energy by its place, but what the springs and the speeds see of that where a flight is moved by
     // one matrix exponential is off by rounding times the radians that it turns, as in `impacts_keep_the_law`.
-    let is_free = squared_frequencies(case).len() < case.n();
     let radians = reference.model.rate * (run.span().1 - run.span().0);
     let gone = if is_free { place * radians } else { 0.0 };
     let limit =
