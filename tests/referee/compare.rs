@@ -126,10 +126,9 @@ pub fn compare_with(
     let counting = reference.counting(case);
     let (tick, slack) = (counting.tick(), counting.slack());
     // Up to here decisions are compared; an impact just before the horizon may be just behind it.
-    let (horizon, reason) = reference.horizon;
-    // Where the runs aside part, a run with a few times their errors has parted a little earlier.
-    let before = if reason.is_some() { 1e-3 } else { 1e-6 };
-    let just_before = |end: f64| end * (1.0 - 1e-9) - before / reference.model.rate - 2.0 * tick;
+    let (horizon, _) = reference.horizon;
+    let just_before =
+        |end: f64| end * (1.0 - 1e-9) - apart_before(reference) / reference.model.rate - 2.0 * tick;
     let mut until = just_before(horizon);
     let mut end = None;
     let mut first = First::default();
@@ -212,6 +211,19 @@ pub fn compare_with(
         difference: first.0.map(|f| f.1),
         end,
     }
+}
+
+/// How long before the horizon, in radians of the fastest motion, a run has parted that has a few times the errors of the runs aside: as
+/// long as these parted before the impact at which they did.
+fn apart_before(reference: &Reference) -> f64 {
+    let (horizon, reason) = reference.horizon;
+    if reason.is_none() {
+        return 1e-6;
+    }
+    let times = reference.main.hits.iter().map(|hit| hit.time.to_f64());
+    let parted = times.map(|time| time - horizon).find(|since| *since >= 0.0);
+    let radians = reference.model.rate * parted.unwrap_or(0.0);
+    (3.0 * radians.min(1e-2)).max(1e-3)
 }
 
 /// Impacts that count, the referee's and the library's. Returns their times, and what rounding of the gaps has done to speeds; and the

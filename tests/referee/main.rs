@@ -130,7 +130,7 @@ const FOUND: [(u64, &[u64]); 37] = [
     (131, &[66661, 72550, 84685, 91524, 94765]),
     // Breaks of lasting contact as long as times are known to; steps that stray from stops held for long; a gap that opens by its tenth
     // derivative; a load that slow forcing cancels.
-    (132, &[5862, 10543, 56518, 79144]),
+    (132, &[5862, 10543, 56518, 74102, 74318, 79144]),
     // Flights of a motion hardly larger than rounding, impacts nearer to each other than times are known; contacts one after
     // the other; touches and forces of rounding.
     (133, &[13570, 31832, 36472, 44855, 44881, 48045]),
