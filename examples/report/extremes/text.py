@@ -126,8 +126,9 @@ def soaked(soaks: Sequence[Mapping[str, str]]) -> list[str]:
 slow simulator in twice the precision, pendulums by extrapolated midpoint steps, orbits by brute force. A seed and a first scene
 say which; where two answers hang on rounding, a scene is compared up to there. Each line is a soak by hand
 (`VIBROIMPACT_SOAKS=docs/report/soaks.csv` before `cargo test --release`, with `VIBROIMPACT_REFEREE` and
-`VIBROIMPACT_REFEREE_SEED` for simulations, `VIBROIMPACT_CASES` and `VIBROIMPACT_SEED` for the others); the tests run some
-hundreds of them each time."""
+`VIBROIMPACT_REFEREE_SEED` for simulations, `VIBROIMPACT_CASES` and `VIBROIMPACT_SEED` for the others), and says how many
+disagreed then: each of those was mended, in the library or in the referee, and is among the tests since. The tests run some
+hundreds of random scenes each time."""
     header = ("compared", "seed", "first", "count", "disagree")
     return [f"## Random scenes beside a referee\n\n{words}\n\n" + table(header, [[s[key] for key in header] for s in soaks])]
 
