@@ -2,7 +2,9 @@
 
 use crate::case::{Case, StopCase};
 use crate::compare::Difference;
+use crate::double_double::Matrix;
 use crate::hits::Counting;
+use crate::motion::Model;
 use crate::reference::Reference;
 use nalgebra::DVector;
 use vibroimpact::{Graze, ImpactSide, Method, Segment, SegmentKind, Trajectory};
@@ -107,6 +109,18 @@ fn not_a_touch(graze: &Graze, gap: f64, speed: f64, counting: &Counting<'_>) -> 
     (speed.abs() > fall).then(|| ("that moves", format!("at {speed:e}, allowed {fall:e}")))
 }
 
+/// Whether stops that are held leave the gap of another as it is: what it does is rounding.
+fn is_bound(model: &Model, held: &[usize], stop: usize) -> bool {
+    let normals = |stops: &[usize]| Matrix {
+        rows: stops
+            .iter()
+            .map(|&i| model.stops[i].normal.clone())
+            .collect(),
+    };
+    let with_it = [held, &[stop]].concat();
+    !held.is_empty() && normals(&with_it).rank() == normals(held).rank()
+}
+
 /// Touches of exact flights that the motion shows and the list has not.
 pub fn grazes_are_listed(
     case: &Case,
@@ -128,10 +142,10 @@ pub fn grazes_are_listed(
         // While stops are held a gap is known better: what of it rests with them has no rounding.
         let is_free = rows[0].kind == SegmentKind::Flight;
         let zero = if is_free { ZERO } else { 1e-2 * ZERO };
+        let held: Vec<usize> = rows.iter().filter_map(|s| s.stop).collect();
+        let is_bound = |stop: usize| is_bound(&reference.model, &held, stop);
         // Of a gap to a stop at zero the terms vanish with it.
-        let is_judged = |&stop: &usize| {
-            case.stops[stop].clearance != 0.0 && rows.iter().all(|s| s.stop != Some(stop))
-        };
+        let is_judged = |&stop: &usize| case.stops[stop].clearance != 0.0 && !is_bound(stop);
         (0..case.stops.len()).filter(is_judged).find_map(|stop| {
             let is_listed = |time: f64| {
                 let mut listed = run.grazes().iter().filter(|g| g.stop == stop);
