@@ -14,6 +14,31 @@ pub(crate) struct ContactGeometry {
     pub clearances: DVector<f64>,
     /// Restitution coefficients, shape `(k,)`.
     pub restitutions: DVector<f64>,
+    /// See [`places`].
+    pub places: Vec<usize>,
+}
+
+/// Roundings up to which planes are at one place.
+const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+
+/// For each stop the first one at its place: a plane whose normal and clearance are those of the other but for a factor. Those are
+/// reached together, whatever rounding leaves of their gaps.
+pub(crate) fn places(planes: &[Option<(DVector<f64>, f64)>]) -> Vec<usize> {
+    let are_one = |one: &(DVector<f64>, f64), other: &(DVector<f64>, f64)| {
+        let factor = one.0.dot(&other.0) / other.0.norm_squared();
+        let off = (&one.0 - &other.0 * factor).amax();
+        let (here, there) = (one.1, factor * other.1);
+        factor > 0.0
+            && off <= ONE_PLACE * one.0.amax()
+            && (here - there).abs() <= ONE_PLACE * here.abs().max(there.abs())
+    };
+    let same = |i: usize| {
+        let one = planes[i].as_ref()?;
+        let is_same =
+            |other: &Option<(DVector<f64>, f64)>| other.as_ref().is_some_and(|o| are_one(one, o));
+        planes[..i].iter().position(is_same)
+    };
+    (0..planes.len()).map(|i| same(i).unwrap_or(i)).collect()
 }
 
 impl ContactGeometry {
@@ -35,7 +60,12 @@ impl ContactGeometry {
             normals.set_column(i, &normal);
             reactions.set_column(i, &reaction);
         }
+        let planes = stops
+            .iter()
+            .map(|stop| Some((stop.outward(n), stop.clearance())));
+        let places = places(&planes.collect::<Vec<_>>());
         Self {
+            places,
             normals,
             reactions,
             clearances: DVector::from_iterator(k, stops.iter().map(|s| s.clearance())),
@@ -64,5 +94,30 @@ impl ContactGeometry {
     /// Number of stops.
     pub fn len(&self) -> usize {
         self.clearances.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dvector;
+
+    #[test]
+    fn planes_are_at_one_place_whatever_the_length_of_their_normals() {
+        let plane = |x: f64, y: f64, clearance: f64| Some((dvector![x, y], clearance));
+        let planes = [
+            plane(-1.0, 1.0, 0.3),
+            plane(-0.8, 0.8, 0.8 * 0.3),
+            // The other side, another place, another direction, no plane.
+            plane(1.0, -1.0, -0.3),
+            plane(-1.0, 1.0, 0.3 + 1e-14),
+            plane(-1.0, 1.0 + 1e-14, 0.3),
+            None,
+            plane(-3.0, 3.0, 0.9),
+            None,
+        ];
+        assert_eq!(places(&planes), [0, 0, 2, 3, 4, 5, 0, 7]);
+        let at_zero = [plane(0.3, 0.0, 0.0), plane(7.0, 0.0, 0.0)];
+        assert_eq!(places(&at_zero), [0, 0]);
     }
 }

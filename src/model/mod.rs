@@ -29,7 +29,7 @@ pub(crate) use contact::{
     Contact, GapValue, Surface, along_reactions, are_coupled, contacts, impulses_of,
     reaction_weights,
 };
-pub(crate) use contact_geometry::ContactGeometry;
+pub(crate) use contact_geometry::{ContactGeometry, places};
 pub(crate) use dynamics::{
     ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, Moment, singular_mass,
 };

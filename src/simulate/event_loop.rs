@@ -319,7 +319,8 @@ impl EventLoop {
                 self.still.push(stop);
             }
             let is_left = || mover.gap(stop).gap / mover.rounding(stop) <= mover.left_of(reached);
-            if faces || is_held || stop == reached || self.is_closed(mover, stop) || is_left() {
+            let is_reached = mover.is_at(stop, reached);
+            if faces || is_held || is_reached || self.is_closed(mover, stop) || is_left() {
                 self.touching.push(stop);
             }
         }

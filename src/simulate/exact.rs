@@ -326,6 +326,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.scene.geometry.is_coupled(one, other)
     }
 
+    fn is_at(&self, one: usize, other: usize) -> bool {
+        let places = &self.scene.geometry.places;
+        places[one] == places[other]
+    }
+
     fn fly(
         &mut self,
         starts: &[usize],

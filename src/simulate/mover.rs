@@ -142,6 +142,8 @@ pub(crate) trait Mover {
     fn work_of_flight(&self) -> usize;
     /// Whether an impact on one of two stops changes the normal velocity at the other.
     fn is_coupled(&self, one: usize, other: usize) -> bool;
+    /// Whether two stops are at one place: they are reached together.
+    fn is_at(&self, one: usize, other: usize) -> bool;
     /// Flies to the next contact or release or over the whole span, `last` the time at which the run ends there. The gaps must have
     /// been looked at; `starts[i]` is the order of the root of gap i at the start, zero for an open gap. On a contact the
     /// gaps have been looked at there.

@@ -24,7 +24,7 @@ use crate::flow::{StuckMotion, TERM_ROUNDINGS};
 use crate::impact::wrapped;
 use crate::model::{
     Constraint, Contact, Dynamics, GapValue, Moment, Scene, Surface, System, acceleration_size,
-    are_coupled, contacts, force_terms,
+    are_coupled, contacts, force_terms, places,
 };
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
@@ -76,6 +76,8 @@ pub(crate) struct StepMover<'a, S, D, F> {
     gaps: Vec<GapValue>,
     ahead: Vec<GapValue>,
     touches: Vec<(f64, f64)>,
+    /// See [`places`].
+    places: Vec<usize>,
     grazes: Vec<Graze>,
     /// The largest size of the terms of each gap seen on the present flight.
     extents: Vec<f64>,
@@ -90,6 +92,11 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
+        let planes = contacts.iter().map(|contact| match &contact.surface {
+            Surface::Plane { normal, clearance } => Some((normal.clone(), *clearance)),
+            _ => None,
+        });
+        let places = places(&planes.collect::<Vec<_>>());
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Self {
             free,
@@ -116,6 +123,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             clock: Clock::new(0.0, frequency),
             began: Clock::new(0.0, frequency),
             touches: Vec::new(),
+            places,
             grazes: Vec::new(),
             extents: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
@@ -361,6 +369,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
 
     fn work_of_flight(&self) -> usize {
         FLIGHT * self.n().pow(2)
+    }
+
+    fn is_at(&self, one: usize, other: usize) -> bool {
+        self.places[one] == self.places[other]
     }
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {

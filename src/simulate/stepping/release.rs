@@ -86,12 +86,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
                 }
             }
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
-                // The rounding of a force has no shape.
+                // The rounding of a force has no shape, nor has what the tolerance of the state leaves of one.
                 let rounding = self.force_rounding(k)?;
-                if spread <= rounding {
+                let unknown = rounding.max(self.force_tolerance(&held, k)?);
+                if spread <= unknown {
                     continue;
                 }
-                if miss > rounding {
+                if miss > unknown {
                     return Ok(Release::Undecided);
                 }
             }
