@@ -14,8 +14,6 @@ pub(crate) struct ContactGeometry {
     pub clearances: DVector<f64>,
     /// Restitution coefficients, shape `(k,)`.
     pub restitutions: DVector<f64>,
-    /// See [`places`].
-    pub places: Vec<usize>,
 }
 
 /// Roundings up to which planes are at one place.
@@ -60,12 +58,7 @@ impl ContactGeometry {
             normals.set_column(i, &normal);
             reactions.set_column(i, &reaction);
         }
-        let planes = stops
-            .iter()
-            .map(|stop| Some((stop.outward(n), stop.clearance())));
-        let places = places(&planes.collect::<Vec<_>>());
         Self {
-            places,
             normals,
             reactions,
             clearances: DVector::from_iterator(k, stops.iter().map(|s| s.clearance())),
@@ -80,6 +73,13 @@ impl ContactGeometry {
             n.dot(&b).abs() > 1e-12 * n.norm() * b.norm()
         };
         sees(i, j) || sees(j, i)
+    }
+
+    /// See [`places`].
+    pub fn places(&self) -> Vec<usize> {
+        let planes = self.normals.column_iter().zip(self.clearances.iter());
+        let planes = planes.map(|(normal, &clearance)| Some((normal.into_owned(), clearance)));
+        places(&planes.collect::<Vec<_>>())
     }
 
     /// Normals and reactions of some stops.

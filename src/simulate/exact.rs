@@ -19,6 +19,7 @@ use crate::simulate::record::Record;
 use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector};
+use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -58,6 +59,8 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     arrived: Vec<Pair>,
     /// What the rounding of positions leaves unknown of each gap, where the state was taken from them.
     placed: Vec<f64>,
+    /// The place of each stop, once two of them are asked about.
+    places: OnceCell<Vec<usize>>,
     grazed: Vec<Grazed>,
     kept: Option<Kept>,
     /// The margins of a start in contact.
@@ -113,6 +116,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             state: Vec::new(),
             arrived: Vec::new(),
             placed: Vec::new(),
+            places: OnceCell::new(),
             grazed: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
         }
@@ -327,8 +331,11 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn is_at(&self, one: usize, other: usize) -> bool {
-        let places = &self.scene.geometry.places;
-        places[one] == places[other]
+        let made = || self.scene.geometry.places();
+        one == other || {
+            let places = self.places.get_or_init(made);
+            places[one] == places[other]
+        }
     }
 
     fn fly(

@@ -36,6 +36,7 @@ use crate::simulate::{Keep, SimulateOptions, Stats};
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use normal::dot;
+use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -76,8 +77,8 @@ pub(crate) struct StepMover<'a, S, D, F> {
     gaps: Vec<GapValue>,
     ahead: Vec<GapValue>,
     touches: Vec<(f64, f64)>,
-    /// See [`places`].
-    places: Vec<usize>,
+    /// The place of each stop, once two of them are asked about.
+    places: OnceCell<Vec<usize>>,
     grazes: Vec<Graze>,
     /// The largest size of the terms of each gap seen on the present flight.
     extents: Vec<f64>,
@@ -92,11 +93,6 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
-        let planes = contacts.iter().map(|contact| match &contact.surface {
-            Surface::Plane { normal, clearance } => Some((normal.clone(), *clearance)),
-            _ => None,
-        });
-        let places = places(&planes.collect::<Vec<_>>());
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Self {
             free,
@@ -123,7 +119,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             clock: Clock::new(0.0, frequency),
             began: Clock::new(0.0, frequency),
             touches: Vec::new(),
-            places,
+            places: OnceCell::new(),
             grazes: Vec::new(),
             extents: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
@@ -372,7 +368,15 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
     }
 
     fn is_at(&self, one: usize, other: usize) -> bool {
-        self.places[one] == self.places[other]
+        let plane = |contact: &Contact| match &contact.surface {
+            Surface::Plane { normal, clearance } => Some((normal.clone(), *clearance)),
+            _ => None,
+        };
+        let made = || places(&self.contacts.iter().map(plane).collect::<Vec<_>>());
+        one == other || {
+            let places = self.places.get_or_init(made);
+            places[one] == places[other]
+        }
     }
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {

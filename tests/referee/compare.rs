@@ -127,8 +127,8 @@ pub fn compare_with(
     let (tick, slack) = (counting.tick(), counting.slack());
     // Up to here decisions are compared; an impact just before the horizon may be just behind it.
     let (horizon, _) = reference.horizon;
-    let just_before =
-        |end: f64| end * (1.0 - 1e-9) - apart_before(reference) / reference.model.rate - 2.0 * tick;
+    let apart = apart_before(reference) / reference.model.rate;
+    let just_before = |end: f64| end * (1.0 - 1e-9) - apart - 2.0 * tick;
     let mut until = just_before(horizon);
     let mut end = None;
     let mut first = First::default();

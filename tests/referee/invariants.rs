@@ -6,7 +6,7 @@ use crate::compare::Difference;
 use crate::counts::counts_are_those_of_what_is_kept;
 use crate::double_double::Dd;
 use crate::grazes::{grazes_are_listed, grazes_touch};
-use crate::jumps::impulses_move_the_motion;
+use crate::jumps::{begins_chatter, impulses_move_the_motion};
 use crate::ledger::columns_are_energies;
 use crate::phases::phases_follow_the_forcing;
 use crate::places::{held_stops_are_closed, impacts_are_at_stops, segments_fill_the_span};
@@ -154,6 +154,7 @@ fn impacts_keep_the_law(
     let impacts = run.impacts();
     let held = run.segments().expect("kept");
     let tick = 2.0 * f64::EPSILON * case.span.0.abs().max(case.span.1.abs());
+    let near = 4.0 * tick + 1e-9 / reference.model.rate;
     for (k, impact) in impacts.iter().enumerate() {
         if impact.approach < 0.0
             || impact.departure < 0.0
@@ -174,19 +175,11 @@ fn impacts_keep_the_law(
             .enumerate()
             .skip(k.saturating_sub(8))
             .take(17)
-            .all(|(j, other)| {
-                j == k
-                    || (other.time - impact.time).abs() > 4.0 * tick + 1e-9 / reference.model.rate
-            });
+            .all(|(j, other)| j == k || (other.time - impact.time).abs() > near);
         if !is_alone {
             continue;
         }
-        // What an end of accumulating impacts takes away at the same instant is no impact's.
-        let begins_chatter = held.iter().any(|s| {
-            s.kind == SegmentKind::Chatter
-                && (s.start - impact.time).abs() <= 4.0 * tick + 1e-9 / reference.model.rate
-        });
-        if begins_chatter {
+        if begins_chatter(&held, impact.time, near) {
             continue;
         }
         let (Ok(before), Ok(after)) = (

@@ -5,7 +5,7 @@ use crate::compare::Difference;
 use crate::invariants::{difference, inverse_mass, reaction};
 use crate::reference::Reference;
 use nalgebra::DVector;
-use vibroimpact::{Impact, ImpactSide, SegmentKind, Trajectory};
+use vibroimpact::{Impact, ImpactSide, Segment, SegmentKind, Trajectory};
 
 /// Instants nearer to each other than this, in radians of the fastest motion, are too near to tell the sides of each.
 const NEAR: f64 = 1e-9;
@@ -19,6 +19,7 @@ pub fn impulses_move_the_motion(
     let inverse = inverse_mass(case);
     let tick = 2.0 * f64::EPSILON * case.span.0.abs().max(case.span.1.abs());
     let near = 4.0 * tick + NEAR / reference.model.rate;
+    let segments = run.segments().expect("kept");
     let mut before: Option<f64> = None;
     let mut instants = run.impacts().chunk_by(|a, b| a.time == b.time).peekable();
     while let Some(impacts) = instants.next() {
@@ -27,7 +28,7 @@ pub fn impulses_move_the_motion(
         let is_apart = |other: Option<f64>| other.is_none_or(|t| (t - time).abs() > near);
         let last = before.replace(time);
         let is_alone = is_apart(last) && is_apart(next);
-        if !is_alone || begins_chatter(run, time, near) {
+        if !is_alone || begins_chatter(&segments, time, near) {
             continue;
         }
         let sides = [ImpactSide::Before, ImpactSide::After].map(|side| run.state(time, side));
@@ -56,8 +57,7 @@ pub fn impulses_move_the_motion(
 }
 
 /// Whether accumulating impacts are completed at a time: what that takes away is no impact's.
-fn begins_chatter(run: &Trajectory, time: f64, near: f64) -> bool {
-    let segments = run.segments().expect("kept");
+pub fn begins_chatter(segments: &[Segment], time: f64, near: f64) -> bool {
     let mut chatters = segments.iter().filter(|s| s.kind == SegmentKind::Chatter);
     chatters.any(|s| (s.start - time).abs() <= near)
 }

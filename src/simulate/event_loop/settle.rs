@@ -22,6 +22,11 @@ const MOST_LET_GO: usize = 2;
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
 
+/// How often a stop is among those let go.
+fn times_of(let_go: &[usize], stop: usize) -> usize {
+    let_go.iter().filter(|&&s| s == stop).count()
+}
+
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
     pub(super) fn settle<M: Mover + ?Sized>(&mut self, mover: &mut M) -> Resolved {
@@ -96,11 +101,6 @@ impl EventLoop {
         }
         mover.hold(&self.held)?;
         Ok(Ok(()))
-    }
-
-    /// How often a stop has been let go at this instant.
-    fn times_let_go(&self, stop: usize) -> usize {
-        self.let_go.1.iter().filter(|&&s| s == stop).count()
     }
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
@@ -198,9 +198,9 @@ impl EventLoop {
                 DEPENDENT
             };
         // Where one is let go again and again, the law of the forces as they are ends it.
-        let times: Vec<usize> = stops.iter().map(|&stop| self.times_let_go(stop)).collect();
-        let is_law = is_release && times.iter().any(|&times| times > MOST_LET_GO);
-        let unclear = |i: usize| match times[i] {
+        let times = |stop: usize| times_of(&self.let_go.1, stop);
+        let is_law = is_release && stops.iter().any(|&stop| times(stop) > MOST_LET_GO);
+        let unclear = |stop: usize| match times(stop) {
             _ if is_law => 0.0,
             0 => nothing,
             _ => RELEASED * largest,
@@ -210,7 +210,7 @@ impl EventLoop {
             let left = (resting.delassus[(i, i)] * force.force).max(force.acceleration);
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
-                _ if is_release && left <= unclear(i) => undecided.push(i),
+                _ if is_release && left <= unclear(stop) => undecided.push(i),
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.starts[stop] = 2,
                 Release::Undecided => undecided.push(i),
@@ -279,7 +279,7 @@ impl EventLoop {
             }
             // One whose force falls each time that it is held is pressed by rounding, but by an acceleration.
             let is_spent = |i: &usize| {
-                let times = self.times_let_go(resting.stops[*i]);
+                let times = times_of(&self.let_go.1, resting.stops[*i]);
                 is_release && order > 2 && times > MOST_LET_GO
             };
             let (spent, pressed): (Vec<_>, Vec<_>) =
@@ -295,7 +295,7 @@ impl EventLoop {
         }
         for i in undecided {
             // Where another leaves, it is that one whose force fell; at a second time it is this one.
-            let times = self.times_let_go(resting.stops[i]);
+            let times = times_of(&self.let_go.1, resting.stops[i]);
             let leaves = is_release && times > usize::from(one_leaves);
             if leaves || is_bound(&resting.normals, &held, i)? {
                 self.starts[resting.stops[i]] = LATE;

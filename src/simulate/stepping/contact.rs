@@ -116,10 +116,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let along = quintic.first_contact(order, judgement, &mut self.touches);
             self.note_touches(stop, h);
             // Of a stop left more slowly than a quintic tells it counts that it stays within the tolerance.
+            let is_near = |x: f64| quintic.value(x).abs() <= self.tolerance(stop, size);
             let is_late = order > 0 && matches!(along, Along::Lowest { .. });
-            let places = [0.0, 0.5, 1.0].map(|x| quintic.value(x).abs());
-            let farthest = places.into_iter().fold(0.0, f64::max);
-            if is_late && farthest <= self.tolerance(stop, size) {
+            if is_late && [0.0, 0.5, 1.0].into_iter().all(is_near) {
                 Along::Clear
             } else {
                 along
