@@ -20,14 +20,14 @@ pub(crate) enum Ahead {
 /// no less.
 #[inline]
 pub(crate) fn from_open(jet: &Jet, step: f64, clear: f64, rounding: impl FnOnce() -> f64) -> Ahead {
-    match jet.shape(clear, step) {
-        Shape::Above => Ahead::Clear,
-        shape => near_stop(jet, step, shape, rounding()),
+    if jet.is_above(clear, step) {
+        return Ahead::Clear;
     }
+    near_stop(jet, step, rounding())
 }
 
-/// The same of a shape that may reach the stop.
-fn near_stop(jet: &Jet, step: f64, shape: Shape, rounding: f64) -> Ahead {
+/// The same of a gap that may reach the stop.
+fn near_stop(jet: &Jet, step: f64, rounding: f64) -> Ahead {
     let reached = |jet: &Jet, passed: f64| {
         let at = if jet.c[0] > 0.0 {
             jet.falling_root(passed)
@@ -43,7 +43,7 @@ fn near_stop(jet: &Jet, step: f64, shape: Shape, rounding: f64) -> Ahead {
             passed: 0.0,
         };
     }
-    match shape {
+    match jet.course(step) {
         Shape::Above => Ahead::Clear,
         Shape::Falling => {
             let (end, error) = (jet.value(step), jet.remainder(step));

@@ -103,6 +103,7 @@ impl Jet {
         r2 * r2 * (self.quartic + r * self.quintic)
     }
 
+    #[inline]
     fn scaled(&self, span: f64) -> ([f64; 4], f64) {
         let s2 = span * span;
         let a = [
@@ -120,12 +121,25 @@ impl Jet {
         a[1].abs() + a[2].abs() + a[3].abs() + rest
     }
 
+    /// Whether it is provably above a floor all over the span.
+    #[inline]
+    pub fn is_above(&self, floor: f64, span: f64) -> bool {
+        let (a, rest) = self.scaled(span);
+        is_positive_4([a[0] - floor, a[1], a[2], a[3], -rest])
+    }
+
     /// What can be proved over the span, in the order of what it costs; `floor` as in `Shape::Above`.
     pub fn shape(&self, floor: f64, span: f64) -> Shape {
-        let (a, rest) = self.scaled(span);
-        if is_positive_4([a[0] - floor, a[1], a[2], a[3], -rest]) {
-            return Shape::Above;
+        if self.is_above(floor, span) {
+            Shape::Above
+        } else {
+            self.course(span)
         }
+    }
+
+    /// The same of a gap that may not stay above its floor.
+    pub fn course(&self, span: f64) -> Shape {
+        let (a, rest) = self.scaled(span);
         // The slope a1 + 2 a2 x + 3 a3 x^2 -+ 4 (5) rest x^3, in units of the span.
         let slope_rest = 5.0 * rest;
         if is_positive_3([-a[1], -2.0 * a[2], -3.0 * a[3], -slope_rest]) {
@@ -223,6 +237,7 @@ pub(crate) struct DeflatedJet {
 impl DeflatedJet {
     /// Coefficients in units x of the span, degree at most 3, and the remainder at its end, which goes as
     /// `x^(4 - order)`.
+    #[inline]
     fn scaled(&self, span: f64) -> ([f64; 4], f64) {
         let mut a = self.c;
         let mut power = 1.0;
