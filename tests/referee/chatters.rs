@@ -5,6 +5,7 @@ use crate::compare::Difference;
 use crate::double_double::{Dd, dot};
 use crate::invariants::rounding;
 use crate::motion::Model;
+use crate::record::Stretch;
 use crate::reference::Reference;
 use crate::simulator::follow;
 use vibroimpact::{ImpactSide, Segment, SegmentKind, Trajectory};
@@ -79,12 +80,17 @@ fn judge(
     if slow.stopped.is_some() {
         return None;
     }
-    let Some(end) = slow.chatters.iter().find(|c| c.stop == stop) else {
+    let of_stop = |stretches: &[Stretch], end: fn(&Stretch) -> f64| {
+        stretches.iter().find(|s| s.stop == stop).map(end)
+    };
+    // Impacts too slow to rebound at all are the last, too.
+    let completed = of_stop(&slow.chatters, |c| c.end);
+    let Some(end) = completed.or_else(|| of_stop(&slow.sticks, |s| s.start)) else {
         return difference("impacts that do not accumulate", format!("{slow:?}"));
     };
-    let (off, allowed) = (off(end.end), known + rest.change * rest.span);
+    let (off, allowed) = (off(end), known + rest.change * rest.span);
     if off.is_nan() || off > allowed {
-        let detail = format!("{off:e} off their end {:e}, allowed {allowed:e}", end.end);
+        let detail = format!("{off:e} off their end {end:e}, allowed {allowed:e}");
         return difference("end of accumulating impacts", detail);
     }
     None

@@ -233,6 +233,14 @@ fn nearest<'a>(sticks: &'a [Stretch], one: &Stretch) -> Option<&'a Stretch> {
     same.min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
+/// Whether another run has a lasting contact at the same stop among those that begin no later.
+fn begins_with(one: &Stretch, sticks: &[Stretch], together: f64) -> bool {
+    let mut first = sticks
+        .iter()
+        .take_while(|s| s.start - one.start <= together);
+    first.any(|s| s.stop == one.stop)
+}
+
 /// To what part of a radian times are known: a series that is completed is known to the tolerance, and so is what follows it.
 fn known_to(case: &Case, chatters: &[Stretch], time: f64) -> f64 {
     if case.method == Method::Exact && chatters.iter().all(|c| c.start > time) {
@@ -275,7 +283,9 @@ pub fn compare_sticks(
                 && (a.start - b.start).abs() < 1e-3 / rate + rest_before(reference, case, a)
         });
         if !is_same {
-            let is_mine = start(a) <= start(b);
+            // Of two that begin together it is the one that the other run does not have.
+            let is_theirs = a.is_some_and(|a| begins_with(a, &theirs[j..], slack));
+            let is_mine = start(a) <= start(b) && !is_theirs;
             // One that is hardly longer than what counts at all may be shorter than that in the other run.
             let one = if is_mine { a } else { b }.expect("the earlier one");
             // Which of dependent stops are held where nothing moves is nobody's.
