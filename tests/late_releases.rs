@@ -48,6 +48,37 @@ fn side_by_side(side: Side) -> Scene {
 }
 
 #[test]
+fn a_body_is_let_go_where_another_that_nothing_couples_to_it_is_struck() {
+    // x'' + x = -0.9 sin 2t falls onto its stop where 0.6 sin 2t lets go of what rests on the other: at odd multiples of pi/2.
+    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![1.0, 4.0]);
+    let push = dvector![nalgebra::Complex::from(-0.9), nalgebra::Complex::from(0.6)];
+    let forcing = Harmonic::new(push, 2.0, -FRAC_PI_2).expect("valid");
+    let stops = [
+        stop(&[1.0, 0.0], 0.0, 0.5, Side::Lower),
+        stop(&[0.0, 1.0], 0.0, 0.001, Side::Upper),
+    ];
+    let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops).expect("valid");
+    let run = run(&scene, still(2), (0.0, 30.0), Method::Exact);
+    let instants: Vec<f64> = (1..10).map(|k| PI * f64::from(k) + FRAC_PI_2).collect();
+    let struck: Vec<f64> = (run.impacts().iter())
+        .filter(|impact| impact.stop == 0)
+        .map(|impact| impact.time)
+        .collect();
+    let segments = run.segments().expect("kept");
+    let released = segments
+        .iter()
+        .filter(|s| s.kind == SegmentKind::Stick && s.stop == Some(1) && s.start > 0.0);
+    let released: Vec<f64> = released.map(|s| s.end).collect();
+    for times in [struck, released] {
+        let instants = &instants[..times.len()];
+        assert!(times.len() > 7, "{times:?}");
+        let off = |(a, b): (&f64, &f64)| (a - b).abs();
+        let most = times.iter().zip(instants).map(off).fold(0.0, f64::max);
+        assert!(most < 1e-12, "{times:?}");
+    }
+}
+
+#[test]
 fn a_gap_opens_by_its_fifth_derivative() {
     for method in METHODS {
         let run = run(&side_by_side(Side::Lower), still(2), (0.0, 2.0), method);

@@ -190,7 +190,10 @@ impl EventLoop {
                 ),
             }),
             Arrival::Contact { stop } => self.collide(mover, stop, t_end, record)?,
-            Arrival::Release { stop } => self.let_go(mover, stop)?,
+            Arrival::Release { stop } => match self.struck_beside(mover) {
+                Some(struck) => self.collide(mover, struck, t_end, record)?,
+                None => self.let_go(mover, stop)?,
+            },
         };
         // A chatter that has been completed has taken time.
         let time = || mover.clock().time();
@@ -296,6 +299,14 @@ impl EventLoop {
         let state = mover.gap(stop);
         let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
         state.gap <= mover.rounding(stop) + TIME_ROUNDING * flight * state.speed.abs()
+    }
+
+    /// A stop that is reached at the instant of a release, as far as that is known: what is let go may be so after its impact alone.
+    fn struck_beside<M: Mover + ?Sized>(&self, mover: &M) -> Option<usize> {
+        let is_struck = |&stop: &usize| {
+            self.is_closed(mover, stop) && self.closes(mover, stop) && !self.faces_held(mover, stop)
+        };
+        (0..mover.n_stops()).find(is_struck)
     }
 
     /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.

@@ -309,8 +309,10 @@ fn compare_hits(
             + counting.tick()
             + 4.0 * late
             + 10.0 * base * (reference.q_unit * counting.reach(a.stop) / a.approach + 1.0 / rate);
-        let push = reference.model.delassus.rows[a.stop][a.stop].to_f64();
-        let impulse_allowed = times * impulse_aside + 4.0 * speed_allowed / push;
+        let near = |h: &&Hit| (h.time - a.time).abs().to_f64() <= counting.slack();
+        let together = mine.iter().filter(near).map(|h| h.stop);
+        let push = (reference.model).impulse_of_speeds(together.collect(), a.stop);
+        let impulse_allowed = times * impulse_aside + 4.0 * speed_allowed * push;
         let time = a.time.to_f64();
         let mut differs = |class: &str, off: f64, allowed: f64| {
             if off > reference.wide * allowed {
