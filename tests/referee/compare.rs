@@ -248,7 +248,7 @@ fn compare_hits(
     let mut theirs = theirs.to_vec();
     while i < mine.len() || j < theirs.len() {
         if let Some(a) = mine.get(i) {
-            put_first(&mut theirs[j..], a, counting.slack());
+            put_first(&mut theirs[j..], a, counting.slack() + slowness(a));
         }
         let (a, b) = (mine.get(i), theirs.get(j));
         let time = |h: Option<&Hit>| h.map_or(f64::INFINITY, |h| h.time.to_f64());

@@ -138,8 +138,8 @@ const FOUND: [(u64, &[u64]); 41] = [
     (134, &[2480]),
     // A gap of steps that opens by its fifth derivative; stops at one place whose gaps differ by rounding.
     (135, &[8641, 9895]),
-    // Accumulations at speeds of rounding; a release at the instant of an impact.
-    (136, &[9100, 16615, 93850]),
+    // Accumulations at speeds of rounding; a release at the instant of an impact; impacts at one time that steps tell apart.
+    (136, &[9100, 16615, 77736, 93850]),
     // A stop that is held beside another up to where its force is above the tolerance; impulses of masses far apart.
     (137, &[41429, 57045, 64702, 90851]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.

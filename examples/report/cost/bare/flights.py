@@ -99,8 +99,9 @@ REST = (
     ),
     Change(
         LOOP,
-        "            Arrival::Release { stop } => self.let_go(mover, stop)?,",
-        f"            Arrival::Release {{ .. }} => {NEVER},",
+        "            Arrival::Release { stop } => match self.struck_beside(mover) {",
+        f"            Arrival::Release {{ .. }} => {NEVER},\n",
+        "        };\n        // A chatter that",
     ),
     Change(EXACT, "        if let Some(motion) = &self.holding {", "", "        self.grazed.clear();\n        let next"),
     Change(EXACT, "        self.holding = Some(motion);", f"        {NEVER};"),
