@@ -5,6 +5,8 @@ use crate::double_double::{Dd, Matrix, dot};
 
 /// Rounding of the double-double numbers that enter, relative to their size.
 const ZERO: f64 = 1e-22;
+/// Columns that give so many times their own to a target are dependent, but for the rounding of the doubles that they come from.
+const DEPENDENT: f64 = 1e14;
 
 fn size(values: &[Dd]) -> f64 {
     values.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max)
@@ -22,7 +24,9 @@ pub fn complementary(g: &Matrix, r: &[Dd], scale: f64) -> Vec<Vec<Dd>> {
         let Some(y) = g.part(&active).solve(&right) else {
             continue;
         };
-        if y.iter().any(|y| y.to_f64() < 0.0) {
+        let most = DEPENDENT * size(&right);
+        let is_lost = |(&i, y): (&usize, &Dd)| (g.rows[i][i] * *y).abs().to_f64() > most;
+        if y.iter().any(|y| y.to_f64() < 0.0) || active.iter().zip(&y).any(is_lost) {
             continue;
         }
         let mut x = vec![Dd::ZERO; n];

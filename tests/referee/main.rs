@@ -140,8 +140,9 @@ const FOUND: [(u64, &[u64]); 41] = [
     (135, &[8641, 9895]),
     // Accumulations at speeds of rounding; a release at the instant of an impact; impacts at one time that steps tell apart.
     (136, &[9100, 16615, 77736, 93850]),
-    // A stop that is held beside another up to where its force is above the tolerance; impulses of masses far apart.
-    (137, &[41429, 57045, 64702, 90851]),
+    // A stop that is held beside another up to where its force is above the tolerance; impulses of masses far apart;
+    // reactions against each other, a jam.
+    (137, &[41429, 43423, 57045, 64702, 90851]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,
