@@ -43,8 +43,7 @@ fn near_stop(jet: &Jet, step: f64, rounding: f64) -> Ahead {
             passed: 0.0,
         };
     }
-    match jet.course(step) {
-        Shape::Above => Ahead::Clear,
+    match jet.shape(step) {
         Shape::Falling => {
             let (end, error) = (jet.value(step), jet.remainder(step));
             if end + error < -rounding {

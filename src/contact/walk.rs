@@ -202,42 +202,43 @@ pub(crate) fn check_flight<F: LinearFlow>(
         let mut refined = false;
         loop {
             step = ladder.step(level).min(span - time);
-            let proved = match jet.shape(floor, step) {
-                // A gap that does not move by more than the margin has its value there as its lowest.
-                Shape::Unknown if jet.spread(step) <= margin => {
-                    if jet.c[0] <= margin {
-                        check.note(
-                            Lowest {
-                                time,
-                                gap: jet.c[0],
-                            },
-                            margin,
-                        );
+            let proved = jet.is_above(floor, step)
+                || match jet.shape(step) {
+                    // A gap that does not move by more than the margin has its value there as its lowest.
+                    Shape::Unknown if jet.spread(step) <= margin => {
+                        if jet.c[0] <= margin {
+                            check.note(
+                                Lowest {
+                                    time,
+                                    gap: jet.c[0],
+                                },
+                                margin,
+                            );
+                        }
+                        true
                     }
-                    true
-                }
-                Shape::Unknown => false,
-                Shape::Minimum { at, value, error } => {
-                    // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
-                    let is_contact = time == 0.0
-                        && jet.c[0] <= margin
-                        && jet.c[0] - value <= ROUNDING * jet.size;
-                    let is_clear = is_contact || value - error > margin;
-                    let is_sharp =
-                        is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
-                    if is_sharp && !is_clear {
-                        let found = Lowest {
-                            time: at,
-                            gap: value,
-                        };
-                        let Lowest { time: at, gap } = found.sharpened(flow, gap, state);
-                        let time = time + at;
-                        check.note(Lowest { time, gap }, margin);
+                    Shape::Unknown => false,
+                    Shape::Minimum { at, value, error } => {
+                        // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
+                        let is_contact = time == 0.0
+                            && jet.c[0] <= margin
+                            && jet.c[0] - value <= ROUNDING * jet.size;
+                        let is_clear = is_contact || value - error > margin;
+                        let is_sharp =
+                            is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
+                        if is_sharp && !is_clear {
+                            let found = Lowest {
+                                time: at,
+                                gap: value,
+                            };
+                            let Lowest { time: at, gap } = found.sharpened(flow, gap, state);
+                            let time = time + at;
+                            check.note(Lowest { time, gap }, margin);
+                        }
+                        is_sharp
                     }
-                    is_sharp
-                }
-                Shape::Above | Shape::Falling | Shape::LowestAtEnd => true,
-            };
+                    Shape::Falling | Shape::LowestAtEnd => true,
+                };
             if proved {
                 break;
             }

@@ -34,23 +34,6 @@ pub struct Model {
 pub type Factors = [f64; 7];
 
 impl Model {
-    /// What errors of the speeds of some stops, one each, may add up to in the impulse of one of them that are struck together: where
-    /// the stops are dependent, what it does alone.
-    pub fn impulse_of_speeds(&self, mut together: Vec<usize>, stop: usize) -> f64 {
-        together.sort_unstable();
-        together.dedup();
-        let among = self.delassus.part(&together);
-        let unit = |j: usize| -> Vec<Dd> {
-            let one = |i: usize| Dd::from(f64::from(u8::from(i == j)));
-            (0..together.len()).map(one).collect()
-        };
-        let own = together.iter().position(|&other| other == stop);
-        let column = |j: usize| Some(among.solve(&unit(j))?[own?].abs().to_f64());
-        let inverse: Option<Vec<f64>> = (0..together.len()).map(column).collect();
-        let alone = 1.0 / self.delassus.rows[stop][stop].to_f64();
-        inverse.map_or(alone, |row| row.iter().sum())
-    }
-
     pub fn new(case: &Case, factors: &Factors) -> Self {
         let n = case.n();
         let scaled = |x: f64, k: usize| Dd::from(x) * Dd::from(factors[k]);
@@ -177,6 +160,23 @@ fn fastest_rate(free: &Matrix, n: usize, span: f64) -> f64 {
 }
 
 impl Model {
+    /// What errors of the speeds of some stops, one each, may add up to in the impulse of one of them that are struck together: where
+    /// the stops are dependent, what it does alone.
+    pub fn impulse_of_speeds(&self, mut together: Vec<usize>, stop: usize) -> f64 {
+        together.sort_unstable();
+        together.dedup();
+        let among = self.delassus.part(&together);
+        let unit = |j: usize| -> Vec<Dd> {
+            let one = |i: usize| Dd::from(f64::from(u8::from(i == j)));
+            (0..together.len()).map(one).collect()
+        };
+        let own = together.iter().position(|&other| other == stop);
+        let column = |j: usize| Some(among.solve(&unit(j))?[own?].abs().to_f64());
+        let inverse: Option<Vec<f64>> = (0..together.len()).map(column).collect();
+        let alone = 1.0 / self.delassus.rows[stop][stop].to_f64();
+        inverse.map_or(alone, |row| row.iter().sum())
+    }
+
     /// Whether impulses on some stops that change none of their speeds can change the motion: which of them carries a load is
     /// then nobody's, and matters.
     pub fn reactions_differ(&self, stops: &[usize]) -> bool {
