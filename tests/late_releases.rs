@@ -534,3 +534,32 @@ fn two_gaps_open_one_after_the_other_from_rest() {
         assert!(off < 1e-9, "{method:?}: {off:e}");
     }
 }
+
+#[test]
+fn a_stop_between_bodies_that_rest_does_not_open_by_rounding() {
+    // The first body is struck without restitution and pressed for good; nothing moves the second, whose speed is what the modes leave
+    // of that impact.
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dvector![0.0, 0.0],
+        dmatrix![1.83, 0.21; 0.21, 0.94],
+    );
+    let system = system.expect("valid").with_load(dvector![-1.0, 0.0]);
+    let force = dvector![nalgebra::Complex::from(0.5), nalgebra::Complex::from(0.0)];
+    let forcing = Harmonic::new(force, 1.25, 0.0).expect("valid");
+    let stops = [
+        stop(&[1.0, 0.0], 0.0, 0.0, Side::Lower),
+        stop(&[1.0, -1.0], 0.0, 0.5, Side::Upper),
+    ];
+    let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops).expect("valid");
+    for k in 0..50 {
+        let v0 = dvector![-0.5 - 0.013 * f64::from(k), 0.0];
+        let span = (-1e6, -1e6 + 20.0);
+        let run = run(&scene, (DVector::zeros(2), v0), span, Method::Exact);
+        assert_eq!(run.impacts().len(), 1, "{k}");
+        let (q, v) = run.last();
+        for (x, v) in q.iter().zip(v) {
+            assert!(x.abs() < 1e-13 && v.abs() < 1e-13, "{k}: {x:e} {v:e}");
+        }
+    }
+}

@@ -1,10 +1,12 @@
 //! The loop of a simulation: fly to the next contact, strike, go on; complete impacts that accumulate, hold what stays in
 //! contact, let go what is pulled (theory 8, 9).
 
+mod at_once;
 mod resting;
 mod settle;
 mod strike;
 
+use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result, digits};
 use crate::simulate::clock::Clock;
@@ -12,6 +14,7 @@ use crate::simulate::mover::{Arrival, GapState, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::{SimulateOptions, Stats, Status};
 use crate::watch::Watch;
+use at_once::{AtOnce, is_one_instant};
 use nalgebra::DVector;
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -74,8 +77,10 @@ pub(crate) struct EventLoop {
     last_blow: Option<(usize, f64)>,
     /// How fast each stop was approached at its last impact, zero before.
     approaches: Vec<f64>,
-    /// The stops let go at one instant, and that.
-    let_go: (f64, Vec<usize>),
+    /// The stops let go at one instant.
+    let_go: AtOnce,
+    /// The stops that opened late and were closed again at the same instant, without an impact.
+    closed_again: AtOnce,
     /// The time that a user sees at the last event, the impacts by then, and the events since either changed.
     events_at: (f64, usize, usize),
     pub stats: Stats,
@@ -135,7 +140,8 @@ impl EventLoop {
         self.approaches.clear();
         self.approaches.resize(mover.n_stops(), 0.0);
         self.departure = None;
-        self.let_go.1.clear();
+        self.let_go.clear();
+        self.closed_again.clear();
         self.events_at = (t0, 0, 0);
         let begun = self.begin(mover, (q0, v0), record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
@@ -347,7 +353,20 @@ impl EventLoop {
         if self.are_spent(mover)? {
             return self.come_to_rest(mover, record);
         }
+        self.note_return(mover, reached);
         self.strike_all(mover, record)
+    }
+
+    /// Takes note of a stop that opened late and is back at once, no faster than rounding: its opening was rounding.
+    fn note_return<M: Mover + ?Sized>(&mut self, mover: &M, reached: usize) {
+        let now = mover.clock().time();
+        let is_back = |then: Clock| is_one_instant(then.time(), now);
+        if self.starts[reached] == LATE
+            && self.departure.is_some_and(is_back)
+            && !self.closes(mover, reached)
+        {
+            self.closed_again.note(now, reached);
+        }
     }
 
     /// Completes impacts that accumulate, those before the end of the run.
@@ -402,11 +421,6 @@ impl EventLoop {
         }
         Ok(true)
     }
-}
-
-/// Whether two times are one, but for rounding.
-fn is_one_instant(a: f64, b: f64) -> bool {
-    (a - b).abs() <= INSTANT * a.abs().max(b.abs())
 }
 
 /// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion

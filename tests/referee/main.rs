@@ -141,8 +141,8 @@ const FOUND: [(u64, &[u64]); 41] = [
     // Accumulations at speeds of rounding; a release at the instant of an impact; impacts at one time that steps tell apart.
     (136, &[9100, 16615, 77736, 93850]),
     // A stop that is held beside another up to where its force is above the tolerance; impulses of masses far apart;
-    // reactions against each other, a jam.
-    (137, &[41429, 43423, 57045, 64702, 90851]),
+    // reactions against each other, a jam; speeds of rounding that nothing moves.
+    (137, &[34277, 41429, 43423, 57045, 64702, 90851]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,

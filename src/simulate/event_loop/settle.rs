@@ -1,9 +1,10 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
 //! others open (theory 9, at acceleration level).
 
+use super::at_once::is_one_instant;
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
-use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, is_one_instant, least_speed};
+use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
 use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
@@ -16,16 +17,12 @@ use std::collections::VecDeque;
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
 const RELEASED: f64 = 1e-9;
 
-/// Times that a stop is let go at one instant before the law of the forces as they are decides.
-const MOST_LET_GO: usize = 2;
+/// Times that a stop is let go at one instant before the law of the forces as they are decides, or that it opens late and is back at
+/// once before it is held.
+const MOST_AT_ONCE: usize = 2;
 
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 const FACING: f64 = 4.0;
-
-/// How often a stop is among those let go.
-fn times_of(let_go: &[usize], stop: usize) -> usize {
-    let_go.iter().filter(|&&s| s == stop).count()
-}
 
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
@@ -71,10 +68,7 @@ impl EventLoop {
     #[cold]
     pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
         let now = mover.clock().time();
-        if !is_one_instant(self.let_go.0, now) {
-            self.let_go = (now, Vec::new());
-        }
-        self.let_go.1.push(stop);
+        self.let_go.note(now, stop);
         // What stood still where the flight began moves now.
         if !self
             .departure
@@ -197,9 +191,10 @@ impl EventLoop {
             } else {
                 DEPENDENT
             };
+        let now = mover.clock().time();
         // Where one is let go again and again, the law of the forces as they are ends it.
-        let times = |stop: usize| times_of(&self.let_go.1, stop);
-        let is_law = is_release && stops.iter().any(|&stop| times(stop) > MOST_LET_GO);
+        let times = |stop: usize| self.let_go.times(now, stop);
+        let is_law = is_release && stops.iter().any(|&stop| times(stop) > MOST_AT_ONCE);
         let unclear = |stop: usize| match times(stop) {
             _ if is_law => 0.0,
             0 => nothing,
@@ -231,9 +226,13 @@ impl EventLoop {
         &mut self,
         mover: &mut M,
         resting: &Resting<'_>,
-        (mut held, mut undecided): (Vec<usize>, Vec<usize>),
+        (mut held, undecided): (Vec<usize>, Vec<usize>),
         is_release: bool,
     ) -> Result<Vec<usize>> {
+        let now = mover.clock().time();
+        // One that is back each time that it opens is opened by rounding.
+        let is_back = |&i: &usize| self.closed_again.times(now, resting.stops[i]) > MOST_AT_ONCE;
+        let (back, mut undecided): (Vec<_>, Vec<_>) = undecided.into_iter().partition(is_back);
         let mut one_leaves = resting.stops.iter().any(|&stop| self.starts[stop] == 2);
         // Those held share by other rules what the normals they have in common leave open: none may rest under these.
         let shares = !undecided.is_empty() && depend(&resting.normals, &held)?;
@@ -279,8 +278,8 @@ impl EventLoop {
             }
             // One whose force falls each time that it is held is pressed by rounding, but by an acceleration.
             let is_spent = |i: &usize| {
-                let times = times_of(&self.let_go.1, resting.stops[*i]);
-                is_release && order > 2 && times > MOST_LET_GO
+                let times = self.let_go.times(now, resting.stops[*i]);
+                is_release && order > 2 && times > MOST_AT_ONCE
             };
             let (spent, pressed): (Vec<_>, Vec<_>) =
                 law.pressed.iter().copied().partition(is_spent);
@@ -293,9 +292,9 @@ impl EventLoop {
             held.extend(pressed);
             undecided = law.undecided;
         }
-        for i in undecided {
+        for i in undecided.into_iter().chain(back) {
             // Where another leaves, it is that one whose force fell; at a second time it is this one.
-            let times = times_of(&self.let_go.1, resting.stops[i]);
+            let times = self.let_go.times(now, resting.stops[i]);
             let leaves = is_release && times > usize::from(one_leaves);
             if leaves || is_bound(&resting.normals, &held, i)? {
                 self.starts[resting.stops[i]] = LATE;

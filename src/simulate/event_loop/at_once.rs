@@ -1,0 +1,59 @@
+//! Stops to which something happens again and again at one instant.
+
+use super::INSTANT;
+
+/// The stops to which it happened, each as often as it did, at the instant at which it happened last.
+#[derive(Debug, Default)]
+pub(super) struct AtOnce {
+    time: f64,
+    stops: Vec<usize>,
+}
+
+impl AtOnce {
+    /// It happened to a stop at a time.
+    pub fn note(&mut self, now: f64, stop: usize) {
+        if !is_one_instant(self.time, now) {
+            (self.time, self.stops) = (now, Vec::new());
+        }
+        self.stops.push(stop);
+    }
+
+    /// How often it happened to a stop at the instant of a time.
+    pub fn times(&self, now: f64, stop: usize) -> usize {
+        let stops = self.stops.iter();
+        if is_one_instant(self.time, now) {
+            stops.filter(|&&other| other == stop).count()
+        } else {
+            0
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.stops.clear();
+    }
+}
+
+/// Whether two times are one, but for rounding.
+pub(super) fn is_one_instant(a: f64, b: f64) -> bool {
+    (a - b).abs() <= INSTANT * a.abs().max(b.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_begin_anew_at_another_instant() {
+        let mut at_once = AtOnce::default();
+        assert_eq!(at_once.times(1.0, 2), 0);
+        at_once.note(1.0, 2);
+        at_once.note(1.0, 0);
+        at_once.note(1.0 + 1e-13, 2);
+        assert_eq!(at_once.times(1.0, 2), 2);
+        assert_eq!(at_once.times(1.0, 1), 0);
+        assert_eq!(at_once.times(1.1, 2), 0);
+        at_once.note(1.1, 2);
+        assert_eq!(at_once.times(1.1, 2), 1);
+        assert_eq!(at_once.times(1.1, 0), 0);
+    }
+}
