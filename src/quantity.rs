@@ -35,6 +35,12 @@ pub(crate) fn positive_part(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
 }
 
+/// The larger of two numbers, the first where one is none: one instruction, where `f64::max` takes seven.
+#[inline]
+pub(crate) fn larger(x: f64, y: f64) -> f64 {
+    if y > x { y } else { x }
+}
+
 /// `x - y`; nothing, where that is but the last rounding of numbers that cancel: what an impact stops altogether has no speed of
 /// that size.
 pub(crate) fn difference(x: f64, y: f64) -> f64 {

@@ -8,6 +8,7 @@ use crate::contact::walk::{Ladder, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
 use crate::modal::Pair;
+use crate::quantity::larger;
 use crate::watch::Watch;
 
 /// A touch without impact: stop, time since the start of the flight, gap.
@@ -380,7 +381,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let mut ahead = match order {
                 0 => {
                     let (late, clear) = (followed.late, followed.clear * jet.size);
-                    from_open(jet, step, clear.max(late), || gap.rounding(jet).max(late))
+                    from_open(jet, step, larger(clear, late), || {
+                        larger(gap.rounding(jet), late)
+                    })
                 }
                 order => from_contact(jet, order, step, gap.rounding(jet)),
             };

@@ -3,6 +3,7 @@
 
 use crate::flow::jet::Jet;
 use crate::modal::Pair;
+use crate::quantity::larger;
 use nalgebra::Complex;
 
 /// Rounding of a gap relative to the size of its terms (theory 8).
@@ -171,7 +172,7 @@ impl GapRow {
     #[inline]
     pub fn rounding(&self, jet: &Jet) -> f64 {
         let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
-        (TERM_ROUNDINGS * terms).max(self.relative * jet.size)
+        larger(TERM_ROUNDINGS * terms, self.relative * jet.size)
     }
 
     /// What rounding leaves unknown of a gap at the most, relative to the size of its terms: its two are sums of them all.

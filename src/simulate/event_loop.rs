@@ -9,6 +9,7 @@ mod strike;
 use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result, digits};
+use crate::quantity::larger;
 use crate::simulate::clock::Clock;
 use crate::simulate::mover::{Arrival, GapState, Mover};
 use crate::simulate::record::Record;
@@ -327,8 +328,8 @@ impl EventLoop {
         self.still.clear();
         let arrived = mover.gap(reached);
         for stop in 0..mover.n_stops() {
-            self.sizes[stop] = self.sizes[stop].max(mover.extent(stop));
-            self.reaches[stop] = self.reaches[stop].max(mover.reach(stop));
+            self.sizes[stop] = larger(self.sizes[stop], mover.extent(stop));
+            self.reaches[stop] = larger(self.reaches[stop], mover.reach(stop));
             let is_held = self.held.contains(&stop);
             // What those held keep closed has no speed, whatever rounding makes of it.
             let faces = self.faces_held(mover, stop);
@@ -427,7 +428,7 @@ impl EventLoop {
 /// would close by its acceleration.
 fn least_speed<M: Mover + ?Sized>(mover: &M, stop: usize, state: GapState) -> f64 {
     let fall = (2.0 * state.acceleration.abs() * state.size).sqrt();
-    ROUNDING * mover.speed_size(stop).max(fall)
+    ROUNDING * larger(mover.speed_size(stop), fall)
 }
 
 impl Unresolved {

@@ -11,7 +11,7 @@ use crate::impact::wrapped;
 use crate::linalg::rank::DEPENDENT;
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
-use crate::quantity::{difference, positive_part};
+use crate::quantity::{difference, larger, positive_part};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
 use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
@@ -238,7 +238,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
 
     fn rounding(&self, stop: usize) -> f64 {
         let placed = self.placed.get(stop).copied().unwrap_or(0.0);
-        self.search.rounding(stop).max(placed)
+        larger(self.search.rounding(stop), placed)
     }
 
     fn extent(&self, stop: usize) -> f64 {
