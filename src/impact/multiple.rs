@@ -15,8 +15,10 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Slacks to which the law is solved: (1 + e) gamma is known to twice that of gamma; as much again leaves a feasible problem room.
 const SOLVED: f64 = 4.0;
 
-/// What the rounds make of the rounding of speeds, where they do not end.
+/// What rounds that throw speeds to and fro make of their rounding.
 const THROWN: f64 = 10.0;
+/// After more rounds than these speeds were thrown back to where they came from.
+const TO_AND_FRO: usize = 2;
 
 /// What several stops do at one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,10 +104,12 @@ pub fn resolve_impacts(
         state
             .apply(delassus, &DVector::zeros(k), &all)?
             .ok_or_else(unsolvable_impacts)?;
+        rounds += 1;
+    }
+    if is_inelastic || rounds > TO_AND_FRO {
         // Restitution has thrown the rounding of the speeds to and fro: what is left of that is nothing.
         state.slack *= THROWN;
         state.rest();
-        rounds += 1;
     }
     Ok(ResolvedImpacts {
         impulses: state.impulses,
@@ -360,6 +364,18 @@ mod tests {
             let found = resolve_impacts(&g, &e, &before, &slack).expect("solvable");
             assert!(found.is_inelastic);
             assert_eq!(found.opening_speeds, DVector::zeros(3));
+        }
+    }
+
+    #[test]
+    fn what_is_thrown_between_two_stops_without_room_comes_to_rest_at_both() {
+        // A body of mass 1/50 between stops that push it by an impulse and by its speed.
+        let g = dmatrix![50.0, -1.0; -50.0, 1.0];
+        let (e, slack) = (dvector![0.5, 0.5], dvector![2e-15, 2e-15]);
+        for speed in [0.2, -0.2, 0.3, 0.7, -1.1] {
+            let before = dvector![speed, -speed];
+            let found = resolve_impacts(&g, &e, &before, &slack).expect("solvable");
+            assert_eq!(found.opening_speeds, dvector![0.0, 0.0], "{speed}");
         }
     }
 

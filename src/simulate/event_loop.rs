@@ -248,13 +248,11 @@ impl EventLoop {
                 );
                 return Err(Error::bad_value("q0", value, rule));
             }
-            // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one.
-            if gap > margin {
-                continue;
-            }
+            // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one. One that is zero as it
+            // was given is none, however far the modes are off.
             let given = mover.placed(stop, q0, v0)?;
             let is_zero = |(value, size): (f64, f64)| value.abs() <= GIVEN_ROUNDING * size;
-            if is_zero(given.gap) || self.is_closed(mover, stop) {
+            if is_zero(given.gap) || gap <= margin && self.is_closed(mover, stop) {
                 self.touching.push(stop);
                 if is_zero(given.speed) {
                     self.still.push(stop);

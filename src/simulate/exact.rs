@@ -159,6 +159,13 @@ fn is_within(then: Clock, last: f64) -> bool {
     then.time() <= last
 }
 
+/// Whether a touch on a flight from an instant on comes before the event that ends it: one of the stop that is reached then, at what is
+/// the same time to a user, is that contact.
+fn is_before(graze: &Grazed, from: Clock, (stop, time): (Option<usize>, f64)) -> bool {
+    let is_apart = || from.after(graze.time).time() < from.after(time).time();
+    graze.time < time && (Some(graze.stop) != stop || is_apart())
+}
+
 impl<F: LinearFlow> Looped for ExactMover<'_, F> {
     type Taken<'s>
         = Self
@@ -366,7 +373,9 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
                 let (stop, time) = self
                     .search
                     .arrive(stop, time, &self.state, &mut self.arrived);
-                self.grazed.retain(|graze| graze.time < time);
+                let from = self.clock;
+                self.grazed
+                    .retain(|graze| is_before(graze, from, (Some(stop), time)));
                 let then = self.clock.after(time);
                 if is_within(then, last) {
                     self.keep(time, None, record);

@@ -2,7 +2,7 @@
 //! are (theory 9).
 
 use super::keep::reported;
-use super::{ExactMover, is_within};
+use super::{ExactMover, is_before, is_within};
 use crate::contact::next::{Grazed, LATE, Next, Search, Seen};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
@@ -107,12 +107,18 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
         if record.keep != Keep::Final {
-            let is_before =
-                |graze: &Grazed| graze.time < time || (next.is_none() && graze.time <= time);
-            let before = touches.into_iter().filter(is_before);
+            let reached = next.and_then(|(event, _)| match event {
+                Event::Contact(stop) => Some(stop),
+                Event::Release(_) => None,
+            });
+            let (from, is_end) = (self.clock, next.is_none());
+            let is_kept = |graze: &Grazed| {
+                is_before(graze, from, (reached, time)) || (is_end && graze.time <= time)
+            };
+            let kept = touches.into_iter().filter(is_kept);
             record
                 .grazes
-                .extend(before.map(|graze| reported(graze, self.clock)));
+                .extend(kept.map(|graze| reported(graze, from)));
         }
         self.keep_piece(SegmentKind::Stick, &motion.stops, time);
         record.sample(self.clock, time, next.is_none().then_some(last), |local| {
