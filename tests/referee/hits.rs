@@ -149,9 +149,14 @@ impl Counting<'_> {
                 let sooner = 0.02 * (c.end - c.start).min(1e-3 / self.rate);
                 c.stop == hit.stop && (time - c.start).abs() < near + sooner
             });
-            if let Some(rest) = self.rest(hit)
+            // A departure that is none to rounding is the one that restitution asks for.
+            let mut asked = hit.clone();
+            if asked.departure == 0.0 {
+                asked.departure = self.case.stops[hit.stop].restitution * hit.approach;
+            }
+            if let Some(rest) = self.rest(&asked)
                 && begins
-                && hit.departure > 0.0
+                && asked.departure > 0.0
             {
                 until[hit.stop] = until[hit.stop].max(time + 1.1 * rest + near);
             }
