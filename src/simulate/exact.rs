@@ -274,12 +274,13 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     fn placed(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<Placed> {
         let g = &self.scene.geometry;
         let (normal, clearance) = (g.normals.column(stop), g.clearances[stop]);
+        let size = |x: &DVector<f64>| -> f64 {
+            let terms = normal.iter().zip(x.iter());
+            terms.map(|(n, x)| (n * x).abs()).sum()
+        };
         Ok(Placed {
-            gap: (
-                clearance - normal.dot(q),
-                clearance.abs() + normal.abs().dot(&q.abs()),
-            ),
-            speed: (-normal.dot(v), normal.abs().dot(&v.abs())),
+            gap: (clearance - normal.dot(q), clearance.abs() + size(q)),
+            speed: (-normal.dot(v), size(v)),
         })
     }
 
