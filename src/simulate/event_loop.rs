@@ -239,8 +239,9 @@ impl EventLoop {
         for stop in 0..mover.n_stops() {
             let GapState { gap, size, .. } = mover.gap(stop);
             let margin = mover.margin(stop, size);
+            let given = mover.placed(stop, q0, v0)?;
             // What is zero as it was given is zero, whatever the mover's own numbers make of it.
-            if gap < -margin && mover.placed(stop, q0, v0)?.gap.0 < -margin {
+            if gap < -margin && given.gap.0 < -margin {
                 let value = format!("inside stop {stop}, its gap {}", digits(gap));
                 let rule = format!(
                     "at the start no gap may lie below minus the margin, {}",
@@ -250,7 +251,6 @@ impl EventLoop {
             }
             // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one. One that is zero as it
             // was given is none, however far the modes are off.
-            let given = mover.placed(stop, q0, v0)?;
             let is_zero = |(value, size): (f64, f64)| value.abs() <= GIVEN_ROUNDING * size;
             if is_zero(given.gap) || gap <= margin && self.is_closed(mover, stop) {
                 self.touching.push(stop);
@@ -358,14 +358,18 @@ impl EventLoop {
 
     /// Takes note of a stop that opened late and is back at once, no faster than rounding: its opening was rounding.
     fn note_return<M: Mover + ?Sized>(&mut self, mover: &M, reached: usize) {
-        let now = mover.clock().time();
-        let is_back = |then: Clock| is_one_instant(then.time(), now);
-        if self.starts[reached] == LATE
-            && self.departure.is_some_and(is_back)
-            && !self.closes(mover, reached)
-        {
-            self.closed_again.note(now, reached);
+        if self.starts[reached] == LATE && !self.closes(mover, reached) {
+            let now = mover.clock().time();
+            if self.departed_at(now) {
+                self.closed_again.note(now, reached);
+            }
         }
+    }
+
+    /// Whether the present flight began at the instant of a time.
+    fn departed_at(&self, now: f64) -> bool {
+        self.departure
+            .is_some_and(|then| is_one_instant(then.time(), now))
     }
 
     /// Completes impacts that accumulate, those before the end of the run.

@@ -13,7 +13,8 @@ impl AtOnce {
     /// It happened to a stop at a time.
     pub fn note(&mut self, now: f64, stop: usize) {
         if !is_one_instant(self.time, now) {
-            (self.time, self.stops) = (now, Vec::new());
+            self.time = now;
+            self.stops.clear();
         }
         self.stops.push(stop);
     }

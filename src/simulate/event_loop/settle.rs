@@ -1,7 +1,6 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
 //! others open (theory 9, at acceleration level).
 
-use super::at_once::is_one_instant;
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
 use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
@@ -70,10 +69,7 @@ impl EventLoop {
         let now = mover.clock().time();
         self.let_go.note(now, stop);
         // What stood still where the flight began moves now.
-        if !self
-            .departure
-            .is_some_and(|then| is_one_instant(then.time(), now))
-        {
+        if !self.departed_at(now) {
             self.still.clear();
         }
         let mut resting = Vec::new();
