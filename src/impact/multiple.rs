@@ -107,9 +107,7 @@ pub fn resolve_impacts(
         rounds += 1;
     }
     if is_inelastic || rounds > TO_AND_FRO {
-        // Restitution has thrown the rounding of the speeds to and fro: what is left of that is nothing.
-        state.slack *= THROWN;
-        state.rest();
+        state.end_throws(delassus, opening_speeds)?;
     }
     Ok(ResolvedImpacts {
         impulses: state.impulses,
@@ -184,6 +182,18 @@ impl State {
                 (self.speeds[i], self.reported[i]) = (0.0, 0.0);
             }
         }
+    }
+
+    /// What restitution has thrown to and fro ends without it; what is left within the rounding of all the throws is nothing.
+    fn end_throws(&mut self, g: &DMatrix<f64>, before: &DVector<f64>) -> Result<()> {
+        let (k, slack) = (self.speeds.len(), THROWN * &self.slack);
+        self.speeds = before + g * &self.impulses;
+        self.slack = rounding(g, &self.impulses);
+        let all: Vec<usize> = (0..k).collect();
+        self.apply(g, &DVector::zeros(k), &all)?;
+        self.slack = slack;
+        self.rest();
+        Ok(())
     }
 
     /// One round: the law for the stops that enter. Whether any was pushed; `None` where the law has no solution.
@@ -376,6 +386,21 @@ mod tests {
             let before = dvector![speed, -speed];
             let found = resolve_impacts(&g, &e, &before, &slack).expect("solvable");
             assert_eq!(found.opening_speeds, dvector![0.0, 0.0], "{speed}");
+        }
+    }
+
+    #[test]
+    fn the_impulses_of_what_is_thrown_to_and_fro_bring_it_to_rest() {
+        // A body of mass 1 on two equal stops below, one above, and no room; slow is what is slower than 1e-12.
+        let normals = dmatrix![-0.45, -0.45, 1.0];
+        let g = normals.tr_mul(&normals);
+        let (e, slack) = (dvector![0.5, 0.5, 0.5], dvector![1e-12, 1e-12, 1e-12]);
+        for speed in [0.07, -0.07, 0.3] {
+            let before = -normals.tr_mul(&dvector![speed]);
+            let found = resolve_impacts(&g, &e, &before, &slack).expect("solvable");
+            assert_eq!(found.opening_speeds, DVector::zeros(3));
+            let left = (before + &g * found.impulses).amax();
+            assert!(left < 1e-14, "{left} of {speed}");
         }
     }
 
