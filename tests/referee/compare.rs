@@ -289,6 +289,10 @@ fn compare_hits(
             first.report(hit.time.to_f64(), class, &details());
             break;
         }
+        // What one of them is about to do with others is not looked at.
+        if time(a).max(time(b)) >= until {
+            break;
+        }
         let (a, b) = (a.expect("same"), b.expect("same"));
         if case.by_method(false, true) && is_graze(a) {
             return (drifts, Some(a.time.to_f64()));

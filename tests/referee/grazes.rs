@@ -2,9 +2,7 @@
 
 use crate::case::{Case, StopCase};
 use crate::compare::Difference;
-use crate::double_double::Matrix;
 use crate::hits::Counting;
-use crate::motion::Model;
 use crate::reference::Reference;
 use nalgebra::DVector;
 use vibroimpact::{Graze, ImpactSide, Method, Segment, SegmentKind, Trajectory};
@@ -81,11 +79,14 @@ fn not_in_flight(
 }
 
 /// What is unknown of a gap: the rounding of its terms, those that turn with a fast forcing among them; complex modes, of a body free but
-/// for dashpots above all, lose three digits.
+/// for dashpots above all, lose three digits, those of the way that their slowest would go too.
 fn known_to(stop: usize, counting: &Counting<'_>) -> f64 {
-    let case = counting.case;
-    let lost = if case.has_real_modes() { 10.0 } else { 1e3 };
-    lost * counting.gap_rounding(stop)
+    let terms = counting.gap_rounding(stop);
+    if counting.case.has_real_modes() {
+        10.0 * terms
+    } else {
+        1e3 * (terms + f64::EPSILON * counting.reach(stop) * counting.way)
+    }
 }
 
 /// The gap is zero as far as it is known, the depth is that of the gap, and the speed such that the gap falls no further.
@@ -109,19 +110,8 @@ fn not_a_touch(graze: &Graze, gap: f64, speed: f64, counting: &Counting<'_>) -> 
     (speed.abs() > fall).then(|| ("that moves", format!("at {speed:e}, allowed {fall:e}")))
 }
 
-/// Whether stops that are held leave the gap of another as it is: what it does is rounding.
-fn is_bound(model: &Model, held: &[usize], stop: usize) -> bool {
-    let normals = |stops: &[usize]| Matrix {
-        rows: stops
-            .iter()
-            .map(|&i| model.stops[i].normal.clone())
-            .collect(),
-    };
-    let with_it = [held, &[stop]].concat();
-    !held.is_empty() && normals(&with_it).rank() == normals(held).rank()
-}
-
-/// Touches of exact flights that the motion shows and the list has not.
+/// Touches of exact flights that the motion shows and the list has not. While stops are held the library knows the gaps of others better
+/// than positions in doubles show them.
 pub fn grazes_are_listed(
     case: &Case,
     run: &Trajectory,
@@ -130,33 +120,25 @@ pub fn grazes_are_listed(
     if case.method != Method::Exact {
         return None;
     }
+    let rate = reference.model.rate;
     let segments = run.segments().expect("motion is kept");
-    // Several stops in lasting contact have a row each.
-    let stretches = segments.chunk_by(|a, b| a.start == b.start && a.kind == b.kind);
-    let moving = stretches.filter(|rows| {
-        let is_long = (rows[0].end - rows[0].start) * reference.model.rate > SHORT;
-        is_long && rows[0].kind != SegmentKind::Chatter
-    });
-    moving.into_iter().find_map(|rows| {
-        let looks = Looks::new(run, &rows[0], reference.model.rate);
-        // While stops are held a gap is known better: what of it rests with them has no rounding.
-        let is_free = rows[0].kind == SegmentKind::Flight;
-        let zero = if is_free { ZERO } else { 1e-2 * ZERO };
-        let held: Vec<usize> = rows.iter().filter_map(|s| s.stop).collect();
-        let is_bound = |stop: usize| is_bound(&reference.model, &held, stop);
+    let is_long = |s: &&Segment| (s.end - s.start) * rate > SHORT;
+    let flights = (segments.iter()).filter(|s| s.kind == SegmentKind::Flight);
+    flights.filter(is_long).find_map(|flight| {
+        let looks = Looks::new(run, flight, rate);
         // Of a gap to a stop at zero the terms vanish with it.
-        let is_judged = |&stop: &usize| case.stops[stop].clearance != 0.0 && !is_bound(stop);
+        let is_judged = |&stop: &usize| case.stops[stop].clearance != 0.0;
         (0..case.stops.len()).filter(is_judged).find_map(|stop| {
             let is_listed = |time: f64| {
                 let mut listed = run.grazes().iter().filter(|g| g.stop == stop);
                 listed.any(|g| (g.time - time).abs() <= looks.apart)
             };
             let missed = looks
-                .touches(&case.stops[stop], zero)
+                .touches(&case.stops[stop])
                 .find(|&time| !is_listed(time))?;
             Some(Difference {
                 class: "graze missed".to_string(),
-                detail: format!("stop {stop} at {missed:?}, {:?}", rows[0]),
+                detail: format!("stop {stop} at {missed:?}, {flight:?}"),
             })
         })
     })
@@ -190,7 +172,7 @@ impl<'a> Looks<'a> {
     }
 
     /// The times of the minima of a gap that are zero and clear of all else.
-    fn touches(&self, stop: &StopCase, zero: f64) -> impl Iterator<Item = f64> {
+    fn touches(&self, stop: &StopCase) -> impl Iterator<Item = f64> {
         let size = 2.0 * stop.clearance.abs();
         let gaps: Vec<f64> = (self.positions.iter())
             .map(|q| stop.gap(q.as_slice()))
@@ -203,7 +185,7 @@ impl<'a> Looks<'a> {
         };
         let dips = (1..self.positions.len() - 1).filter(is_dip);
         dips.map(move |k| lowest(&gap, (self.time(k - 1), self.time(k + 1))))
-            .filter(move |&time| gap(time).abs() <= zero * size)
+            .filter(move |&time| gap(time).abs() <= ZERO * size)
     }
 }
 
