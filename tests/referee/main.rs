@@ -2,7 +2,8 @@
 //! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, the first one from
 //! `VIBROIMPACT_REFEREE_FROM`, their seed from `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
 //! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found. `VIBROIMPACT_SOAKS` names a table of
-//! what was compared.
+//! what was compared. Where the two disagree in the units of a scene and agree in all others that are tried, rounding decides: such
+//! scenes are told, and counted apart.
 
 mod accumulation;
 mod alterations;
@@ -40,6 +41,7 @@ mod simulator;
 #[path = "../common/soak.rs"]
 mod soak;
 mod states;
+mod units;
 
 use compare::Verdict;
 use std::collections::BTreeMap;
@@ -174,6 +176,8 @@ struct Tally {
     cut: BTreeMap<&'static str, usize>,
     parts: f64,
     no_scene: usize,
+    /// Where the two disagree in the units of the scene alone: by rounding.
+    in_one_unit: Vec<u64>,
     classes: BTreeMap<String, Vec<u64>>,
 }
 
@@ -186,6 +190,7 @@ impl Tally {
             self.agree,
             self.no_scene
         );
+        println!("in their own units alone disagree {:?}", self.in_one_unit);
         println!(
             "compared {:.3} of the spans; cut short: {:?}",
             self.parts / self.agree.max(1) as f64,
@@ -259,6 +264,8 @@ fn the_library_agrees_with_the_referee() {
                     let started = Instant::now();
                     running.lock().expect("no panic").insert(number, started);
                     let verdict = compare::judge(&case);
+                    let is_rounding =
+                        matches!(verdict, Verdict::Disagree(_)) && units::agree_in_others(&case);
                     running.lock().expect("no panic").remove(&number);
                     let took = started.elapsed().as_secs_f64();
                     let mut tally = tally.lock().expect("no panic");
@@ -280,13 +287,16 @@ fn the_library_agrees_with_the_referee() {
                         Verdict::Disagree(differences) => {
                             let mut text =
                                 format!("scene {number} of seed {seed}: {}\n", case.label);
+                            if is_rounding {
+                                text += "  (in its own units alone)\n";
+                                tally.in_one_unit.push(number);
+                            }
                             for difference in differences {
                                 text += &format!("  {}: {}\n", difference.class, difference.detail);
-                                tally
-                                    .classes
-                                    .entry(difference.class)
-                                    .or_default()
-                                    .push(number);
+                                if !is_rounding {
+                                    let class = tally.classes.entry(difference.class);
+                                    class.or_default().push(number);
+                                }
                             }
                             text += &case.dump();
                             println!("{text}");
@@ -309,8 +319,11 @@ fn the_library_agrees_with_the_referee() {
     let tally = tally.into_inner().expect("no panic");
     tally.print(numbers.len(), began.elapsed());
     if only.is_none() {
-        let disagree = numbers.len() - tally.agree - tally.no_scene;
-        soak::note("linear scenes", seed, from, numbers.len(), disagree);
+        let (total, rounding) = (numbers.len(), tally.in_one_unit.len());
+        let disagree = total - tally.agree - tally.no_scene - rounding;
+        soak::note("linear scenes", seed, from, total, disagree);
+        let alone = "linear scenes, in one system of units alone";
+        soak::note(alone, seed, from, total, rounding);
     }
     if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
         tally.print_smallest(seed);
