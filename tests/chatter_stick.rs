@@ -285,6 +285,35 @@ fn a_run_cut_inside_a_contact_goes_on_as_one() {
 }
 
 #[test]
+fn what_is_pressed_late_is_held_in_complex_modes_too() {
+    // Three bodies in a row that nothing holds; the third rests on a stop, and the first, on a dashpot, begins to move: the third is
+    // pressed by the fifth derivative of its place.
+    let springs = dmatrix![
+        0.8581244807098427, -0.8581244807098427, 0.0;
+        -0.8581244807098427, 1.305797378039217, -0.4476728973293741;
+        0.0, -0.4476728973293741, 0.4476728973293741];
+    let dashpot = dvector![1.0715266123639915, 0.0, 0.0];
+    let system = LinearSystem::new(DVector::from_element(3, 1.0), dashpot, springs).expect("valid");
+    let force = dvector![(-0.17061317883750615).into(), 0.0.into(), 0.0.into()];
+    let force = Harmonic::new(force, 0.9017562130196444, -0.3093930932180782).expect("valid");
+    let stop = Stop::new(2, 0.0, 1.0).expect("valid");
+    let scene = Scene::new(system, force, [stop]).expect("valid");
+    let (q0, v0) = (
+        dvector![0.0, 0.0, 0.0],
+        dvector![0.3427335742141975, 0.0, 0.0],
+    );
+    for method in BOTH {
+        let run = simulate(&scene, &q0, &v0, (0.0, 8.0), &with(method, 1e-12)).expect("valid");
+        assert_eq!(run.impacts().len(), 0, "{method:?}");
+        let held = of_kind(&run, SegmentKind::Stick);
+        assert!(
+            held[0].start == 0.0 && held[0].end == 8.0,
+            "{method:?}: {held:?}"
+        );
+    }
+}
+
+#[test]
 fn nothing_holds_what_has_no_force_and_nothing_lets_go_at_rest() {
     // An equilibrium exactly on the stop: no force, no acceleration; it stays for ever.
     let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");

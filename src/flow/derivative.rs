@@ -51,12 +51,14 @@ impl Equations {
     }
 
     /// Derivatives of the position of some orders from 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
-    /// `f + Re(F e^{i w t})`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries.
+    /// `f + Re(F e^{i w t})`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries;
+    /// `lost` is what is unknown of position and velocity, where that is more than their rounding.
     pub fn derivatives(
         &self,
         scene: &ModalScene,
         angle: f64,
         (q, v): (DVector<f64>, DVector<f64>),
+        lost: Option<[DVector<f64>; 2]>,
         orders: Range<usize>,
     ) -> Vec<(DVector<f64>, DVector<f64>)> {
         let n = q.len();
@@ -66,6 +68,10 @@ impl Equations {
             value,
         };
         let (mut x, mut next, mut after) = (given(q), given(v), given(DVector::zeros(n)));
+        if let Some([of_q, of_v]) = lost {
+            x.unknown = x.unknown.sup(&of_q);
+            next.unknown = next.unknown.sup(&of_v);
+        }
         let (mut sum, mut terms) = (DVector::zeros(n), DVector::zeros(n));
         let mut force = scene.amplitude.map(|f| f * Complex::cis(angle));
         let turn = Complex::new(0.0, scene.frequency);
@@ -126,7 +132,7 @@ mod tests {
                 (t + turn).cos() - 2f64.powi(k) * (2.0 * t + turn).cos()
             };
             let state = (dvector![x(0, t)], dvector![x(1, t)]);
-            let derivatives = equations.derivatives(&scene, t, state, 2..12);
+            let derivatives = equations.derivatives(&scene, t, state, None, 2..12);
             assert_eq!(derivatives.len(), 10);
             for (order, (value, unknown)) in (2..).zip(derivatives) {
                 let off = value[0] - x(order, t);

@@ -118,6 +118,17 @@ impl ModalForm {
         f64::EPSILON * self.condition.max(4.0)
     }
 
+    /// What a sum over complex modes leaves unknown of each position and velocity of a state; `None` where modes are real.
+    pub fn lost(&self, state: &[Pair]) -> Option<[DVector<f64>; 2]> {
+        let Coordinates::Complex { to_physical, .. } = &self.coordinates else {
+            return None;
+        };
+        let sizes = DVector::from_iterator(2 * self.n, state.iter().flatten().map(|z| z.abs()));
+        let unknown = to_physical.abs() * sizes * self.rounding();
+        let half = |first: usize| unknown.rows(first, self.n).into_owned();
+        Some([half(0), half(self.n)])
+    }
+
     /// Number of degrees of freedom, and of pairs in a state.
     pub fn n_dof(&self) -> usize {
         self.n

@@ -164,11 +164,12 @@ impl EventLoop {
         }
         self.stats.n_flights += 1;
         self.departure = Some(mover.clock());
-        if self.is_looping(now) {
+        let left = mover.clock().until(goal).max(0.0);
+        if self.is_looping(now, left) {
             let reason = "contacts open and close without end at one instant".to_owned();
             return ControlFlow::Break(Unresolved { reason }.at(now));
         }
-        ControlFlow::Continue(mover.clock().until(goal).max(0.0))
+        ControlFlow::Continue(left)
     }
 
     /// What happens where a flight has ended; the end of the run, if it is that.
@@ -287,11 +288,12 @@ impl EventLoop {
             && !self.still.contains(&stop)
     }
 
-    /// Whether so many events without an impact fell on one instant, to some roundings of its time, that there will be no end of
-    /// them.
-    fn is_looping(&mut self, now: f64) -> bool {
+    /// Whether so many events without an impact fell on one instant, to some roundings of its time, or to one of the time left, that
+    /// there will be no end of them.
+    fn is_looping(&mut self, now: f64, left: f64) -> bool {
         let (time, impacts, count) = &mut self.events_at;
-        if is_one_instant(now, *time) && *impacts == self.stats.n_impacts {
+        let is_near = is_one_instant(now, *time) || (now - *time).abs() <= f64::EPSILON * left;
+        if is_near && *impacts == self.stats.n_impacts {
             *count += 1;
         } else {
             (*time, *impacts, *count) = (now, self.stats.n_impacts, 0);

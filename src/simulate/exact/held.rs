@@ -60,15 +60,16 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         let angle = self.clock.angle();
+        let lost = self.scene.form.lost(&self.whole(&self.state));
         let derivatives = if held.is_empty() {
             let state = self.physical();
             let equations = self.timed.equations();
-            equations.derivatives(self.scene, angle, state, orders)
+            equations.derivatives(self.scene, angle, state, lost, orders)
         } else {
             let motion = self.motion_of(held)?;
             let state = self.settled(held)?;
             let equations = motion.equations(&self.scene.system);
-            equations.derivatives(self.scene, angle, state, orders)
+            equations.derivatives(self.scene, angle, state, lost, orders)
         };
         let normal = |stop: usize| self.scene.geometry.normals.column(stop);
         let unknown = |stop: usize, of: &DVector<f64>| {
