@@ -8,7 +8,7 @@ use crate::motion::Model;
 use crate::record::Stretch;
 use crate::reference::Reference;
 use crate::simulator::follow;
-use vibroimpact::{ImpactSide, Segment, SegmentKind, Trajectory};
+use vibroimpact::{Impact, ImpactSide, Segment, SegmentKind, Trajectory};
 
 /// A change of the acceleration by more than this part is none of first order.
 const MOST_CHANGE: f64 = 0.5;
@@ -51,11 +51,16 @@ fn judge(
         let detail = format!("{chatter:?}: {detail}");
         Some(Difference { class, detail })
     };
+    // Both ends are sums of doubles.
+    let tick = 4.0 * f64::EPSILON * chatter.start.abs().max(chatter.end.abs());
+    // With an impact elsewhere within roundings of that time, none of the states there is the one from which it began.
+    let elsewhere = |i: &Impact| i.stop != stop && (i.time - chatter.start).abs() <= tick;
+    if run.impacts().iter().any(elsewhere) {
+        return None;
+    }
     let x = on_stop(model, stop, state(case, run, model, chatter.start));
     let rest = Rest::new(model, stop, &x);
     let took = chatter.end - chatter.start;
-    // Both ends are sums of doubles.
-    let tick = 4.0 * f64::EPSILON * chatter.start.abs().max(chatter.end.abs());
     let is_cut = chatter.end >= run.span().1;
     let off = |span: f64| {
         if is_cut {

@@ -153,8 +153,8 @@ const FOUND: [(u64, &[u64]); 45] = [
     // Touches beside a stop that is held, as positions show them; of a body that a dashpot alone holds.
     (141, &[19996, 21043]),
     // What a body that is pressed late rests on, by the rounding of complex modes; contacts that open and close without end just
-    // after the time zero.
-    (143, &[42041, 56421, 74891]),
+    // after the time zero; the rest of impacts that begins with another's.
+    (143, &[42041, 56421, 74891, 86853]),
     // What is driven far from its stops; speeds and sizes at and after impacts, ends that a stop at rest touches.
     (
         200,
