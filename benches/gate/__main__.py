@@ -21,10 +21,10 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples"))
 
-import counts  # noqa: E402
-from calls import cases  # noqa: E402
-from compare import compare  # noqa: E402
-from recorder import Recorder  # noqa: E402
+import counts
+from calls import cases
+from compare import compare
+from recorder import Recorder
 
 SLOW = 5.0  # [s] of a case that is worth a line
 

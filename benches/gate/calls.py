@@ -1,4 +1,4 @@
-"""The fixed set of calls: examples, extreme cases, contests, orbits and guesses, maps and ensembles, and scenes drawn at random."""
+"""The fixed set of calls: examples, extreme cases, contests, orbits, guesses, maps, ensembles, and scenes drawn at random."""
 
 import contextlib
 import io

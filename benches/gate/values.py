@@ -8,7 +8,7 @@ import numpy as np
 import vibroimpact as vi
 
 SAMPLES = 33  # instants at which a motion is read
-MANY = 300  # impacts times coordinates beyond which what is made for drawing, and the ledger, are left out: they would be the most of it
+MANY = 300  # impacts times coordinates beyond which what is made for drawing, and the ledger, are left out
 DRAWN = ("t", "q", "v", "energy")
 OWN = tuple(kind for kind in map(vars(vi).get, vi.__all__) if isinstance(kind, type) and kind is not vi.ConvergenceError)
 
