@@ -279,12 +279,8 @@ fn compare_hits(
                 (i, j) = if is_mine { (i + 1, j) } else { (i, j + 1) };
                 continue;
             }
-            let n = counting.reach(hit.stop);
-            let depth = depth(reference, hit, n);
             let what = if is_mine { "missed" } else { "extra" };
-            let relative = case.rtol.clamp(1e-15, 1e-9) * reference.main.q_size;
-            let is_shallow = depth < 20.0 * n * (case.atol + relative);
-            let shallow = if is_shallow { ", shallow" } else { "" };
+            let shallow = shallowness(case, reference, hit, counting.reach(hit.stop));
             let class = format!("impact {what}{shallow}");
             first.report(hit.time.to_f64(), class, &details());
             break;
@@ -342,6 +338,13 @@ fn compare_hits(
         (i, j) = (i + 1, j + 1);
     }
     (drifts, None)
+}
+
+/// What is said of an impact that hardly goes beyond its stop.
+fn shallowness(case: &Case, reference: &Reference, hit: &Hit, n: f64) -> &'static str {
+    let relative = case.rtol.clamp(1e-15, 1e-9) * reference.main.q_size;
+    let is_shallow = depth(reference, hit, n) < 20.0 * n * (case.atol + relative);
+    if is_shallow { ", shallow" } else { "" }
 }
 
 /// Deviations of the last few impacts: one alone may be small by chance.

@@ -43,6 +43,7 @@ mod soak;
 mod states;
 mod units;
 
+use case::Case;
 use compare::Verdict;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -185,6 +186,39 @@ struct Tally {
 }
 
 impl Tally {
+    /// Takes what came of a scene, and shows what disagrees.
+    fn take(&mut self, verdict: Verdict, is_rounding: bool, case: &Case, name: (u64, u64)) {
+        let (seed, number) = name;
+        match verdict {
+            Verdict::NoScene(why) => {
+                self.no_scene += 1;
+                println!("scene {number} of seed {seed} is none: {why}");
+            }
+            Verdict::Agree(part, why) => {
+                self.agree += 1;
+                self.parts += part;
+                if let Some(why) = why {
+                    *self.cut.entry(why).or_default() += 1;
+                }
+            }
+            Verdict::Disagree(differences) => {
+                let mut text = format!("scene {number} of seed {seed}: {}\n", case.label);
+                if is_rounding {
+                    text += "  (in its own units alone)\n";
+                    self.in_one_unit.push(number);
+                }
+                for difference in differences {
+                    text += &format!("  {}: {}\n", difference.class, difference.detail);
+                    if !is_rounding {
+                        let class = self.classes.entry(difference.class);
+                        class.or_default().push(number);
+                    }
+                }
+                println!("{text}{}", case.dump());
+            }
+        }
+    }
+
     /// Shows what came of so many scenes.
     fn print(&self, count: usize, took: Duration) {
         println!(
@@ -275,36 +309,7 @@ fn the_library_agrees_with_the_referee() {
                     if took > 1.0 {
                         println!("scene {number} took {took:.1} s: {}", case.label);
                     }
-                    match verdict {
-                        Verdict::NoScene(why) => {
-                            tally.no_scene += 1;
-                            println!("scene {number} of seed {seed} is none: {why}");
-                        }
-                        Verdict::Agree(part, why) => {
-                            tally.agree += 1;
-                            tally.parts += part;
-                            if let Some(why) = why {
-                                *tally.cut.entry(why).or_default() += 1;
-                            }
-                        }
-                        Verdict::Disagree(differences) => {
-                            let mut text =
-                                format!("scene {number} of seed {seed}: {}\n", case.label);
-                            if is_rounding {
-                                text += "  (in its own units alone)\n";
-                                tally.in_one_unit.push(number);
-                            }
-                            for difference in differences {
-                                text += &format!("  {}: {}\n", difference.class, difference.detail);
-                                if !is_rounding {
-                                    let class = tally.classes.entry(difference.class);
-                                    class.or_default().push(number);
-                                }
-                            }
-                            text += &case.dump();
-                            println!("{text}");
-                        }
-                    }
+                    tally.take(verdict, is_rounding, &case, (seed, number));
                 }
             });
         }
