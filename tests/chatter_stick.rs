@@ -289,18 +289,19 @@ fn what_is_pressed_late_is_held_in_complex_modes_too() {
     // Three bodies in a row that nothing holds; the third rests on a stop, and the first, on a dashpot, begins to move: the third is
     // pressed by the fifth derivative of its place.
     let springs = dmatrix![
-        0.8581244807098427, -0.8581244807098427, 0.0;
-        -0.8581244807098427, 1.305797378039217, -0.4476728973293741;
-        0.0, -0.4476728973293741, 0.4476728973293741];
-    let dashpot = dvector![1.0715266123639915, 0.0, 0.0];
+        0.858_124_480_709_842_7, -0.858_124_480_709_842_7, 0.0;
+        -0.858_124_480_709_842_7, 1.305_797_378_039_217, -0.447_672_897_329_374_1;
+        0.0, -0.447_672_897_329_374_1, 0.447_672_897_329_374_1];
+    let dashpot = dvector![1.071_526_612_363_991_5, 0.0, 0.0];
     let system = LinearSystem::new(DVector::from_element(3, 1.0), dashpot, springs).expect("valid");
-    let force = dvector![(-0.17061317883750615).into(), 0.0.into(), 0.0.into()];
-    let force = Harmonic::new(force, 0.9017562130196444, -0.3093930932180782).expect("valid");
+    let force = dvector![(-0.170_613_178_837_506_15).into(), 0.0.into(), 0.0.into()];
+    let force =
+        Harmonic::new(force, 0.901_756_213_019_644_4, -0.309_393_093_218_078_2).expect("valid");
     let stop = Stop::new(2, 0.0, 1.0).expect("valid");
     let scene = Scene::new(system, force, [stop]).expect("valid");
     let (q0, v0) = (
         dvector![0.0, 0.0, 0.0],
-        dvector![0.3427335742141975, 0.0, 0.0],
+        dvector![0.342_733_574_214_197_5, 0.0, 0.0],
     );
     for method in BOTH {
         let run = simulate(&scene, &q0, &v0, (0.0, 8.0), &with(method, 1e-12)).expect("valid");
