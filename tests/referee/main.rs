@@ -330,7 +330,7 @@ fn the_library_agrees_with_the_referee() {
         let (total, rounding) = (numbers.len(), tally.in_one_unit.len());
         let disagree = total - tally.agree - tally.no_scene - rounding;
         soak::note("linear scenes", seed, from, total, disagree);
-        let alone = "linear scenes, in one system of units alone";
+        let alone = "linear scenes in one system of units alone";
         soak::note(alone, seed, from, total, rounding);
     }
     if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
