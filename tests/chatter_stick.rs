@@ -99,6 +99,17 @@ fn a_bouncing_ball_comes_to_rest_at_its_closed_form_time() {
 }
 
 #[test]
+fn flights_of_a_ball_are_found_at_once() {
+    for rtol in [1e-3, 1e-9, 1e-12] {
+        let options = with(Method::Exact, rtol);
+        let (q0, v0) = (dvector![1.0], dvector![0.0]);
+        let run = simulate(&ball(0.9, 0.0, 0.0), &q0, &v0, (0.0, 40.0), &options).expect("runs");
+        let stats = run.stats();
+        assert!(stats.n_gap_evaluations <= 4 * stats.n_flights, "{stats:?}");
+    }
+}
+
+#[test]
 fn the_impacts_recorded_before_rest_grow_as_the_logarithm_of_the_tolerance() {
     let count = |rtol: f64| {
         let options = SimulateOptions {

@@ -511,10 +511,13 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             let next = bracket.next(wanted, time);
             let step = next - time;
             time = next;
-            // Half the way is no sign that the zero is near, nor is a step that does not lead there.
-            let leads_there = jet.value(step).abs() <= self.gaps[stop].row.rounding(&jet);
+            // Half the way is no sign that the zero is near, nor is a step that does not lead there; but times know no less
+            // than their last place, where a gap all of whose terms vanish at its contact is still above its rounding.
+            let last_place = 2.0 * f64::EPSILON * time;
+            let leads_there = step.abs() <= last_place
+                || jet.value(step).abs() <= self.gaps[stop].row.rounding(&jet);
             let is_newton = wanted == Some(next) && leads_there || step == 0.0;
-            if is_newton && step.abs() <= short.max(2.0 * f64::EPSILON * time) {
+            if is_newton && step.abs() <= short.max(last_place) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
                     *z = d.after(step);
                 }
