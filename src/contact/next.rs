@@ -514,8 +514,9 @@ impl<'f, F: LinearFlow> Search<'f, F> {
             // Half the way is no sign that the zero is near, nor is a step that does not lead there; but times know no less
             // than their last place, where a gap all of whose terms vanish at its contact is still above its rounding.
             let last_place = 2.0 * f64::EPSILON * time;
-            let leads_there = step.abs() <= last_place
-                || jet.value(step).abs() <= self.gaps[stop].row.rounding(&jet);
+            let there = jet.after(step);
+            let rounding = self.gaps[stop].row.rounding(&jet);
+            let leads_there = there.c[0].abs() <= rounding.max(-there.c[1] * last_place);
             let is_newton = wanted == Some(next) && leads_there || step == 0.0;
             if is_newton && step.abs() <= short.max(last_place) {
                 for (z, d) in arrived.iter_mut().zip(&self.derivatives) {
