@@ -269,7 +269,9 @@ pub(crate) fn check_flight<F: LinearFlow>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::{BlockFlow, Quantity, Undriven};
+    use crate::flow::Quantity;
+    use crate::flow::block::BlockFlow;
+    use crate::flow::drive::Undriven;
     use crate::modal::Block;
     use std::ops::ControlFlow;
 

@@ -2,9 +2,10 @@
 //! nothing is subtracted at a resonance; the forcing's `(cos, sin)` is one more pair at its end.
 
 use crate::flow::drive::Alone;
+use crate::flow::drive::Drive;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
+use crate::flow::linear::LinearFlow;
 use crate::flow::linear::softest_rate;
-use crate::flow::{Drive, LinearFlow};
 use crate::linalg::plane::{plus, times};
 use crate::modal::{Block, Pair, Propagation};
 use nalgebra::Complex;
@@ -276,8 +277,8 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::drive::{HarmonicDrive, Loaded, Undriven};
     use crate::flow::linear::contract;
-    use crate::flow::{HarmonicDrive, Loaded, Undriven};
 
     #[test]
     fn block_flows_keep_the_contract() {

@@ -1,8 +1,8 @@
 //! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, cos,
 //! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
 
-use crate::flow::LinearFlow;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
+use crate::flow::linear::LinearFlow;
 use crate::flow::linear::softest_rate;
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;

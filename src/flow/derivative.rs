@@ -1,10 +1,12 @@
 //! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
 
-use crate::flow::stuck::solve_columns;
-use crate::flow::{CANCELLED, ModalScene};
+use crate::flow::modal_scene::ModalScene;
 use crate::model::LinearSystem;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;
+
+/// What is left of terms of a sum below this part of their sizes is rounding.
+pub(crate) const CANCELLED: f64 = 1e-14;
 
 /// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P is what the contact forces of stops that are held
 /// leave of an acceleration; none where nothing is held.
@@ -105,6 +107,15 @@ impl Equations {
         }
         found
     }
+}
+
+/// A matrix over the mass.
+pub(super) fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<_> = m
+        .column_iter()
+        .map(|c| system.solve_mass(&c.into_owned()))
+        .collect();
+    DMatrix::from_columns(&columns)
 }
 
 #[cfg(test)]

@@ -2,9 +2,11 @@
 //! plus a free motion, and the steady response is one more block, a rotation at the forcing frequency. What walks along
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
+use crate::flow::block::BlockFlow;
 use crate::flow::block::BlockPropagator;
+use crate::flow::drive::Undriven;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::{BlockFlow, LinearFlow, Undriven};
+use crate::flow::linear::LinearFlow;
 use crate::modal::{Block, Pair, Response};
 use nalgebra::Complex;
 
@@ -195,8 +197,9 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::carry;
+    use crate::flow::drive::{HarmonicDrive, Loaded};
     use crate::flow::linear::contract;
-    use crate::flow::{HarmonicDrive, Loaded, carry};
 
     const BLOCKS: [Block; 3] = [
         Block::Oscillator { w2: 2.0, eta: 0.1 },

@@ -2,8 +2,11 @@
 //! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
 
 use crate::error::{Error, Result};
-use crate::flow::derivative::Equations;
-use crate::flow::{ModalScene, Quantity, SceneFlow, carry, modal_flow, with_flow};
+use crate::flow::derivative::{CANCELLED, Equations, solve_columns};
+use crate::flow::gap_row::Quantity;
+use crate::flow::linear::carry;
+use crate::flow::modal_scene::ModalScene;
+use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
 use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::{Form, ModalForm, Pair, pairs};
 use crate::model::LinearSystem;
@@ -14,9 +17,6 @@ use std::sync::OnceLock;
 
 /// A product of a reaction direction and a free direction below this, relative to both, is zero.
 const ORTHOGONAL_TOL: f64 = 1e-12;
-
-/// What is left of terms of a sum below this part of their sizes is rounding.
-pub(crate) const CANCELLED: f64 = 1e-14;
 
 const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 
@@ -195,15 +195,6 @@ impl StuckMotion {
         let (y, dy) = self.form.to_physical(state);
         (&self.anchor + &self.free * y, &self.free * dy)
     }
-}
-
-/// A matrix over the mass.
-pub(super) fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<f64> {
-    let columns: Vec<_> = m
-        .column_iter()
-        .map(|c| system.solve_mass(&c.into_owned()))
-        .collect();
-    DMatrix::from_columns(&columns)
 }
 
 /// What a quantity `q.y + v.y'` is in modal pairs; nothing of those it does not see but for rounding.

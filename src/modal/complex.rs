@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::linalg::eigen;
-use crate::modal::Block;
+use crate::modal::block::Block;
 use crate::model::LinearSystem;
 use nalgebra::{Complex, DMatrix, DVector};
 

@@ -3,9 +3,10 @@
 
 use crate::error::Result;
 use crate::linalg::matrix_exponential::matrix_exponential;
+use crate::linalg::plane::Pair;
+use crate::modal::block::{Block, Response};
 use crate::modal::complex::{ComplexModes, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
-use crate::modal::{Block, Pair, Response};
 use crate::model::LinearSystem;
 use nalgebra::{Complex, DMatrix, DVector};
 

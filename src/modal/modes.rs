@@ -2,9 +2,9 @@
 
 use crate::error::Result;
 use crate::linalg::eigen;
+use crate::modal::block::{Block, Response};
 use crate::modal::complex::state_matrix;
 use crate::modal::real::{RealModes, Shapes};
-use crate::modal::{Block, Response};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
 use nalgebra::{Complex, DMatrix, DVector};

@@ -1,6 +1,6 @@
 //! Size of what an acceleration is the sum of: its rounding is a part of that, not of what is left of it.
 
-use crate::model::{Coefficient, LinearSystem};
+use crate::model::linear::{Coefficient, LinearSystem};
 use nalgebra::{Complex, DVector};
 
 /// Sizes of the terms of the forces on each coordinate of a linear system, at a state; that of a harmonic one is its amplitude.

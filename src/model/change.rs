@@ -1,7 +1,10 @@
 //! Changes of a scene, and the numbers of it that sweeps and searches vary by name.
 
 use crate::error::{Error, Result};
-use crate::model::{Constraint, Forcing, LinearSystem, System};
+use crate::model::constraint::Constraint;
+use crate::model::forcing::Forcing;
+use crate::model::linear::LinearSystem;
+use crate::model::system::System;
 use crate::quantity::{Restitution, finite, positive};
 
 /// One change of a scene, as made by [`crate::Scene::replace`].

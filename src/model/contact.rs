@@ -2,9 +2,14 @@
 
 use crate::error::Result;
 use crate::linalg::rank::{self, DEPENDENT};
+use crate::model::constraint::Constraint;
 use crate::model::dynamics::solve_mass_at;
+use crate::model::nonlinear_stop::NonlinearStop;
+use crate::model::reaction::Reaction;
+use crate::model::scene::Scene;
+use crate::model::stop::Side;
 use crate::model::stop::WallSide;
-use crate::model::{Constraint, NonlinearStop, Reaction, Scene, Side, System};
+use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
 
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.

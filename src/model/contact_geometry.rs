@@ -1,6 +1,9 @@
 //! The stops of a linear scene in matrices.
 
-use crate::model::{LinearSystem, Reaction, Scene, Side, Stop};
+use crate::model::linear::LinearSystem;
+use crate::model::reaction::Reaction;
+use crate::model::scene::Scene;
+use crate::model::stop::{Side, Stop};
 use nalgebra::{DMatrix, DVector};
 
 /// The stops of a linear scene as columns: `gap = c - N^T q`, an impact moves the velocity along B.

@@ -2,20 +2,16 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::small;
-use crate::model::{
-    DoublePendulum, Driven, Forcing, Input, Links, NonlinearSystem, PendulumChain, Swing, System,
-};
+use crate::model::forcing::Forcing;
+use crate::model::input::{Driven, Input, Swing};
+use crate::model::moment::Moment;
+use crate::model::nonlinear::NonlinearSystem;
+use crate::model::pendulum::{DoublePendulum, Links, PendulumChain};
+use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
 
 /// Size of a difference, relative to the state: the cube root of the rounding unit.
 pub(crate) const DIFFERENCE: f64 = 6e-6;
-
-/// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Moment {
-    pub time: f64,
-    pub angle: f64,
-}
 
 /// The motion of a system under its forcing.
 pub(crate) trait Dynamics {

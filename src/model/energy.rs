@@ -5,8 +5,14 @@
 //! along the free motion `q' = v`, `v' = a`, what is taken is `P = F.v - d/dt (v.M v/2 + V)`, F the harmonic force.
 
 use crate::error::{Error, Result};
-use crate::model::dynamics::{Moment, mass_at};
-use crate::model::{Coefficient, Forcing, Links, NonlinearSystem, Scene, System};
+use crate::model::dynamics::mass_at;
+use crate::model::forcing::Forcing;
+use crate::model::linear::Coefficient;
+use crate::model::moment::Moment;
+use crate::model::nonlinear::NonlinearSystem;
+use crate::model::pendulum::Links;
+use crate::model::scene::Scene;
+use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
 
 /// Energies and powers of a scene's motion.

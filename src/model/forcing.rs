@@ -1,7 +1,7 @@
 //! Harmonic forcing: `Re(F e^{i(w t + phase)})` on the coordinates, or a base displaced by `a cos(w t + phase)`.
 
 use crate::error::{Error, Result};
-use crate::model::LinearSystem;
+use crate::model::linear::LinearSystem;
 use crate::quantity::{finite, positive};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;

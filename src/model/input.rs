@@ -1,7 +1,9 @@
 //! What acts on a system from outside: a constant load, a harmonic force, a motion of the base. A motion on which nothing acts
 //! compiles to code without any of it.
 
-use crate::model::{Forcing, LinearSystem, Moment};
+use crate::model::forcing::Forcing;
+use crate::model::linear::LinearSystem;
+use crate::model::moment::Moment;
 use nalgebra::{Complex, DVector};
 
 /// What acts on the coordinates from outside.

@@ -3,7 +3,10 @@
 //! acts, has code of its own without them.
 
 use crate::error::Result;
-use crate::model::{Coefficient, Driven, Dynamics, Input, LinearSystem, Moment, Undriven};
+use crate::model::dynamics::Dynamics;
+use crate::model::input::{Driven, Input, Undriven};
+use crate::model::linear::{Coefficient, LinearSystem};
+use crate::model::moment::Moment;
 use nalgebra::{DMatrix, DVector};
 
 /// A matrix over the mass: full, or a diagonal, each coordinate by itself.

@@ -1,7 +1,9 @@
 //! The linear scene about the equilibrium q = 0: system, walls, nonlinear stops and base motion.
 
 use crate::error::Result;
-use crate::model::{Constraint, Scene, System};
+use crate::model::constraint::Constraint;
+use crate::model::scene::Scene;
+use crate::model::system::System;
 
 /// The linear scene of small motions: linear system, walls and nonlinear stops as plane stops, the same forcing.
 ///

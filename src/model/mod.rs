@@ -2,6 +2,7 @@
 
 mod acceleration_terms;
 mod change;
+mod constraint;
 mod contact;
 mod contact_geometry;
 mod derived;
@@ -13,10 +14,12 @@ mod input;
 mod linear;
 mod linear_motion;
 mod linearise;
+mod moment;
 mod nonlinear;
 mod nonlinear_stop;
 mod paper;
 mod pendulum;
+mod reaction;
 mod room;
 mod scene;
 mod scene_motion;
@@ -25,28 +28,28 @@ mod system;
 
 pub(crate) use acceleration_terms::{acceleration_size, force_terms};
 pub use change::{Change, Parameter};
+pub use constraint::Constraint;
 pub(crate) use contact::{
     Contact, GapValue, Surface, along_reactions, are_coupled, contacts, impulses_of,
     reaction_weights,
 };
 pub(crate) use contact_geometry::{ContactGeometry, places};
-pub(crate) use dynamics::{
-    ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, Moment, singular_mass,
-};
+pub(crate) use dynamics::{ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, singular_mass};
 pub(crate) use energy::Energetics;
 pub use forcing::{BaseMotion, Forcing, Harmonic};
-pub(crate) use input::{Driven, Input, Swing, Undriven};
+pub(crate) use input::Driven;
 pub use linear::{Coefficient, LinearSystem};
 pub(crate) use linear_motion::{Linear, with_linear};
 pub use linearise::linearise;
-pub(crate) use nonlinear::no_mass;
+pub(crate) use moment::Moment;
 pub use nonlinear::{EquationsOfMotion, NonlinearSystem};
 pub use nonlinear_stop::{GapFunction, NonlinearStop};
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
+pub use reaction::Reaction;
 pub(crate) use room::overlaps;
 pub use scene::Scene;
 pub(crate) use scene_motion::SceneMotion;
-pub use stop::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
+pub use stop::{Normal, Side, Stop, Wall, WallSide};
 pub use system::System;

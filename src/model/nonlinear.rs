@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::difference::derivative;
-use crate::model::{Coefficient, LinearSystem};
+use crate::model::linear::{Coefficient, LinearSystem};
 use crate::quantity::{finite_square, room_for};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::any::Any;

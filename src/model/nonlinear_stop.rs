@@ -1,7 +1,8 @@
 //! Stops with any gap `h(q) >= 0`, given by the gap and its gradient: any type that implements one trait.
 
 use crate::error::{Error, Result};
-use crate::model::{Reaction, Stop};
+use crate::model::reaction::Reaction;
+use crate::model::stop::Stop;
 use crate::quantity::{Restitution, finite_vector};
 use nalgebra::DVector;
 use std::any::Any;

@@ -2,8 +2,13 @@
 //! signs that make them admissible (theory 3); zeta and theta0 are not printed there.
 
 use crate::error::{Error, Result};
+use crate::model::forcing::BaseMotion;
+use crate::model::linear::LinearSystem;
+use crate::model::pendulum::DoublePendulum;
 use crate::model::pendulum::{pendulum_mass, pendulum_stiffness};
-use crate::model::{BaseMotion, DoublePendulum, LinearSystem, Reaction, Scene, Stop};
+use crate::model::reaction::Reaction;
+use crate::model::scene::Scene;
+use crate::model::stop::Stop;
 use crate::quantity::{finite, positive};
 use nalgebra::dvector;
 

@@ -2,7 +2,7 @@
 //! downward vertical; the linear systems are theory section 2.
 
 use crate::error::{Error, Result};
-use crate::model::{Coefficient, LinearSystem};
+use crate::model::linear::{Coefficient, LinearSystem};
 use crate::quantity::{finite, finite_vector, positive};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 

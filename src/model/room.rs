@@ -1,6 +1,8 @@
 //! Stops between which there is no room: no position keeps the rules of both.
 
-use crate::model::{Constraint, Scene, WallSide};
+use crate::model::constraint::Constraint;
+use crate::model::scene::Scene;
+use crate::model::stop::WallSide;
 use nalgebra::DVector;
 
 /// Rounding of a sum, relative to its terms, and of the angle between opposite normals.

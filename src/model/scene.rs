@@ -1,9 +1,16 @@
 //! A scene: a system, its forcing and its stops, checked against each other once.
 
 use crate::error::{Error, Result};
+use crate::model::change::Change;
 use crate::model::change::{scale_damping, set_clearance, set_restitution};
+use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
-use crate::model::{Change, Constraint, Forcing, LinearSystem, Reaction, Stop, System, no_mass};
+use crate::model::forcing::Forcing;
+use crate::model::linear::LinearSystem;
+use crate::model::nonlinear::no_mass;
+use crate::model::reaction::Reaction;
+use crate::model::stop::Stop;
+use crate::model::system::System;
 use nalgebra::DVector;
 use std::sync::Arc;
 

@@ -1,9 +1,13 @@
 //! The motion of whatever a scene's system is.
 
 use crate::error::Result;
+use crate::model::dynamics::Dynamics;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, NonlinearMotion};
+use crate::model::input::{Driven, Undriven};
 use crate::model::linear_motion::{Linear, with_linear};
-use crate::model::{Driven, Dynamics, Moment, Scene, System, Undriven};
+use crate::model::moment::Moment;
+use crate::model::scene::Scene;
+use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
 
 /// Up to so many coordinates a full matrix is no slower than its diagonal.

@@ -2,7 +2,7 @@
 //! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane; a nonlinear stop has any gap.
 
 use crate::error::{Error, Result};
-use crate::model::NonlinearStop;
+use crate::model::reaction::Reaction;
 use crate::quantity::{Restitution, finite, finite_vector};
 use nalgebra::DVector;
 
@@ -35,24 +35,6 @@ pub enum Side {
     Upper,
     /// `n.q >= -clearance`.
     Lower,
-}
-
-/// The direction in which an impact changes the velocity.
-///
-/// Directions other than those of inertia have two limits. They may feed a motion: between stops that strike each other it can grow
-/// beyond all bounds within a finite time, where impacts come nearer to each other than times in doubles tell, and what is said of
-/// it from then on means nothing. And where stops whose normals depend on each other (two at one place, three on two coordinates)
-/// react in different directions, more than one motion obeys the laws: what is found is one of them, and may pass a stop by 1e-8 of
-/// the motion while forces change hands.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub enum Reaction {
-    /// `b = M^-1 n`: Newton's law, coupled by inertia.
-    #[default]
-    Inertia,
-    /// `b = n`: each coordinate reset alone, the source paper's law. Not energy-safe where the mass couples them.
-    Coordinate,
-    /// `b` itself, shape `(n,)`, with `n.b > 0`.
-    Direction(DVector<f64>),
 }
 
 /// Plane stop with gap `clearance - n.q >= 0` (upper side) or `clearance + n.q >= 0` (lower side).
@@ -256,34 +238,5 @@ impl Wall {
     pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
         self.restitution = Restitution::new(restitution)?;
         Ok(())
-    }
-}
-
-/// One stop of a scene, of any form.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Constraint {
-    /// A plane stop.
-    Stop(Stop),
-    /// A wall for a pendulum's bob.
-    Wall(Wall),
-    /// A stop with any gap.
-    Nonlinear(NonlinearStop),
-}
-
-impl From<Stop> for Constraint {
-    fn from(stop: Stop) -> Self {
-        Self::Stop(stop)
-    }
-}
-
-impl From<NonlinearStop> for Constraint {
-    fn from(stop: NonlinearStop) -> Self {
-        Self::Nonlinear(stop)
-    }
-}
-
-impl From<Wall> for Constraint {
-    fn from(wall: Wall) -> Self {
-        Self::Wall(wall)
     }
 }

@@ -1,6 +1,8 @@
 //! The systems a scene may hold.
 
-use crate::model::{DoublePendulum, LinearSystem, NonlinearSystem, PendulumChain};
+use crate::model::linear::LinearSystem;
+use crate::model::nonlinear::NonlinearSystem;
+use crate::model::pendulum::{DoublePendulum, PendulumChain};
 use std::sync::Arc;
 
 /// A mechanical system.

@@ -1,138 +1,57 @@
-//! Stops hit together ask for one more unknown than the phase (theory 5): the clearances times a factor and the forcing
-//! times a factor in closed form, any other parameter by a search of its range.
+//! Stops hit together ask for one more unknown than the phase (theory 5): the forcing times a factor in closed
+//! form (as the clearances times a factor are, in one_instant/solve.rs), any other parameter by a search of its range.
 
 use crate::error::Result;
-use crate::flow::ModalScene;
-use crate::model::{Change, Parameter, Scene};
-use crate::orbit::impulses::Instant;
-use crate::orbit::one_instant::{clearance_margin, meet_circle};
-use crate::orbit::search::{describe, finish, one_instant, period, sorted};
+use crate::model::{Change, Parameter};
+use crate::orbit::one_instant::impulses::Instant;
+use crate::orbit::one_instant::solve::{at_clearance, at_phase, clearance_margin};
+use crate::orbit::orbits::{Orbits, Verdict, sorted};
+use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::orbit::problem::Problem;
 use crate::orbit::value_roots::{Roots, roots};
-use crate::orbit::{OrbitOptions, Orbits, Pattern, PeriodicOrbit, Verdict};
 use crate::watch::Watch;
-use std::sync::Arc;
 
 /// Undecided stretches that a reason names.
 const MOST_SHOWN: usize = 5;
 
-/// The parameter that is one more unknown of a pattern whose stops are hit together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Free {
-    /// The clearances of the stops hit, all times one factor (equal ones stay equal).
-    Clearance,
-    /// A parameter of the scene, searched in a range.
-    Parameter(Parameter),
-}
-
-impl std::fmt::Display for Free {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Clearance => write!(f, "clearance"),
-            Self::Parameter(parameter) => write!(f, "{parameter}"),
-        }
-    }
-}
-
-/// Stops hit together at clearances times one unknown factor (theory 5: kind 1).
-pub(super) fn free_clearance(
-    scene: &Scene,
-    modal: &Arc<ModalScene>,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    instant: &Instant<'_>,
-    watch: &mut Watch<'_>,
-) -> Result<Orbits> {
-    let given = instant.clearances();
-    let direction = if given.amax() > 0.0 {
-        given
-    } else {
-        given.map(|_| 1.0)
-    };
-    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| {
-        instant.phase_part(x)
-    })?;
-    let reason = describe(
-        &crossing,
-        "no common factor on the clearances lets the stops be hit together",
-    );
-    // The orbits' own contact positions are the clearances.
-    let given_phase = OrbitOptions {
-        phase: Some(0.0),
-        ..options.clone()
-    };
-    finish(
-        scene,
-        modal,
-        pattern,
-        &given_phase,
-        instant,
-        &crossing,
-        reason,
-        watch,
-    )
-}
-
 /// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
-pub(super) fn free_forcing(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    instant: &Instant<'_>,
-    watch: &mut Watch<'_>,
-) -> Result<Orbits> {
+pub(super) fn free_forcing(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Result<Orbits> {
+    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
     let set = instant.at_clearance(None)?;
     let u = instant.phase_part(&set.particular);
     let scale = u[0].hypot(u[1]);
-    let inside = options
-        .between
-        .is_none_or(|(low, high)| (low..=high).contains(&scale));
+    let between = problem.options.between;
+    let inside = between.is_none_or(|(low, high)| (low..=high).contains(&scale));
     if set.residual > 1e-11 || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
-        return Ok(Orbits {
-            all: Vec::new(),
-            verdict: Verdict::None,
-            reason: "no factor on the forcing lets the stops be hit together".to_owned(),
-            margin: None,
-            family: None,
-        });
+        return Ok(Orbits::none(
+            "no factor on the forcing lets the stops be hit together",
+        ));
     }
-    let scene = scene.replace(Change::ForcingScale(scale))?;
-    let modal = Arc::new(ModalScene::new(&scene, "periodic_orbits")?);
-    let mut orbits = one_instant(
-        &scene,
-        &modal,
-        &pattern.instants()[0],
-        &OrbitOptions {
-            free: None,
-            between: None,
-            ..options.clone()
-        },
-        watch,
-    )?;
+    let scene = problem.scene.replace(Change::ForcingScale(scale))?;
+    let scaled = problem.of_scene(&scene)?;
+    let mut orbits = Orbits::new(&scaled, at_clearance(&scaled)?, watch)?;
     orbits.reason = format!("one solution, at forcing_scale = {scale}");
     Ok(orbits)
 }
 
 /// How far the contact equations of stops hit together are from being met by one phase.
-fn mismatch(scene: &Scene, stops: &[usize], options: &OrbitOptions) -> Result<Option<f64>> {
-    let modal = ModalScene::new(scene, "periodic_orbits")?;
-    let instant = Instant::new(&modal, stops, period(&modal, options.n_periods)?);
+fn mismatch(problem: &Problem<'_>) -> Result<Option<f64>> {
+    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
     Ok(clearance_margin(&instant)?.filter(|m| m.is_finite()))
 }
 
 /// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as far as its values show them.
 pub(super) fn free_parameter(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
+    problem: &Problem<'_>,
     parameter: Parameter,
     watch: &mut Watch<'_>,
 ) -> Result<Orbits> {
-    let stops = &pattern.instants()[0];
-    let (low, high) = options.between.unwrap_or((0.0, 0.0));
+    let (low, high) = problem.options.between.unwrap_or((0.0, 0.0));
+    let changed = |x: f64| problem.scene.replace(parameter.change(x));
     let mut best: Option<f64> = None;
     let found = roots((low, high), |x| {
         watch.look()?;
-        let Some(margin) = mismatch(&scene.replace(parameter.change(x))?, stops, options)? else {
+        let Some(margin) = mismatch(&problem.of_scene(&changed(x)?)?)? else {
             return Ok(None);
         };
         if best.is_none_or(|b| margin.abs() < b.abs()) {
@@ -143,8 +62,10 @@ pub(super) fn free_parameter(
     let mut all: Vec<PeriodicOrbit> = Vec::new();
     let mut apart = 0;
     for &root in &found.places {
-        let changed = scene.replace(parameter.change(root))?;
-        let orbits = at_root(&changed, pattern, options, watch)?;
+        let scene = changed(root)?;
+        let at_root = problem.of_scene(&scene)?;
+        let solutions = at_phase(&at_root, contact_phase(&at_root)?)?;
+        let orbits = Orbits::new(&at_root, solutions, watch)?.all;
         apart += usize::from(orbits.is_empty());
         all.extend(orbits);
     }
@@ -160,6 +81,15 @@ pub(super) fn free_parameter(
         margin: best,
         family: None,
     })
+}
+
+/// The phase of the contact at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as
+/// little.
+fn contact_phase(problem: &Problem<'_>) -> Result<f64> {
+    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
+    let set = instant.at_clearance(None)?;
+    let u = instant.phase_part(&set.particular);
+    Ok(u[1].atan2(u[0]))
 }
 
 /// A mismatch `1 - r` as `(1 - r^2)/(1 + r^2)`: the same roots, and smooth where r has a pole.
@@ -197,29 +127,4 @@ fn described(solutions: usize, apart: usize, (low, high): (f64, f64), found: &Ro
         }
     }
     text
-}
-
-/// The orbit at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as little.
-fn at_root(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    watch: &mut Watch<'_>,
-) -> Result<Vec<PeriodicOrbit>> {
-    let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
-    let instant = Instant::new(
-        &modal,
-        &pattern.instants()[0],
-        period(&modal, options.n_periods)?,
-    );
-    let set = instant.at_clearance(None)?;
-    let u = instant.phase_part(&set.particular);
-    let phase = u[1].atan2(u[0]);
-    let fixed = OrbitOptions {
-        phase: Some(phase),
-        free: None,
-        between: None,
-        ..options.clone()
-    };
-    Ok(one_instant(scene, &modal, &pattern.instants()[0], &fixed, watch)?.all)
 }

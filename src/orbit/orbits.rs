@@ -1,7 +1,20 @@
-//! The list of all orbits of a pattern with the verdict on the periodic problem, and what is asked for it.
+//! The list of all orbits of a pattern with the verdict on the periodic problem.
 
-use crate::orbit::PeriodicOrbit;
+use crate::error::{Result, digits};
+use crate::flow::ModalScene;
+use crate::model::{Change, Scene};
+use crate::orbit::flights::Parts;
+use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::orbit::problem::Problem;
+use crate::orbit::solutions::Solutions;
+use crate::orbit::verdict::admissibility::Ruling;
+use crate::watch::Watch;
 use nalgebra::DMatrix;
+use std::sync::Arc;
+
+/// Systems of more degrees of freedom are listed by admissibility alone: their multipliers cost O(n^3) and are computed
+/// only when asked for.
+const SORT_BY_STABILITY_UP_TO: usize = 60;
 
 /// The verdict on a periodic problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,30 +34,6 @@ pub struct Family {
     pub basis: DMatrix<f64>,
 }
 
-/// Options of [`crate::periodic_orbits`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct OrbitOptions {
-    /// Forcing periods in one period of the orbit, 1 or more.
-    pub n_periods: usize,
-    /// A given forcing phase at the first impact \[rad\]: the clearances come out. `None`: clearances given, phase found.
-    pub phase: Option<f64>,
-    /// One more unknown, as stops hit together need.
-    pub free: Option<crate::orbit::Free>,
-    /// The range of the free parameter.
-    pub between: Option<(f64, f64)>,
-}
-
-impl Default for OrbitOptions {
-    fn default() -> Self {
-        Self {
-            n_periods: 1,
-            phase: None,
-            free: None,
-            between: None,
-        }
-    }
-}
-
 /// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then those of which the search could not
 /// decide it, then by depth of violation. In systems
 /// of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost O(n^3), are computed
@@ -59,6 +48,46 @@ pub struct Orbits {
 }
 
 impl Orbits {
+    /// The orbits of a problem from its solutions: those that close, in their order.
+    pub(super) fn new(
+        problem: &Problem<'_>,
+        solutions: Solutions,
+        watch: &mut Watch<'_>,
+    ) -> Result<Self> {
+        let Solutions {
+            all,
+            mut reason,
+            margin,
+            family,
+        } = solutions;
+        let orbits = all.into_iter().map(|parts| orbit(problem, parts));
+        let mut orbits = orbits.collect::<Result<Vec<_>>>()?;
+        keep_closed(&mut orbits, &mut reason);
+        let (verdict, family) = match (orbits.is_empty(), family) {
+            (true, _) => (Verdict::None, None),
+            (false, None) => (Verdict::Found, None),
+            (false, Some(basis)) => (Verdict::Family, Some(Family { basis })),
+        };
+        Ok(Self {
+            all: sorted(orbits, watch)?,
+            verdict,
+            reason,
+            margin,
+            family,
+        })
+    }
+
+    /// The list without an orbit.
+    pub(super) fn none(reason: &str) -> Self {
+        Self {
+            all: Vec::new(),
+            verdict: Verdict::None,
+            reason: reason.to_owned(),
+            margin: None,
+            family: None,
+        }
+    }
+
     /// Whether orbits were found, or a family, or none.
     pub fn verdict(&self) -> Verdict {
         self.verdict
@@ -95,4 +124,97 @@ impl std::ops::Deref for Orbits {
     fn deref(&self) -> &[PeriodicOrbit] {
         &self.all
     }
+}
+
+/// The orbit of a problem from its parts, in the scene that has its clearances.
+fn orbit(problem: &Problem<'_>, parts: Parts) -> Result<PeriodicOrbit> {
+    if parts.clearances.is_empty() {
+        return PeriodicOrbit::new(problem.scene, problem.modal.clone(), parts);
+    }
+    let (scene, modal) = at_clearances(problem.scene, &problem.modal, &parts.clearances)?;
+    PeriodicOrbit::new(&scene, modal, parts)
+}
+
+/// The scene with other clearances of some stops.
+fn at_clearances(
+    scene: &Scene,
+    modal: &Arc<ModalScene>,
+    changed: &[(usize, f64)],
+) -> Result<(Scene, Arc<ModalScene>)> {
+    let mut geometry = (*modal.geometry).clone();
+    for &(stop, clearance) in changed {
+        geometry.clearances[stop] = clearance;
+    }
+    let clearances = geometry.clearances.as_slice().to_vec();
+    Ok((
+        scene.replace(Change::Clearance(clearances))?,
+        Arc::new(ModalScene {
+            geometry: Arc::new(geometry),
+            ..(**modal).clone()
+        }),
+    ))
+}
+
+/// Takes the orbits out that do not close, and says so: there rounding has left no digits of them.
+fn keep_closed(orbits: &mut Vec<PeriodicOrbit>, reason: &mut String) {
+    let mut lost = Vec::new();
+    orbits.retain(|orbit| {
+        let misfit = orbit.lost();
+        lost.extend(misfit);
+        misfit.is_none()
+    });
+    if let Some(worst) = lost.iter().copied().reduce(f64::max) {
+        reason.push_str(&format!(
+            "; {} of these cannot be told from rounding: gone through once, the motion misses its beginning by {} of its size",
+            lost.len(),
+            digits(worst)
+        ));
+    }
+}
+
+/// The order of orbits: stable and admissible first, then admissible, then undecided, then by depth of violation. Asks for
+/// stability only where it decides.
+pub(crate) fn ranking(
+    n_dof: usize,
+    rulings: &[Ruling],
+    mut is_stable: impl FnMut(usize) -> Result<bool>,
+) -> Result<Vec<usize>> {
+    let is_admissible = |ruling: &&Ruling| **ruling == Ruling::Admissible;
+    let asks = n_dof <= SORT_BY_STABILITY_UP_TO && rulings.iter().filter(is_admissible).count() > 1;
+    let mut keys = Vec::with_capacity(rulings.len());
+    for (i, ruling) in rulings.iter().enumerate() {
+        keys.push(match *ruling {
+            Ruling::Admissible if asks && is_stable(i)? => (0, 0.0),
+            Ruling::Admissible => (1, 0.0),
+            Ruling::Undecided => (2, 0.0),
+            Ruling::Broken(depth) => (3, depth),
+        });
+    }
+    let mut order: Vec<usize> = (0..rulings.len()).collect();
+    order.sort_by(|&i, &j| {
+        keys[i]
+            .0
+            .cmp(&keys[j].0)
+            .then(keys[i].1.total_cmp(&keys[j].1))
+    });
+    Ok(order)
+}
+
+/// The orbits in the order of [`ranking`]. A single one is not judged before somebody asks.
+pub(super) fn sorted(
+    mut orbits: Vec<PeriodicOrbit>,
+    watch: &mut Watch<'_>,
+) -> Result<Vec<PeriodicOrbit>> {
+    if orbits.len() < 2 {
+        return Ok(orbits);
+    }
+    let rulings = orbits
+        .iter()
+        .map(|o| Ok(o.judged(watch)?.ruling()))
+        .collect::<Result<Vec<_>>>()?;
+    let order = ranking(orbits[0].scene().n_dof(), &rulings, |i| {
+        Ok(orbits[i].decided(watch)?.is_stable == Some(true))
+    })?;
+    let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();
+    Ok(order.into_iter().filter_map(|i| slots[i].take()).collect())
 }

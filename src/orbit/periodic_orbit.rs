@@ -1,46 +1,22 @@
 //! A periodic orbit as a result: the motion at any time, its impacts, whether it is admissible and stable.
 
 use crate::error::Result;
-use crate::flow::{ModalScene, along};
-use crate::impact::{Impact, wrapped};
-use crate::modal::Pair;
+use crate::flow::ModalScene;
+use crate::impact::Impact;
 use crate::model::{Change, Scene};
-use crate::orbit::Pattern;
-use crate::orbit::admissible::{Admissibility, Ruling, Touch, Violation};
 use crate::orbit::closed_form::{Coefficients, coefficients};
-use crate::orbit::course::{Course, struck};
-use crate::orbit::motion::OrbitMotion;
-use crate::orbit::search::outgrown;
-use crate::orbit::stability::Stability;
+use crate::orbit::flights::{Flight, Parts};
+use crate::orbit::orbit_motion::OrbitMotion;
+use crate::orbit::pattern::Pattern;
+use crate::orbit::problem::outgrown;
+use crate::orbit::stability::multipliers::Stability;
+use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
 use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
 use crate::watch::Watch;
 use nalgebra::DVector;
-use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
-
-/// One flight of an orbit, in modal pairs.
-#[derive(Debug, Clone)]
-pub(crate) struct Flight {
-    /// Its start, counted from the first impact.
-    pub start: f64,
-    pub span: f64,
-    /// The state at its start, after the impacts there.
-    pub after: Vec<Pair>,
-    /// The state at its end, before the impacts there.
-    pub before_next: Vec<Pair>,
-    /// What it is.
-    pub course: Course,
-}
-
-impl Flight {
-    /// Whether the doubles hold its ends.
-    pub fn is_finite(&self) -> bool {
-        let states = self.after.iter().chain(&self.before_next);
-        states.flatten().all(|x| x.is_finite())
-    }
-}
 
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.
 ///
@@ -60,16 +36,6 @@ pub struct PeriodicOrbit {
     stability: OnceLock<Stability>,
 }
 
-/// What makes an orbit: the parts that a solver found.
-pub(crate) struct Parts {
-    pub pattern: Pattern,
-    pub n_periods: usize,
-    pub phase: f64,
-    pub flights: Vec<Flight>,
-    /// The impulses, instant by instant, in the order of the pattern.
-    pub impulses: Vec<f64>,
-}
-
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
     pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: Parts) -> Result<Self> {
@@ -85,6 +51,7 @@ impl PeriodicOrbit {
             phase,
             flights,
             impulses,
+            ..
         } = parts;
         if !flights.iter().all(Flight::is_finite) {
             return Err(outgrown());
@@ -319,50 +286,4 @@ fn decided(ruling: Ruling) -> Option<bool> {
         Ruling::Undecided => None,
         Ruling::Broken(_) => Some(false),
     }
-}
-
-/// The impacts of a period of a linear scene, instant by instant.
-pub(crate) fn list_impacts(
-    scene: &ModalScene,
-    pattern: &Pattern,
-    phase: f64,
-    flights: &[Flight],
-    impulses: &[f64],
-) -> Vec<Impact> {
-    let law = |stop: usize, before: &[Pair]| -> std::result::Result<_, Infallible> {
-        let approach = along(&scene.velocity_rows[stop], before);
-        Ok((approach, scene.geometry.restitutions[stop]))
-    };
-    let Ok(impacts) = impacts_by(law, pattern, (scene.frequency, phase), flights, impulses);
-    impacts
-}
-
-/// The impacts of a period, instant by instant; `law` gives the approach speed at a stop in the state before its impact, and
-/// the restitution there.
-pub(crate) fn impacts_by<E>(
-    law: impl Fn(usize, &[Pair]) -> std::result::Result<(f64, f64), E>,
-    pattern: &Pattern,
-    (frequency, phase): (f64, f64),
-    flights: &[Flight],
-    impulses: &[f64],
-) -> std::result::Result<Vec<Impact>, E> {
-    let mut impacts = Vec::with_capacity(impulses.len());
-    let mut impulses = impulses.iter();
-    let starts = struck(flights.iter().map(|flight| &flight.course));
-    for (instant, k) in pattern.instants().iter().zip(starts) {
-        let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
-        for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
-            let (approach, restitution) = law(stop, previous)?;
-            impacts.push(Impact {
-                time: flights[k].start,
-                stop,
-                approach,
-                // The law of every stop struck, coupled or not, which the state after has to rounding; + 0.0: no minus zero.
-                departure: restitution * approach + 0.0,
-                impulse,
-                phase: wrapped(frequency * flights[k].start + phase),
-            });
-        }
-    }
-    Ok(impacts)
 }

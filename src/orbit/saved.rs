@@ -5,10 +5,11 @@ use crate::flow::ModalScene;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::course::Course;
-use crate::orbit::motion::OrbitMotion;
-use crate::orbit::periodic_orbit::{Flight, Parts};
-use crate::orbit::stepped::SteppedMotion;
-use crate::orbit::{Pattern, PeriodicOrbit};
+use crate::orbit::flights::{Flight, Parts};
+use crate::orbit::motions::stepped::SteppedMotion;
+use crate::orbit::orbit_motion::OrbitMotion;
+use crate::orbit::pattern::Pattern;
+use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::simulate::SegmentKind;
 use std::sync::Arc;
 
@@ -101,6 +102,7 @@ impl PeriodicOrbit {
             phase,
             flights,
             impulses,
+            clearances: Vec::new(),
         };
         Self::moved_by(motion, scene, parts)
     }

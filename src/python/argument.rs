@@ -1,6 +1,5 @@
 //! Arguments of a fixed type. `PyO3` names one of a wrong type in a note beside the message; here the message names it.
 
-use crate::python::model::{PyLinearSystem, PyScene};
 use crate::python::text::shown;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -28,14 +27,6 @@ impl Kind for &str {
 
 impl Kind for (f64, f64) {
     const KIND: &'static str = "a pair of numbers";
-}
-
-impl Kind for PyRef<'_, PyScene> {
-    const KIND: &'static str = "a Scene";
-}
-
-impl Kind for PyRef<'_, PyLinearSystem> {
-    const KIND: &'static str = "a LinearSystem";
 }
 
 impl<T: Kind> Kind for Option<T> {

@@ -3,11 +3,11 @@
 
 use crate::error::Result;
 use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts};
-use crate::simulate::Trajectory;
 use crate::simulate::fading::Fading;
 use crate::simulate::held::HeldMotion;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::trajectory::Point;
+use crate::simulate::trajectory::Trajectory;
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::ControlFlow;

@@ -12,8 +12,8 @@ use crate::error::{Error, Result, digits};
 use crate::quantity::larger;
 use crate::simulate::clock::Clock;
 use crate::simulate::mover::{Arrival, GapState, Mover};
+use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
-use crate::simulate::{SimulateOptions, Stats, Status};
 use crate::watch::Watch;
 use at_once::{AtOnce, is_one_instant};
 use nalgebra::DVector;
@@ -24,8 +24,6 @@ use std::ops::ControlFlow;
 const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Roundings of a gap or a speed at the start.
 const GIVEN_ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// Times less apart than this part of them are one instant.
-const INSTANT: f64 = 1e-12;
 /// Events at one instant, without an impact, after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.

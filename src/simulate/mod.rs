@@ -12,6 +12,7 @@ mod mover;
 mod options;
 mod plan;
 mod record;
+mod restore;
 mod run;
 mod saved;
 mod saved_rules;

@@ -3,9 +3,9 @@
 
 use crate::error::Result;
 use crate::flow::StuckMotion;
-use crate::simulate::Stats;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
+use crate::simulate::options::Stats;
 use crate::simulate::record::Record;
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};

@@ -2,8 +2,8 @@
 
 use crate::impact::Impact;
 use crate::simulate::clock::Clock;
+use crate::simulate::options::{Keep, SimulateOptions};
 use crate::simulate::trajectory::{Graze, Samples};
-use crate::simulate::{Keep, SimulateOptions};
 use crate::watch::is_broken_off;
 use nalgebra::{DMatrix, DVector};
 

@@ -10,11 +10,12 @@ use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::exact::ExactMover;
 use crate::simulate::kept::{Kept, Machinery};
 use crate::simulate::mover::{Looped, Mover};
+use crate::simulate::options::{Method, SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use crate::simulate::stepping::{
     Pendulum, RungeKutta, StepMover, Taylor, has_series, series_order,
 };
-use crate::simulate::{Method, SimulateOptions, Stats, Status, Trajectory};
+use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;

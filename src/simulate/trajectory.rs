@@ -7,7 +7,7 @@ use crate::model::Scene;
 use crate::quantity::room_for;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Machinery, Piece, SegmentKind};
-use crate::simulate::{Stats, Status};
+use crate::simulate::options::{Stats, Status};
 use crate::watch::is_broken_off;
 use nalgebra::{DMatrix, DVector};
 

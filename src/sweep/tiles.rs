@@ -115,8 +115,8 @@ fn alone<T, W>(
 
 #[cfg(feature = "parallel")]
 mod on_threads {
-    use super::{OBSERVER_INTERVAL, Progress};
     use crate::error::{Error, Failure, Result};
+    use crate::sweep::tiles::{OBSERVER_INTERVAL, Progress};
     use crate::watch::{GoOn, stop_if, with_asker};
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

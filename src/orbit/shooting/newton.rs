@@ -1,11 +1,12 @@
 //! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
 
-use super::{CLOSED, Loop, Shooting, Units};
 use crate::error::{Error, Result};
 use crate::linalg::rank;
-use crate::orbit::chatter::Timed;
-use crate::orbit::pieces::Motion;
+use crate::orbit::motions::chatter::Timed;
+use crate::orbit::motions::pieces::Motion;
+use crate::orbit::shooting::closure::{CLOSED, Landing, Loop, MOST_STEPS, Shooting, Units};
 use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
 
 /// Halvings of a Newton step that does not bring the motion nearer to closing.
 const MOST_HALVINGS: i32 = 12;
@@ -22,6 +23,40 @@ struct Linearised {
 }
 
 impl<M: Motion> Shooting<'_, M> {
+    /// The closed loop near a guess, and the ends of its flights.
+    pub fn solve(
+        &self,
+        guess: Loop,
+        observer: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(Loop, Vec<Landing>)> {
+        let mut current = guess;
+        let mut units = self.units(&current)?;
+        let mut mismatch = self.mismatch(&current, &units)?;
+        let mut steps = 0;
+        while steps < MOST_STEPS {
+            if observer().is_break() {
+                return Err(Error::Interrupted);
+            }
+            let correction = self.correction(&current, &units)?;
+            let Some((next, left)) = self.corrected(&current, &correction, mismatch, &units)?
+            else {
+                break;
+            };
+            (current, mismatch) = (next, left);
+            units = self.units(&current)?;
+            steps += 1;
+        }
+        if mismatch <= CLOSED {
+            let landings = self.landings(&current, &units)?;
+            return Ok((current, landings));
+        }
+        Err(Error::NoConvergence {
+            stage: "the shooting on flight times",
+            iterations: steps,
+            residual: mismatch,
+        })
+    }
+
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
     /// times, `xi`, so that these alone are solved for.
     fn linearised(&self, state: &Loop, units: &Units) -> Result<Linearised> {
@@ -99,7 +134,7 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// Newton's correction of every time and state; of many the least.
-    pub(super) fn correction(&self, state: &Loop, units: &Units) -> Result<Loop> {
+    fn correction(&self, state: &Loop, units: &Units) -> Result<Loop> {
         let Linearised {
             rows,
             right,
@@ -126,7 +161,7 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.
-    pub(super) fn corrected(
+    fn corrected(
         &self,
         state: &Loop,
         correction: &Loop,

@@ -1,6 +1,7 @@
 //! Linear systems in Python.
 
 use crate::model::{self, LinearSystem};
+use crate::python::argument;
 use crate::python::array::{coefficient, out_matrix, out_vector, vector};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -52,6 +53,10 @@ fn out_coefficient<'py>(py: Python<'py>, c: &model::Coefficient) -> PyResult<Bou
 #[pyclass(name = "LinearSystem", module = "vibroimpact", frozen)]
 #[derive(Clone)]
 pub(crate) struct PyLinearSystem(pub LinearSystem);
+
+impl argument::Kind for PyRef<'_, PyLinearSystem> {
+    const KIND: &'static str = "a LinearSystem";
+}
 
 #[pymethods]
 impl PyLinearSystem {

@@ -7,6 +7,7 @@ mod nonlinear;
 mod nonlinear_stop;
 mod paper;
 mod pendulum;
+mod reaction;
 mod scene;
 mod stop;
 

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::model::{GapFunction, NonlinearStop};
 use crate::python::argument;
 use crate::python::callable::{Callable, Place, is_equal, name_of, position};
-use crate::python::model::stop::{out_reaction, reaction};
+use crate::python::model::reaction::{out_reaction, reaction};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -2,7 +2,8 @@
 
 use crate::model::{self, Kind, PaperOptions};
 use crate::python::argument;
-use crate::python::model::{PyLinearSystem, PyScene};
+use crate::python::model::linear::PyLinearSystem;
+use crate::python::model::scene::PyScene;
 use pyo3::prelude::*;
 
 /// The source paper's system (7) in symmetric form, with damping ``C = 2 damping K``.

@@ -3,7 +3,8 @@
 use crate::model::{self, DoublePendulum, PendulumChain, System};
 use crate::python::argument;
 use crate::python::array::{coefficient, out_matrix, out_vector, vector};
-use crate::python::model::{PyLinearSystem, bad};
+use crate::python::model::bad;
+use crate::python::model::linear::PyLinearSystem;
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

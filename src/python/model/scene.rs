@@ -3,14 +3,18 @@
 use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
+use crate::python::argument;
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::interrupt;
+use crate::python::model::bad;
 use crate::python::model::forcing::forcing;
+use crate::python::model::forcing::{PyBaseMotion, PyHarmonic};
+use crate::python::model::linear::PyLinearSystem;
+use crate::python::model::nonlinear::PyNonlinearSystem;
+use crate::python::model::nonlinear_stop::PyNonlinearStop;
+use crate::python::model::pendulum::{PyDoublePendulum, PyPendulumChain};
 use crate::python::model::stop::constraints;
-use crate::python::model::{
-    PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyNonlinearStop, PyNonlinearSystem,
-    PyPendulumChain, PyStop, PyWall, bad,
-};
+use crate::python::model::stop::{PyStop, PyWall};
 use crate::watch::stop_if;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
@@ -112,6 +116,10 @@ impl PyScene {
                 .change(number(name, value)?),
         })
     }
+}
+
+impl argument::Kind for PyRef<'_, PyScene> {
+    const KIND: &'static str = "a Scene";
 }
 
 #[pymethods]

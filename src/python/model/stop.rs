@@ -3,7 +3,9 @@
 use crate::model::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
 use crate::python::argument;
 use crate::python::array::{matrix, out_vector, vector};
-use crate::python::model::{PyNonlinearStop, bad};
+use crate::python::model::bad;
+use crate::python::model::nonlinear_stop::PyNonlinearStop;
+use crate::python::model::reaction::{out_reaction, reaction};
 use crate::python::pattern::stop_index;
 use nalgebra::{DMatrix, DVector};
 use pyo3::exceptions::PyTypeError;
@@ -33,32 +35,6 @@ fn normal(value: &Bound<'_, PyAny>) -> PyResult<Normal> {
     } else {
         Ok(vector("normal", value)?.into())
     }
-}
-
-pub(super) fn reaction(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reaction> {
-    let Some(value) = value else {
-        return Ok(Reaction::Inertia);
-    };
-    match value.extract::<String>() {
-        Ok(name) if name == "inertia" => Ok(Reaction::Inertia),
-        Ok(name) if name == "coordinate" => Ok(Reaction::Coordinate),
-        Ok(name) => Err(bad(format!(
-            "reaction is {name:?}, but it must be \"inertia\", \"coordinate\" or a direction of shape (n,)"
-        ))),
-        Err(_) => Ok(Reaction::Direction(vector("reaction", value)?)),
-    }
-}
-
-/// A reaction as it is given.
-pub(super) fn out_reaction<'py>(
-    py: Python<'py>,
-    reaction: &Reaction,
-) -> PyResult<Bound<'py, PyAny>> {
-    Ok(match reaction {
-        Reaction::Inertia => "inertia".into_pyobject(py)?.into_any(),
-        Reaction::Coordinate => "coordinate".into_pyobject(py)?.into_any(),
-        Reaction::Direction(b) => out_vector(py, b).into_any(),
-    })
 }
 
 /// Plane stop with gap ``clearance - n.q >= 0`` (upper side) or ``clearance + n.q >= 0`` (lower side).

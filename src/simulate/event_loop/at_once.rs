@@ -1,6 +1,7 @@
 //! Stops to which something happens again and again at one instant.
 
-use super::INSTANT;
+/// Times less apart than this part of them are one instant.
+const INSTANT: f64 = 1e-12;
 
 /// The stops to which it happened, each as often as it did, at the instant at which it happened last.
 #[derive(Debug, Default)]

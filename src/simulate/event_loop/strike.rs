@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::impact::{Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
-use crate::simulate::Keep;
 use crate::simulate::mover::{Blow, Mover};
+use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
 use nalgebra::{DMatrix, DVector};
 

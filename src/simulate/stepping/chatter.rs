@@ -1,6 +1,7 @@
 //! The completion of impacts that accumulate (theory 9).
 
-use super::{FreeFlight, StepMover};
+use super::StepMover;
+use super::free::FreeFlight;
 use crate::error::Result;
 use crate::flow::runge_kutta::State;
 use crate::model::{Dynamics, GapValue};

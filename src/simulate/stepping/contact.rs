@@ -1,6 +1,6 @@
 //! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
 
-use super::FreeFlight;
+use super::free::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};

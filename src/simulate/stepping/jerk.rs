@@ -1,6 +1,7 @@
 //! The second and third derivative of a gap of any scene while stops are held, the third by differences.
 
-use super::{FreeFlight, StepMover};
+use super::StepMover;
+use super::free::FreeFlight;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::runge_kutta::State;

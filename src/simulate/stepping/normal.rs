@@ -1,6 +1,6 @@
 //! The present state of a motion in steps against its stops: normals and reactions, pushes along them.
 
-use super::FreeFlight;
+use super::free::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::State;

@@ -1,6 +1,6 @@
 //! Steps while stops are held: the contact forces along a step, and the step to the release of one.
 
-use super::FreeFlight;
+use super::free::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::contact::polynomial::Quartic;
 use crate::contact::walk::ROUNDING;

@@ -1,17 +1,18 @@
 //! Flights in steps of the Dormand-Prince pair: free, or with stops held; each step is judged by its error, searched for
 //! contacts and for the release of what is held, and taken again to either.
 
+use super::StepMover;
 use super::contact::Found;
+use super::free::FreeFlight;
 use super::release::Release;
-use super::{FreeFlight, StepMover};
 use crate::error::Result;
 use crate::flow::runge_kutta::{Dense, State, Tolerance};
 use crate::flow::step_size::{first_step, trial_step};
 use crate::model::{Dynamics, GapValue};
-use crate::simulate::Keep;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::{Arrival, Mover};
+use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
 use crate::watch::Watch;
 use std::f64::consts::PI;

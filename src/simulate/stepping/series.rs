@@ -12,9 +12,9 @@ use crate::model::{Dynamics, Links, Scene, contacts};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind, write_series};
 use crate::simulate::mover::{Arrival, Mover};
+use crate::simulate::options::{Keep, SimulateOptions};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
-use crate::simulate::{Keep, SimulateOptions};
 use crate::watch::Watch;
 
 /// Flights along Taylor series.

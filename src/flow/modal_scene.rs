@@ -1,0 +1,116 @@
+//! A linear scene in modal pairs: forcing and stops as the periodic solve and the simulation use them.
+
+use crate::error::Result;
+use crate::flow::scene_flow::{SceneFlow, modal_flow};
+use crate::modal::{Form, ModalForm, Pair, Response};
+use crate::model::{ContactGeometry, LinearSystem, Scene};
+use nalgebra::{Complex, DVector};
+use std::sync::Arc;
+
+/// The machinery of a linear scene.
+#[derive(Debug, Clone)]
+pub(crate) struct ModalScene {
+    pub system: Arc<LinearSystem>,
+    pub form: Arc<ModalForm>,
+    pub geometry: Arc<ContactGeometry>,
+    /// `n.q = position_rows[i].z`
+    pub position_rows: Arc<Vec<Vec<Pair>>>,
+    /// `n.v = velocity_rows[i].z`
+    pub velocity_rows: Arc<Vec<Vec<Pair>>>,
+    /// An impulse p on stop i moves the state by `-jumps[i] p`.
+    pub jumps: Arc<Vec<Vec<Pair>>>,
+    pub load: Vec<Pair>,
+    /// The force amplitude, phase left out but in a timed scene.
+    pub force: Vec<Response>,
+    /// The same on the coordinates.
+    pub amplitude: DVector<Complex<f64>>,
+    /// Forcing frequency, zero without forcing.
+    pub frequency: f64,
+}
+
+impl ModalScene {
+    /// The modal form of a linear scene; `purpose` says in an error what needs it linear.
+    pub fn new(scene: &Scene, purpose: &str) -> Result<Self> {
+        Self::turned(scene, purpose, 0.0)
+    }
+
+    pub(super) fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {
+        let system = scene.linear_system(purpose)?;
+        let form = ModalForm::new(system)?;
+        let geometry = ContactGeometry::new(system, scene);
+        let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
+            Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
+        };
+        let position_rows = each(&|i| form.position_row(&geometry.normals.column(i).into_owned()));
+        let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
+        let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
+        let load = form.load(system, system.load());
+        let turn = Complex::cis(phase);
+        let amplitude = scene.forcing().force_on(system).map(|f| f * turn);
+        let force = form.force(system, &amplitude);
+        let frequency = scene.forcing().frequency().unwrap_or(0.0);
+        Ok(Self {
+            system: Arc::clone(system),
+            form: Arc::new(form),
+            geometry: Arc::new(geometry),
+            position_rows,
+            velocity_rows,
+            jumps,
+            load,
+            force,
+            amplitude,
+            frequency,
+        })
+    }
+
+    /// Number of stops.
+    pub fn n_stops(&self) -> usize {
+        self.jumps.len()
+    }
+
+    /// The rate of change of a state at the forcing angle whose phasor is u.
+    pub fn rate(&self, state: &[Pair], u: Complex<f64>, rate: &mut [Pair]) {
+        let input = |j: usize, c: usize| (self.force[j][c] * u).re + self.load[j][c];
+        match &self.form.form {
+            Form::Blocks(blocks) => {
+                for (j, (block, z)) in blocks.iter().zip(state).enumerate() {
+                    let a = block.matrix();
+                    rate[j] = [0, 1].map(|c| a[c][0] * z[0] + a[c][1] * z[1] + input(j, c));
+                }
+            }
+            Form::Dense(matrix) => {
+                for (j, out) in rate.iter_mut().enumerate() {
+                    *out = [0, 1].map(|c| {
+                        let row = matrix.row(2 * j + c);
+                        let free: f64 = state
+                            .iter()
+                            .flatten()
+                            .zip(row.iter())
+                            .map(|(z, a)| a * z)
+                            .sum();
+                        free + input(j, c)
+                    });
+                }
+            }
+        }
+    }
+
+    /// The flow: forcing split off where no block is near resonance.
+    pub fn flow(&self) -> SceneFlow {
+        modal_flow(
+            &self.form,
+            self.load.clone(),
+            self.force.clone(),
+            self.frequency,
+        )
+    }
+}
+
+/// `sum r.z` of a row and a state.
+#[inline]
+pub(crate) fn along(row: &[Pair], state: &[Pair]) -> f64 {
+    row.iter()
+        .zip(state)
+        .map(|(r, z)| r[0] * z[0] + r[1] * z[1])
+        .sum()
+}

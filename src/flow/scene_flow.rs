@@ -1,0 +1,94 @@
+//! The flow of a linear scene, of the least machinery that is exact for it.
+
+use crate::flow::block::BlockFlow;
+use crate::flow::dense::DenseFlow;
+use crate::flow::drive::{HarmonicDrive, Loaded, Undriven};
+use crate::flow::split::SplitFlow;
+use crate::modal::{Block, Form, ModalForm, Pair, Response};
+
+/// The flow of a linear scene, of the least machinery that is exact for it.
+#[derive(Debug, Clone)]
+pub(crate) enum SceneFlow {
+    Free(BlockFlow<Undriven>),
+    Loaded(BlockFlow<Loaded<Undriven>>),
+    Split(SplitFlow),
+    Forced(BlockFlow<Loaded<HarmonicDrive>>),
+    Dense(DenseFlow),
+}
+
+/// The flow of a modal form under a load and a force, frequency zero without forcing: the force split off where no block is
+/// near resonance.
+pub(crate) fn modal_flow(
+    form: &ModalForm,
+    load: Vec<Pair>,
+    force: Vec<Response>,
+    frequency: f64,
+) -> SceneFlow {
+    match &form.form {
+        Form::Blocks(blocks) => block_flow(blocks, load, force, frequency),
+        Form::Dense(matrix) => {
+            SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, &force, frequency))
+        }
+    }
+}
+
+/// The same of blocks.
+fn block_flow(
+    blocks: &[Block],
+    load: Vec<Pair>,
+    force: Vec<Response>,
+    frequency: f64,
+) -> SceneFlow {
+    if frequency > 0.0 {
+        if let Some(split) = SplitFlow::new(blocks, &load, frequency, &force) {
+            return SceneFlow::Split(split);
+        }
+        let drive = HarmonicDrive { frequency, force };
+        return SceneFlow::Forced(BlockFlow::new(blocks, Loaded { load, drive }));
+    }
+    let drive = Undriven;
+    if load.iter().all(|load| *load == [0.0, 0.0]) {
+        return SceneFlow::Free(BlockFlow::new(blocks, drive));
+    }
+    SceneFlow::Loaded(BlockFlow::new(blocks, Loaded { load, drive }))
+}
+
+/// Runs a block of code with the flow of a scene, whatever its type: the one `match` at the edge.
+macro_rules! with_flow {
+    ($scene_flow:expr, $flow:ident => $body:expr) => {
+        match $scene_flow {
+            $crate::flow::SceneFlow::Free($flow) => $body,
+            $crate::flow::SceneFlow::Loaded($flow) => $body,
+            $crate::flow::SceneFlow::Split($flow) => $body,
+            $crate::flow::SceneFlow::Forced($flow) => $body,
+            $crate::flow::SceneFlow::Dense($flow) => $body,
+        }
+    };
+}
+pub(crate) use with_flow;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::carry;
+    use nalgebra::Complex;
+
+    /// `y'' + k y = 1 + cos(w t)` from rest: the equilibrium lies at 1/k, far beyond what the motion reaches.
+    #[test]
+    fn a_load_on_a_soft_spring_keeps_its_digits_beside_a_force() {
+        let (w, t) = (0.8, 20.0);
+        for k in [1e-2, 1e-4, 1e-8, 1e-12] {
+            let block = Block::Oscillator { w2: k, eta: 0.0 };
+            let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
+            let flow = block_flow(&[block], vec![[0.0, 1.0]], force.to_vec(), w);
+            let mut z = vec![[0.0, 0.0]];
+            with_flow!(&flow, flow => carry(flow, 0.0, t, &mut z));
+            // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines
+            let r = f64::sqrt(k);
+            let loaded = 2.0 * (0.5 * r * t).sin().powi(2) / k;
+            let forced = 2.0 * (0.5 * (r + w) * t).sin() * (0.5 * (r - w) * t).sin() / (k - w * w);
+            let error = (z[0][0] / (loaded + forced) - 1.0).abs();
+            assert!(error < 1e-14, "{k:e}: {error:e}");
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! A linear scene as it runs by the clock, with what its runs make of it once.
+
+use crate::error::Result;
+use crate::flow::derivative::Equations;
+use crate::flow::modal_scene::ModalScene;
+use crate::flow::scene_flow::SceneFlow;
+use crate::flow::stuck::StuckMotion;
+use crate::model::Scene;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Motions with stops held that are kept with a scene.
+const MOST_KEPT: usize = 32;
+
+/// A linear scene as it runs by the clock, and its flow: the forcing's phase is in its amplitude. A slow force that begins from zero has
+/// all its digits there, and few in the sum of phase and angle.
+#[derive(Debug)]
+pub(crate) struct TimedScene {
+    pub modal: Arc<ModalScene>,
+    pub flow: Arc<SceneFlow>,
+    /// Motions with stops held, as runs have needed them.
+    held: Mutex<Vec<Arc<StuckMotion>>>,
+    equations: OnceLock<Equations>,
+}
+
+impl TimedScene {
+    /// Made of a scene once; `purpose` says in an error what needs it linear.
+    pub fn of(scene: &Scene, purpose: &str) -> Result<Arc<Self>> {
+        scene.derived().or_made(|| {
+            let modal = ModalScene::turned(scene, purpose, scene.forcing().phase())?;
+            Ok(Self {
+                flow: Arc::new(modal.flow()),
+                modal: Arc::new(modal),
+                held: Mutex::default(),
+                equations: OnceLock::new(),
+            })
+        })
+    }
+
+    /// The equations of its motion where nothing is held.
+    pub fn equations(&self) -> &Equations {
+        self.equations
+            .get_or_init(|| Equations::new(&self.modal.system, None))
+    }
+
+    /// The motion while some stops are held.
+    pub fn holding(&self, stops: &[usize]) -> Result<Arc<StuckMotion>> {
+        let kept = || self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept().iter().find(|motion| motion.stops == stops) {
+            return Ok(Arc::clone(known));
+        }
+        let made = Arc::new(StuckMotion::new(&self.modal, stops)?);
+        let mut kept = kept();
+        if kept.len() < MOST_KEPT {
+            kept.push(Arc::clone(&made));
+        }
+        Ok(made)
+    }
+}

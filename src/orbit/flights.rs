@@ -1,0 +1,39 @@
+//! What an orbit is made of: its flights, and what a solver found beside them.
+
+use crate::modal::Pair;
+use crate::orbit::course::Course;
+use crate::orbit::pattern::Pattern;
+
+/// One flight of an orbit, in modal pairs.
+#[derive(Debug, Clone)]
+pub(crate) struct Flight {
+    /// Its start, counted from the first impact.
+    pub start: f64,
+    pub span: f64,
+    /// The state at its start, after the impacts there.
+    pub after: Vec<Pair>,
+    /// The state at its end, before the impacts there.
+    pub before_next: Vec<Pair>,
+    /// What it is.
+    pub course: Course,
+}
+
+impl Flight {
+    /// Whether the doubles hold its ends.
+    pub fn is_finite(&self) -> bool {
+        let states = self.after.iter().chain(&self.before_next);
+        states.flatten().all(|x| x.is_finite())
+    }
+}
+
+/// What makes an orbit: the parts that a solver found.
+pub(crate) struct Parts {
+    pub pattern: Pattern,
+    pub n_periods: usize,
+    pub phase: f64,
+    pub flights: Vec<Flight>,
+    /// The impulses, instant by instant, in the order of the pattern.
+    pub impulses: Vec<f64>,
+    /// The clearances that stops must have for it, where they were not given, in the order of the pattern.
+    pub clearances: Vec<(usize, f64)>,
+}

@@ -1,0 +1,55 @@
+//! The impacts of a period, from the flights of an orbit and its impulses.
+
+use crate::flow::{ModalScene, along};
+use crate::impact::{Impact, wrapped};
+use crate::modal::Pair;
+use crate::orbit::course::struck;
+use crate::orbit::flights::Flight;
+use crate::orbit::pattern::Pattern;
+use std::convert::Infallible;
+
+/// The impacts of a period of a linear scene, instant by instant.
+pub(crate) fn list_impacts(
+    scene: &ModalScene,
+    pattern: &Pattern,
+    phase: f64,
+    flights: &[Flight],
+    impulses: &[f64],
+) -> Vec<Impact> {
+    let law = |stop: usize, before: &[Pair]| -> std::result::Result<_, Infallible> {
+        let approach = along(&scene.velocity_rows[stop], before);
+        Ok((approach, scene.geometry.restitutions[stop]))
+    };
+    let Ok(impacts) = impacts_by(law, pattern, (scene.frequency, phase), flights, impulses);
+    impacts
+}
+
+/// The impacts of a period, instant by instant; `law` gives the approach speed at a stop in the state before its impact, and
+/// the restitution there.
+pub(crate) fn impacts_by<E>(
+    law: impl Fn(usize, &[Pair]) -> std::result::Result<(f64, f64), E>,
+    pattern: &Pattern,
+    (frequency, phase): (f64, f64),
+    flights: &[Flight],
+    impulses: &[f64],
+) -> std::result::Result<Vec<Impact>, E> {
+    let mut impacts = Vec::with_capacity(impulses.len());
+    let mut impulses = impulses.iter();
+    let starts = struck(flights.iter().map(|flight| &flight.course));
+    for (instant, k) in pattern.instants().iter().zip(starts) {
+        let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
+        for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
+            let (approach, restitution) = law(stop, previous)?;
+            impacts.push(Impact {
+                time: flights[k].start,
+                stop,
+                approach,
+                // The law of every stop struck, coupled or not, which the state after has to rounding; + 0.0: no minus zero.
+                departure: restitution * approach + 0.0,
+                impulse,
+                phase: wrapped(frequency * flights[k].start + phase),
+            });
+        }
+    }
+    Ok(impacts)
+}

@@ -1,0 +1,331 @@
+//! Impacts that accumulate, as a map of their own with its Jacobian (theory 9).
+//!
+//! A state before an impact and its time, `Y = (x, t)`, lie on `h = 0`. One round of the sequence is the impact
+//! `x+ = x + W h'`, `W = (0, (1 + e) b/(n.b))`, and the flight to the next zero of the gap. A deviation `(dx, dt)` of Y goes
+//! through the impact as `R_x dx` and through the flight as follows: at a fixed time behind the impact it is
+//! `dx - f dt`, at the fixed end `y = J (dx - f dt)` with the Jacobian J of the flow; the next contact is late by
+//! `dt' = -(g.y)/(g.f')`, `g = grad h`, and there `dx' = y + f' dt'`. Rounds are gone through one by one until the rest is
+//! below the tolerance of an orbit; so a chatter of a thousand impacts costs a thousand small products and no unknown.
+//!
+//! The rest is the map
+//!
+//! `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, `a = h''`,
+//!
+//! and then gap and normal speed are set to zero along b. What it leaves out is of second order in h'. In the limit
+//! `h' -> 0` its Jacobian is `I + ((2e/a) (f, 1) + (W, 0)) grad(h')/(1 - e)`: the derivatives of f, W and a come with the
+//! factor h' and vanish. Newton's method on the limit would close by the factor h' (1e-6) a step and give multipliers as good
+//! as that; the map as executed, its dependence on a included, is differentiated instead (central differences of one
+//! evaluation, no flight), so that Newton keeps its order and the multipliers are those of the process as it runs.
+//!
+//! Behind it the motion is held: `h = h' = 0` for every deviation, so that at a fixed time, where the deviation is
+//! `dx* - f_held dt*`, two of 2n directions are gone. Each completed chatter so gives two zero multipliers, and so does each
+//! impact with e = 0 behind which a stop is held.
+//!
+//! The end t* is known to rounding over the speed of the last impact, 1e-9, but the state at a fixed time is known to rounding:
+//! a later contact brings a larger impulse, by just what the contact force would have given.
+
+use crate::error::{Error, Result};
+use crate::model::{DIFFERENCE, along_reactions};
+use crate::orbit::motions::pieces::Motion;
+use nalgebra::{DMatrix, DVector};
+
+/// What is left of the gap when the rest of the impacts is taken at once, relative to the motion's size: below what an orbit
+/// closes to.
+const DEPTH: f64 = 2.5e-13;
+/// Impacts after which there is no end of them in sight: e = 0.9999 has 150 000.
+const MOST_BOUNCES: usize = 1_000_000;
+/// Newton steps to the next contact of a round.
+const MOST_STEPS: usize = 50;
+/// Newton steps that bring a state onto the stops it is held on.
+const MOST_PROJECTIONS: usize = 12;
+
+/// A state, its time, and deviations of both: columns `(dx, dt)`, the time's apart.
+#[derive(Debug, Clone)]
+pub(crate) struct Timed {
+    pub time: f64,
+    pub state: DVector<f64>,
+    pub deviations: DMatrix<f64>,
+    /// One for each deviation.
+    pub delays: DVector<f64>,
+}
+
+/// One impact of a sequence that accumulates.
+#[derive(Debug, Clone)]
+pub(crate) struct Bounce {
+    pub time: f64,
+    pub before: DVector<f64>,
+    pub after: DVector<f64>,
+    pub impulse: f64,
+}
+
+/// A sequence as it was gone through.
+#[derive(Debug, Clone)]
+pub(crate) struct Chatter {
+    pub bounces: Vec<Bounce>,
+    /// Where the rest begins, and the state before the impact there.
+    pub last_time: f64,
+    pub last: DVector<f64>,
+}
+
+fn failed(iterations: usize, residual: f64) -> Error {
+    Error::NoConvergence {
+        stage: "the completion of impacts that accumulate",
+        iterations,
+        residual,
+    }
+}
+
+/// Opening speed and acceleration of a gap in free motion.
+fn opening<M: Motion>(
+    motion: &M,
+    stop: usize,
+    t: f64,
+    state: &DVector<f64>,
+) -> Result<(f64, f64, DVector<f64>)> {
+    let (_, gradient) = motion.gap(stop, state)?;
+    let rate = motion.rate(&[], t, state)?;
+    let n = gradient.len();
+    let speed = gradient.dot(&state.rows(n, n));
+    Ok((speed, motion.acceleration(stop, state, &rate)?, rate))
+}
+
+/// Goes through the sequence that begins with an impact on a stop; `y` becomes the state in lasting contact behind it.
+pub(crate) fn complete<M: Motion>(
+    motion: &M,
+    stop: usize,
+    size: f64,
+    y: &mut Timed,
+) -> Result<Chatter> {
+    let e = motion.restitution(stop);
+    // Not yet closed, the motion may arrive at some other gap: the sequence runs on that level.
+    let (level, gradient) = motion.gap(stop, &y.state)?;
+    let along = |gradient: &DVector<f64>, deviations: &DMatrix<f64>| {
+        deviations.rows(0, gradient.len()).tr_mul(gradient)
+    };
+    let level_deviations = along(&gradient, &y.deviations);
+    let mut bounces = Vec::new();
+    loop {
+        let (speed, pull, _) = opening(motion, stop, y.time, &y.state)?;
+        if !(speed < 0.0 && pull < 0.0) || bounces.len() >= MOST_BOUNCES {
+            return Err(failed(bounces.len(), speed));
+        }
+        if 2.0 * e / (1.0 - e) * speed * speed / -pull <= DEPTH * size {
+            break;
+        }
+        let before = y.state.clone();
+        let impulses = motion.collide(&[stop], &mut y.state, &mut y.deviations)?;
+        let after = y.state.clone();
+        bounces.push(Bounce {
+            time: y.time,
+            before,
+            after: after.clone(),
+            impulse: impulses[0],
+        });
+        let rate = motion.rate(&[], y.time, &after)?;
+        let span = next_contact(
+            motion,
+            stop,
+            (y.time, &after),
+            level,
+            2.0 * e * speed / pull,
+        )?;
+        let mut carried = &y.deviations - &rate * y.delays.transpose();
+        let end = y.time + span;
+        motion.fly(&[], (y.time, end), &mut y.state, &mut carried)?;
+        let arrival = motion.rate(&[], end, &y.state)?;
+        let (_, gradient) = motion.gap(stop, &y.state)?;
+        let speed = gradient.dot(&arrival.rows(0, gradient.len()));
+        y.delays = (&level_deviations - along(&gradient, &carried)) / speed;
+        y.deviations = carried + arrival * y.delays.transpose();
+        y.time = end;
+    }
+    let chatter = Chatter {
+        bounces,
+        last_time: y.time,
+        last: y.state.clone(),
+    };
+    finish(motion, stop, size, y)?;
+    Ok(chatter)
+}
+
+/// The time from an impact to the next contact, from a guess: the gap is concave, so that Newton's method arrives from
+/// behind.
+fn next_contact<M: Motion>(
+    motion: &M,
+    stop: usize,
+    (start, after): (f64, &DVector<f64>),
+    level: f64,
+    guess: f64,
+) -> Result<f64> {
+    let mut none = DMatrix::zeros(after.len(), 0);
+    let mut span = guess;
+    let mut least = f64::INFINITY;
+    for step in 0..MOST_STEPS {
+        let mut state = after.clone();
+        motion.fly(&[], (start, start + span), &mut state, &mut none)?;
+        let (gap, gradient) = motion.gap(stop, &state)?;
+        let n = gradient.len();
+        let speed = gradient.dot(&state.rows(n, n));
+        let correction = -(gap - level) / speed;
+        if !(speed < 0.0 && correction.is_finite() && span + correction > 0.0) {
+            return Err(failed(step, gap));
+        }
+        // Rounding of the gap ends it: the corrections stop to shrink.
+        if correction.abs() >= 0.5 * least || correction.abs() <= f64::EPSILON * span {
+            return Ok(span);
+        }
+        least = correction.abs();
+        span += correction;
+    }
+    Err(failed(MOST_STEPS, least))
+}
+
+/// The rest of the sequence at once, with its Jacobian; `size` is that of the motion.
+pub(crate) fn finish<M: Motion>(motion: &M, stop: usize, size: f64, y: &mut Timed) -> Result<()> {
+    let (time, state) = rest(motion, stop, y.time, &y.state)?;
+    for (mut column, delay) in y.deviations.column_iter_mut().zip(y.delays.iter_mut()) {
+        let largest = column.amax().max(delay.abs());
+        if largest == 0.0 {
+            continue;
+        }
+        let step = DIFFERENCE * y.state.amax().max(size) / largest;
+        let moved = |sign: f64| {
+            let x = &y.state + &column * (sign * step);
+            rest(motion, stop, y.time + sign * step * *delay, &x)
+        };
+        let ((t1, x1), (t0, x0)) = (moved(1.0)?, moved(-1.0)?);
+        column.copy_from(&((x1 - x0) / (2.0 * step)));
+        *delay = (t1 - t0) / (2.0 * step);
+    }
+    (y.time, y.state) = (time, state);
+    Ok(())
+}
+
+/// `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, then onto the stop.
+fn rest<M: Motion>(
+    motion: &M,
+    stop: usize,
+    t: f64,
+    state: &DVector<f64>,
+) -> Result<(f64, DVector<f64>)> {
+    let e = motion.restitution(stop);
+    let (speed, pull, rate) = opening(motion, stop, t, state)?;
+    let span = 2.0 * e * speed / ((1.0 - e) * pull);
+    let mut struck = state.clone();
+    motion.collide(&[stop], &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
+    let mut end = state + rate * span + (struck - state) / (1.0 - e);
+    project(motion, &[stop], &mut end)?;
+    Ok((t + span, end))
+}
+
+/// Moves a state onto some stops, along their reactions, and takes its normal speeds away.
+pub(crate) fn project<M: Motion>(
+    motion: &M,
+    stops: &[usize],
+    state: &mut DVector<f64>,
+) -> Result<()> {
+    if stops.is_empty() {
+        return Ok(());
+    }
+    let n = state.len() / 2;
+    let mut least = f64::INFINITY;
+    for _ in 0..MOST_PROJECTIONS {
+        let (gaps, normals, reactions) = at_stops(motion, stops, state)?;
+        let off = gaps.amax();
+        if off == 0.0 || off >= least {
+            break;
+        }
+        least = off;
+        let mut q = state.rows_mut(0, n);
+        q += along_reactions(&normals, &reactions, &gaps)?;
+    }
+    let (_, normals, reactions) = at_stops(motion, stops, state)?;
+    let speeds = DVector::from_fn(stops.len(), |i, _| normals[i].dot(&state.rows(n, n)));
+    let mut v = state.rows_mut(n, n);
+    v -= along_reactions(&normals, &reactions, &speeds)?;
+    Ok(())
+}
+
+type AtStops = (DVector<f64>, Vec<DVector<f64>>, Vec<DVector<f64>>);
+
+/// Gaps, normals and reactions of some stops.
+fn at_stops<M: Motion>(motion: &M, stops: &[usize], state: &DVector<f64>) -> Result<AtStops> {
+    let mut gaps = DVector::zeros(stops.len());
+    let (mut normals, mut reactions) = (Vec::new(), Vec::new());
+    for (i, &stop) in stops.iter().enumerate() {
+        let (gap, gradient) = motion.gap(stop, state)?;
+        gaps[i] = gap;
+        normals.push(-gradient);
+        reactions.push(motion.reaction(stop, state)?);
+    }
+    Ok((gaps, normals, reactions))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::ModalScene;
+    use crate::model::{Harmonic, LinearSystem, Scene, Stop};
+    use crate::orbit::motions::modal::ModalMotion;
+    use nalgebra::{Complex, dmatrix, dvector};
+
+    /// Two coupled coordinates under forcing, the first pressed onto its stop at one.
+    fn pressed(e: f64) -> Scene {
+        let system = LinearSystem::new(
+            dmatrix![1.0, 0.3; 0.3, 0.8],
+            dmatrix![0.2, -0.1; -0.1, 0.3],
+            dmatrix![2.0, -1.0; -1.0, 1.5],
+        );
+        let force = dvector![Complex::new(9.0, 0.0), Complex::new(1.0, 0.5)];
+        let forcing = Harmonic::new(force, 1.3, 0.4).expect("valid");
+        let stop = Stop::new(0, 1.0, e).expect("valid");
+        Scene::new(system.expect("valid"), forcing, vec![stop]).expect("valid")
+    }
+
+    /// What the rest does to deviations against its limit for a small speed,
+    /// `I + ((2e/a) (f, 1) + (W, 0)) grad(h')/(1 - e)` and the projection: they differ by the first order of the speed.
+    #[test]
+    fn the_rest_is_differentiated() {
+        for e in [0.3, 0.8] {
+            let scene = pressed(e);
+            let modal = ModalScene::new(&scene, "the test").expect("linear");
+            let motion = ModalMotion::new(&modal, 0.4, Vec::new());
+            let misses = [1e-3, 1e-5].map(|speed| {
+                let state = dvector![1.0, 0.3, speed, -0.7];
+                let t = 0.2;
+                let rate = motion.rate(&[], t, &state).expect("regular");
+                let pull = -rate[2];
+                assert!(pull < -1.0);
+                let b = motion.reaction(0, &state).expect("regular");
+                let mut y = Timed {
+                    time: t,
+                    state: state.clone(),
+                    deviations: DMatrix::from_fn(4, 5, |i, j| f64::from(u8::from(i == j))),
+                    delays: DVector::from_fn(5, |j, _| f64::from(u8::from(j == 4))),
+                };
+                finish(&motion, 0, 1.0, &mut y).expect("regular");
+                let mut miss = 0.0f64;
+                for j in 0..5 {
+                    // h' = -v_0, W = (0, (1 + e) b/b_0)
+                    let change = if j == 2 { -1.0 / (1.0 - e) } else { 0.0 };
+                    let delay = f64::from(u8::from(j == 4)) + 2.0 * e / pull * change;
+                    let mut dx = DVector::from_fn(4, |i, _| f64::from(u8::from(i == j)));
+                    dx += &rate * (2.0 * e / pull * change);
+                    for i in 0..2 {
+                        dx[2 + i] += (1.0 + e) * b[i] / b[0] * change;
+                    }
+                    let (off, speed) = (dx[0], dx[2]);
+                    for i in 0..2 {
+                        dx[i] -= b[i] / b[0] * off;
+                        dx[2 + i] -= b[i] / b[0] * speed;
+                    }
+                    miss = miss.max((y.deviations.column(j) - dx).amax());
+                    miss = miss.max((y.delays[j] - delay).abs());
+                }
+                miss
+            });
+            assert!(misses[0] < 0.05, "{misses:?}");
+            assert!(misses[1] < 0.015 * misses[0], "{misses:?}");
+        }
+    }
+}

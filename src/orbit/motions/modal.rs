@@ -1,0 +1,164 @@
+//! A linear scene as the shooting sees it: flights in closed form, free or with stops held.
+
+use crate::error::Result;
+use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
+use crate::impact::impulse_matrix;
+use crate::model::along_reactions;
+use crate::orbit::motions::pieces::Motion;
+use nalgebra::{Complex, DMatrix, DVector};
+use std::sync::Arc;
+
+/// A linear scene from a forcing phase.
+pub(crate) struct ModalMotion<'a> {
+    scene: &'a ModalScene,
+    flow: SceneFlow,
+    phase: f64,
+    to_physical: DMatrix<f64>,
+    to_modal: DMatrix<f64>,
+    held: Vec<Arc<StuckMotion>>,
+}
+
+/// The motions while stops are held, of each set of stops one.
+pub(crate) fn stuck_motions<'s>(
+    scene: &ModalScene,
+    sets: impl Iterator<Item = &'s [usize]>,
+) -> Result<Vec<Arc<StuckMotion>>> {
+    let mut all: Vec<Arc<StuckMotion>> = Vec::new();
+    for stops in sets.filter(|stops| !stops.is_empty()) {
+        if all.iter().all(|known| known.stops != stops) {
+            all.push(Arc::new(StuckMotion::new(scene, stops)?));
+        }
+    }
+    Ok(all)
+}
+
+impl<'a> ModalMotion<'a> {
+    /// A scene from a forcing phase, with its motions while stops are held.
+    pub fn new(scene: &'a ModalScene, phase: f64, held: Vec<Arc<StuckMotion>>) -> Self {
+        let (to_physical, to_modal) = scene.form.transformation();
+        Self {
+            scene,
+            flow: scene.flow(),
+            phase,
+            to_physical,
+            to_modal,
+            held,
+        }
+    }
+
+    /// A state in modal pairs.
+    pub fn modal(&self, state: &DVector<f64>) -> Vec<[f64; 2]> {
+        let (q, v) = halves(state);
+        self.scene.form.to_modal(&q, &v)
+    }
+
+    fn physical(&self, modal: &[[f64; 2]]) -> DVector<f64> {
+        joined(&self.scene.form.to_physical(modal))
+    }
+
+    fn angle(&self, t: f64) -> f64 {
+        self.scene.frequency * t + self.phase
+    }
+
+    fn stuck(&self, held: &[usize]) -> &StuckMotion {
+        let known = self.held.iter().find(|motion| motion.stops == held);
+        known.expect("made for every set of stops that the course holds")
+    }
+}
+
+fn halves(state: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+    let n = state.len() / 2;
+    (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
+}
+
+/// Position and velocity as one state.
+pub(crate) fn joined((q, v): &(DVector<f64>, DVector<f64>)) -> DVector<f64> {
+    DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
+}
+
+impl Motion for ModalMotion<'_> {
+    fn fly(
+        &self,
+        held: &[usize],
+        (start, end): (f64, f64),
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<()> {
+        if !held.is_empty() {
+            let stuck = self.stuck(held);
+            let (q, v) = halves(state);
+            *state = joined(&stuck.carry(self.angle(start), end - start, &q, &v));
+            stuck.carry_deviations(end - start, deviations);
+            return Ok(());
+        }
+        let mut modal = self.modal(state);
+        with_flow!(&self.flow, f => carry(f, self.angle(start), end - start, &mut modal));
+        *state = self.physical(&modal);
+        if deviations.ncols() > 0 {
+            let mut carried = &self.to_modal * &*deviations;
+            self.scene.form.propagate(end - start, &mut carried);
+            *deviations = &self.to_physical * carried;
+        }
+        Ok(())
+    }
+
+    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
+        let modal = self.modal(state);
+        let mut rate = vec![[0.0; 2]; modal.len()];
+        let u = Complex::from_polar(1.0, self.angle(t));
+        self.scene.rate(&modal, u, &mut rate);
+        let mut rate = self.physical(&rate);
+        if !held.is_empty() {
+            let n = rate.len() / 2;
+            let (normals, reactions) = self.scene.geometry.directions(held);
+            let mut a = rate.rows_mut(n, n);
+            let pressed = DVector::from_fn(held.len(), |i, _| normals[i].dot(&a));
+            a -= along_reactions(&normals, &reactions, &pressed)?;
+        }
+        Ok(rate)
+    }
+
+    fn collide(
+        &self,
+        stops: &[usize],
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<Vec<f64>> {
+        if stops.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (n, g) = (state.len() / 2, &self.scene.geometry);
+        let (normals, reactions) = (
+            g.normals.select_columns(stops),
+            g.reactions.select_columns(stops),
+        );
+        let impulse_matrix = impulse_matrix(g, stops)?;
+        let impulses = &impulse_matrix * normals.tr_mul(&state.rows(n, n));
+        let mut v = state.rows_mut(n, n);
+        v -= &reactions * &impulses;
+        let mut dv = deviations.rows_mut(n, n);
+        let change = reactions * (impulse_matrix * normals.tr_mul(&dv));
+        dv -= change;
+        Ok(impulses.iter().copied().collect())
+    }
+
+    fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
+        let normal = self.scene.geometry.normals.column(stop).into_owned();
+        let gap = self.scene.geometry.clearances[stop] - normal.dot(&state.rows(0, normal.len()));
+        Ok((gap, -normal))
+    }
+
+    fn acceleration(&self, stop: usize, state: &DVector<f64>, rate: &DVector<f64>) -> Result<f64> {
+        let n = state.len() / 2;
+        let normal = self.scene.geometry.normals.column(stop);
+        Ok(-normal.dot(&rate.rows(n, n)))
+    }
+
+    fn reaction(&self, stop: usize, _state: &DVector<f64>) -> Result<DVector<f64>> {
+        Ok(self.scene.geometry.reactions.column(stop).into_owned())
+    }
+
+    fn restitution(&self, stop: usize) -> f64 {
+        self.scene.geometry.restitutions[stop]
+    }
+}

@@ -1,0 +1,401 @@
+//! The periodic solve at one instant, mode by mode (theory 5): after T the motion repeats, so each mode's contact state
+//! follows from the impulses through `(I - e^{A T})^-1`, and what is left is a small system for the impulses p and the
+//! forcing phase `u = (cos phase, sin phase)`. Modes for which that inverse is ill-conditioned (no damping, resonance,
+//! rigid body) keep their own two unknowns. O(n k) for n modes and k stops.
+
+use crate::error::Result;
+use crate::flow::{ModalScene, along};
+use crate::impact::impulse_matrix;
+use crate::linalg::rank::{self, DEPENDENT, SolutionSet};
+use crate::modal::{Block, Form, Pair, times};
+use nalgebra::{DMatrix, DVector};
+
+/// A mode whose `det(I - e^{A T})` is below this, relative to its size, keeps its two unknowns.
+const RETAIN_BELOW: f64 = 1e-4;
+/// Singular values below this, relative to the largest, are zero (theory 5).
+pub(crate) const RANK_TOL: f64 = 1e-10;
+
+/// The periodic conditions of one instant as linear forms in the unknowns `(p, retained states, u)`.
+pub(crate) struct Instant<'a> {
+    pub(in crate::orbit) scene: &'a ModalScene,
+    pub(in crate::orbit) stops: &'a [usize],
+    /// Per eliminated block: `(I - P)^-1`; `None` for retained ones.
+    pub(in crate::orbit) resolvents: Vec<Option<[Pair; 2]>>,
+    pub(in crate::orbit) retained: Vec<usize>,
+    /// `(cos, sin)` parts of the steady response of the eliminated blocks, zero for retained ones.
+    pub(in crate::orbit) steady: Vec<[Pair; 2]>,
+    pub(in crate::orbit) equilibrium: Vec<Pair>,
+    pub(in crate::orbit) period: f64,
+}
+
+/// Conditions on X: a matrix and its right-hand side.
+pub(crate) type Rows = (DMatrix<f64>, DVector<f64>);
+
+/// Affine form in the unknowns: coefficients of p and of u, and a constant.
+struct Sums {
+    by_impulse: DMatrix<f64>,
+    by_phase: DMatrix<f64>,
+    constant: DVector<f64>,
+}
+
+/// `(I - P)^-1` of a block over T, `None` where it is ill-conditioned.
+fn resolvent(block: Block, period: f64) -> Option<[Pair; 2]> {
+    let (det, size) = block.det_one_minus(period);
+    if det.abs().is_nan() || det.abs() <= RETAIN_BELOW * size {
+        return None;
+    }
+    let [[a, b], [c, d]] = block.one_minus_propagator(period);
+    Some([[d / det, -b / det], [-c / det, a / det]])
+}
+
+impl<'a> Instant<'a> {
+    /// The conditions for the stops hit together once in the period T.
+    pub fn new(scene: &'a ModalScene, stops: &'a [usize], period: f64) -> Self {
+        let n = scene.form.n_dof();
+        let mut instant = Self {
+            scene,
+            stops,
+            resolvents: vec![None; n],
+            retained: Vec::new(),
+            steady: vec![[[0.0; 2]; 2]; n],
+            equilibrium: vec![[0.0; 2]; n],
+            period,
+        };
+        match &scene.form.form {
+            Form::Dense(_) => instant.retained = (0..n).collect(),
+            Form::Blocks(blocks) => {
+                for (j, &block) in blocks.iter().enumerate() {
+                    instant.resolvents[j] = resolvent(block, period);
+                    if instant.resolvents[j].is_none() {
+                        instant.retained.push(j);
+                        continue;
+                    }
+                    let y = block.steady(scene.frequency, scene.force[j]);
+                    instant.steady[j] = [[y[0].re, y[1].re], [-y[0].im, -y[1].im]];
+                    instant.equilibrium[j] = block.equilibrium(scene.load[j]);
+                }
+            }
+        }
+        instant
+    }
+
+    /// Number of stops hit.
+    pub fn n_impulses(&self) -> usize {
+        self.stops.len()
+    }
+
+    /// Number of unknowns besides the phase.
+    pub(in crate::orbit) fn n_inner(&self) -> usize {
+        self.n_impulses() + 2 * self.retained.len()
+    }
+
+    /// What rows (positions or velocities of the stops hit) see of the eliminated blocks.
+    fn sums(&self, rows: &[Vec<Pair>]) -> Sums {
+        let k = self.n_impulses();
+        let mut sums = Sums {
+            by_impulse: DMatrix::zeros(k, k),
+            by_phase: DMatrix::zeros(k, 2),
+            constant: DVector::zeros(k),
+        };
+        for (a, &stop) in self.stops.iter().enumerate() {
+            for (b, &other) in self.stops.iter().enumerate() {
+                sums.by_impulse[(a, b)] = self.pushed(&rows[stop], other);
+            }
+            let [cos, sin] = self.driven(&rows[stop]);
+            sums.by_phase[(a, 0)] = cos;
+            sums.by_phase[(a, 1)] = sin;
+            sums.constant[a] = along(&rows[stop], &self.equilibrium);
+        }
+        sums
+    }
+
+    /// What a row sees of the eliminated blocks under a unit impulse of a stop.
+    pub(in crate::orbit) fn pushed(&self, row: &[Pair], stop: usize) -> f64 {
+        let jumps = &self.scene.jumps[stop];
+        let mut sum = 0.0;
+        for ((resolvent, r), jump) in self.resolvents.iter().zip(row).zip(jumps) {
+            if let Some(resolvent) = resolvent {
+                let response = times(resolvent, *jump);
+                sum -= r[0] * response[0] + r[1] * response[1];
+            }
+        }
+        sum
+    }
+
+    /// What a row sees of the steady response, per unit of cos and sin.
+    pub(in crate::orbit) fn driven(&self, row: &[Pair]) -> Pair {
+        let mut sum = [0.0, 0.0];
+        for (r, [cos, sin]) in row.iter().zip(&self.steady) {
+            sum[0] += r[0] * cos[0] + r[1] * cos[1];
+            sum[1] += r[0] * sin[0] + r[1] * sin[1];
+        }
+        sum
+    }
+
+    /// `n_a . b_b` of the stops hit.
+    pub(in crate::orbit) fn delassus(&self) -> DMatrix<f64> {
+        let (n, b) = (&self.scene.geometry.normals, &self.scene.geometry.reactions);
+        DMatrix::from_fn(self.stops.len(), self.stops.len(), |i, j| {
+            n.column(self.stops[i]).dot(&b.column(self.stops[j]))
+        })
+    }
+
+    /// The clearances of the stops hit.
+    pub fn clearances(&self) -> DVector<f64> {
+        DVector::from_iterator(
+            self.stops.len(),
+            self.stops
+                .iter()
+                .map(|&i| self.scene.geometry.clearances[i]),
+        )
+    }
+
+    /// Rows that say "the normal velocities are reversed", and that the retained blocks repeat: `matrix X = rhs` with X
+    /// the inner unknowns and u.
+    pub(in crate::orbit) fn repeat_rows(&self) -> Rows {
+        let (k, inner) = (self.n_impulses(), self.n_inner());
+        let mut matrix = DMatrix::zeros(inner, inner + 2);
+        let mut rhs = DVector::zeros(inner);
+        // n.v+ + e n.v- = 0 with v- = v+ + B p
+        let velocity = self.sums(&self.scene.velocity_rows);
+        let delassus = self.delassus();
+        for (a, &stop) in self.stops.iter().enumerate() {
+            let e = self.scene.geometry.restitutions[stop];
+            for b in 0..k {
+                matrix[(a, b)] = (1.0 + e) * velocity.by_impulse[(a, b)] + e * delassus[(a, b)];
+            }
+            for c in 0..2 {
+                matrix[(a, inner + c)] = (1.0 + e) * velocity.by_phase[(a, c)];
+            }
+            // At an equilibrium nothing moves, but what is eliminated of one may: the retained blocks have the rest.
+            if !self.retained.is_empty() {
+                rhs[a] = -(1.0 + e) * velocity.constant[a];
+            }
+            self.put_retained(&mut matrix, a, 1.0 + e, &self.scene.velocity_rows[stop]);
+        }
+        self.put_repetition(&mut matrix, &mut rhs);
+        (matrix, rhs)
+    }
+
+    fn put_retained(&self, matrix: &mut DMatrix<f64>, row: usize, factor: f64, stop_row: &[Pair]) {
+        let k = self.n_impulses();
+        for (i, &j) in self.retained.iter().enumerate() {
+            matrix[(row, k + 2 * i)] = factor * stop_row[j][0];
+            matrix[(row, k + 2 * i + 1)] = factor * stop_row[j][1];
+        }
+    }
+
+    /// `(I - P) z + jump p - G u = g` for the retained blocks.
+    fn put_repetition(&self, matrix: &mut DMatrix<f64>, rhs: &mut DVector<f64>) {
+        let (k, inner, t) = (self.n_impulses(), self.n_inner(), self.period);
+        match &self.scene.form.form {
+            Form::Blocks(blocks) => {
+                for (i, &j) in self.retained.iter().enumerate() {
+                    let block = blocks[j];
+                    let repeat = block.one_minus_propagator(t);
+                    let forced =
+                        block.forced_over_periods(t, self.scene.frequency, self.scene.force[j]);
+                    let loaded = block.loaded(t, self.scene.load[j]);
+                    for c in 0..2 {
+                        let row = k + 2 * i + c;
+                        matrix[(row, k + 2 * i)] = repeat[c][0];
+                        matrix[(row, k + 2 * i + 1)] = repeat[c][1];
+                        matrix[(row, inner)] = -forced[c].re;
+                        matrix[(row, inner + 1)] = forced[c].im;
+                        rhs[row] = loaded[c];
+                    }
+                }
+            }
+            Form::Dense(state) => {
+                let whole = enlarged_exponential(state, self.scene, t);
+                let m = state.nrows();
+                for row in 0..m {
+                    for column in 0..m {
+                        matrix[(k + row, k + column)] =
+                            f64::from(u8::from(row == column)) - whole[(row, column)];
+                    }
+                    rhs[k + row] = whole[(row, m)];
+                    matrix[(k + row, inner)] = -whole[(row, m + 1)];
+                    matrix[(k + row, inner + 1)] = -whole[(row, m + 2)];
+                }
+            }
+        }
+        for (b, &stop) in self.stops.iter().enumerate() {
+            for (i, &j) in self.retained.iter().enumerate() {
+                for c in 0..2 {
+                    matrix[(k + 2 * i + c, b)] = self.scene.jumps[stop][j][c];
+                }
+            }
+        }
+    }
+
+    /// Adds to the rows of restitution what settles the impulses of dependent stops, hit together, of which the velocities leave
+    /// some combination open: it is zero, so that they are those of least norm.
+    ///
+    /// `U (S V^T x + ..) = 0` has no row for it; along its left null vectors, where the rows say nothing, `V^T p = 0` has room.
+    fn settle_dependent(&self, matrix: &mut DMatrix<f64>) -> Result<()> {
+        let k = self.n_impulses();
+        if k < 2 {
+            return Ok(());
+        }
+        let delassus = self.delassus();
+        let (tolerance, none) = (DEPENDENT * delassus.amax(), DVector::zeros(k));
+        let open = rank::solve(&delassus, &none, tolerance)?.null_space;
+        if open.ncols() > 0 {
+            // Refuses restitutions that contradict each other.
+            impulse_matrix(&self.scene.geometry, self.stops)?;
+            let unsaid = rank::solve(&delassus.transpose(), &none, tolerance)?.null_space;
+            let mut block = matrix.view_mut((0, 0), (k, k));
+            block += unsaid * open.transpose() * delassus.amax();
+        }
+        Ok(())
+    }
+
+    /// Rows that say where the contacts are: `matrix X + constant = n.q` at the stops hit.
+    pub(in crate::orbit) fn contact_rows(&self) -> Rows {
+        let (k, inner) = (self.n_impulses(), self.n_inner());
+        let position = self.sums(&self.scene.position_rows);
+        let mut matrix = DMatrix::zeros(k, inner + 2);
+        matrix
+            .view_mut((0, 0), (k, k))
+            .copy_from(&position.by_impulse);
+        matrix
+            .view_mut((0, inner), (k, 2))
+            .copy_from(&position.by_phase);
+        for (a, &stop) in self.stops.iter().enumerate() {
+            self.put_retained(&mut matrix, a, 1.0, &self.scene.position_rows[stop]);
+        }
+        (matrix, position.constant)
+    }
+
+    /// All X for a given phase.
+    pub fn at_phase(&self, u: Pair) -> Result<SolutionSet> {
+        let inner = self.n_inner();
+        let (mut matrix, rhs) = self.repeat_rows();
+        self.settle_dependent(&mut matrix)?;
+        let known = matrix.columns(inner, 2) * DVector::from_row_slice(&u);
+        let units = self.units(&matrix, 0);
+        let floor = 1.0 / units.columns[inner];
+        let set = units.solve(
+            &matrix.columns(0, inner).into_owned(),
+            &(rhs - known),
+            floor,
+        )?;
+        let m = set.null_space.ncols();
+        let mut particular = set.particular.clone().resize_vertically(inner + 2, 0.0);
+        particular[inner] = u[0];
+        particular[inner + 1] = u[1];
+        Ok(SolutionSet {
+            particular,
+            null_space: set.null_space.resize(inner + 2, m, 0.0),
+            residual: set.residual,
+        })
+    }
+
+    /// All X, u unrestricted, for which the contacts are where the stops are: `n.q = clearance`. With `scaled`, at
+    /// `n.q = scale clearance` for one more unknown, the last entry of X.
+    pub fn at_clearance(&self, scaled: Option<&DVector<f64>>) -> Result<SolutionSet> {
+        self.solve_contacts(&self.rows_at_clearance(scaled)?)
+    }
+
+    /// All X that satisfy the rows of [`at_clearance`](Self::at_clearance).
+    pub fn solve_contacts(&self, (matrix, rhs): &Rows) -> Result<SolutionSet> {
+        let units = self.units(matrix, self.n_impulses());
+        units.solve(matrix, rhs, 0.0)
+    }
+
+    /// The rows of [`at_clearance`](Self::at_clearance).
+    pub fn rows_at_clearance(&self, scaled: Option<&DVector<f64>>) -> Result<Rows> {
+        let (k, inner) = (self.n_impulses(), self.n_inner());
+        let (mut repeat, rhs) = self.repeat_rows();
+        self.settle_dependent(&mut repeat)?;
+        let (contact, constant) = self.contact_rows();
+        let columns = inner + 2 + usize::from(scaled.is_some());
+        let mut matrix = DMatrix::zeros(inner + k, columns);
+        matrix
+            .view_mut((0, 0), (inner, inner + 2))
+            .copy_from(&repeat);
+        matrix
+            .view_mut((inner, 0), (k, inner + 2))
+            .copy_from(&contact);
+        let target = match scaled {
+            Some(direction) => {
+                matrix
+                    .view_mut((inner, inner + 2), (k, 1))
+                    .copy_from(&-direction);
+                -constant
+            }
+            None => self.clearances() - constant,
+        };
+        let rhs = DVector::from_iterator(inner + k, rhs.iter().chain(target.iter()).copied());
+        Ok((matrix, rhs))
+    }
+
+    /// The phase part u of X, or of a null vector.
+    pub fn phase_part(&self, x: &DVector<f64>) -> Pair {
+        [x[self.n_inner()], x[self.n_inner() + 1]]
+    }
+
+    /// The impulses in X.
+    pub fn impulse_part(&self, x: &DVector<f64>) -> DVector<f64> {
+        x.rows(0, self.n_impulses()).into_owned()
+    }
+
+    /// The state after the instant that X describes; `affine` is 1 for a solution and 0 for a null vector.
+    pub fn state_after(&self, x: &DVector<f64>, affine: f64) -> Vec<Pair> {
+        let k = self.n_impulses();
+        let u = self.phase_part(x);
+        let mut retained = x.as_slice()[k..].chunks_exact(2);
+        let mut state = Vec::with_capacity(self.resolvents.len());
+        for (j, resolvent) in self.resolvents.iter().enumerate() {
+            let Some(resolvent) = resolvent else {
+                state.extend(retained.next().map(|z| [z[0], z[1]]));
+                continue;
+            };
+            let mut push = [0.0, 0.0];
+            for (b, &stop) in self.stops.iter().enumerate() {
+                let jump = self.scene.jumps[stop][j];
+                push = [push[0] + jump[0] * x[b], push[1] + jump[1] * x[b]];
+            }
+            let free = times(resolvent, push);
+            state.push([0, 1].map(|c| {
+                self.steady[j][0][c] * u[0]
+                    + self.steady[j][1][c] * u[1]
+                    + affine * self.equilibrium[j][c]
+                    - free[c]
+            }));
+        }
+        state
+    }
+
+    /// The state before the instant: the jump of every impulse taken back.
+    pub fn state_before(&self, after: &[Pair], impulses: &DVector<f64>) -> Vec<Pair> {
+        let mut state = after.to_vec();
+        for (&stop, &p) in self.stops.iter().zip(impulses.iter()) {
+            for (z, jump) in state.iter_mut().zip(&self.scene.jumps[stop]) {
+                *z = [z[0] + jump[0] * p, z[1] + jump[1] * p];
+            }
+        }
+        state
+    }
+
+    /// The contact positions `n.q` of the stops hit.
+    pub fn contacts(&self, after: &[Pair]) -> Vec<f64> {
+        self.stops
+            .iter()
+            .map(|&i| along(&self.scene.position_rows[i], after))
+            .collect()
+    }
+}
+
+pub(in crate::orbit) fn enlarged_exponential(
+    state: &DMatrix<f64>,
+    scene: &ModalScene,
+    t: f64,
+) -> DMatrix<f64> {
+    let flow =
+        crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.force, scene.frequency);
+    let mut whole = DMatrix::zeros(0, 0);
+    crate::flow::LinearFlow::prepare(&flow, t, &mut whole);
+    whole
+}

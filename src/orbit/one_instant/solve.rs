@@ -1,0 +1,232 @@
+//! Orbits with one instant of impact, or none (theory 5): from a problem to its solutions.
+
+use crate::error::Result;
+use crate::flow::ModalScene;
+use crate::impact::wrapped;
+use crate::orbit::course::Course;
+use crate::orbit::flights::{Flight, Parts};
+use crate::orbit::one_instant::crossing::{Crossing, SOLVABLE, meet_circle};
+use crate::orbit::one_instant::impulses::{Instant, Rows};
+use crate::orbit::one_instant::one_stop;
+use crate::orbit::one_instant::refine::settle_speeds;
+use crate::orbit::problem::Problem;
+use crate::orbit::solutions::Solutions;
+use nalgebra::{DMatrix, DVector};
+
+/// A periodic motion as the solver finds it: its phase, its one flight, its impulses.
+pub(crate) struct Solution {
+    /// The forcing phase at the instant \[rad\], in [0, 2 pi).
+    pub phase: f64,
+    pub flight: Flight,
+    /// In the order of the stops hit.
+    pub impulses: DVector<f64>,
+}
+
+impl Solution {
+    /// The motion that X describes, over the period.
+    pub fn new(instant: &Instant<'_>, x: &DVector<f64>, period: f64) -> Result<Self> {
+        let u = instant.phase_part(x);
+        let impulses = instant.impulse_part(x);
+        let mut after = instant.state_after(x, 1.0);
+        settle_speeds(
+            instant.scene,
+            instant.stops,
+            impulses.as_slice(),
+            &mut after,
+        )?;
+        let before_next = instant.state_before(&after, &impulses);
+        Ok(Self {
+            phase: wrapped(u[1].atan2(u[0])),
+            flight: Flight {
+                start: 0.0,
+                span: period,
+                after,
+                before_next,
+                course: Course::FREE,
+            },
+            impulses,
+        })
+    }
+}
+
+/// The solutions for a given phase: one, none, or a family.
+pub(crate) fn phase_given(instant: &Instant<'_>, phase: f64) -> Result<Crossing> {
+    let set = instant.at_phase([phase.cos(), phase.sin()])?;
+    let is_solvable = set.residual <= SOLVABLE;
+    Ok(Crossing {
+        points: if is_solvable {
+            vec![set.particular]
+        } else {
+            Vec::new()
+        },
+        margin: None,
+        basis: set.null_space,
+        is_any_phase: false,
+    })
+}
+
+/// The solutions for given clearances.
+pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
+    if let Some(crossing) = one_stop::clearance_given(instant) {
+        return Ok(crossing);
+    }
+    let rows = instant.rows_at_clearance(None)?;
+    let mut crossing = meet_contacts(instant, &rows)?;
+    if crossing.basis.ncols() == 0 && !crossing.is_any_phase {
+        for x in &mut crossing.points {
+            instant.refine(rows.clone(), x)?;
+        }
+    }
+    Ok(crossing)
+}
+
+/// The margin of [`clearance_given`] alone.
+pub(crate) fn clearance_margin(instant: &Instant<'_>) -> Result<Option<f64>> {
+    let crossing = match one_stop::clearance_given(instant) {
+        Some(crossing) => crossing,
+        None => meet_contacts(instant, &instant.rows_at_clearance(None)?)?,
+    };
+    Ok(crossing.margin)
+}
+
+fn meet_contacts(instant: &Instant<'_>, rows: &Rows) -> Result<Crossing> {
+    meet_circle(&instant.solve_contacts(rows)?, |x| instant.phase_part(x))
+}
+
+/// Motions without impacts.
+pub(crate) fn without_impacts(problem: &Problem<'_>) -> Result<Solutions> {
+    let given = problem.options.phase;
+    let phase = given.unwrap_or_else(|| problem.scene.forcing().phase());
+    let instant = Instant::new(&problem.modal, &[], problem.period);
+    let crossing = phase_given(&instant, phase)?;
+    let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
+        (true, _) => {
+            "no motion repeats: an undamped mode is in resonance with the forcing, or a load has nothing to rest on"
+        }
+        (false, 0) => "the steady response",
+        (false, _) => "a free motion that repeats can be added to the steady response",
+    };
+    solutions(problem, &instant, &crossing, reason.to_owned())
+}
+
+/// Orbits for a given phase at the impact; the clearances come out.
+pub(crate) fn at_phase(problem: &Problem<'_>, phase: f64) -> Result<Solutions> {
+    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
+    let crossing = phase_given(&instant, phase)?;
+    let none = "I - R e^(AT) is singular and the forcing is not in its range";
+    let reason = describe(&crossing, none);
+    Ok(solutions(problem, &instant, &crossing, reason)?.at_contacts(&instant))
+}
+
+/// Orbits for the clearances of the scene.
+pub(crate) fn at_clearance(problem: &Problem<'_>) -> Result<Solutions> {
+    let stops = problem.stops();
+    let instant = Instant::new(&problem.modal, stops, problem.period);
+    let crossing = clearance_given(&instant)?;
+    let none = if stops.len() > 1 {
+        "the stops hit together ask for two phases at once, or more; free one parameter (free=\"clearance\")"
+    } else {
+        "the forcing is too weak for a contact at this clearance: no phase reaches it"
+    };
+    let reason = describe(&crossing, none);
+    solutions(problem, &instant, &crossing, reason)
+}
+
+/// Orbits that hit their stops together at clearances times one unknown factor (theory 5: kind 1).
+pub(crate) fn at_scaled_clearance(problem: &Problem<'_>) -> Result<Solutions> {
+    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
+    let given = instant.clearances();
+    let direction = if given.amax() > 0.0 {
+        given
+    } else {
+        given.map(|_| 1.0)
+    };
+    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| {
+        instant.phase_part(x)
+    })?;
+    let none = "no common factor on the clearances lets the stops be hit together";
+    let reason = describe(&crossing, none);
+    // The orbits' own contact positions are the clearances.
+    Ok(solutions(problem, &instant, &crossing, reason)?.at_contacts(&instant))
+}
+
+impl Solutions {
+    /// The same solutions with the stops hit standing where the contacts are.
+    fn at_contacts(mut self, instant: &Instant<'_>) -> Self {
+        for parts in &mut self.all {
+            let contacts = instant.contacts(&parts.flights[0].after);
+            parts.clearances = instant.stops.iter().copied().zip(contacts).collect();
+        }
+        self
+    }
+}
+
+fn describe(crossing: &Crossing, none: &str) -> String {
+    if crossing.points.is_empty() {
+        none.to_owned()
+    } else if crossing.is_any_phase {
+        "every phase has an orbit".to_owned()
+    } else if crossing.basis.ncols() > 0 {
+        format!(
+            "a family with {} parameters: the contact state may be moved along its basis",
+            crossing.basis.ncols()
+        )
+    } else {
+        match crossing.points.len() {
+            1 => "one solution".to_owned(),
+            n => format!("{n} solutions"),
+        }
+    }
+}
+
+/// The solutions at the points of a crossing.
+fn solutions(
+    problem: &Problem<'_>,
+    instant: &Instant<'_>,
+    crossing: &Crossing,
+    reason: String,
+) -> Result<Solutions> {
+    let parts = |x: &DVector<f64>| -> Result<Parts> {
+        let Solution {
+            phase,
+            flight,
+            impulses,
+        } = Solution::new(instant, x, problem.period)?;
+        Ok(Parts {
+            pattern: problem.pattern.clone(),
+            n_periods: problem.options.n_periods,
+            phase,
+            flights: vec![flight],
+            impulses: impulses.as_slice().to_vec(),
+            clearances: Vec::new(),
+        })
+    };
+    let all = crossing.points.iter().map(parts).collect::<Result<_>>()?;
+    let basis = family_basis(&problem.modal, instant, crossing);
+    Ok(Solutions {
+        all,
+        reason,
+        margin: crossing.margin,
+        family: (basis.ncols() > 0 || crossing.is_any_phase).then_some(basis),
+    })
+}
+
+/// Null vectors as changes of the contact state (q, v).
+fn family_basis(modal: &ModalScene, instant: &Instant<'_>, crossing: &Crossing) -> DMatrix<f64> {
+    let n = modal.form.n_dof();
+    let columns: Vec<DVector<f64>> = crossing
+        .basis
+        .column_iter()
+        .map(|x| {
+            let (q, v) = modal
+                .form
+                .to_physical(&instant.state_after(&x.into_owned(), 0.0));
+            DVector::from_iterator(2 * n, q.iter().chain(v.iter()).copied())
+        })
+        .collect();
+    if columns.is_empty() {
+        DMatrix::zeros(2 * n, 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    }
+}

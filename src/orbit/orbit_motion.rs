@@ -1,0 +1,278 @@
+//! What moves an orbit: modal flights of a linear scene, or steps of an integrator. Both give the motion along a flight, the
+//! impacts, the verdict of the rules of contact and the multipliers.
+
+use crate::error::Result;
+use crate::flow::integrate::KeptStep;
+use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
+use crate::impact::Impact;
+use crate::modal::Pair;
+use crate::orbit::course::{Course, struck};
+use crate::orbit::flights::Flight;
+use crate::orbit::impacts::{impacts_by, list_impacts};
+use crate::orbit::motions::modal::{ModalMotion, joined, stuck_motions};
+use crate::orbit::motions::pieces::Motion;
+use crate::orbit::motions::stepped::SteppedMotion;
+use crate::orbit::pattern::Pattern;
+use crate::orbit::stability::monodromy::{Flown, monodromy};
+use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
+use crate::orbit::verdict::admissibility::Admissibility;
+use crate::orbit::verdict::closing::Carrier;
+use crate::orbit::verdict::judge::Judge;
+use crate::watch::Watch;
+use nalgebra::DVector;
+use std::f64::consts::TAU;
+use std::sync::{Arc, OnceLock};
+
+/// What moves an orbit. The states of its flights are modal pairs of the first, pairs `(q_i, v_i)` of the second.
+#[derive(Debug, Clone)]
+pub(crate) enum OrbitMotion {
+    Modal {
+        modal: Arc<ModalScene>,
+        /// Made when first asked for, and shared by the copies of the orbit.
+        flow: Arc<OnceLock<SceneFlow>>,
+        /// The motions while stops are held.
+        held: Vec<Arc<StuckMotion>>,
+    },
+    Stepped {
+        motion: Arc<SteppedMotion>,
+        /// The start and the steps of each flight.
+        steps: Arc<Vec<(f64, Vec<KeptStep>)>>,
+    },
+}
+
+/// `(q, v)` as pairs.
+pub(crate) fn paired(state: &DVector<f64>) -> Vec<Pair> {
+    let (q, v) = state.as_slice().split_at(state.len() / 2);
+    q.iter().zip(v).map(|(&q, &v)| [q, v]).collect()
+}
+
+/// The inverse of [`paired`].
+fn unpaired(state: &[Pair]) -> DVector<f64> {
+    let part = |k: usize| state.iter().map(move |z| z[k]);
+    DVector::from_iterator(2 * state.len(), part(0).chain(part(1)))
+}
+
+impl OrbitMotion {
+    /// The modal flights of a linear scene, along which stops may be held.
+    pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
+        let stops = flights.iter().map(|flight| flight.course.stops.as_slice());
+        let held = stuck_motions(&modal, stops)?;
+        Ok(Self::Modal {
+            modal,
+            flow: Arc::default(),
+            held,
+        })
+    }
+
+    /// The steps of the flights of any scene.
+    pub fn stepped(motion: Arc<SteppedMotion>, flights: &[Flight]) -> Result<Self> {
+        let steps = |flight: &Flight| {
+            let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
+            let span = (flight.start, flight.span);
+            let steps = motion.steps(&flight.course, span, &state, &end)?;
+            Ok((flight.start, steps))
+        };
+        let steps = Arc::new(flights.iter().map(steps).collect::<Result<Vec<_>>>()?);
+        Ok(Self::Stepped { motion, steps })
+    }
+
+    /// Number of modal pairs, for a linear scene.
+    pub fn modal_scene(&self) -> Option<&ModalScene> {
+        match self {
+            Self::Modal { modal, .. } => Some(modal),
+            Self::Stepped { .. } => None,
+        }
+    }
+
+    /// Position and velocity of a state.
+    pub fn physical(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
+        match self {
+            Self::Modal { modal, .. } => modal.form.to_physical(state),
+            Self::Stepped { .. } => {
+                let part =
+                    |k: usize| DVector::from_iterator(state.len(), state.iter().map(|z| z[k]));
+                (part(0), part(1))
+            }
+        }
+    }
+
+    /// Position and velocity a time after the start of flight k.
+    pub fn along(
+        &self,
+        phase: f64,
+        k: usize,
+        flight: &Flight,
+        local: f64,
+    ) -> (DVector<f64>, DVector<f64>) {
+        match self {
+            Self::Modal { modal, flow, held } => {
+                let angle = modal.frequency * flight.start + phase;
+                let stops = &flight.course.stops;
+                if let Some(stuck) = held.iter().find(|motion| motion.stops == *stops) {
+                    let (q, v) = modal.form.to_physical(&flight.after);
+                    return stuck.carry(angle, local, &q, &v);
+                }
+                let mut state = flight.after.clone();
+                let flow = flow.get_or_init(|| modal.flow());
+                with_flow!(flow, f => carry(f, angle, local, &mut state));
+                modal.form.to_physical(&state)
+            }
+            Self::Stepped { steps, .. } => {
+                let all = &steps[k].1;
+                let index = all.partition_point(|s| s.start <= local).max(1) - 1;
+                let x = all.get(index).map_or_else(
+                    || unpaired(&flight.after).as_slice().to_vec(),
+                    |step| step.dense.at((local - step.start).min(step.h)),
+                );
+                let (q, v) = x.split_at(x.len() / 2);
+                (DVector::from_column_slice(q), DVector::from_column_slice(v))
+            }
+        }
+    }
+
+    /// By how much free flights miss their ends and contacts, relative to the size of the motion, where that is more than rounding
+    /// explains.
+    pub fn lost(&self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
+        let Self::Modal { modal, flow, .. } = self else {
+            return None;
+        };
+        let flow = flow.get_or_init(|| modal.flow());
+        with_flow!(flow, f => Carrier::new(modal, f).lost(pattern, phase, flights))
+    }
+
+    /// The impacts of a period, instant by instant.
+    pub fn impacts(
+        &self,
+        pattern: &Pattern,
+        phase: f64,
+        flights: &[Flight],
+        impulses: &[f64],
+    ) -> Result<Vec<Impact>> {
+        let motion = match self {
+            Self::Modal { modal, .. } => {
+                return Ok(list_impacts(modal, pattern, phase, flights, impulses));
+            }
+            Self::Stepped { motion, .. } => motion,
+        };
+        let law = |stop: usize, before: &[Pair]| -> Result<(f64, f64)> {
+            let x = unpaired(before);
+            let (_, gradient) = motion.gap(stop, &x)?;
+            let approach = -gradient.dot(&x.rows(gradient.len(), gradient.len()));
+            Ok((approach, motion.restitution(stop)))
+        };
+        impacts_by(law, pattern, (motion.frequency, phase), flights, impulses)
+    }
+
+    /// What the rules of contact say.
+    pub fn admissibility(
+        &self,
+        pattern: &Pattern,
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        let impacts = &struck_free(pattern, flights, impacts);
+        match self {
+            Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
+                Judge::new(modal).with_lasting_contact(held, phase, flights, impacts, watch)
+            }
+            Self::Modal { modal, .. } => {
+                Judge::new(modal).admissibility(phase, flights, impacts, watch)
+            }
+            Self::Stepped { motion, steps } => {
+                let period: f64 = flights.iter().map(|f| f.span).sum();
+                let courses: Vec<Course> = flights.iter().map(|f| f.course.clone()).collect();
+                let rate = TAU / period;
+                motion.admissibility(steps, &courses, pattern.instants(), impacts, rate)
+            }
+        }
+    }
+
+    /// Multipliers and what they decide.
+    pub fn stability(
+        &self,
+        pattern: &Pattern,
+        phase: f64,
+        flights: &[Flight],
+        found: &Admissibility,
+        watch: &mut Watch<'_>,
+    ) -> Result<Stability> {
+        match self {
+            Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
+                let motion = ModalMotion::new(modal, phase, held.clone());
+                let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
+                let states = |pairs: &[Pair]| joined(&modal.form.to_physical(pairs));
+                of_legs(&motion, pattern, flights, states, found, is_coupled, watch)
+            }
+            Self::Modal { modal, .. } => {
+                stability(modal, pattern.instants(), phase, flights, found, watch)
+            }
+            Self::Stepped { motion, .. } => {
+                let is_coupled = |a: usize, b: usize| motion.is_coupled(a, b, flights, pattern);
+                of_legs(
+                    &**motion, pattern, flights, unpaired, found, is_coupled, watch,
+                )
+            }
+        }
+    }
+}
+
+/// Whether an orbit holds stops, or has impacts that accumulate.
+fn has_lasting_contact(flights: &[Flight]) -> bool {
+    flights.iter().any(|flight| flight.course != Course::FREE)
+}
+
+/// Of each instant the stops that were not held before it.
+fn newly_struck(pattern: &Pattern, flights: &[Flight]) -> Vec<Vec<usize>> {
+    let starts = struck(flights.iter().map(|flight| &flight.course));
+    let each = pattern.instants().iter().zip(starts).map(|(instant, k)| {
+        let before = flights[(k + flights.len() - 1) % flights.len()]
+            .course
+            .held();
+        let new = instant
+            .iter()
+            .copied()
+            .filter(|stop| !before.contains(stop));
+        new.collect()
+    });
+    each.collect()
+}
+
+/// The impacts but those that a stop in lasting contact receives with another's: it is neither approached nor left.
+fn struck_free(pattern: &Pattern, flights: &[Flight], impacts: &[Impact]) -> Vec<Impact> {
+    let new = newly_struck(pattern, flights);
+    let whole = pattern.instants().iter().zip(&new);
+    let is_new = whole.flat_map(|(all, new)| all.iter().map(|stop| new.contains(stop)));
+    let judged = impacts.iter().zip(is_new).filter(|(_, is_new)| *is_new);
+    judged.map(|(impact, _)| *impact).collect()
+}
+
+/// Multipliers from flights and instants as the shooting has them.
+fn of_legs<M: Motion>(
+    motion: &M,
+    pattern: &Pattern,
+    flights: &[Flight],
+    state: impl Fn(&[Pair]) -> DVector<f64>,
+    found: &Admissibility,
+    is_coupled: impl Fn(usize, usize) -> bool,
+    watch: &mut Watch<'_>,
+) -> Result<Stability> {
+    let new = newly_struck(pattern, flights);
+    if let Some(refused) = refused(&new, found, is_coupled) {
+        return Ok(refused);
+    }
+    let flown: Vec<Flown<'_>> = flights
+        .iter()
+        .map(|f| Flown {
+            start: f.start,
+            end: f.start + f.span,
+            state: state(&f.after),
+            course: &f.course,
+        })
+        .collect();
+    over_orders(&new, |order| {
+        watch.look()?;
+        monodromy(motion, pattern.instants(), order, &flown)
+    })
+}

@@ -1,0 +1,153 @@
+//! A periodic problem: what is asked of which scene; refused where it cannot be begun.
+
+use crate::error::{Error, Result, digits};
+use crate::flow::ModalScene;
+use crate::model::{Parameter, Scene};
+use crate::orbit::options::{Free, OrbitOptions};
+use crate::orbit::pattern::Pattern;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// A scene in modes, the pattern that is looked for in it and how.
+pub(crate) struct Problem<'a> {
+    pub scene: &'a Scene,
+    pub modal: Arc<ModalScene>,
+    pub pattern: &'a Pattern,
+    pub options: &'a OrbitOptions,
+    /// The period of the orbits \[s\].
+    pub period: f64,
+}
+
+impl<'a> Problem<'a> {
+    /// The problem of a scene for which [`check`] has passed what is asked.
+    pub fn new(scene: &'a Scene, pattern: &'a Pattern, options: &'a OrbitOptions) -> Result<Self> {
+        let modal = Arc::new(ModalScene::new(scene, "periodic_orbits")?);
+        let period = period(&modal, options.n_periods)?;
+        Ok(Self {
+            scene,
+            modal,
+            pattern,
+            options,
+            period,
+        })
+    }
+
+    /// The same asked of a changed scene.
+    pub fn of_scene<'b>(&self, scene: &'b Scene) -> Result<Problem<'b>>
+    where
+        'a: 'b,
+    {
+        Problem::new(scene, self.pattern, self.options)
+    }
+
+    /// The stops of the one instant that the pattern has, if any.
+    pub fn stops(&self) -> &'a [usize] {
+        self.pattern.instants().first().map_or(&[], Vec::as_slice)
+    }
+}
+
+/// Whether a search for orbits can be begun; `purpose` is the name under which it was asked for.
+pub(crate) fn check(
+    scene: &Scene,
+    pattern: &Pattern,
+    options: &OrbitOptions,
+    purpose: &str,
+) -> Result<()> {
+    scene.linear_system(purpose)?;
+    if scene.forcing().frequency().is_none() {
+        return Err(Error::bad_value(
+            "scene",
+            "unforced",
+            format!(
+                "{purpose} looks for motions in step with the forcing; give the scene a forcing"
+            ),
+        ));
+    }
+    pattern.check(scene.stops().len())?;
+    if pattern.instants().len() > 2 {
+        return Err(Error::bad_value(
+            "pattern",
+            format!("of {} instants", pattern.instants().len()),
+            format!(
+                "{purpose} solves patterns of one or two instants; use find_orbit with a guess for more"
+            ),
+        ));
+    }
+    if options.n_periods == 0 {
+        return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
+    }
+    if let Some(phase) = options.phase {
+        crate::quantity::finite("phase", phase)?;
+    }
+    let Some(free) = options.free else {
+        return match options.between {
+            None => Ok(()),
+            Some(range) => Err(Error::bad_value(
+                "between",
+                shown(Some(range)),
+                "it is the range of `free`; name one",
+            )),
+        };
+    };
+    if !matches!(pattern.instants(), [stops] if stops.len() >= 2) {
+        let rule = "a free parameter needs a pattern with two stops or more at one instant";
+        return Err(Error::bad_value("free", free, rule));
+    }
+    if options.phase.is_some() {
+        return Err(Error::bad_value(
+            "free",
+            free,
+            "give either a phase or a free parameter",
+        ));
+    }
+    match (free, options.between) {
+        (Free::Clearance | Free::Parameter(Parameter::ForcingScale), _) => Ok(()),
+        (_, Some((low, high))) if low < high && low.is_finite() && high.is_finite() => Ok(()),
+        (_, range) => Err(Error::bad_value(
+            "between",
+            shown(range),
+            "it must be (low, high) with low < high",
+        )),
+    }
+}
+
+/// A range as Python writes it.
+fn shown(range: Option<(f64, f64)>) -> String {
+    range.map_or_else(
+        || "None".to_owned(),
+        |(low, high)| format!("({low}, {high})"),
+    )
+}
+
+/// Turns of the fastest mode in a period beyond which its phase is lost: a phase of so many turns is known to three digits
+/// of a radian, and a flight that long is not searched in a day.
+const MOST_TURNS: f64 = 1e12;
+
+/// The refusal of a motion that doubles do not hold.
+pub(crate) fn outgrown() -> Error {
+    let rule = "its motion grows beyond the largest number within a period";
+    Error::bad_value("scene", "unstable", rule)
+}
+
+/// The period of an orbit of so many forcing periods.
+///
+/// # Errors
+/// `Error::BadValue` where it holds more than `MOST_TURNS` turns of the forcing or of the fastest mode, or the free motion
+/// outgrows the doubles in it.
+pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> Result<f64> {
+    let period = TAU * n_periods as f64 / modal.frequency;
+    let fastest = modal.form.fastest_rate().max(modal.frequency);
+    let is_known = fastest * period <= TAU * MOST_TURNS;
+    if !is_known {
+        let rule = format!(
+            "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision \
+             has no digits left for its phase",
+            digits(fastest)
+        );
+        return Err(Error::bad_value("the period", digits(period), rule));
+    }
+    if modal.form.fastest_growth() * period >= f64::MAX.ln() {
+        return Err(outgrown());
+    }
+    Ok(period)
+}

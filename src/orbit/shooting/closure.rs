@@ -1,0 +1,261 @@
+//! Periodic motions of any pattern from a guess (theory 5): Newton's method on the states after the impacts and on the
+//! times of the impacts, all at once (multiple shooting). A time is an unknown with its own equation, the gap of the stop
+//! hit; nothing asks which stop is met first, so the method stays regular where an impact loses its speed.
+//!
+//! Lasting contact needs no unknown of its own. A period runs from just after its first impact, free, on 2n unknowns; the
+//! impacts that accumulate are one instant whose map (`chatter.rs`) ends in a state with two dimensions less, the flow of
+//! the held motion keeps them away, and at the release, an instant whose time has the equation "the stop let go does not
+//! accelerate", `h'' = 0`, equivalent to a contact force of zero, the state and its rate are continuous. So `I - M` of
+//! the closing equations stays regular where M has zero multipliers. Behind a chatter a flight begins later than its
+//! instant: its start has corrections of its own, which follow from the others.
+
+use crate::error::Result;
+use crate::model::DIFFERENCE;
+use crate::orbit::course::{Event, Leg};
+use crate::orbit::motions::chatter::{Chatter, Timed, complete};
+use crate::orbit::motions::pieces::Motion;
+use nalgebra::{DMatrix, DVector};
+
+/// Largest scaled mismatch of what counts as closed.
+pub(super) const CLOSED: f64 = 1e-11;
+/// Newton steps before giving up.
+pub(super) const MOST_STEPS: usize = 60;
+
+/// A motion between instants, closed or nearly so: flight k goes from `starts[k]`, which is `times[k]` unless impacts
+/// accumulate from there, to `times[k + 1]`, and its state is the one at its start.
+#[derive(Debug, Clone)]
+pub(crate) struct Loop {
+    /// The instants, one more than there are flights.
+    pub times: Vec<f64>,
+    pub starts: Vec<f64>,
+    pub states: Vec<DVector<f64>>,
+}
+
+impl Loop {
+    /// The start of flight k, the one after the last being the first of the next period.
+    pub(super) fn start(&self, k: usize) -> f64 {
+        self.starts.get(k).copied().unwrap_or(self.times[k])
+    }
+}
+
+/// What a flight ends with.
+#[derive(Debug, Clone)]
+pub(crate) struct Landing {
+    /// The state before the instant.
+    pub before: DVector<f64>,
+    /// The impulses of the stops struck together there.
+    pub impulses: Vec<f64>,
+    /// The impacts that accumulate from there.
+    pub chatter: Option<Chatter>,
+}
+
+/// The times that are unknown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Clocked {
+    /// By a forcing: every impact has its time, and the last flight ends one period after the first began.
+    Forced { period: f64 },
+    /// By nothing: time counts from the first impact, and the period is an unknown.
+    Free,
+}
+
+/// One periodic problem.
+pub(crate) struct Shooting<'a, M> {
+    pub motion: &'a M,
+    pub legs: &'a [Leg],
+    pub clocked: Clocked,
+}
+
+/// Units in which mismatches and corrections are measured.
+pub(super) struct Units {
+    pub position: f64,
+    pub velocity: f64,
+    pub time: f64,
+}
+
+impl<M: Motion> Shooting<'_, M> {
+    fn event(&self, k: usize) -> &Event {
+        &self.legs[k % self.legs.len()].event
+    }
+
+    /// The stops held after instant k.
+    pub(super) fn held(&self, k: usize) -> &[usize] {
+        &self.legs[k % self.legs.len()].held
+    }
+
+    /// The stops struck at instant k that were not held before it, whose gaps are conditions.
+    pub(super) fn newly_struck(&self, k: usize) -> impl Iterator<Item = usize> {
+        let stops: &[usize] = match self.event(k) {
+            Event::Strike(stops) => stops,
+            _ => &[],
+        };
+        let before = self.held(k + self.legs.len() - 1);
+        stops.iter().copied().filter(|stop| !before.contains(stop))
+    }
+
+    /// How many times are unknown.
+    pub(super) fn n_times(&self) -> usize {
+        match self.event(0) {
+            Event::Nothing => 0,
+            _ => self.legs.len(),
+        }
+    }
+
+    /// The unknown that the time of instant k is, among the times.
+    pub(super) fn time_index(&self, k: usize) -> Option<usize> {
+        match (self.n_times(), self.clocked) {
+            (0, _) => None,
+            (count, Clocked::Forced { .. }) => Some(k % count),
+            (_, Clocked::Free) => k.checked_sub(1),
+        }
+    }
+
+    /// What instant k makes of a state before it; the impulses, and the impacts that accumulate there.
+    pub(super) fn pass(
+        &self,
+        k: usize,
+        units: &Units,
+        y: &mut Timed,
+    ) -> Result<(Vec<f64>, Option<Chatter>)> {
+        Ok(match self.event(k) {
+            Event::Strike(stops) => {
+                let impulses = self
+                    .motion
+                    .collide(stops, &mut y.state, &mut y.deviations)?;
+                (impulses, None)
+            }
+            Event::Chatter(stop) => {
+                let chatter = complete(self.motion, *stop, units.position, y)?;
+                (Vec::new(), Some(chatter))
+            }
+            Event::Release(_) | Event::Nothing => (Vec::new(), None),
+        })
+    }
+
+    /// The condition of instant k on a state before it and on its time, scaled, with what deviations make of it; a stop
+    /// that is struck has its own on the state after.
+    pub(super) fn condition(
+        &self,
+        k: usize,
+        units: &Units,
+        y: &Timed,
+    ) -> Result<Option<(f64, DVector<f64>)>> {
+        match *self.event(k) {
+            Event::Nothing | Event::Strike(_) => Ok(None),
+            Event::Chatter(stop) => {
+                let (gap, gradient) = self.motion.gap(stop, &y.state)?;
+                let scale = 1.0 / (gradient.amax() * units.position);
+                let row = y.deviations.rows(0, gradient.len()).tr_mul(&gradient);
+                Ok(Some((gap * scale, row * scale)))
+            }
+            Event::Release(stop) => {
+                let (_, gradient) = self.motion.gap(stop, &y.state)?;
+                let scale = units.time / (gradient.amax() * units.velocity);
+                let pull = |t: f64, x: &DVector<f64>| {
+                    let rate = self.motion.rate(self.held(k), t, x)?;
+                    self.motion.acceleration(stop, x, &rate)
+                };
+                let mut row = DVector::zeros(y.deviations.ncols());
+                for (j, column) in y.deviations.column_iter().enumerate() {
+                    let size = column.amax().max(y.delays[j].abs());
+                    if size > 0.0 {
+                        let step = DIFFERENCE * y.state.amax().max(units.position) / size;
+                        let at = |s: f64| pull(y.time + s * y.delays[j], &(&y.state + column * s));
+                        row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
+                    }
+                }
+                Ok(Some((pull(y.time, &y.state)? * scale, row)))
+            }
+        }
+    }
+
+    /// The end of flight k, at instant k + 1, without deviations.
+    fn flown(&self, k: usize, state: &Loop) -> Result<Timed> {
+        let len = state.states[0].len();
+        let mut y = Timed {
+            time: state.times[k + 1],
+            state: state.states[k].clone(),
+            deviations: DMatrix::zeros(len, 0),
+            delays: DVector::zeros(0),
+        };
+        let span = (state.starts[k], y.time);
+        self.motion
+            .fly(self.held(k), span, &mut y.state, &mut y.deviations)?;
+        Ok(y)
+    }
+
+    pub(super) fn units(&self, state: &Loop) -> Result<Units> {
+        let n = state.states[0].len() / 2;
+        // Behind instants that end at rest the states may all be zero but for rounding; the ends of the flights are not.
+        let ends = if self.legs.iter().any(|leg| !leg.held.is_empty()) {
+            let end = |k: usize| Ok(self.flown(k, state)?.state);
+            (0..state.states.len()).map(end).collect::<Result<_>>()?
+        } else {
+            Vec::new()
+        };
+        let largest = |first: usize| {
+            state
+                .states
+                .iter()
+                .chain(&ends)
+                .map(|x| x.rows(first, n).amax())
+                .fold(0.0, f64::max)
+        };
+        let period = match self.clocked {
+            Clocked::Forced { period } => period,
+            Clocked::Free => state.times[state.times.len() - 1] - state.times[0],
+        };
+        let time = period / std::f64::consts::TAU;
+        let (position, velocity) = (largest(0), largest(n));
+        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
+        let position = or_one(position.max(velocity * time));
+        Ok(Units {
+            position,
+            velocity: or_one(velocity.max(position / time)),
+            time,
+        })
+    }
+
+    /// The ends of all flights.
+    pub(super) fn landings(&self, state: &Loop, units: &Units) -> Result<Vec<Landing>> {
+        (0..state.states.len())
+            .map(|k| {
+                let mut y = self.flown(k, state)?;
+                let before = y.state.clone();
+                let (impulses, chatter) = self.pass(k + 1, units, &mut y)?;
+                Ok(Landing {
+                    before,
+                    impulses,
+                    chatter,
+                })
+            })
+            .collect()
+    }
+
+    /// The largest of all gaps at impacts and of all jumps between flights, in their units.
+    pub(super) fn mismatch(&self, state: &Loop, units: &Units) -> Result<f64> {
+        let n = state.states[0].len() / 2;
+        let mut worst = 0.0f64;
+        let count = state.states.len();
+        for k in 0..count {
+            for stop in self.newly_struck(k) {
+                let (gap, gradient) = self.motion.gap(stop, &state.states[k])?;
+                worst = worst.max((gap / (gradient.amax() * units.position)).abs());
+            }
+            let mut y = self.flown(k, state)?;
+            if let Some((condition, _)) = self.condition(k + 1, units, &y)? {
+                worst = worst.max(condition.abs());
+            }
+            self.pass(k + 1, units, &mut y)?;
+            let (next, start) = (&state.states[(k + 1) % count], state.start(k + 1));
+            let mut end = y.state - next;
+            if y.time != start {
+                // The end of a chatter is known to less than the state at a fixed time is.
+                end += self.motion.rate(self.held(k + 1), start, next)? * (start - y.time);
+            }
+            worst = worst
+                .max(end.rows(0, n).amax() / units.position)
+                .max(end.rows(n, n).amax() / units.velocity);
+        }
+        Ok(if worst.is_nan() { f64::INFINITY } else { worst })
+    }
+}

@@ -1,0 +1,377 @@
+//! What a search for a periodic motion starts from: what happens at its instants, their times, the states after them; read off
+//! another orbit, or off the end of a trajectory. The first instant is an impact: the landing behind a release, if there is
+//! one.
+
+use crate::error::{Error, Result};
+use crate::model::{Scene, contacts};
+use crate::orbit::course::{Event, Leg};
+use crate::orbit::motions::modal::joined;
+use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::orbit::shooting::guess_instants::{Instant, impacts, lasting, unsupported};
+use crate::simulate::{ImpactSide, RATIO_TOL, SegmentKind, Trajectory};
+use nalgebra::DVector;
+use std::f64::consts::TAU;
+
+/// A return as near as this, relative to the motion's size, is one; of a trajectory that has not settled so far the
+/// nearest return is taken.
+const RETURNED: f64 = 0.05;
+/// A state this small, relative to the motion, is one of rest: its rounding says nothing.
+const REST: f64 = 1e-9;
+/// Forcing periods in one period of the motion that are looked for in a trajectory.
+const MOST_PERIODS: usize = 64;
+
+/// What [`crate::find_orbit`] starts from.
+#[derive(Debug, Clone, Copy)]
+pub enum Guess<'a> {
+    /// Another orbit: of other parameters, or of the linearised scene.
+    Orbit(&'a PeriodicOrbit),
+    /// A trajectory that comes near the orbit in the end; it must have kept its motion.
+    Trajectory(&'a Trajectory),
+}
+
+impl<'a> From<&'a PeriodicOrbit> for Guess<'a> {
+    fn from(orbit: &'a PeriodicOrbit) -> Self {
+        Self::Orbit(orbit)
+    }
+}
+
+impl<'a> From<&'a Trajectory> for Guess<'a> {
+    fn from(trajectory: &'a Trajectory) -> Self {
+        Self::Trajectory(trajectory)
+    }
+}
+
+/// A guess as numbers.
+#[derive(Debug, Clone)]
+pub(crate) struct Start {
+    /// What happens at each instant, and what is held behind it; the first one is an impact, if there is any.
+    pub legs: Vec<Leg>,
+    /// Forcing periods in one period, 1 without forcing.
+    pub n_periods: usize,
+    /// The forcing phase at the first instant.
+    pub phase: f64,
+    /// The times of the instants, in parts of the period, the first one 0.
+    pub parts: Vec<f64>,
+    /// The starts of the flights, in the same parts: behind impacts that accumulate they are later.
+    pub starts: Vec<f64>,
+    /// The period that the guess itself has.
+    pub period: f64,
+    /// The state (q, v) at the start of each flight, or the one state of a motion without instants.
+    pub states: Vec<DVector<f64>>,
+}
+
+impl Guess<'_> {
+    /// The guess as numbers, for so many forcing periods if that is given.
+    pub(crate) fn read(self, frequency: Option<f64>, n_periods: Option<usize>) -> Result<Start> {
+        if n_periods == Some(0) {
+            return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
+        }
+        if let (None, Some(n)) = (frequency, n_periods) {
+            let rule = "the scene has no forcing whose periods could be counted; leave it out";
+            return Err(Error::bad_value("n_periods", n, rule));
+        }
+        match self {
+            Self::Orbit(orbit) => from_orbit(orbit, n_periods),
+            Self::Trajectory(trajectory) => from_trajectory(trajectory, frequency, n_periods),
+        }
+    }
+}
+
+fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> {
+    let once = orbit.n_periods();
+    let wanted = n_periods.unwrap_or(once);
+    if !wanted.is_multiple_of(once) {
+        let rule =
+            format!("the guess has {once} forcing periods, so it must be a multiple of that");
+        return Err(Error::bad_value("n_periods", wanted, rule));
+    }
+    let times = wanted / once;
+    let one_round = folded(orbit_instants(orbit), orbit.scene());
+    // A motion without instants is one flight, however long.
+    let is_one = one_round[0].event == Event::Nothing;
+    let rounds = (0..if is_one { 1 } else { times }).flat_map(|round| {
+        let late = round as f64 * orbit.period();
+        one_round.iter().cloned().map(move |mut instant| {
+            instant.time += late;
+            instant.start += late;
+            instant
+        })
+    });
+    Ok(started(
+        rounds.collect(),
+        wanted,
+        orbit.phase(),
+        orbit.period() * times as f64,
+    ))
+}
+
+/// What happens along an orbit.
+fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
+    let flights = orbit.flights();
+    let mut impacts = orbit.impacts().iter();
+    let mut struck = orbit.pattern().instants().iter();
+    let mut found = Vec::new();
+    let mut chatter = None;
+    for flight in flights {
+        let course = &flight.course;
+        if course.kind == SegmentKind::Chatter {
+            chatter = Some((course.stops[0], flight.start));
+            continue;
+        }
+        let (mut time, mut approach) = (flight.start, 0.0);
+        let event = match (chatter.take(), course.released) {
+            (Some((stop, start)), _) => {
+                time = start;
+                Event::Chatter(stop)
+            }
+            (None, Some(stop)) => Event::Release(stop),
+            (None, None) => match struck.next().filter(|_| course.is_struck) {
+                None => Event::Nothing,
+                Some(stops) => {
+                    let speeds = impacts.by_ref().take(stops.len());
+                    approach = speeds.map(|impact| impact.approach).fold(0.0, f64::max);
+                    Event::Strike(stops.clone())
+                }
+            },
+        };
+        found.push(Instant {
+            time,
+            start: flight.start,
+            phase: 0.0,
+            event,
+            held: course.held().to_vec(),
+            approach,
+            state: joined(&orbit.state(flight.start, false)),
+        });
+    }
+    found
+}
+
+/// A start from the instants of one round; the phase is that at the first.
+fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> Start {
+    let zero = round[0].time;
+    let part = |time: f64| (time - zero) / period;
+    Start {
+        n_periods,
+        phase,
+        parts: round.iter().map(|i| part(i.time)).collect(),
+        starts: round.iter().map(|i| part(i.start)).collect(),
+        period,
+        states: round.iter().map(|i| i.state.clone()).collect(),
+        legs: round
+            .into_iter()
+            .map(|Instant { event, held, .. }| Leg { event, held })
+            .collect(),
+    }
+}
+
+/// Instants whose last impacts before an accumulation are part of it, as far back as their speeds go by the ratio e.
+fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
+    let contacts = contacts(scene);
+    let mut kept: Vec<Instant> = Vec::with_capacity(instants.len());
+    for mut instant in instants {
+        if let Event::Chatter(stop) = instant.event {
+            let e = contacts[stop].restitution;
+            let is_bounce = |i: &Instant| i.held.is_empty() && i.event == Event::Strike(vec![stop]);
+            while let [.., before, last] = kept.as_slice() {
+                let ratio = last.approach / before.approach / e;
+                if !(is_bounce(before) && is_bounce(last) && (ratio - 1.0).abs() < RATIO_TOL) {
+                    break;
+                }
+                instant.time = last.time;
+                kept.pop();
+            }
+        }
+        kept.push(instant);
+    }
+    kept
+}
+
+/// Sizes of position and velocity below which a state is at rest, as far as a return is concerned.
+fn at_rest(instants: &[Instant], span: f64) -> [f64; 2] {
+    let largest = |half: usize| {
+        let sizes = instants.iter().map(|instant| {
+            let n = instant.state.len() / 2;
+            instant.state.rows(half * n, n).amax()
+        });
+        sizes.fold(0.0, f64::max)
+    };
+    let approach = instants.iter().map(|instant| instant.approach);
+    let (q, v) = (largest(0), approach.fold(largest(1), f64::max));
+    [q.max(v * span), v.max(q / span)].map(|size| REST * size)
+}
+
+/// How far two instants are from being the same one a number of periods later, relative to the motion's size.
+fn distance(a: &Instant, b: &Instant, lag: Option<f64>, rest: [f64; 2]) -> f64 {
+    if a.event != b.event || a.held != b.held {
+        return f64::INFINITY;
+    }
+    let n = a.state.len() / 2;
+    let apart = |half: usize| {
+        let (x, y) = (a.state.rows(half * n, n), b.state.rows(half * n, n));
+        let size = x.amax().max(y.amax()).max(rest[half]);
+        if size > 0.0 {
+            (x - y).amax() / size
+        } else {
+            0.0
+        }
+    };
+    let late = lag.map_or(0.0, |lag| ((b.time - a.time) / lag - 1.0).abs());
+    apart(0).max(apart(1)).max(late)
+}
+
+fn from_trajectory(
+    trajectory: &Trajectory,
+    frequency: Option<f64>,
+    n_periods: Option<usize>,
+) -> Result<Start> {
+    let stretches = trajectory.stretches()?;
+    let has_lasting = stretches
+        .iter()
+        .any(|(segment, _)| segment.kind != SegmentKind::Flight);
+    if let (Some(&(last, held)), Some(w)) = (stretches.last(), frequency)
+        && last.kind == SegmentKind::Stick
+        && last.end - last.start >= TAU / w * n_periods.unwrap_or(1) as f64
+    {
+        return without_instants(trajectory, frequency, n_periods, held);
+    }
+    let mut all = if has_lasting {
+        lasting(trajectory)?
+    } else {
+        impacts(trajectory)?
+    };
+    // Between two releases of a stop the motion has one round; there is the least to go wrong with the number of impacts.
+    let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
+    if let Some(last) = all.iter().rposition(is_release) {
+        all.truncate(last + 1);
+    }
+    let Some((last, earlier)) = all.split_last() else {
+        return without_instants(trajectory, frequency, n_periods, &[]);
+    };
+    let (start, end) = trajectory.span();
+    let rest = at_rest(&all, end - start);
+    let found = match frequency {
+        None => latest(earlier, last, rest).map(|k| (k, 1)),
+        Some(w) => {
+            let period = TAU / w;
+            let recorded = ((end - start) / period).floor() as usize;
+            let candidates = n_periods.map_or(1..=recorded.min(MOST_PERIODS), |n| n..=n);
+            let returns = candidates.filter_map(|n| {
+                let (k, d) = nearest(earlier, last, (n, period), rest)?;
+                Some((k, n, d))
+            });
+            first_return(returns)
+        }
+    };
+    let Some((first, n_periods)) = found else {
+        let earlier = n_periods.map_or("one period of the orbit".to_owned(), |n| {
+            format!("n_periods = {n} forcing periods")
+        });
+        let rule = format!(
+            "its last impact must have happened before, {earlier} earlier; simulate longer"
+        );
+        return Err(Error::bad_value(
+            "guess",
+            "a trajectory without a return",
+            rule,
+        ));
+    };
+    let spanned = last.time - earlier[first].time;
+    let period = frequency.map_or(spanned, |w| TAU / w * n_periods as f64);
+    let mut round = earlier[first..].to_vec();
+    let is_strike = |instant: &Instant| matches!(instant.event, Event::Strike(_));
+    let Some(landing) = round.iter().position(is_strike) else {
+        return Err(unsupported(
+            "no impact but those that accumulate",
+            last.time,
+        ));
+    };
+    // Not quite a period may have passed: the times are stretched to it.
+    let zero = round[landing].time;
+    let stretch = |time: f64| (time - zero) / spanned * period;
+    for (k, instant) in round.iter_mut().enumerate() {
+        let late = if k < landing { period } else { 0.0 };
+        (instant.time, instant.start) =
+            (stretch(instant.time) + late, stretch(instant.start) + late);
+    }
+    round.rotate_left(landing);
+    let phase = round[0].phase;
+    let round = folded(round, trajectory.scene());
+    Ok(started(round, n_periods, phase, period))
+}
+
+/// The earlier instants that are like the last one, with how far they are from it.
+fn alike<'a>(
+    earlier: &'a [Instant],
+    last: &'a Instant,
+    lag: Option<f64>,
+    rest: [f64; 2],
+) -> impl DoubleEndedIterator<Item = (usize, f64)> + Clone + 'a {
+    earlier
+        .iter()
+        .enumerate()
+        .map(move |(k, instant)| (k, distance(instant, last, lag, rest)))
+        .filter(|(_, d)| *d < 1.0)
+}
+
+/// The instant most like the last one, so many periods before it to the nearest whole number: one of another number belongs
+/// to another motion.
+fn nearest(
+    earlier: &[Instant],
+    last: &Instant,
+    (n, period): (usize, f64),
+    rest: [f64; 2],
+) -> Option<(usize, f64)> {
+    let n = n as f64;
+    alike(earlier, last, Some(n * period), rest)
+        .filter(|(k, _)| ((last.time - earlier[*k].time) / period - n).abs() <= 0.5)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The latest return, as near as any.
+fn latest(earlier: &[Instant], last: &Instant, rest: [f64; 2]) -> Option<usize> {
+    let all = alike(earlier, last, None, rest);
+    let least = all.clone().map(|(_, d)| d).fold(f64::INFINITY, f64::min);
+    let near = all.rev().find(|(_, d)| *d <= least.max(RETURNED));
+    near.map(|(k, _)| k)
+}
+
+/// The fewest periods after which the motion returned, or those after which it came nearest.
+fn first_return(returns: impl Iterator<Item = (usize, usize, f64)>) -> Option<(usize, usize)> {
+    let mut best: Option<(usize, usize, f64)> = None;
+    for (k, n, d) in returns {
+        if d <= RETURNED {
+            return Some((k, n));
+        }
+        if best.is_none_or(|(_, _, least)| d < least) {
+            best = Some((k, n, d));
+        }
+    }
+    best.map(|(k, n, _)| (k, n))
+}
+
+/// A trajectory without instants is near a motion in step with the forcing, some stops perhaps held for good.
+fn without_instants(
+    trajectory: &Trajectory,
+    frequency: Option<f64>,
+    n_periods: Option<usize>,
+    held: &[usize],
+) -> Result<Start> {
+    let Some(w) = frequency else {
+        let rule = "a trajectory without impacts in a scene without forcing has no period to find";
+        return Err(Error::bad_value("guess", "a trajectory", rule));
+    };
+    let (_, end) = trajectory.span();
+    let n = n_periods.unwrap_or(1);
+    let instant = Instant {
+        time: end,
+        start: end,
+        phase: trajectory.forcing_phase(end),
+        event: Event::Nothing,
+        held: held.to_vec(),
+        approach: 0.0,
+        state: joined(&trajectory.state(end, ImpactSide::After)?),
+    };
+    let phase = instant.phase;
+    Ok(started(vec![instant], n, phase, TAU / w * n as f64))
+}

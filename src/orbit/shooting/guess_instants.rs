@@ -1,0 +1,134 @@
+//! What happens along a trajectory, instant by instant: its impacts, and where contact lasts the landings and releases.
+
+use crate::error::{Error, Result};
+use crate::impact::Impact;
+use crate::orbit::course::Event;
+use crate::orbit::motions::modal::joined;
+use crate::simulate::{ImpactSide, Segment, SegmentKind, Trajectory};
+use nalgebra::DVector;
+
+/// What happens at one time of a motion, and the state after.
+#[derive(Debug, Clone)]
+pub(in crate::orbit) struct Instant {
+    pub time: f64,
+    /// When the flight behind it starts, which has the state.
+    pub start: f64,
+    pub phase: f64,
+    pub event: Event,
+    /// The stops held behind it.
+    pub held: Vec<usize>,
+    /// The approach speed of an impact.
+    pub approach: f64,
+    pub state: DVector<f64>,
+}
+
+/// The impacts of a trajectory without lasting contact.
+pub(in crate::orbit) fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+    let mut found: Vec<Instant> = Vec::new();
+    for &Impact {
+        time,
+        stop,
+        phase,
+        approach,
+        ..
+    } in trajectory.impacts()
+    {
+        if let Some(last) = found.last_mut().filter(|last| last.time == time)
+            && let Event::Strike(stops) = &mut last.event
+            && !stops.contains(&stop)
+        {
+            stops.push(stop);
+            continue;
+        }
+        found.push(Instant {
+            time,
+            start: time,
+            phase,
+            event: Event::Strike(vec![stop]),
+            held: Vec::new(),
+            approach,
+            state: joined(&trajectory.state(time, ImpactSide::After)?),
+        });
+    }
+    Ok(found)
+}
+
+/// What happens along a trajectory with lasting contact, segment by segment.
+pub(in crate::orbit) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+    let stretches = trajectory.stretches()?;
+    let is_part = |s: &Segment| s.end > s.start || s.kind == SegmentKind::Chatter;
+    let flown = stretches.iter().filter(|(s, _)| is_part(s));
+    let mut impacts = trajectory.impacts().iter().peekable();
+    let mut found = Vec::new();
+    let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
+    for &(Segment { kind, start, .. }, stops) in flown {
+        let slack = 4.0 * f64::EPSILON * start.abs();
+        let (mut struck, mut approach) = (Vec::new(), 0.0f64);
+        while let Some(impact) = impacts.next_if(|impact| impact.time <= start + slack) {
+            if impact.time >= start - slack && !struck.contains(&impact.stop) {
+                struck.push(impact.stop);
+                approach = approach.max(impact.approach);
+            }
+        }
+        if kind == SegmentKind::Chatter {
+            chatter = Some((stops[0], start));
+            before = &[];
+            continue;
+        }
+        let released: Vec<usize> = before
+            .iter()
+            .copied()
+            .filter(|stop| !stops.contains(stop))
+            .collect();
+        let event = match (chatter.take(), struck.is_empty(), released.as_slice()) {
+            (Some((stop, time)), ..) if stops == [stop] => {
+                found.push(Instant {
+                    time,
+                    start,
+                    phase: trajectory.forcing_phase(time),
+                    event: Event::Chatter(stop),
+                    held: stops.to_vec(),
+                    approach,
+                    state: joined(&trajectory.state(start, ImpactSide::After)?),
+                });
+                None
+            }
+            (None, false, _) => Some(Event::Strike(struck)),
+            (None, true, &[stop]) => Some(Event::Release(stop)),
+            (None, true, &[]) => None,
+            (None, true, _) => {
+                return Err(unsupported("stops that are let go at one time", start));
+            }
+            (Some((stop, time)), ..) if stops.contains(&stop) => {
+                let what =
+                    format!("impacts whose bouncing comes to rest on stop {stop} beside others");
+                return Err(unsupported(&what, time));
+            }
+            (Some(_), ..) => {
+                return Err(unsupported("accumulating impacts without rest", start));
+            }
+        };
+        if let Some(event) = event {
+            found.push(Instant {
+                time: start,
+                start,
+                phase: trajectory.forcing_phase(start),
+                event,
+                held: stops.to_vec(),
+                approach,
+                state: joined(&trajectory.state(start, ImpactSide::After)?),
+            });
+        }
+        before = stops;
+    }
+    Ok(found)
+}
+
+pub(in crate::orbit) fn unsupported(what: &str, time: f64) -> Error {
+    let rule = "of an orbit through it there is no Jacobian";
+    Error::bad_value(
+        "guess",
+        format!("a trajectory with {what} at t = {time}"),
+        rule,
+    )
+}

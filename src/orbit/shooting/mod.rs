@@ -1,0 +1,8 @@
+//! Orbits of any pattern near a guess, by shooting on the times of their instants (theory 5).
+
+pub(in crate::orbit) mod closure;
+pub(in crate::orbit) mod find;
+pub(in crate::orbit) mod guess;
+pub(in crate::orbit) mod guess_instants;
+pub(in crate::orbit) mod newton;
+pub(in crate::orbit) mod own_time;

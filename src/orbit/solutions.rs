@@ -1,0 +1,15 @@
+//! What a solver found of a periodic problem: the parts of each orbit, and what is to be said of all.
+
+use crate::orbit::flights::Parts;
+use nalgebra::DMatrix;
+
+/// The solutions of a problem.
+pub(crate) struct Solutions {
+    pub all: Vec<Parts>,
+    /// What was found, or why nothing, in words.
+    pub reason: String,
+    /// How far the parameters are from the fold at which solutions meet.
+    pub margin: Option<f64>,
+    /// Where the solutions are of a family: the directions of the contact state (q, v) in which each may be moved.
+    pub family: Option<DMatrix<f64>>,
+}

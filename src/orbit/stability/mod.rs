@@ -1,0 +1,4 @@
+//! Floquet multipliers of an orbit (theory 7).
+
+pub(in crate::orbit) mod monodromy;
+pub(in crate::orbit) mod multipliers;

@@ -1,0 +1,130 @@
+//! The monodromy matrix of any motion (theory 7): flow Jacobians and saltation matrices, `R_x + (f+ - R_x f-) g_x/(g_x f-)`,
+//! from the flights and impacts as the shooting has them.
+//!
+//! Where a stop is held behind an impact with e = 0, f+ is the rate of the held motion. At a release the rates before and
+//! after agree, its contact force being zero, and the saltation matrix is the identity. The rest of impacts that accumulate has
+//! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`chatter.rs`).
+
+use crate::error::Result;
+use crate::orbit::course::Course;
+use crate::orbit::motions::chatter::{Timed, finish};
+use crate::orbit::motions::pieces::Motion;
+use crate::simulate::SegmentKind;
+use nalgebra::{DMatrix, DVector};
+
+/// One flight: its start, its end and its first state.
+#[derive(Debug)]
+pub(crate) struct Flown<'a> {
+    pub start: f64,
+    pub end: f64,
+    pub state: DVector<f64>,
+    pub course: &'a Course,
+}
+
+/// The product over one period from just after the first instant, in (q, v). `order` has the stops of each instant one after
+/// the other, but those held before it; `pattern` has all of them.
+pub(crate) fn monodromy<M: Motion>(
+    motion: &M,
+    pattern: &[Vec<usize>],
+    order: &[Vec<usize>],
+    flights: &[Flown<'_>],
+) -> Result<DMatrix<f64>> {
+    let len = flights.first().map_or(0, |flight| flight.state.len());
+    let mut deviations = DMatrix::identity(len, len);
+    let (mut instant, mut before) = (0, DVector::zeros(len));
+    let sizes = flights.iter().map(|flight| flight.state.amax());
+    let size = sizes.fold(0.0, f64::max);
+    for (k, flight) in flights.iter().enumerate() {
+        let next = flights[(k + 1) % flights.len()].course;
+        let course = flight.course;
+        if course.kind == SegmentKind::Chatter {
+            let from = (flight.start, &before);
+            let stops = (course.stops[0], next.held());
+            deviations = finished(motion, stops, size, from, deviations)?;
+            continue;
+        }
+        let held = course.held();
+        before.clone_from(&flight.state);
+        motion.fly(
+            held,
+            (flight.start, flight.end),
+            &mut before,
+            &mut deviations,
+        )?;
+        if !next.is_struck || pattern.is_empty() {
+            continue;
+        }
+        instant = (instant + 1) % pattern.len();
+        let (all, ordered) = (&pattern[instant], &order[instant]);
+        let is_joint = all.len() > ordered.len();
+        let mut rates_from = held;
+        for (i, &stop) in ordered.iter().enumerate() {
+            let is_last = i + 1 == ordered.len();
+            let after: &[usize] = if is_last { next.held() } else { &[] };
+            let single = [stop];
+            let struck: &[usize] = if is_joint { all } else { &single };
+            let salted = Instant {
+                gap_of: stop,
+                struck,
+                held: (rates_from, after),
+                time: flight.end,
+            };
+            salt(motion, &salted, &mut before, &mut deviations)?;
+            rates_from = after;
+        }
+    }
+    Ok(deviations)
+}
+
+/// The rest of impacts on a stop, between fixed times.
+fn finished<M: Motion>(
+    motion: &M,
+    (stop, held): (usize, &[usize]),
+    size: f64,
+    (time, state): (f64, &DVector<f64>),
+    deviations: DMatrix<f64>,
+) -> Result<DMatrix<f64>> {
+    let (_, gradient) = motion.gap(stop, state)?;
+    let rate = motion.rate(&[], time, state)?;
+    let n = gradient.len();
+    let speed = gradient.dot(&rate.rows(0, n));
+    let delays = deviations.rows(0, n).tr_mul(&gradient) / -speed;
+    let mut y = Timed {
+        time,
+        state: state.clone(),
+        deviations: deviations + rate * delays.transpose(),
+        delays,
+    };
+    finish(motion, stop, size, &mut y)?;
+    let rate = motion.rate(held, y.time, &y.state)?;
+    Ok(y.deviations - rate * y.delays.transpose())
+}
+
+/// One impact: the stop that is reached, the stops that receive an impulse with it, those held before and after.
+struct Instant<'a> {
+    gap_of: usize,
+    struck: &'a [usize],
+    held: (&'a [usize], &'a [usize]),
+    time: f64,
+}
+
+/// The impact on a state and on deviations from it.
+fn salt<M: Motion>(
+    motion: &M,
+    instant: &Instant<'_>,
+    state: &mut DVector<f64>,
+    deviations: &mut DMatrix<f64>,
+) -> Result<()> {
+    let (_, gradient) = motion.gap(instant.gap_of, state)?;
+    let before = motion.rate(instant.held.0, instant.time, state)?;
+    let n = gradient.len();
+    let speed = gradient.dot(&before.rows(0, n));
+    let delays = deviations.rows(0, n).tr_mul(&gradient) / speed;
+    let count = deviations.ncols();
+    let mut columns = deviations.clone().insert_column(count, 0.0);
+    columns.set_column(count, &before);
+    motion.collide(instant.struck, state, &mut columns)?;
+    let slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
+    *deviations = columns.columns(0, count) + slip * delays.transpose();
+    Ok(())
+}

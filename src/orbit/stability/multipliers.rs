@@ -1,0 +1,318 @@
+//! Stability of an orbit (theory 7): the monodromy matrix as the product of flow Jacobians and saltation matrices, its
+//! eigenvalues (Floquet multipliers), both orders where stops are hit together, and the reason where there are none.
+
+use crate::error::Result;
+use crate::flow::{ModalScene, along};
+use crate::linalg::eigen;
+use crate::modal::Pair;
+use crate::orbit::flights::Flight;
+use crate::orbit::verdict::admissibility::{Admissibility, Touch};
+use crate::watch::Watch;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// A largest modulus this close to 1 decides nothing.
+const MARGINAL: f64 = 1e-9;
+/// Stops hit together whose orders are all followed; their number grows as the factorial.
+const MOST_TOGETHER: usize = 5;
+
+/// The multipliers of one order in which stops hit together are taken.
+#[derive(Debug, Clone)]
+pub struct OrderMultipliers {
+    /// The stops in the order of their impacts over one period.
+    pub order: Vec<usize>,
+    /// Floquet multipliers, shape `(2n,)`, largest modulus first.
+    pub multipliers: DVector<Complex<f64>>,
+    /// The monodromy matrix in (q, v), shape `(2n, 2n)`.
+    pub monodromy: DMatrix<f64>,
+}
+
+/// Whether small deviations die out.
+#[derive(Debug, Clone)]
+pub struct Stability {
+    /// All multipliers inside the unit circle, in every order; `None` where that decides nothing.
+    pub is_stable: Option<bool>,
+    /// What was decided, and on what ground.
+    pub reason: String,
+    /// Every order of simultaneous impacts, the worst first; empty where the return map has no derivative.
+    pub orders: Vec<OrderMultipliers>,
+}
+
+impl OrderMultipliers {
+    /// The largest modulus.
+    pub fn spectral_radius(&self) -> f64 {
+        self.multipliers
+            .iter()
+            .map(|z| z.norm())
+            .fold(0.0, f64::max)
+    }
+}
+
+/// First-order map of a deviation across an impact of one stop: `R_x + (f+ - R_x f-) g_x/(g_x f-)`, in modal pairs, with
+/// `R_x = I - jump velocity_row^T (1 + e)/(n.b)` (theory 7; a linear system, a fixed stop).
+fn apply_saltation(
+    scene: &ModalScene,
+    stop: usize,
+    factor: f64,
+    (rate_before, rate_after): (&[Pair], &[Pair]),
+    deviations: &mut DMatrix<f64>,
+) {
+    let (velocity, position, jump) = (
+        &scene.velocity_rows[stop],
+        &scene.position_rows[stop],
+        &scene.jumps[stop],
+    );
+    let approach = along(position, rate_before);
+    let carried = factor * along(velocity, rate_before);
+    for mut column in deviations.column_iter_mut() {
+        let (mut kicked, mut delayed) = (0.0, 0.0);
+        for j in 0..jump.len() {
+            kicked += velocity[j][0] * column[2 * j] + velocity[j][1] * column[2 * j + 1];
+            delayed += position[j][0] * column[2 * j] + position[j][1] * column[2 * j + 1];
+        }
+        let (kicked, delayed) = (factor * kicked, delayed / approach);
+        for j in 0..jump.len() {
+            for c in 0..2 {
+                let slip = rate_after[j][c] - rate_before[j][c] + carried * jump[j][c];
+                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;
+            }
+        }
+    }
+}
+
+/// Every order of the given stops.
+fn permutations(stops: &[usize]) -> Vec<Vec<usize>> {
+    if stops.len() <= 1 {
+        return vec![stops.to_vec()];
+    }
+    let mut all = Vec::new();
+    for (i, &first) in stops.iter().enumerate() {
+        let rest: Vec<usize> = stops[..i].iter().chain(&stops[i + 1..]).copied().collect();
+        all.extend(permutations(&rest).into_iter().map(|mut tail| {
+            tail.insert(0, first);
+            tail
+        }));
+    }
+    all
+}
+
+/// Every way to order the impacts of a period, instant by instant.
+fn orders(pattern: &[Vec<usize>]) -> Vec<Vec<Vec<usize>>> {
+    pattern.iter().fold(vec![Vec::new()], |so_far, instant| {
+        let ways = permutations(instant);
+        so_far
+            .iter()
+            .flat_map(|head| {
+                ways.iter().map(move |way| {
+                    let mut order = head.clone();
+                    order.push(way.clone());
+                    order
+                })
+            })
+            .collect()
+    })
+}
+
+/// Why there are no multipliers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Refusal {
+    GrazingImpact,
+    Touched(Touch),
+    Coupled(usize, usize),
+    TooManyTogether,
+}
+
+impl Refusal {
+    fn describe(self) -> String {
+        match self {
+            Self::GrazingImpact => {
+                "an impact has no approach speed: the return map is not differentiable at a grazing impact".to_owned()
+            }
+            Self::Touched(Touch { stop, time, .. }) => format!(
+                "stop {stop} is touched without impact at t = {time:.6}: the return map is not differentiable there"
+            ),
+            Self::Coupled(a, b) => format!(
+                "stops {a} and {b} are hit together and are coupled by inertia: which is hit first changes the \
+                 outcome, so the return map is discontinuous there"
+            ),
+            Self::TooManyTogether => {
+                format!("more than {MOST_TOGETHER} stops are hit together: their orders are too many to follow")
+            }
+        }
+    }
+}
+
+/// Why there are no multipliers, if there are none.
+fn refusal(
+    pattern: &[Vec<usize>],
+    found: &Admissibility,
+    is_coupled: impl Fn(usize, usize) -> bool,
+) -> Option<Refusal> {
+    if found.has_grazing_impact {
+        return Some(Refusal::GrazingImpact);
+    }
+    if let Some(&touch) = found.touches.first() {
+        return Some(Refusal::Touched(touch));
+    }
+    for instant in pattern {
+        for (i, &a) in instant.iter().enumerate() {
+            for &b in &instant[i + 1..] {
+                if is_coupled(a, b) {
+                    return Some(Refusal::Coupled(a, b));
+                }
+            }
+        }
+        if instant.len() > MOST_TOGETHER {
+            return Some(Refusal::TooManyTogether);
+        }
+    }
+    None
+}
+
+/// The multipliers of an orbit.
+pub(crate) fn stability(
+    scene: &ModalScene,
+    pattern: &[Vec<usize>],
+    phase: f64,
+    flights: &[Flight],
+    found: &Admissibility,
+    watch: &mut Watch<'_>,
+) -> Result<Stability> {
+    let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
+    if let Some(refused) = refused(pattern, found, is_coupled) {
+        return Ok(refused);
+    }
+    let (forward, backward) = scene.form.transformation();
+    over_orders(pattern, |order| {
+        watch.work((2 * scene.form.n_dof()).pow(3))?;
+        Ok(&forward * monodromy(scene, order, phase, flights) * &backward)
+    })
+}
+
+/// The stability of an orbit that has no multipliers, with the reason.
+pub(crate) fn refused(
+    pattern: &[Vec<usize>],
+    found: &Admissibility,
+    is_coupled: impl Fn(usize, usize) -> bool,
+) -> Option<Stability> {
+    refusal(pattern, found, is_coupled).map(|refusal| Stability {
+        is_stable: None,
+        reason: refusal.describe(),
+        orders: Vec::new(),
+    })
+}
+
+/// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide.
+pub(crate) fn over_orders(
+    pattern: &[Vec<usize>],
+    mut monodromy: impl FnMut(&[Vec<usize>]) -> Result<DMatrix<f64>>,
+) -> Result<Stability> {
+    let mut results = Vec::new();
+    for order in orders(pattern) {
+        let monodromy = monodromy(&order)?;
+        let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&monodromy)?;
+        multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        results.push(OrderMultipliers {
+            order: order.concat(),
+            multipliers: DVector::from_vec(multipliers),
+            monodromy,
+        });
+    }
+    results.sort_by(|a, b| b.spectral_radius().total_cmp(&a.spectral_radius()));
+    Ok(verdict(results))
+}
+
+/// Whether a largest modulus means stability; `None` on the unit circle.
+pub(crate) fn decides(largest: f64) -> Option<bool> {
+    if largest < 1.0 - MARGINAL {
+        Some(true)
+    } else if largest > 1.0 + MARGINAL {
+        Some(false)
+    } else {
+        None
+    }
+}
+
+/// The largest modulus of the multipliers, over all orders of the impacts; `None` where there are none.
+pub(crate) fn largest_multiplier(
+    scene: &ModalScene,
+    pattern: &[Vec<usize>],
+    phase: f64,
+    flights: &[Flight],
+    found: &Admissibility,
+    watch: &mut Watch<'_>,
+) -> Result<Option<f64>> {
+    let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
+    if refusal(pattern, found, is_coupled).is_some() {
+        return Ok(None);
+    }
+    let mut largest = 0.0f64;
+    for order in orders(pattern) {
+        let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights))?;
+        largest = multipliers.iter().map(|z| z.norm()).fold(largest, f64::max);
+        watch.work(multipliers.len().pow(3))?;
+    }
+    Ok(Some(largest))
+}
+
+fn verdict(orders: Vec<OrderMultipliers>) -> Stability {
+    let largest = orders
+        .first()
+        .map_or(0.0, OrderMultipliers::spectral_radius);
+    let is_stable = decides(largest);
+    let mut reason = match is_stable {
+        Some(true) => {
+            format!("the largest multiplier has modulus {largest:.6}, inside the unit circle")
+        }
+        Some(false) => {
+            format!("the largest multiplier has modulus {largest:.6}, outside the unit circle")
+        }
+        None => "the largest multiplier lies on the unit circle: the first order decides nothing"
+            .to_owned(),
+    };
+    if orders.len() > 1 {
+        reason.push_str(
+            "; stops are hit together, so each order has its own multipliers, and those of the pieces do not prove \
+             stability of the piecewise-linear whole",
+        );
+    }
+    Stability {
+        is_stable,
+        reason,
+        orders,
+    }
+}
+
+/// The product of flow Jacobians and saltation matrices over one period, from just after the first instant, in modal
+/// pairs; the impacts of each instant in the given order.
+fn monodromy(
+    scene: &ModalScene,
+    order: &[Vec<usize>],
+    phase: f64,
+    flights: &[Flight],
+) -> DMatrix<f64> {
+    let n = scene.form.n_dof();
+    let mut deviations = DMatrix::identity(2 * n, 2 * n);
+    let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
+    for (k, flight) in flights.iter().enumerate() {
+        scene.form.propagate(flight.span, &mut deviations);
+        if order.is_empty() {
+            continue;
+        }
+        let u = Complex::from_polar(1.0, scene.frequency * (flight.start + flight.span) + phase);
+        let mut state = flight.before_next.clone();
+        scene.rate(&state, u, &mut before);
+        for &stop in &order[(k + 1) % order.len()] {
+            let g = &scene.geometry;
+            let factor = (1.0 + g.restitutions[stop])
+                / g.normals.column(stop).dot(&g.reactions.column(stop));
+            let impulse = factor * along(&scene.velocity_rows[stop], &state);
+            for (z, jump) in state.iter_mut().zip(&scene.jumps[stop]) {
+                *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
+            }
+            scene.rate(&state, u, &mut after);
+            apply_saltation(scene, stop, factor, (&before, &after), &mut deviations);
+            std::mem::swap(&mut before, &mut after);
+        }
+    }
+    deviations
+}

@@ -1,0 +1,362 @@
+//! The search for the flight time dt between two instants of impact (theory 5). Cramer's rule makes `|u| = 1` (clearances
+//! given) or "the stop is where it was" (phase given) one analytic equation in dt without poles, of which every zero in
+//! (0, T) is isolated by bounds; each is then polished with all unknowns at once.
+
+use crate::error::Result;
+use crate::modal::Pair;
+use crate::orbit::two_instants::certificate::Certificate;
+use crate::orbit::two_instants::conditions::{Conditions, point};
+use crate::orbit::two_instants::green::Cell;
+use crate::orbit::two_instants::isolate::{Bracket, End, Isolated, Place, Sampled, isolate};
+use crate::orbit::two_instants::minors::Minors;
+use crate::orbit::two_instants::polish::{
+    Equations, Root, circle_starts, least_squares_start, polish,
+};
+use crate::orbit::two_instants::series::Series;
+use crate::watch::Watch;
+use nalgebra::{DMatrix, DVector};
+
+/// Rounding of a determinant, relative to the sum of its products' sizes.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// A flight time this close to a trivial one, relative to T, is that one: far below, rounding rules.
+const TRIVIAL: f64 = 1e-6;
+/// Two roots this close, relative to T, and in phase, are one.
+const SAME: f64 = 1e-9;
+/// How far from an undecided stretch its roots may be, relative to T.
+const NEAR: f64 = 1e-8;
+/// Bisections of a bracket from which Newton's method went astray.
+const HALVINGS: usize = 30;
+/// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
+const TOGETHER: f64 = 1e-9;
+
+/// A search of flight times: what is asked, and what the trivial solutions are.
+pub(crate) struct Search<'a> {
+    pub conditions: &'a Conditions<'a>,
+    pub period: f64,
+    /// The instants are alike, so that an orbit may be a shorter one repeated.
+    pub is_alike: bool,
+    pub n_periods: usize,
+    pub phase: Option<Pair>,
+    /// With the phase given: the places in the list of stops of one hit at both instants.
+    pub pair: (usize, usize),
+}
+
+impl Search<'_> {
+    /// Number of unknowns.
+    fn n_unknowns(&self) -> usize {
+        self.conditions.n_inner() + if self.phase.is_some() { 0 } else { 2 }
+    }
+
+    /// The range of flight times: half of it where `dt` and `T - dt` are one orbit, started at either impact.
+    fn range(&self) -> (f64, f64) {
+        let is_half = self.is_alike && self.phase.is_none();
+        let share = if is_half { 0.5 } else { 1.0 };
+        (0.0, share * self.period)
+    }
+
+    /// Whether a flight time is half the period, where like or mirrored instants have their line of solutions.
+    fn is_half(&self, dt: f64) -> bool {
+        (dt - 0.5 * self.period).abs() <= 4.0 * f64::EPSILON * self.period
+    }
+
+    /// The scaled equations over a cell, the meeting of the instants, or the line of solutions half the period apart,
+    /// divided out where `end` says so.
+    fn rows(&self, cell: &Cell, end: End) -> Vec<Series> {
+        if end != End::Neither && self.phase.is_none() && self.is_half(cell.origin) {
+            return self.conditions.half_rows(cell);
+        }
+        let entries = self.conditions.entries(cell);
+        match self.phase {
+            Some(u) => self
+                .conditions
+                .phase_rows(&entries, u, self.pair, (cell, end)),
+            None => self.conditions.circle_rows(&entries, cell, end),
+        }
+    }
+
+    /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
+    /// determinant of the conditions with the phase given.
+    fn sample(&self, minors: &mut Minors, place: &Place) -> Sampled {
+        let (low, high) = (place.low, place.high);
+        let cell = match place.end {
+            End::Neither => Cell {
+                origin: 0.5 * (low + high),
+                scale: 0.5 * (high - low),
+                low,
+                high,
+            },
+            End::Low => Cell {
+                origin: low,
+                scale: high - low,
+                low,
+                high,
+            },
+            End::High => Cell {
+                origin: high,
+                scale: high - low,
+                low,
+                high,
+            },
+        };
+        minors.compute(&self.rows(&cell, place.end));
+        let n = self.n_unknowns();
+        if self.phase.is_some() {
+            let series = *minors.det((1 << (n + 1)) - 1);
+            return Sampled {
+                series,
+                floor: ROUNDING * series.size(),
+            };
+        }
+        let [det, over_sin, over_cos] = self.wanted_circle().map(|set| minors.det(set));
+        let unit = Series::constant(self.conditions.phase_unit().powi(2));
+        let squares = Series::sum_of_products(
+            [(1.0, over_sin, over_sin), (1.0, over_cos, over_cos)].into_iter(),
+        );
+        let one = Series::constant(1.0);
+        let square = Series::sum_of_products([(1.0, det, det)].into_iter());
+        let series =
+            Series::sum_of_products([(1.0, &unit, &squares), (-1.0, &one, &square)].into_iter());
+        let error = |s: &Series| (2.0 * s.bound() + ROUNDING * s.size()) * ROUNDING * s.size();
+        Sampled {
+            series,
+            floor: unit.bound() * (error(over_sin) + error(over_cos)) + error(det),
+        }
+    }
+
+    /// The columns of the determinant, and of the numerators of the phase.
+    fn wanted_circle(&self) -> [usize; 3] {
+        let n = self.n_unknowns();
+        let all = (1 << (n + 1)) - 1;
+        [
+            all & !(1 << n),
+            all & !(1 << (n - 1)),
+            all & !(1 << (n - 2)),
+        ]
+    }
+
+    fn minors(&self) -> Minors {
+        let n = self.n_unknowns();
+        match self.phase {
+            Some(_) => Minors::new(n + 1, n + 1, &[(1 << (n + 1)) - 1]),
+            None => Minors::new(n + 1, n, &self.wanted_circle()),
+        }
+    }
+
+    /// Whether the instants are on one surface, so that they can meet in contact.
+    fn meets(&self) -> bool {
+        self.phase.is_some() || self.conditions.same_surface().is_some()
+    }
+
+    /// The walk over the range; `splits` as in `Conditions::splits_at_half`.
+    fn walk(&self, splits: bool, watch: &mut Watch<'_>) -> Result<Isolated> {
+        let mut minors = self.minors();
+        let (low, high) = self.range();
+        let meets = self.meets();
+        // The repetition of retained modes hides the meeting at T.
+        let at_end = meets && !self.conditions.has_retained();
+        let half = 0.5 * self.period;
+        let mut walk = |range, deflated| {
+            isolate(range, deflated, watch, |place| {
+                self.sample(&mut minors, place)
+            })
+        };
+        if !splits {
+            return walk((low, high), (meets, at_end && high > half));
+        }
+        let first = walk((low, half), (meets, true))?;
+        Ok(if high > half {
+            first.joined(walk((half, high), (true, at_end))?)
+        } else {
+            first
+        })
+    }
+
+    /// All roots, and in words what is proved of the rest.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch; `Error::NoConvergence` of a decomposition.
+    pub fn run(&self, watch: &mut Watch<'_>) -> Result<(Vec<Root>, String)> {
+        let splits = self.phase.is_none() && self.conditions.splits_at_half();
+        let found = self.walk(splits, watch)?;
+        let mut roots: Vec<Root> = Vec::new();
+        let mut lost = 0;
+        for bracket in &found.simple {
+            match self.solve_simple(bracket, splits, watch)? {
+                Some(root) => self.keep(&mut roots, root),
+                None => lost += 1,
+            }
+        }
+        let open: Vec<Bracket> = found
+            .undecided
+            .iter()
+            .filter(|b| !self.is_trivial(b))
+            .copied()
+            .collect();
+        for bracket in &open {
+            for root in self.solve(bracket, watch)? {
+                if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL) {
+                    self.keep(&mut roots, root);
+                }
+            }
+        }
+        if splits && !self.is_alike {
+            let half = 0.5 * self.period;
+            let line = Bracket {
+                low: half,
+                high: half,
+                guess: half,
+            };
+            for root in self.solve(&line, watch)? {
+                if self.is_near(root.dt, &line) {
+                    self.keep(&mut roots, root);
+                }
+            }
+        }
+        // Nearer to an end than this nothing is searched: the instants cannot be told apart.
+        roots.retain(|root| root.dt.min(self.period - root.dt) >= SAME * self.period);
+        let solved = roots.len();
+        roots.retain(|root| !self.is_shorter(root));
+        let repeats = solved > roots.len() || (splits && self.is_alike);
+        let together = roots.len();
+        roots.retain(|root| {
+            self.conditions.contact_misfit(root, self.phase.is_some()) <= TOGETHER * root.x.norm()
+        });
+        let (low, high) = self.range();
+        let certificate = Certificate {
+            solutions: roots.len(),
+            apart: together - roots.len(),
+            repeats,
+            open,
+            lost,
+            cells: found.cells,
+            length: high - low,
+            is_half: high < 0.75 * self.period,
+        };
+        let reason = certificate.describe();
+        Ok((roots, reason))
+    }
+
+    /// Where instants of one surface meet there is no orbit to find.
+    fn is_trivial(&self, bracket: &Bracket) -> bool {
+        self.meets()
+            && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
+    }
+
+    /// Whether a root is an orbit of half the period, gone through twice.
+    fn is_shorter(&self, root: &Root) -> bool {
+        self.is_alike
+            && self.n_periods.is_multiple_of(2)
+            && (root.dt - 0.5 * self.period).abs() <= TRIVIAL * self.period
+            && self.conditions.impulses_repeat(&root.x)
+    }
+
+    fn keep(&self, roots: &mut Vec<Root>, root: Root) {
+        let is_known = roots.iter().any(|r| {
+            (r.dt - root.dt).abs() <= SAME * self.period
+                && (&r.x - &root.x).amax() <= 1e-6 * root.x.amax()
+        });
+        if !is_known {
+            roots.push(root);
+        }
+    }
+
+    /// Whether two instants of one surface are no farther apart than `margin` periods.
+    fn is_meeting(&self, dt: f64, margin: f64) -> bool {
+        self.meets() && dt.min(self.period - dt) < margin * self.period
+    }
+
+    /// Whether a flight time belongs to an undecided bracket.
+    fn is_near(&self, dt: f64, bracket: &Bracket) -> bool {
+        let slack = 8.0 * (bracket.high - bracket.low) + NEAR * self.period;
+        dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack
+    }
+
+    /// The one root of a bracket that is proved to hold one.
+    fn solve_simple(
+        &self,
+        bracket: &Bracket,
+        splits: bool,
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<Root>> {
+        let is_other = |dt: f64| {
+            self.is_meeting(dt, SAME)
+                || (splits && (dt - 0.5 * self.period).abs() < SAME * self.period)
+        };
+        let inside =
+            |root: &Root| (bracket.low..=bracket.high).contains(&root.dt) && !is_other(root.dt);
+        if let Some(root) = self.solve(bracket, watch)?.into_iter().find(inside) {
+            return Ok(Some(root));
+        }
+        let halved = self.halved(bracket, watch)?;
+        Ok(self.solve(&halved, watch)?.into_iter().find(inside))
+    }
+
+    /// A bracket of one sign change, narrowed by bisection.
+    fn halved(&self, bracket: &Bracket, watch: &mut Watch<'_>) -> Result<Bracket> {
+        let mut minors = self.minors();
+        let mut value = |t: f64| {
+            let place = Place {
+                low: t,
+                high: t,
+                end: End::Neither,
+            };
+            self.sample(&mut minors, &place).series.at_origin()
+        };
+        let Bracket {
+            mut low, mut high, ..
+        } = *bracket;
+        // The end of the range may be a zero that was divided out: the sign is that of the other one.
+        let (below, above) = (value(low), value(high));
+        let is_from_low = below.abs() > above.abs();
+        let sign = if is_from_low { below } else { above };
+        for _ in 0..HALVINGS {
+            watch.look()?;
+            let middle = 0.5 * (low + high);
+            if (value(middle) * sign > 0.0) == is_from_low {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Ok(Bracket {
+            low,
+            high,
+            guess: 0.5 * (low + high),
+        })
+    }
+
+    /// The roots that Newton's method reaches from the guess of a bracket.
+    fn solve(&self, bracket: &Bracket, watch: &mut Watch<'_>) -> Result<Vec<Root>> {
+        let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
+        let n = self.n_unknowns();
+        let equations = |dt: f64| {
+            let rows = self.rows(&point(dt, unit), End::Neither);
+            let count = rows.len() / (n + 1);
+            Equations {
+                matrix: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].at_origin()),
+                rate: DMatrix::from_fn(count, n + 1, |i, j| {
+                    rows[i * (n + 1) + j].slope_at_origin()
+                }),
+            }
+        };
+        let circle = self.phase.is_none().then(|| self.conditions.phase_unit());
+        let starts: Vec<DVector<f64>> = {
+            let here = equations(bracket.guess);
+            match circle {
+                Some(phase_unit) => circle_starts(&here, phase_unit)?,
+                None => vec![least_squares_start(&here)?],
+            }
+        };
+        let mut roots = Vec::new();
+        for x in starts {
+            watch.look()?;
+            if let Some(mut root) = polish(&equations, circle, unit, bracket.guess, x) {
+                if let Some(u) = self.phase {
+                    root.x = self.conditions.with_phase(&root.x, u);
+                }
+                self.keep(&mut roots, root);
+            }
+        }
+        Ok(roots)
+    }
+}

@@ -1,0 +1,178 @@
+//! Whether an orbit closes (theory 5). The conditions are solved backwards, from the inverse of `I - e^{AT}` or a bordered
+//! system; here each flight is gone through once more, forwards and along the flow that simulations use, and every contact is
+//! looked at.
+
+use crate::flow::{LinearFlow, ModalScene, along};
+use crate::modal::{Block, Form, Pair};
+use crate::orbit::flights::Flight;
+use crate::orbit::pattern::Pattern;
+
+/// What an orbit misses its own beginning by, relative to its size, at the most: 1e-9 in any norm.
+const CLOSED: f64 = 3e-10;
+/// Rounding of a motion that grows, in units of its growth over a flight.
+const ROUNDING: f64 = 1e3 * f64::EPSILON;
+/// Part of the elastic speed, that of the same strain in free vibration, to which a velocity is known: of a motion near rest
+/// nothing is left but the rounding of its strain.
+const SLOW: f64 = 1e-4;
+/// Points of a flight at which its size is looked at, where its ends say too little.
+const POINTS: usize = 64;
+
+/// Sizes of position and velocity, and the elastic speed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Size {
+    position: f64,
+    velocity: f64,
+    elastic: f64,
+}
+
+impl Size {
+    /// Of a state in modal pairs: by the energy norm where the modes are real, of the coordinates elsewhere.
+    fn of(scene: &ModalScene, state: &[Pair]) -> Self {
+        if let (Some(_), Form::Blocks(blocks)) = (scene.form.shapes(), &scene.form.form) {
+            let [mut position, mut velocity, mut elastic] = [0.0; 3];
+            for (z, block) in state.iter().zip(blocks) {
+                position += z[0] * z[0];
+                velocity += z[1] * z[1];
+                if let Block::Oscillator { w2, .. } = block {
+                    elastic += w2.abs() * z[0] * z[0];
+                }
+            }
+            return Self {
+                position: position.sqrt(),
+                velocity: velocity.sqrt(),
+                elastic: elastic.sqrt(),
+            };
+        }
+        let (q, v) = scene.form.to_physical(state);
+        let strained = scene.system.solve_mass(&scene.system.stiffness().times(&q));
+        let fastest = scene.form.fastest_rate();
+        Self {
+            position: q.norm(),
+            velocity: v.norm(),
+            elastic: if fastest > 0.0 {
+                strained.norm() / fastest
+            } else {
+                0.0
+            },
+        }
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self {
+            position: self.position.max(other.position),
+            velocity: self.velocity.max(other.velocity),
+            elastic: self.elastic.max(other.elastic),
+        }
+    }
+
+    /// A misfit relative to the size of the motion.
+    fn relative_to(self, motion: Self) -> f64 {
+        let part = |x: f64, size: f64| if x > 0.0 { x / size } else { x };
+        let velocity = motion.velocity + SLOW * motion.elastic;
+        let (x, y) = (
+            part(self.position, motion.position),
+            part(self.velocity, velocity),
+        );
+        // Of two numbers the one that is none, if there is one.
+        if y > x || y.is_nan() { y } else { x }
+    }
+}
+
+/// Moves states along a flow over flights, the propagator of the last span kept.
+pub(crate) struct Carrier<'a, F: LinearFlow> {
+    flow: &'a F,
+    scene: &'a ModalScene,
+    span: f64,
+    propagator: F::Propagator,
+    state: Vec<Pair>,
+    end: Vec<Pair>,
+}
+
+impl<'a, F: LinearFlow> Carrier<'a, F> {
+    /// A carrier along the flow of a scene.
+    pub fn new(scene: &'a ModalScene, flow: &'a F) -> Self {
+        Self {
+            flow,
+            scene,
+            span: f64::NAN,
+            propagator: F::Propagator::default(),
+            state: Vec::new(),
+            end: Vec::new(),
+        }
+    }
+
+    /// Puts what a flight comes to after some time into `self.end`.
+    fn carry(&mut self, phase: f64, flight: &Flight, span: f64) {
+        if span != self.span {
+            self.flow.prepare(span, &mut self.propagator);
+            self.span = span;
+        }
+        let angle = self.scene.frequency * flight.start + phase;
+        self.flow.enter(&flight.after, angle, &mut self.state);
+        self.flow.advance(&self.propagator, &mut self.state);
+        self.flow.leave(&self.state, &mut self.end);
+    }
+
+    /// By how much the flights miss their ends, and the contacts their stops, relative to the size of the motion; of free
+    /// flights, each of which begins with an instant of the pattern.
+    fn misfit(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
+        let (mut missed, mut motion) = (Size::default(), Size::default());
+        for flight in flights {
+            self.carry(phase, flight, flight.span);
+            for (end, expected) in self.end.iter_mut().zip(&flight.before_next) {
+                *end = [end[0] - expected[0], end[1] - expected[1]];
+            }
+            // A misfit that is no number is one.
+            let here = Size::of(self.scene, &self.end);
+            if !(here.position.is_finite() && here.velocity.is_finite()) {
+                return f64::INFINITY;
+            }
+            missed = missed.max(here);
+            for state in [&flight.after, &flight.before_next] {
+                motion = motion.max(Size::of(self.scene, state));
+            }
+        }
+        missed.position = missed.position.max(self.gap(pattern, flights));
+        let misfit = missed.relative_to(motion);
+        if misfit <= CLOSED {
+            return misfit;
+        }
+        // At the contacts the motion may be little beside what it is elsewhere.
+        for flight in flights {
+            for i in 1..POINTS {
+                self.carry(phase, flight, flight.span * i as f64 / POINTS as f64);
+                motion = motion.max(Size::of(self.scene, &self.end));
+            }
+        }
+        missed.relative_to(motion)
+    }
+
+    /// The same where it is more than rounding explains.
+    pub fn lost(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
+        let misfit = self.misfit(pattern, phase, flights);
+        (!is_closed(self.scene, flights, misfit)).then_some(misfit)
+    }
+
+    /// The largest gap at a contact, as a position.
+    fn gap(&self, pattern: &Pattern, flights: &[Flight]) -> f64 {
+        let (scene, mut gap) = (self.scene, 0.0f64);
+        for (stops, flight) in pattern.instants().iter().zip(flights) {
+            for &stop in stops {
+                let row = &scene.position_rows[stop];
+                let seen = along(row, &flight.after);
+                let length = row.iter().flatten().map(|r| r * r).sum::<f64>().sqrt();
+                gap = gap.max((scene.geometry.clearances[stop] - seen).abs() / length);
+            }
+        }
+        gap
+    }
+}
+
+/// Whether a misfit is one of rounding, for flights of the given spans.
+fn is_closed(scene: &ModalScene, flights: &[Flight], misfit: f64) -> bool {
+    if misfit <= CLOSED {
+        return true;
+    }
+    let span: f64 = flights.iter().map(|f| f.span).sum();
+    misfit <= ROUNDING * (scene.form.fastest_growth() * span).exp()
+}

@@ -1,0 +1,259 @@
+//! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
+//! time, by a search that proves what it passes over.
+
+use crate::contact::walk::{Effort, Ladder, check_flight};
+use crate::error::Result;
+use crate::flow::{
+    GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, StuckMotion, along, with_flow,
+};
+use crate::impact::Impact;
+use crate::modal::Pair;
+use crate::orbit::flights::Flight;
+use crate::orbit::pattern::Pattern;
+use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
+use crate::orbit::verdict::closing::Carrier;
+use crate::orbit::verdict::lasting::{Stretch, is_hop, search_held, search_stretch};
+use crate::simulate::SegmentKind;
+use crate::watch::Watch;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
+/// orbit's position, with room to spare.
+const MARGIN: f64 = 2e-13;
+
+/// Judges the orbits of one scene; made once for all of them.
+pub(crate) struct Judge<'a> {
+    scene: &'a ModalScene,
+    flow: SceneFlow,
+    /// The gap of every stop on the flow.
+    gaps: Vec<GapRow>,
+}
+
+impl<'a> Judge<'a> {
+    /// A judge for a scene.
+    pub fn new(scene: &'a ModalScene) -> Self {
+        let flow = scene.flow();
+        let rows = scene.position_rows.iter();
+        let rows = rows.zip(scene.geometry.clearances.iter());
+        let gaps = with_flow!(&flow, f => rows.map(|(row, &c)| f.gap_row(&Quantity::gap(c, row))).collect());
+        Self { scene, flow, gaps }
+    }
+
+    /// Whether each of some motions of one flight and one instant, given with their phases, closes.
+    pub fn are_closed<'m>(
+        &self,
+        pattern: &Pattern,
+        motions: impl Iterator<Item = (f64, &'m [Flight])>,
+    ) -> Vec<bool> {
+        with_flow!(&self.flow, f => {
+            let mut carrier = Carrier::new(self.scene, f);
+            motions
+                .map(|(phase, flights)| carrier.lost(pattern, phase, flights).is_none())
+                .collect()
+        })
+    }
+
+    /// Judges the impacts, and searches every flight for every stop.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch.
+    pub fn admissibility(
+        &mut self,
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        self.with_effort(Effort::FULL, phase, flights, impacts, watch)
+    }
+
+    /// Judges an orbit with lasting contact, given the motions while stops are held: the contact forces too, and the flights
+    /// between impacts that accumulate as what they are.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch.
+    pub fn with_lasting_contact(
+        &mut self,
+        held: &[Arc<StuckMotion>],
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        let scene = self.scene;
+        let rate = rate(scene, flights);
+        // Behind impacts that end at rest the states after say nothing of the motion's size.
+        let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
+        let margins = margins(scene, rate, ends.map(Vec::as_slice));
+        let mut found = Admissibility::default();
+        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
+        let gap = |stop: usize, state: &[Pair]| {
+            let position = along(&scene.position_rows[stop], state);
+            let speed = -along(&scene.velocity_rows[stop], state);
+            [scene.geometry.clearances[stop] - position, speed]
+        };
+        let free = flights
+            .iter()
+            .filter(|flight| flight.course.kind == SegmentKind::Flight);
+        with_flow!(&self.flow, f => {
+            for flight in free {
+                let angle = scene.frequency * flight.start + phase;
+                let mut entered = Vec::new();
+                f.enter(&flight.after, angle, &mut entered);
+                for (stop, row) in self.gaps.iter().enumerate() {
+                    let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
+                    if is_hop(start, end, flight.span, margins[stop]) {
+                        continue;
+                    }
+                    let stretch = Stretch {
+                        span: flight.span,
+                        margin: margins[stop],
+                        is_released: flight.course.released == Some(stop),
+                    };
+                    let mut state = entered.clone();
+                    let (skipped, check) = search_stretch(f, row, &mut state, stretch, watch)?;
+                    found.note(stop, flight.start + skipped, &check);
+                }
+            }
+        });
+        search_held(held, scene, &margins, phase, flights, &mut found, watch)?;
+        Ok(found)
+    }
+
+    /// The same, but content with less about a violation.
+    pub fn with_effort(
+        &mut self,
+        effort: Effort,
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+        watch: &mut Watch<'_>,
+    ) -> Result<Admissibility> {
+        let scene = self.scene;
+        let rate = rate(scene, flights);
+        let margins = margins(scene, rate, flights.iter().map(|f| f.after.as_slice()));
+        let mut found = Admissibility::default();
+        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
+        with_flow!(&self.flow, f => {
+            let start = |flight: &Flight, state: &mut Vec<Pair>| {
+                f.enter(&flight.after, scene.frequency * flight.start + phase, state);
+            };
+            search(f, &self.gaps, (&margins, effort), flights, start, &mut found, watch)?;
+        });
+        Ok(found)
+    }
+}
+
+/// Impacts are approached and push; `slow` is the speed below which one grazes.
+pub(in crate::orbit) fn judge_impacts(
+    impacts: &[Impact],
+    slow: impl Fn(usize) -> f64,
+    found: &mut Admissibility,
+) {
+    for &Impact {
+        stop,
+        time,
+        approach,
+        impulse,
+        ..
+    } in impacts
+    {
+        let slow = slow(stop);
+        if impulse < 0.0 {
+            found.keep_worst(Breach {
+                stop,
+                time,
+                depth: 0.0,
+                rule: Rule::Pulls { impulse },
+            });
+        } else if approach < -slow {
+            found.keep_worst(Breach {
+                stop,
+                time,
+                depth: 0.0,
+                rule: Rule::Leaves { approach },
+            });
+        } else if approach <= slow {
+            found.has_grazing_impact = true;
+        }
+    }
+}
+
+/// Searches every flight for every stop along a flow, on which `start` puts the state of a flight.
+fn search<F: LinearFlow>(
+    flow: &F,
+    gaps: &[GapRow],
+    (margins, effort): (&[f64], Effort),
+    flights: &[Flight],
+    start: impl Fn(&Flight, &mut Vec<Pair>),
+    found: &mut Admissibility,
+    watch: &mut Watch<'_>,
+) -> Result<()> {
+    let mut state: Vec<Pair> = Vec::new();
+    let mut ladder = Ladder::new(flow);
+    for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
+        for flight in flights {
+            if found
+                .breach
+                .is_some_and(|breach| breach.depth > effort.enough)
+            {
+                return Ok(());
+            }
+            start(flight, &mut state);
+            let check = check_flight(
+                flow,
+                &mut ladder,
+                gap,
+                &mut state,
+                flight.span,
+                (margin, effort),
+                watch,
+            )?;
+            watch.work(state.len())?;
+            found.note(stop, flight.start, &check);
+        }
+    }
+    Ok(())
+}
+
+/// The rate of the motion: the forcing frequency, or that of the orbit where there is no forcing.
+fn rate(scene: &ModalScene, flights: &[Flight]) -> f64 {
+    if scene.frequency > 0.0 {
+        scene.frequency
+    } else {
+        TAU / flights.iter().map(|f| f.span).sum::<f64>()
+    }
+}
+
+/// The margin of each stop, from some states of the motion.
+fn margins<'s>(
+    scene: &ModalScene,
+    rate: f64,
+    states: impl Iterator<Item = &'s [Pair]> + Clone,
+) -> Vec<f64> {
+    let stops = 0..scene.n_stops();
+    stops
+        .map(|stop| MARGIN * motion_size(scene, stop, rate, states.clone()))
+        .collect()
+}
+
+/// The size of the motion along one normal, as far as some of its states show it.
+fn motion_size<'s>(
+    scene: &ModalScene,
+    stop: usize,
+    rate: f64,
+    states: impl Iterator<Item = &'s [Pair]>,
+) -> f64 {
+    let row = &scene.position_rows[stop];
+    states
+        .map(|state| {
+            let position: f64 = row
+                .iter()
+                .zip(state)
+                .map(|(r, z)| (r[0] * z[0]).abs() + (r[1] * z[1]).abs())
+                .sum();
+            position + along(&scene.velocity_rows[stop], state).abs() / rate
+        })
+        .fold(scene.geometry.clearances[stop].abs(), f64::max)
+}

@@ -1,0 +1,143 @@
+//! What the rules of contact say of lasting contact: forces push; and of the low flights between impacts that accumulate,
+//! whose extremum is a maximum and no touch.
+
+use crate::contact::polynomial::Quartic;
+use crate::contact::walk::{Effort, FlightCheck, Ladder, check_flight};
+use crate::error::Result;
+use crate::flow::{GapRow, LinearFlow, ModalScene, StuckMotion, with_flow};
+use crate::modal::Pair;
+use crate::orbit::flights::Flight;
+use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
+use crate::watch::Watch;
+use std::sync::Arc;
+
+/// Margin of a contact force, relative to the size of its terms: at a release it is zero to what the orbit closes to.
+const FORCE_MARGIN: f64 = 1e-10;
+
+/// Margins within which a flight between two contacts is a low one; a search that starts on the stop cannot tell it from a touch.
+const LOW: f64 = 100.0;
+
+/// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap and
+/// opening speed at both ends.
+pub(crate) fn is_hop(start: [f64; 2], end: [f64; 2], span: f64, margin: f64) -> bool {
+    let at_stop = start[0].abs() <= margin && end[0].abs() <= margin;
+    at_stop && start[1] > 0.0 && end[1] < 0.0 && start[1] * span < LOW * margin
+}
+
+/// Searches the flights of a linear scene in which stops are held: their contact forces, and the gaps of the other stops.
+pub(crate) fn search_held(
+    held: &[Arc<StuckMotion>],
+    scene: &ModalScene,
+    margins: &[f64],
+    phase: f64,
+    flights: &[Flight],
+    found: &mut Admissibility,
+    watch: &mut Watch<'_>,
+) -> Result<()> {
+    for flight in flights {
+        let course = &flight.course;
+        let known = held.iter().find(|motion| motion.stops == course.held());
+        let Some(motion) = known else { continue };
+        let (q, v) = scene.form.to_physical(&flight.after);
+        let angle = scene.frequency * flight.start + phase;
+        with_flow!(&motion.flow, f => {
+            let mut entered = Vec::new();
+            f.enter(&motion.reduce(&q, &v), angle, &mut entered);
+            let forces = motion.stops.iter().zip(&motion.forces);
+            for (&stop, force) in forces {
+                let row = f.gap_row(force);
+                let mut derivatives = Vec::new();
+                f.derivatives(&entered, &mut derivatives);
+                let margin = FORCE_MARGIN * row.jet(&derivatives).size;
+                let stretch = Stretch { span: flight.span, margin, is_released: false };
+                let (_, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
+                found.leave_open(stop, flight.start, &check);
+                if let Some(lowest) = check.violation {
+                    let rule = Rule::Holds { force: lowest.gap };
+                    found.keep_worst(Breach { stop, time: flight.start + lowest.time, depth: 0.0, rule });
+                }
+            }
+            for (stop, gap) in motion.gaps.iter().enumerate() {
+                let Some(gap) = gap else { continue };
+                let is_released = course.released == Some(stop);
+                let stretch = Stretch { span: flight.span, margin: margins[stop], is_released };
+                let row = f.gap_row(gap);
+                let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
+                found.note(stop, flight.start + skipped, &check);
+            }
+        });
+    }
+    Ok(())
+}
+
+/// What is searched of a quantity along a flight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stretch {
+    pub span: f64,
+    pub margin: f64,
+    /// Whether the quantity is the gap of a stop that is let go at the start.
+    pub is_released: bool,
+}
+
+/// Searches a quantity along a flight for what lies below the margin. A gap that opens at a release has `h = h' = h'' = 0`
+/// there: the search begins where `h''' s^3/6` has brought it out of the margin, which is returned too.
+pub(crate) fn search_stretch<F: LinearFlow>(
+    flow: &F,
+    row: &GapRow,
+    state: &mut [Pair],
+    stretch: Stretch,
+    watch: &mut Watch<'_>,
+) -> Result<(f64, FlightCheck)> {
+    let Stretch {
+        span,
+        margin,
+        is_released,
+    } = stretch;
+    let mut skipped = 0.0;
+    if is_released {
+        let mut derivatives = Vec::new();
+        flow.derivatives(state, &mut derivatives);
+        let third = row.jet(&derivatives).c[3];
+        if third > 0.0 {
+            skipped = (4.0 * margin / third).cbrt().min(span);
+            let mut propagator = F::Propagator::default();
+            flow.prepare(skipped, &mut propagator);
+            flow.advance(&propagator, state);
+        }
+    }
+    let mut ladder = Ladder::new(flow);
+    let judged = (margin, Effort::FULL);
+    let check = check_flight(flow, &mut ladder, row, state, span - skipped, judged, watch)?;
+    Ok((skipped, check))
+}
+
+/// A contact force along one step: the step's start, its length, the force at the parts 0, 1/4, 1/2, 3/4 and 1 of it.
+pub(crate) type ForceAlong = (f64, f64, [f64; 5]);
+
+/// Judges the contact force of a stop: nowhere below zero by more than the margin, relative to the largest force.
+pub(crate) fn judge_force(
+    stop: usize,
+    along: &[ForceAlong],
+    margin: f64,
+    found: &mut Admissibility,
+) {
+    let nodes = along.iter().flat_map(|(.., nodes)| nodes);
+    let size = nodes.fold(0.0f64, |size, force| size.max(force.abs()));
+    let mut worst = (0.0, f64::INFINITY);
+    for &(start, h, nodes) in along {
+        let quartic = Quartic::through(nodes);
+        let (x, force) = quartic.lowest();
+        if force < worst.1 {
+            worst = (start + x * h, force);
+        }
+    }
+    let (time, force) = worst;
+    if force < -margin * size {
+        found.keep_worst(Breach {
+            stop,
+            time,
+            depth: 0.0,
+            rule: Rule::Holds { force },
+        });
+    }
+}

@@ -1,0 +1,6 @@
+//! What the rules of contact say of an orbit (theory 6), and whether it closes.
+
+pub(in crate::orbit) mod admissibility;
+pub(in crate::orbit) mod closing;
+pub(in crate::orbit) mod judge;
+pub(in crate::orbit) mod lasting;
