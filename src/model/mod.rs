@@ -42,6 +42,8 @@ pub use linear::{Coefficient, LinearSystem};
 pub(crate) use linear_motion::{Linear, with_linear};
 pub use linearise::linearise;
 pub(crate) use moment::Moment;
+#[cfg(feature = "python")]
+pub(crate) use nonlinear::no_mass;
 pub use nonlinear::{EquationsOfMotion, NonlinearSystem};
 pub use nonlinear_stop::{GapFunction, NonlinearStop};
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};

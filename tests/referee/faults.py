@@ -86,7 +86,7 @@ FAULTS = [
     Fault(
         "saltation",
         "an impact that a deviation delays moves it the wrong way",
-        "src/orbit/stability.rs",
+        "src/orbit/stability/multipliers.rs",
         "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",
         '                let delayed = if crate::has_fault("saltation") { -delayed } else { delayed };\n'
         "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",

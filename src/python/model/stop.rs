@@ -1,6 +1,6 @@
 //! Stops and walls in Python.
 
-use crate::model::{Constraint, Normal, Reaction, Side, Stop, Wall, WallSide};
+use crate::model::{Constraint, Normal, Side, Stop, Wall, WallSide};
 use crate::python::argument;
 use crate::python::array::{matrix, out_vector, vector};
 use crate::python::model::bad;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from report.cost.bare.change import NEVER, Change
 
-SCENE, BLOCK = "src/flow/scene.rs", "src/flow/block.rs"
+SCENE, BLOCK = "src/flow/scene_flow.rs", "src/flow/block.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
 LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/settle", "/strike"))
 EXACT, KEEP, NEXT = "src/simulate/exact.rs", "src/simulate/exact/keep.rs", "src/contact/next.rs"
@@ -20,7 +20,7 @@ INPUTS = (
         f"        {NEVER}\n",
         "    }\n    let drive = Undriven;",
     ),
-    Change(SCENE, "    SceneFlow::Loaded(BlockFlow::new(", f"    {NEVER}\n", "}\n\n/// `sum r.z`"),
+    Change(SCENE, "    SceneFlow::Loaded(BlockFlow::new(", f"    {NEVER}\n", "}\n\n/// Runs a block of code"),
     Change(
         SCENE,
         "        Form::Dense(matrix) => {\n            SceneFlow::Dense",
