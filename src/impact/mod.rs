@@ -1,12 +1,14 @@
 //! What happens at one instant: recovery matrices and their audit, several stops at once, contact forces (theory 1, 9).
 
 mod audit;
+mod chatter;
 mod contact_force;
 mod event;
 mod multiple;
 mod recovery;
 
 pub use audit::{RecoveryAudit, audit_recovery};
+pub(crate) use chatter::CompleteChatter;
 pub use contact_force::{ContactForce, Release, contact_forces};
 pub use event::Impact;
 pub(crate) use event::wrapped;

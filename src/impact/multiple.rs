@@ -100,10 +100,7 @@ pub fn resolve_impacts(
     }
     let is_inelastic = state.is_closing();
     if is_inelastic {
-        let all: Vec<usize> = (0..k).collect();
-        state
-            .apply(delassus, &DVector::zeros(k), &all)?
-            .ok_or_else(unsolvable_impacts)?;
+        state.stop_all(delassus)?.ok_or_else(unsolvable_impacts)?;
         rounds += 1;
     }
     if is_inelastic || rounds > TO_AND_FRO {
@@ -186,14 +183,19 @@ impl State {
 
     /// What restitution has thrown to and fro ends without it; what is left within the rounding of all the throws is nothing.
     fn end_throws(&mut self, g: &DMatrix<f64>, before: &DVector<f64>) -> Result<()> {
-        let (k, slack) = (self.speeds.len(), THROWN * &self.slack);
+        let slack = THROWN * &self.slack;
         self.speeds = before + g * &self.impulses;
         self.slack = rounding(g, &self.impulses);
-        let all: Vec<usize> = (0..k).collect();
-        self.apply(g, &DVector::zeros(k), &all)?;
+        self.stop_all(g)?;
         self.slack = slack;
         self.rest();
         Ok(())
+    }
+
+    /// One round without restitution, for all stops.
+    fn stop_all(&mut self, g: &DMatrix<f64>) -> Result<Option<bool>> {
+        let all: Vec<usize> = (0..g.nrows()).collect();
+        self.apply(g, &DVector::zeros(g.nrows()), &all)
     }
 
     /// One round: the law for the stops that enter. Whether any was pushed; `None` where the law has no solution.

@@ -9,6 +9,7 @@ mod strike;
 use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result, digits};
+use crate::impact::CompleteChatter;
 use crate::quantity::larger;
 use crate::simulate::clock::Clock;
 use crate::simulate::mover::{Arrival, GapState, Mover};
@@ -399,14 +400,20 @@ impl EventLoop {
         if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
             return Ok(false);
         }
-        let residual = 2.0 * e / (1.0 - e) * speed * speed / -pull;
+        let chatter = CompleteChatter {
+            restitution: e,
+            speed,
+            acceleration: pull,
+        };
+        let residual = chatter.way();
         let tolerance = mover.tolerance(reached, self.reaches[reached]);
         let regular = self.last_blow.is_some_and(|(stop, before)| {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
         });
         // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
-        let is_low = 0.5 * (e * speed).powi(2) < LOW * ROUNDING * self.sizes[reached] * -pull;
-        let span = 2.0 * e * speed / ((1.0 - e) * pull);
+        let is_low =
+            chatter.height_by_acceleration() < LOW * ROUNDING * self.sizes[reached] * -pull;
+        let span = chatter.span();
         let is_due = (SAFETY * residual < tolerance || is_low) && regular;
         if !is_due || pull + span * mover.free_jerk(reached)?.abs() >= 0.0 {
             return Ok(false);
@@ -416,7 +423,7 @@ impl EventLoop {
             let other = mover.gap(stop);
             let coupling = mover.delassus(&[reached, stop])?;
             let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
-            let drift = other.speed.min(0.0) + (1.0 + e) / (1.0 - e) * share * speed;
+            let drift = other.speed.min(0.0) + chatter.kick(share);
             let bend = 0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.abs());
             if other.gap + span * (drift + bend) - SAFETY * share * residual <= 0.0 {
                 return Ok(false);

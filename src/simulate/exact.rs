@@ -7,7 +7,7 @@ use crate::contact::next::{Grazed, Next, Search};
 use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
 use crate::error::{Error, Result};
 use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, TimedScene, along};
-use crate::impact::wrapped;
+use crate::impact::{CompleteChatter, wrapped};
 use crate::linalg::rank::DEPENDENT;
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
@@ -445,8 +445,12 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
             acceleration,
             ..
         } = self.gap(stop);
-        let e = self.restitution(stop);
-        let span = (2.0 * e * speed / ((1.0 - e) * acceleration)).min(left);
+        let chatter = CompleteChatter {
+            restitution: self.restitution(stop),
+            speed,
+            acceleration,
+        };
+        let span = chatter.span().min(left);
         let (motion, (q, v)) = self.keep_chatter(stop, span, record)?;
         let (q, v) = motion.carry(self.clock.angle(), span, &q, &v);
         self.put((&q, &v), span);

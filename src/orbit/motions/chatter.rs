@@ -25,6 +25,7 @@
 //! a later contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
+use crate::impact::CompleteChatter;
 use crate::model::{DIFFERENCE, along_reactions};
 use crate::orbit::motions::pieces::Motion;
 use nalgebra::{DMatrix, DVector};
@@ -96,7 +97,7 @@ pub(crate) fn complete<M: Motion>(
     size: f64,
     y: &mut Timed,
 ) -> Result<Chatter> {
-    let e = motion.restitution(stop);
+    let restitution = motion.restitution(stop);
     // Not yet closed, the motion may arrive at some other gap: the sequence runs on that level.
     let (level, gradient) = motion.gap(stop, &y.state)?;
     let along = |gradient: &DVector<f64>, deviations: &DMatrix<f64>| {
@@ -105,11 +106,16 @@ pub(crate) fn complete<M: Motion>(
     let level_deviations = along(&gradient, &y.deviations);
     let mut bounces = Vec::new();
     loop {
-        let (speed, pull, _) = opening(motion, stop, y.time, &y.state)?;
-        if !(speed < 0.0 && pull < 0.0) || bounces.len() >= MOST_BOUNCES {
+        let (speed, acceleration, _) = opening(motion, stop, y.time, &y.state)?;
+        if !(speed < 0.0 && acceleration < 0.0) || bounces.len() >= MOST_BOUNCES {
             return Err(failed(bounces.len(), speed));
         }
-        if 2.0 * e / (1.0 - e) * speed * speed / -pull <= DEPTH * size {
+        let rest = CompleteChatter {
+            restitution,
+            speed,
+            acceleration,
+        };
+        if rest.way() <= DEPTH * size {
             break;
         }
         let before = y.state.clone();
@@ -122,13 +128,7 @@ pub(crate) fn complete<M: Motion>(
             impulse: impulses[0],
         });
         let rate = motion.rate(&[], y.time, &after)?;
-        let span = next_contact(
-            motion,
-            stop,
-            (y.time, &after),
-            level,
-            2.0 * e * speed / pull,
-        )?;
+        let span = next_contact(motion, stop, (y.time, &after), level, rest.first_flight())?;
         let mut carried = &y.deviations - &rate * y.delays.transpose();
         let end = y.time + span;
         motion.fly(&[], (y.time, end), &mut y.state, &mut carried)?;
@@ -208,14 +208,17 @@ fn rest<M: Motion>(
     t: f64,
     state: &DVector<f64>,
 ) -> Result<(f64, DVector<f64>)> {
-    let e = motion.restitution(stop);
-    let (speed, pull, rate) = opening(motion, stop, t, state)?;
-    let span = 2.0 * e * speed / ((1.0 - e) * pull);
+    let (speed, acceleration, rate) = opening(motion, stop, t, state)?;
+    let rest = CompleteChatter {
+        restitution: motion.restitution(stop),
+        speed,
+        acceleration,
+    };
     let mut struck = state.clone();
     motion.collide(&[stop], &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
-    let mut end = state + rate * span + (struck - state) / (1.0 - e);
+    let mut end = rest.end(state, rate, struck);
     project(motion, &[stop], &mut end)?;
-    Ok((t + span, end))
+    Ok((t + rest.span(), end))
 }
 
 /// Moves a state onto some stops, along their reactions, and takes its normal speeds away.

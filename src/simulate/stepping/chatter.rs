@@ -4,6 +4,7 @@ use super::StepMover;
 use super::free::FreeFlight;
 use crate::error::Result;
 use crate::flow::runge_kutta::State;
+use crate::impact::CompleteChatter;
 use crate::model::{Dynamics, GapValue};
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::Mover;
@@ -19,8 +20,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             acceleration,
             ..
         } = self.gaps[stop];
-        let e = self.restitution(stop);
-        let span = (2.0 * e * speed / ((1.0 - e) * acceleration)).min(left);
+        let chatter = CompleteChatter {
+            restitution: self.restitution(stop),
+            speed,
+            acceleration,
+        };
+        let span = chatter.span().min(left);
         if let Some(kept) = &mut self.kept {
             kept.begin(SegmentKind::Chatter, &[stop]);
         }
