@@ -5,7 +5,8 @@
 //! Each folder uses those before it in this list, never those after: `error`, `quantity`, `linalg`, `watch`; [`model`]: what is
 //! analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth motion; `contact`:
 //! where the next impact is; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]: maps and
-//! ensembles. nalgebra is part of the public interface and re-exported.
+//! ensembles. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
+//! `docs/theory.md`: "theory 5" in a comment is its section 5.
 
 mod contact;
 pub mod error;

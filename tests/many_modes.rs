@@ -1,4 +1,4 @@
-//! Stops hit at one instant in a system of many modes: the solve mode by mode (theory 5, "k impulses, N modes") against
+//! Stops hit at one instant in a system of many modes: the solve mode by mode (theory 5, "k impulses, n modes") against
 //! the dense one of eqs. (29) and (38), `(I - R e^{AT}) z = (R - I) s(0)`, written out here.
 
 use nalgebra::{Complex, DMatrix, DVector};

@@ -25,7 +25,8 @@ pub struct RecoveryAudit {
 ///
 /// Four rules (theory 9): impulses act along the normals alone; each normal velocity is reversed by a restitution in
 /// [0, 1]; the kinetic energy cannot grow; impulses push. With `R_v` the velocity part, the energy gain is the largest
-/// eigenvalue of `M^-1 R_v^T M R_v`.
+/// eigenvalue of `M^-1 R_v^T M R_v`. The last two are asked of all velocities, which is sufficient, not necessary: an impact has
+/// only those that close its stops.
 ///
 /// # Errors
 /// Wrong shapes, numbers that are not finite, a mass that is not symmetric positive definite, a normal that is zero.

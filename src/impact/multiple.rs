@@ -51,16 +51,18 @@ pub struct ResolvedImpacts {
 ///
 /// For `b = M^-1 n` the kinetic energy cannot grow, whatever the restitutions: it changes by
 /// `-1/2 p^T (I - E) N^T v-` in each round, where `p >= 0` and `N^T v- >= 0`. Other reactions have no such law. Dependent
-/// normals (the same stop twice, three stops on two coordinates) make G singular: the velocity after is the same for all
-/// solutions, and the impulses are those of least norm.
+/// normals (the same stop twice, three stops on two coordinates) make G singular: where all reactions are `M^-1 n`, or all are `n`,
+/// the velocity after is the same for all solutions, and the impulses are those of least norm; with others there may be several
+/// solutions, of which one is taken, or none.
 ///
 /// # Errors
 /// Wrong shapes, numbers that are not finite, a diagonal entry of G (`n . b`) not above zero, restitutions outside [0, 1], a
 /// negative slack; reactions with which no impulses that push can keep the stops from closing, or numbers that overflow.
 ///
 /// # References
-/// J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988); C. Glocker, F. Pfeiffer, Multiple
-/// impacts with friction in rigid multibody systems, Nonlinear Dynamics 7 (1995) 471; theory section 9.
+/// J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988), for the law; C. Glocker, F. Pfeiffer,
+/// Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7 (1995) 471, for impacts as a complementarity
+/// problem (theirs has Poisson's law, restitution of impulses); theory section 9.
 ///
 /// # Examples
 /// Newton's cradle of three equal balls in contact, the first moving: the law's answer is -1/3, 2/3, 2/3.

@@ -137,7 +137,7 @@ class TestClosedForms:
         """In the frame of the table q'' = -g + a w^2 cos(w t + phase), impact at q = 0, once a period T.
 
         q(T) = 0 gives v+ - a w sin(phase) = g T/2, and v(T-) = v+ - g T (the forcing has no mean) gives
-        v+ = e g T/(1 + e): the numbers of theory 5, its phase turned by the sign of the table's motion.
+        v+ = e g T/(1 + e): the numbers of theory 5.
         """
         e, g, a, w = 0.8, 1.0, 0.6, 1.2
         scene = vi.Scene(vi.LinearSystem(1, 0, 0, load=-g, influence=1), vi.BaseMotion(a, w), vi.Stop(0, 0, e, side="lower"))
