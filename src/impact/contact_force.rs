@@ -36,8 +36,8 @@ pub struct ContactForce {
 /// ```
 ///
 /// A stop with `L > 0` stays, one with `h'' > 0` leaves. Where `n.b L` and `h''` are both within `slack` (k,), at least 0, of
-/// zero, it is undecided. Dependent normals share the force such that its norm is least; where all reactions are `M^-1 n`, or all are
-/// `n`, they leave h'' as it is.
+/// zero, it is undecided. Dependent normals share the force such that its norm is least; where all reactions are `M^-1 n`, or
+/// all are `n`, they leave h'' as it is.
 ///
 /// # Errors
 /// Wrong shapes, numbers that are not finite, a diagonal entry of G (`n . b`) not above zero, a negative slack; no forces that

@@ -51,9 +51,9 @@ pub struct ResolvedImpacts {
 ///
 /// For `b = M^-1 n` the kinetic energy cannot grow, whatever the restitutions: it changes by
 /// `-1/2 p^T (I - E) N^T v-` in each round, where `p >= 0` and `N^T v- >= 0`. Other reactions have no such law. Dependent
-/// normals (the same stop twice, three stops on two coordinates) make G singular: where all reactions are `M^-1 n`, or all are `n`,
-/// the velocity after is the same for all solutions, and the impulses are those of least norm; with others there may be several
-/// solutions, of which one is taken, or none.
+/// normals (the same stop twice, three stops on two coordinates) make G singular: where all reactions are `M^-1 n`, or all are
+/// `n`, the velocity after is the same for all solutions, and the impulses are those of least norm; with others there may be
+/// several solutions, of which one is taken, or none.
 ///
 /// # Errors
 /// Wrong shapes, numbers that are not finite, a diagonal entry of G (`n . b`) not above zero, restitutions outside [0, 1], a
