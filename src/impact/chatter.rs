@@ -27,9 +27,8 @@ impl CompleteChatter {
         2.0 * self.restitution * self.speed / self.acceleration
     }
 
-    /// The way that the speed before would go in the time that is left, `h' span`: what completing them neglects is this times what
-    /// the acceleration changes by meanwhile.
-    pub fn way(&self) -> f64 {
+    /// What is left of the gap when all are taken at once, `2 e h'^2/((1 - e) |a|)`: an estimate of what that neglects.
+    pub fn residual(&self) -> f64 {
         let e = self.restitution;
         2.0 * e / (1.0 - e) * self.speed * self.speed / -self.acceleration
     }
@@ -111,8 +110,8 @@ mod tests {
         let rate = dvector![all.speed, all.acceleration];
         let struck = dvector![0.0, -E * all.speed];
         let end = all.end(&before, rate, struck);
-        // On the way the impulses hold the ball where free fall from the first impact would lead away, of second order in h'.
+        // Off the stop by what is left of the gap.
         assert!(end[1].abs() < 1e-14);
-        assert!((end[0].abs() - all.way()).abs() < 1e-14);
+        assert!((end[0].abs() - all.residual()).abs() < 1e-14);
     }
 }

@@ -1,5 +1,5 @@
 //! Stops hit together ask for one more unknown than the phase (theory 5): the forcing times a factor in closed
-//! form (as the clearances times a factor are, in one_instant/solve.rs), any other parameter by a search of its range.
+//! form (as the clearances times a factor are, in `one_instant/solve.rs`), any other parameter by a search of its range.
 
 use crate::error::Result;
 use crate::model::{Change, Parameter};

@@ -405,7 +405,7 @@ impl EventLoop {
             speed,
             acceleration: pull,
         };
-        let residual = chatter.way();
+        let residual = chatter.residual();
         let tolerance = mover.tolerance(reached, self.reaches[reached]);
         let regular = self.last_blow.is_some_and(|(stop, before)| {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL

@@ -115,7 +115,7 @@ pub(crate) fn complete<M: Motion>(
             speed,
             acceleration,
         };
-        if rest.way() <= DEPTH * size {
+        if rest.residual() <= DEPTH * size {
             break;
         }
         let before = y.state.clone();
