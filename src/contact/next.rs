@@ -4,7 +4,7 @@
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
 use crate::contact::lowest::{Look, Lowest};
-use crate::contact::walk::{Ladder, ROUNDING, STEPS_PER_LOOK};
+use crate::contact::walk::{PropagatorLevels, ROUNDING, STEPS_PER_LOOK};
 use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
 use crate::modal::Pair;
@@ -145,10 +145,10 @@ impl Followed {
 }
 
 /// The search along one flight after another, with its buffers.
-pub(crate) struct Search<'f, F: LinearFlow> {
+pub(crate) struct ContactSearch<'f, F: LinearFlow> {
     flow: &'f F,
     gaps: Vec<Followed>,
-    ladder: Ladder<F>,
+    ladder: PropagatorLevels<F>,
     level: usize,
     propagator: F::Propagator,
     derivatives: Vec<Derivatives>,
@@ -168,15 +168,15 @@ pub(crate) struct Seen {
     pub n_gap_evaluations: usize,
 }
 
-impl<'f, F: LinearFlow> Search<'f, F> {
+impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     pub fn new(flow: &'f F, gaps: Vec<GapRow>) -> Self {
-        let ladder = Ladder::new(flow);
+        let ladder = PropagatorLevels::new(flow);
         Self {
             flow,
             active: Vec::with_capacity(gaps.len()),
             gaps: gaps.into_iter().map(Followed::new).collect(),
             ladder,
-            level: Ladder::<F>::START,
+            level: PropagatorLevels::<F>::START,
             propagator: F::Propagator::default(),
             derivatives: Vec::new(),
             norms: Vec::new(),
@@ -187,7 +187,7 @@ impl<'f, F: LinearFlow> Search<'f, F> {
 
     /// Forgets what earlier flights left, so that the next run has the same bits as a first one.
     pub fn restart(&mut self) {
-        self.level = Ladder::<F>::START;
+        self.level = PropagatorLevels::<F>::START;
         self.n_gap_evaluations = 0;
     }
 

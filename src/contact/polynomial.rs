@@ -12,12 +12,12 @@ pub(crate) struct Quintic {
 
 /// Value, slope and second derivative of the gap at both ends of a step, by parts of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ends {
+pub(crate) struct EndValues {
     start: [f64; 3],
     end: [f64; 3],
 }
 
-impl Ends {
+impl EndValues {
     /// The ends of a step of length h; a root of the given order at the start is made exact.
     #[inline]
     pub fn new(mut start: [f64; 3], end: [f64; 3], h: f64, order: usize) -> Self {
@@ -131,7 +131,7 @@ impl Quartic {
 
 impl Quintic {
     /// The quintic between both ends of a step.
-    pub fn new(ends: &Ends) -> Self {
+    pub fn new(ends: &EndValues) -> Self {
         let ([p, d, s], [p1, d1, s1]) = (ends.start, ends.end);
         let rise = p1 - p;
         Self {
@@ -238,7 +238,7 @@ mod tests {
             ]
         };
         let (t, h) = (0.3, 0.2);
-        let p = Quintic::new(&Ends::new(f(t), f(t + h), h, 0));
+        let p = Quintic::new(&EndValues::new(f(t), f(t + h), h, 0));
         let mut worst = 0.0f64;
         for k in 0..=20 {
             let x = f64::from(k) / 20.0;
@@ -263,7 +263,7 @@ mod tests {
         for depth in [1e-3, 1e-8, 1e-13, 0.0, -1e-13, -1e-8] {
             // (x - 0.4)^2 - depth, as a quintic by its ends.
             let f = |x: f64| [(x - 0.4) * (x - 0.4) - depth, 2.0 * (x - 0.4), 2.0];
-            let ends = Ends::new(f(0.0), f(1.0), 1.0, 0);
+            let ends = EndValues::new(f(0.0), f(1.0), 1.0, 0);
             let p = Quintic::new(&ends);
             let (along, touches) = judged(&p, 0, 0.0);
             if depth > 0.0 {
@@ -282,7 +282,7 @@ mod tests {
             let is_open = depth.abs() < 1e-9;
             assert_eq!(matches!(along, Along::Lowest { .. }), is_open, "{depth}");
         }
-        let high = Ends::new([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5, 0);
+        let high = EndValues::new([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5, 0);
         assert!(high.are_clear(0, 0.5));
     }
 
@@ -291,14 +291,14 @@ mod tests {
         for v in [0.3, 1e-3, 1e-8] {
             let f = |t: f64| [v * t - 0.5 * t * t, v - t, -1.0];
             let start = [1e-17, v, -1.0];
-            let ends = Ends::new(start, f(1.0), 1.0, 1);
+            let ends = EndValues::new(start, f(1.0), 1.0, 1);
             assert!(!ends.are_clear(1, 0.0));
             let (Along::Contact { x, .. }, 0) = judged(&Quintic::new(&ends), 1, 0.0) else {
                 panic!("{v}")
             };
             assert!((x / (2.0 * v) - 1.0).abs() < 1e-7 + 1e-15 / v, "{x} {v}");
         }
-        let rising = Ends::new([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0, 1);
+        let rising = EndValues::new([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0, 1);
         assert!(rising.are_clear(1, 0.0));
         assert_eq!(judged(&Quintic::new(&rising), 1, 0.0), (Along::Clear, 0));
     }
@@ -314,7 +314,7 @@ mod tests {
                 let (w, w1, w2) = (power(m), m * power(m - 1.0), m * (m - 1.0) * power(m - 2.0));
                 [w * g, w1 * g + w * g1, w2 * g + 2.0 * w1 * g1 + w * g2]
             };
-            let ends = Ends::new(f(0.0), f(1.0), 1.0, order);
+            let ends = EndValues::new(f(0.0), f(1.0), 1.0, order);
             assert!(ends.are_clear(order, 0.2), "{order}");
             assert_eq!(ends.are_clear(0, 0.0), order == 0, "{order}");
             for step in 1..=10 {

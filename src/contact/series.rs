@@ -5,7 +5,7 @@ use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::walk::ROUNDING;
 use crate::flow::jet::Jet;
 use crate::flow::taylor::ROWS;
-use crate::flow::{Motion, TERM_ROUNDINGS};
+use crate::flow::{BatchMotion, TERM_ROUNDINGS};
 use crate::model::Surface;
 
 /// Shortest part of a step that is looked at.
@@ -35,14 +35,14 @@ pub(crate) struct GapSeries {
 
 /// What ended a search along one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Course {
+pub(crate) enum SeriesEnd {
     /// The stop is reached at a time, to rounding.
     Contact { at: f64 },
     /// No part of the step was short enough to tell contact from none.
     Stalled { at: f64 },
 }
 
-impl Course {
+impl SeriesEnd {
     /// The time of the end.
     pub fn at(self) -> f64 {
         match self {
@@ -92,7 +92,7 @@ impl GapTerms {
     }
 
     /// Makes a gap that along a motion.
-    pub fn along<const K: usize>(&self, motion: Motion<'_, K>, gap: &mut GapSeries) {
+    pub fn along<const K: usize>(&self, motion: BatchMotion<'_, K>, gap: &mut GapSeries) {
         gap.len = motion.order() + 2;
         gap.size = self.constant.abs();
         gap.c[..gap.len].fill(0.0);
@@ -250,7 +250,7 @@ impl GapSeries {
         order: usize,
         span: f64,
         touches: &mut Vec<(f64, f64)>,
-    ) -> Option<Course> {
+    ) -> Option<SeriesEnd> {
         let rounding = self.rounding();
         let shortest = span * SHORTEST;
         let (mut order, mut at, mut step) = (order.min(3), 0.0, span);
@@ -268,7 +268,7 @@ impl GapSeries {
                     let (bottom, gap, reached) = self.bottom(near, step);
                     if gap < -rounding {
                         let at = at + self.root(order, reached, bottom);
-                        return Some(Course::Contact { at });
+                        return Some(SeriesEnd::Contact { at });
                     }
                     if gap <= rounding {
                         touches.push((at + bottom, gap));
@@ -276,7 +276,7 @@ impl GapSeries {
                 }
                 Ahead::Reached { at: guess, passed } => {
                     let at = at + self.root(order, guess, passed);
-                    return Some(Course::Contact { at });
+                    return Some(SeriesEnd::Contact { at });
                 }
                 Ahead::Rests => {
                     let is_noted = touches.last().is_some_and(|(t, _)| *t >= at - step);
@@ -284,7 +284,7 @@ impl GapSeries {
                         touches.push((at, jet.c[0]));
                     }
                 }
-                Ahead::Unknown if step <= shortest => return Some(Course::Stalled { at }),
+                Ahead::Unknown if step <= shortest => return Some(SeriesEnd::Stalled { at }),
                 Ahead::Unknown => {
                     step *= 0.5;
                     continue;
@@ -306,7 +306,7 @@ mod tests {
     use super::*;
     use crate::contact::roots::from_roots;
 
-    fn search(c: &[f64], order: usize, span: f64) -> (Option<Course>, Vec<(f64, f64)>) {
+    fn search(c: &[f64], order: usize, span: f64) -> (Option<SeriesEnd>, Vec<(f64, f64)>) {
         let mut touches = Vec::new();
         let course = GapSeries::of(c, 1.0).first_contact(order, span, &mut touches);
         (course, touches)
@@ -331,7 +331,7 @@ mod tests {
                 .filter(|r| *r > 0.0)
                 .fold(f64::INFINITY, f64::min);
             let (course, touches) = search(&from_roots(&roots, scale), 0, 1.0);
-            let Some(Course::Contact { at }) = course else {
+            let Some(SeriesEnd::Contact { at }) = course else {
                 panic!("{roots:?} {course:?}")
             };
             assert!((at - first).abs() < 1e-9, "{roots:?} {at}");
@@ -349,7 +349,7 @@ mod tests {
                 let (course, touches) = search(&c, 0, 1.0);
                 let case = format!("{place} {depth}: {course:?} {touches:?}");
                 if depth > 0.0 {
-                    let Some(Course::Contact { at }) = course else {
+                    let Some(SeriesEnd::Contact { at }) = course else {
                         panic!("{case}")
                     };
                     // Near its minimum the gap is known to rounding, and its root to that over the slope.
@@ -372,7 +372,7 @@ mod tests {
             // The next contact is at 2 speed, but for the quintic.
             let c = [1e-17, speed, -0.5, 0.0, 0.0, 0.3];
             let (course, _) = search(&c, 1, 1.0);
-            let Some(Course::Contact { at }) = course else {
+            let Some(SeriesEnd::Contact { at }) = course else {
                 assert!(speed > 0.4, "{speed} {course:?}");
                 continue;
             };
@@ -381,7 +381,7 @@ mod tests {
             assert!(at < 2.2 * speed);
         }
         let (course, _) = search(&[0.0, 0.0, 1.0, -1.0], 2, 1.5);
-        assert_eq!(course, Some(Course::Contact { at: 1.0 }));
+        assert_eq!(course, Some(SeriesEnd::Contact { at: 1.0 }));
         assert_eq!(search(&[0.0, 1.0, 0.2, -0.3], 1, 1.0).0, None);
     }
 
@@ -402,11 +402,11 @@ mod tests {
                 .map(|k| f64::from(k) / 4000.0)
                 .find(|t| value(*t) < -1e-9);
             match (course, sampled) {
-                (Some(Course::Contact { at }), Some(t)) => {
+                (Some(SeriesEnd::Contact { at }), Some(t)) => {
                     contacts += 1;
                     assert!(at <= t && value(at).abs() < 1e-13, "{at} {t}");
                 }
-                (Some(Course::Contact { at }), None) => assert!(value(at).abs() < 1e-13),
+                (Some(SeriesEnd::Contact { at }), None) => assert!(value(at).abs() < 1e-13),
                 (None, None) => {}
                 other => panic!("{other:?} {c:?}"),
             }
@@ -419,7 +419,7 @@ mod tests {
         // 1 - 1e-12 - t + t^5/100 at a time behind its root, at one before it, and rising.
         let c = [1.0 - 1e-12, -1.0, 0.0, 0.0, 0.0, 0.01];
         let gap = GapSeries::of(&c, 1.0);
-        let Some(Course::Contact { at }) = search(&c, 0, 2.0).0 else {
+        let Some(SeriesEnd::Contact { at }) = search(&c, 0, 2.0).0 else {
             panic!("it is reached")
         };
         let found = gap.passed_before(at + 1e-12).expect("it is passed");
@@ -431,6 +431,6 @@ mod tests {
     #[test]
     fn what_is_no_number_is_no_proof() {
         let (course, _) = search(&[1.0, f64::NAN, 0.0, 0.0], 0, 1.0);
-        assert!(matches!(course, Some(Course::Stalled { .. })));
+        assert!(matches!(course, Some(SeriesEnd::Stalled { .. })));
     }
 }

@@ -24,7 +24,7 @@ pub(crate) const STEPS_PER_LOOK: usize = 16;
 pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// Propagators for steps of a level, each half the one before, made when first asked for.
-pub(crate) struct Ladder<F: LinearFlow> {
+pub(crate) struct PropagatorLevels<F: LinearFlow> {
     /// The flow's longest step.
     longest: f64,
     /// The first level whose step the flow's bounds allow.
@@ -37,7 +37,7 @@ pub(crate) struct Ladder<F: LinearFlow> {
     tall: Vec<Option<F::Propagator>>,
 }
 
-impl<F: LinearFlow> Ladder<F> {
+impl<F: LinearFlow> PropagatorLevels<F> {
     /// An empty ladder for a flow.
     pub fn new(flow: &F) -> Self {
         let longest = flow.longest_step();
@@ -160,7 +160,7 @@ impl Effort {
 /// `Error::Interrupted` from the watch.
 pub(crate) fn check_flight<F: LinearFlow>(
     flow: &F,
-    ladder: &mut Ladder<F>,
+    ladder: &mut PropagatorLevels<F>,
     gap: &GapRow,
     state: &mut [Pair],
     span: f64,
@@ -280,7 +280,7 @@ mod tests {
     fn passed_by_a_twelfth(longest: Option<f64>) -> FlightCheck {
         let flow = BlockFlow::new(&[Block::Oscillator { w2: 1.0, eta: 0.0 }], Undriven);
         let gap = flow.gap_row(&Quantity::gap(0.916, &[[1.0, 0.0]]));
-        let mut ladder = Ladder::new(&flow);
+        let mut ladder = PropagatorLevels::new(&flow);
         ladder.longest = longest.unwrap_or(ladder.longest);
         let mut state = Vec::new();
         flow.enter(&[[0.0, -1.0]], 0.0, &mut state);

@@ -11,7 +11,7 @@ pub(crate) const CANCELLED: f64 = 1e-14;
 /// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P is what the contact forces of stops that are held
 /// leave of an acceleration; none where nothing is held.
 #[derive(Debug, Clone)]
-pub(crate) struct Equations {
+pub(crate) struct LinearEquations {
     inverse: WithSizes,
     stiffness: WithSizes,
     damping: WithSizes,
@@ -38,7 +38,7 @@ struct Known {
     size: DVector<f64>,
 }
 
-impl Equations {
+impl LinearEquations {
     pub fn new(system: &LinearSystem, along: Option<&DMatrix<f64>>) -> Self {
         let n = system.n_dof();
         let mut inverse = solve_columns(system, &DMatrix::identity(n, n));
@@ -136,7 +136,7 @@ mod tests {
         )
         .expect("valid");
         let scene = ModalScene::new(&scene, "derivatives").expect("linear");
-        let equations = Equations::new(&scene.system, None);
+        let equations = LinearEquations::new(&scene.system, None);
         for t in [0.0f64, 0.4, 2.0] {
             let x = |k: i32, t: f64| {
                 let turn = 0.5 * std::f64::consts::PI * f64::from(k);

@@ -57,7 +57,7 @@ impl Derivatives {
 
 /// What one pair of the state means for a gap.
 #[derive(Debug, Clone, Copy)]
-struct Cell {
+struct GapTerm {
     row: Pair,
     /// Bound on what one unit of the third derivative's norm adds to the gap's fourth derivative.
     weight: f64,
@@ -68,7 +68,7 @@ struct Cell {
 /// The gap of one stop in pairs of the state, with the weights of its remainder.
 #[derive(Debug, Clone)]
 pub(crate) struct GapRow {
-    cells: Vec<Cell>,
+    cells: Vec<GapTerm>,
     clearance: f64,
     /// Size of the terms that the clearance was summed from.
     size: f64,
@@ -97,7 +97,7 @@ impl GapRow {
         rest: (f64, f64),
         (forced, forced_growth): (f64, f64),
     ) -> Self {
-        let cells = cells.map(|(row, weight, reach)| Cell { row, weight, reach });
+        let cells = cells.map(|(row, weight, reach)| GapTerm { row, weight, reach });
         Self {
             cells: cells.collect(),
             clearance,
@@ -202,7 +202,7 @@ impl GapRow {
     }
 
     fn size_of(&self, derivatives: &[Derivatives], order: impl Fn(&Derivatives) -> Pair) -> f64 {
-        let terms = |(Cell { row: r, .. }, d): (&Cell, &Derivatives)| {
+        let terms = |(GapTerm { row: r, .. }, d): (&GapTerm, &Derivatives)| {
             let x = order(d);
             (r[0] * x[0]).abs() + (r[1] * x[1]).abs()
         };
@@ -214,7 +214,7 @@ impl GapRow {
     pub fn jet(&self, derivatives: &[Derivatives]) -> Jet {
         let mut c = [self.clearance, 0.0, 0.0, 0.0];
         let (mut quartic, mut size) = (self.forced, self.size);
-        for (Cell { row: r, weight, .. }, d) in self.cells.iter().zip(derivatives) {
+        for (GapTerm { row: r, weight, .. }, d) in self.cells.iter().zip(derivatives) {
             let terms = [r[0] * d.z[0], r[1] * d.z[1]];
             c[0] -= terms[0] + terms[1];
             c[1] -= r[0] * d.d1[0] + r[1] * d.d1[1];

@@ -1,6 +1,7 @@
 //! Smooth motion between impacts (theory 8).
 
 pub(crate) mod block;
+mod constrained;
 mod dense;
 mod derivative;
 pub(crate) mod drive;
@@ -17,11 +18,11 @@ mod series_of;
 mod shaking;
 mod split;
 pub(crate) mod step_size;
-mod stuck;
 pub(crate) mod tableau;
 pub(crate) mod taylor;
 mod timed_scene;
 
+pub(crate) use constrained::ConstrainedMotion;
 pub(crate) use dense::DenseFlow;
 pub(crate) use derivative::CANCELLED;
 pub(crate) use gap_row::{Derivatives, GapRow, Quantity, TERM_ROUNDINGS};
@@ -29,6 +30,5 @@ pub(crate) use linear::{LinearFlow, carry, forward};
 pub(crate) use modal_scene::{ModalScene, along};
 pub(crate) use pendulum_series::PendulumSeries;
 pub(crate) use scene_flow::{SceneFlow, with_flow};
-pub(crate) use series_of::{Motion, SeriesOf};
-pub(crate) use stuck::StuckMotion;
+pub(crate) use series_of::{BatchMotion, SeriesOf};
 pub(crate) use timed_scene::TimedScene;

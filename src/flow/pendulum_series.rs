@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::series_of::SeriesOf;
 use crate::flow::shaking::{Excitation, paired};
-use crate::flow::taylor::{Blocks, Coefficients, MOST_ORDER};
+use crate::flow::taylor::{Blocks, MOST_ORDER, MotionCoefficients};
 use crate::linalg::small;
 use crate::model::{Forcing, Links, singular_mass};
 use nalgebra::DMatrix;
@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 pub(crate) struct PendulumSeries {
     n: usize,
     inertia: DMatrix<f64>,
-    coefficients: Coefficients,
+    coefficients: MotionCoefficients,
     excitation: Excitation,
     mass: Vec<f64>,
     column: Vec<f64>,
@@ -22,11 +22,11 @@ pub(crate) struct PendulumSeries {
 impl PendulumSeries {
     /// Series of an order, of the velocities; the positions have one more.
     pub fn new(links: Links, forcing: &Forcing, order: usize) -> Self {
-        let n = links.hanging.len();
+        let n = links.static_moment.len();
         let is_damped = links.damping.amax() > 0.0;
         Self {
             n,
-            coefficients: Coefficients {
+            coefficients: MotionCoefficients {
                 order: order.min(MOST_ORDER),
                 inertia: Blocks::new(n, |i, j| links.inertia[(i, j)]),
                 damping: if is_damped {
@@ -34,7 +34,7 @@ impl PendulumSeries {
                 } else {
                     Blocks::default()
                 },
-                weight: paired(&(&links.hanging * links.gravity)),
+                weight: paired(&(&links.static_moment * links.gravity)),
             },
             excitation: Excitation::new(forcing, &links),
             mass: vec![0.0; n * n],

@@ -3,15 +3,15 @@
 
 use crate::flow::registers::{Arithmetic, in_registers_of};
 use crate::flow::runge_kutta::Tolerance;
-use crate::flow::shaking::{Calm, Excitation, Pair, Shaking, each};
-use crate::flow::taylor::{Blocks, Coefficients, Lane, expand};
+use crate::flow::shaking::{Calm, Excitation, LinkPair, Shaking, each};
+use crate::flow::taylor::{Blocks, Lane, MotionCoefficients, expand};
 use pulp::{Simd, WithSimd};
 
 /// Where the series of K motions come from, and the work of making them.
 struct Expansion<'a, E, const K: usize> {
     lanes: &'a mut [Lane<K>],
-    coefficients: &'a Coefficients,
-    inverse: &'a Blocks<Pair<K>>,
+    coefficients: &'a MotionCoefficients,
+    inverse: &'a Blocks<LinkPair<K>>,
     excitation: &'a E,
     angles: &'a [f64; K],
 }
@@ -55,7 +55,7 @@ impl<E: Shaking, const K: usize> Expansion<'_, E, K> {
 pub(crate) struct SeriesOf<const K: usize> {
     pub lanes: Vec<Lane<K>>,
     /// The inverses of the mass matrices at the start.
-    pub inverse: Blocks<Pair<K>>,
+    pub inverse: Blocks<LinkPair<K>>,
     /// The angles of the forcing at the start.
     pub angles: [f64; K],
     /// Order of the velocities; the positions have one more.
@@ -74,7 +74,7 @@ impl<const K: usize> SeriesOf<K> {
     }
 
     /// Fills the series, each from its coefficients of order zero, the inverse of its mass matrix and its angle.
-    pub fn expand(&mut self, coefficients: &Coefficients, excitation: &Excitation) {
+    pub fn expand(&mut self, coefficients: &MotionCoefficients, excitation: &Excitation) {
         match excitation {
             Excitation::None => self.expand_shaken(coefficients, &Calm),
             Excitation::Base(base) => self.expand_shaken(coefficients, base),
@@ -83,15 +83,15 @@ impl<const K: usize> SeriesOf<K> {
     }
 
     /// One of the motions.
-    pub fn motion(&self, m: usize) -> Motion<'_, K> {
-        Motion { of: self, m }
+    pub fn motion(&self, m: usize) -> BatchMotion<'_, K> {
+        BatchMotion { of: self, m }
     }
 
     /// The state of each motion a time of its own after its start: `put` takes the link, the motion, its position and velocity.
     pub fn states(&self, times: &[f64; K], mut put: impl FnMut(usize, usize, [f64; 2])) {
         for (r, lane) in self.lanes.iter().enumerate() {
             let (rows, rates) = (&lane.q[..=self.order + 1], &lane.v[..=self.order]);
-            let [q, v] = in_registers_of::<K, _>(Sums { rows, rates, times });
+            let [q, v] = in_registers_of::<K, _>(BatchSums { rows, rates, times });
             for i in 0..2 {
                 for m in 0..K {
                     put(2 * r + i, m, [q[i][m], v[i][m]]);
@@ -100,7 +100,7 @@ impl<const K: usize> SeriesOf<K> {
         }
     }
 
-    fn expand_shaken<E: Shaking>(&mut self, coefficients: &Coefficients, excitation: &E) {
+    fn expand_shaken<E: Shaking>(&mut self, coefficients: &MotionCoefficients, excitation: &E) {
         in_registers_of::<K, _>(Expansion {
             lanes: &mut self.lanes,
             coefficients,
@@ -125,12 +125,12 @@ impl SeriesOf<1> {
 
 /// One motion of several whose series are made together.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Motion<'a, const K: usize> {
+pub(crate) struct BatchMotion<'a, const K: usize> {
     of: &'a SeriesOf<K>,
     m: usize,
 }
 
-impl<'a, const K: usize> Motion<'a, K> {
+impl<'a, const K: usize> BatchMotion<'a, K> {
     /// Order of the velocities; the positions have one more.
     pub fn order(self) -> usize {
         self.of.order
@@ -152,14 +152,14 @@ impl<'a, const K: usize> Motion<'a, K> {
     fn coefficients(
         self,
         link: usize,
-        of: impl Fn(&'a Lane<K>) -> &'a [Pair<K>],
+        of: impl Fn(&'a Lane<K>) -> &'a [LinkPair<K>],
     ) -> impl Iterator<Item = f64> + 'a {
         let rows = &of(&self.of.lanes[link / 2])[..self.of.order + 2];
         rows.iter().map(move |row| row[link % 2][self.m])
     }
 
     /// The largest of some numbers of the links; one that is not a number counts as such.
-    pub fn largest(self, of: impl Fn(&Lane<K>) -> &Pair<K>) -> f64 {
+    pub fn largest(self, of: impl Fn(&Lane<K>) -> &LinkPair<K>) -> f64 {
         let all = self.of.lanes.iter().flat_map(|lane| of(lane).iter());
         all.map(|link| link[self.m]).fold(0.0, |most, x| {
             if x.abs() > most || x.is_nan() {
@@ -203,19 +203,19 @@ impl<'a, const K: usize> Motion<'a, K> {
 }
 
 /// Two polynomials of two links in each of K motions, at a time of each; the first has no fewer rows than the second.
-struct Sums<'a, const K: usize> {
-    rows: &'a [Pair<K>],
-    rates: &'a [Pair<K>],
+struct BatchSums<'a, const K: usize> {
+    rows: &'a [LinkPair<K>],
+    rates: &'a [LinkPair<K>],
     times: &'a [f64; K],
 }
 
-impl<const K: usize> WithSimd for Sums<'_, K> {
-    type Output = [Pair<K>; 2];
+impl<const K: usize> WithSimd for BatchSums<'_, K> {
+    type Output = [LinkPair<K>; 2];
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> [Pair<K>; 2] {
-        let raise = |sum: &mut Pair<K>, row: &Pair<K>| {
+    fn with_simd<S: Simd>(self, _: S) -> [LinkPair<K>; 2] {
+        let raise = |sum: &mut LinkPair<K>, row: &LinkPair<K>| {
             *sum = each(|i, m| S::add_product(sum[i][m], self.times[m], row[i][m]));
         };
         let (rows, higher) = self.rows.split_at(self.rates.len());

@@ -10,7 +10,7 @@ pub(crate) trait Shaking {
     /// The frequency w.
     fn frequency(&self) -> f64;
     /// The factor of order zero of each motion, its real parts and its imaginary ones.
-    fn begin<const K: usize>(&self, angles: &[f64; K]) -> Pair<K> {
+    fn begin<const K: usize>(&self, angles: &[f64; K]) -> LinkPair<K> {
         let mut factor = [[0.0; K]; 2];
         for (m, angle) in angles.iter().enumerate() {
             (factor[1][m], factor[0][m]) = angle.sin_cos();
@@ -19,18 +19,18 @@ pub(crate) trait Shaking {
     }
     /// The factor of the next order, k.
     #[inline]
-    fn raise<const K: usize>(&self, [re, im]: &Pair<K>, k: f64) -> Pair<K> {
+    fn raise<const K: usize>(&self, [re, im]: &LinkPair<K>, k: f64) -> LinkPair<K> {
         let factor = self.frequency() / k;
         [im.map(|im| -factor * im), re.map(|re| factor * re)]
     }
     /// The base's push on two links: what is taken off `P`.
     #[inline]
-    fn base<const K: usize>(&self, _factor: &Pair<K>, _r: usize) -> Pair<K> {
+    fn base<const K: usize>(&self, _factor: &LinkPair<K>, _r: usize) -> LinkPair<K> {
         [[0.0; K]; 2]
     }
     /// The forces on two links.
     #[inline]
-    fn force<const K: usize>(&self, _factor: &Pair<K>, _r: usize) -> Pair<K> {
+    fn force<const K: usize>(&self, _factor: &LinkPair<K>, _r: usize) -> LinkPair<K> {
         [[0.0; K]; 2]
     }
 }
@@ -42,11 +42,11 @@ impl Shaking for Calm {
     fn frequency(&self) -> f64 {
         0.0
     }
-    fn begin<const K: usize>(&self, _angles: &[f64; K]) -> Pair<K> {
+    fn begin<const K: usize>(&self, _angles: &[f64; K]) -> LinkPair<K> {
         [[0.0; K]; 2]
     }
     #[inline]
-    fn raise<const K: usize>(&self, factor: &Pair<K>, _k: f64) -> Pair<K> {
+    fn raise<const K: usize>(&self, factor: &LinkPair<K>, _k: f64) -> LinkPair<K> {
         *factor
     }
 }
@@ -65,7 +65,7 @@ impl Shaking for Shaken {
         self.frequency
     }
     #[inline]
-    fn base<const K: usize>(&self, factor: &Pair<K>, r: usize) -> Pair<K> {
+    fn base<const K: usize>(&self, factor: &LinkPair<K>, r: usize) -> LinkPair<K> {
         each(|i, m| self.push[r][i] * factor[0][m])
     }
 }
@@ -84,7 +84,7 @@ impl Shaking for Forced {
         self.frequency
     }
     #[inline]
-    fn force<const K: usize>(&self, factor: &Pair<K>, r: usize) -> Pair<K> {
+    fn force<const K: usize>(&self, factor: &LinkPair<K>, r: usize) -> LinkPair<K> {
         let [re, im] = self.amplitude[r];
         each(|i, m| re[i] * factor[0][m] - im[i] * factor[1][m])
     }
@@ -104,12 +104,12 @@ pub(crate) enum Excitation {
 /// The numbers of two links, which processors handle as one.
 pub(crate) type Two = [f64; 2];
 /// The numbers of two links in each of K motions.
-pub(crate) type Pair<const K: usize> = [[f64; K]; 2];
+pub(crate) type LinkPair<const K: usize> = [[f64; K]; 2];
 
 /// The numbers by link of the pair and motion.
 #[allow(clippy::inline_always, reason = "the innermost loops are made of it")]
 #[inline(always)]
-pub(crate) fn each<const K: usize>(number: impl Fn(usize, usize) -> f64) -> Pair<K> {
+pub(crate) fn each<const K: usize>(number: impl Fn(usize, usize) -> f64) -> LinkPair<K> {
     let mut all = [[0.0; K]; 2];
     for (i, link) in all.iter_mut().enumerate() {
         for (m, x) in link.iter_mut().enumerate() {
@@ -134,7 +134,9 @@ impl Excitation {
             Forcing::Unforced => Self::None,
             Forcing::BaseMotion(base) => Self::Base(Shaken {
                 frequency: base.frequency(),
-                push: paired(&(&links.hanging * (base.amplitude() * base.frequency().powi(2)))),
+                push: paired(
+                    &(&links.static_moment * (base.amplitude() * base.frequency().powi(2))),
+                ),
             }),
             Forcing::Harmonic(force) => {
                 let part =

@@ -20,7 +20,7 @@ const SOUND_STEPS: u32 = 6;
 
 /// What one trial step led to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Verdict {
+pub(crate) struct StepVerdict {
     pub is_accepted: bool,
     /// The step to take next, or to try again.
     pub next: f64,
@@ -52,7 +52,7 @@ impl Default for Controller {
 
 impl Controller {
     /// Judges a step of length h by its error in units of the tolerance; an error that is no number is a rejection.
-    pub fn judge(&mut self, h: f64, error: f64) -> Verdict {
+    pub fn judge(&mut self, h: f64, error: f64) -> StepVerdict {
         let exponent = 1.0 / f64::from(ORDER) - 0.75 * BETA;
         if error <= 1.0 {
             let size = error.max(1e-10).ln();
@@ -61,7 +61,7 @@ impl Controller {
             let factor = factor.clamp(LEAST_FACTOR, most);
             self.last_error = size.max(LEAST_ERROR.ln());
             self.was_rejected = false;
-            return Verdict {
+            return StepVerdict {
                 is_accepted: true,
                 next: h * factor,
             };
@@ -72,7 +72,7 @@ impl Controller {
         } else {
             LEAST_FACTOR
         };
-        Verdict {
+        StepVerdict {
             is_accepted: false,
             next: h * factor,
         }

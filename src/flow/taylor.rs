@@ -6,7 +6,7 @@
 //! the mass matrix at the start; `s' = c v` and `c' = -s v` give the rest.
 
 use crate::flow::registers::Arithmetic;
-use crate::flow::shaking::{Pair, Shaking, Two, each};
+use crate::flow::shaking::{LinkPair, Shaking, Two, each};
 
 /// Highest order of a series.
 pub(crate) const MOST_ORDER: usize = 24;
@@ -28,18 +28,18 @@ const RECIPROCALS: [f64; ROWS] = {
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(crate) struct Lane<const K: usize> {
-    pub q: [Pair<K>; ROWS],
-    pub v: [Pair<K>; ROWS],
-    pub sin: [Pair<K>; ROWS],
-    pub cos: [Pair<K>; ROWS],
+    pub q: [LinkPair<K>; ROWS],
+    pub v: [LinkPair<K>; ROWS],
+    pub sin: [LinkPair<K>; ROWS],
+    pub cos: [LinkPair<K>; ROWS],
     /// P and Q of the equations of motion.
-    across: [Pair<K>; ROWS],
-    along: [Pair<K>; ROWS],
+    across: [LinkPair<K>; ROWS],
+    along: [LinkPair<K>; ROWS],
     /// The second derivatives of sine and cosine at the order in work: without the acceleration, then its part alone.
-    bent: [Pair<K>; 2],
+    bent: [LinkPair<K>; 2],
     /// What drives the acceleration of the order in work.
-    rest: Pair<K>,
-    acceleration: Pair<K>,
+    rest: LinkPair<K>,
+    acceleration: LinkPair<K>,
 }
 
 impl<const K: usize> Lane<K> {
@@ -83,7 +83,7 @@ impl Blocks<Two> {
     }
 }
 
-impl<const K: usize> Blocks<Pair<K>> {
+impl<const K: usize> Blocks<LinkPair<K>> {
     /// The matrices of no motions, n links each.
     pub fn zeros(n: usize) -> Self {
         let lanes = n.div_ceil(2);
@@ -95,10 +95,10 @@ impl<const K: usize> Blocks<Pair<K>> {
 #[allow(clippy::inline_always, reason = "a part of the innermost loop")]
 #[inline(always)]
 fn add_product<A: Arithmetic, const K: usize>(
-    sum: &mut Pair<K>,
+    sum: &mut LinkPair<K>,
     entry: impl Fn(usize, usize, usize) -> f64,
     lanes: &[Lane<K>],
-    of: impl Fn(&Lane<K>) -> &Pair<K>,
+    of: impl Fn(&Lane<K>) -> &LinkPair<K>,
 ) {
     for (r, lane) in lanes.iter().enumerate() {
         let x = of(lane);
@@ -111,7 +111,7 @@ fn add_product<A: Arithmetic, const K: usize>(
 
 /// What does not change with the state.
 #[derive(Debug, Clone)]
-pub(crate) struct Coefficients {
+pub(crate) struct MotionCoefficients {
     /// The order of the velocities.
     pub order: usize,
     /// I
@@ -131,8 +131,8 @@ pub(crate) struct Coefficients {
 #[inline(always)]
 pub(crate) fn expand<A: Arithmetic, E: Shaking, const K: usize, const IS_DAMPED: bool>(
     lanes: &mut [Lane<K>],
-    c: &Coefficients,
-    inverse: &Blocks<Pair<K>>,
+    c: &MotionCoefficients,
+    inverse: &Blocks<LinkPair<K>>,
     excitation: &E,
     angles: &[f64; K],
 ) {

@@ -1,10 +1,10 @@
 //! A linear scene as it runs by the clock, with what its runs make of it once.
 
 use crate::error::Result;
-use crate::flow::derivative::Equations;
+use crate::flow::constrained::ConstrainedMotion;
+use crate::flow::derivative::LinearEquations;
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::SceneFlow;
-use crate::flow::stuck::StuckMotion;
 use crate::model::Scene;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -18,8 +18,8 @@ pub(crate) struct TimedScene {
     pub modal: Arc<ModalScene>,
     pub flow: Arc<SceneFlow>,
     /// Motions with stops held, as runs have needed them.
-    held: Mutex<Vec<Arc<StuckMotion>>>,
-    equations: OnceLock<Equations>,
+    held: Mutex<Vec<Arc<ConstrainedMotion>>>,
+    equations: OnceLock<LinearEquations>,
 }
 
 impl TimedScene {
@@ -37,18 +37,18 @@ impl TimedScene {
     }
 
     /// The equations of its motion where nothing is held.
-    pub fn equations(&self) -> &Equations {
+    pub fn equations(&self) -> &LinearEquations {
         self.equations
-            .get_or_init(|| Equations::new(&self.modal.system, None))
+            .get_or_init(|| LinearEquations::new(&self.modal.system, None))
     }
 
     /// The motion while some stops are held.
-    pub fn holding(&self, stops: &[usize]) -> Result<Arc<StuckMotion>> {
+    pub fn holding(&self, stops: &[usize]) -> Result<Arc<ConstrainedMotion>> {
         let kept = || self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = kept().iter().find(|motion| motion.stops == stops) {
             return Ok(Arc::clone(known));
         }
-        let made = Arc::new(StuckMotion::new(&self.modal, stops)?);
+        let made = Arc::new(ConstrainedMotion::new(&self.modal, stops)?);
         let mut kept = kept();
         if kept.len() < MOST_KEPT {
             kept.push(Arc::clone(&made));

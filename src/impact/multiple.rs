@@ -87,7 +87,7 @@ pub fn resolve_impacts(
     for &e in restitutions.iter() {
         Restitution::new(e)?;
     }
-    let mut state = State::new(opening_speeds, slack);
+    let mut state = ImpactState::new(opening_speeds, slack);
     let mut rounds = 0;
     while state.is_closing() && rounds < MAX_ROUNDS {
         let entering: Vec<usize> = (0..k).filter(|&i| !state.is_opening(i)).collect();
@@ -143,7 +143,7 @@ pub(crate) fn check_contacts(
 }
 
 /// Impulses so far, and the opening speeds that they lead to.
-struct State {
+struct ImpactState {
     impulses: DVector<f64>,
     /// `gamma- + G p`, as dependent normals need it: speeds that are consistent to rounding.
     speeds: DVector<f64>,
@@ -152,7 +152,7 @@ struct State {
     reported: DVector<f64>,
 }
 
-impl State {
+impl ImpactState {
     fn new(speeds: &DVector<f64>, slack: &DVector<f64>) -> Self {
         Self {
             impulses: DVector::zeros(speeds.len()),

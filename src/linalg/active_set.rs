@@ -19,22 +19,22 @@ const EVERY: usize = 12;
 
 /// A solution of `0 <= x perp w = M x + q >= 0`.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Solution {
+pub(crate) struct ComplementarySolution {
     pub x: DVector<f64>,
     /// `M x + q`; exactly zero where x is not, and where it is zero up to rounding.
     pub w: DVector<f64>,
 }
 
 /// A problem with entries of M of order one.
-pub(super) struct Problem {
+pub(super) struct Complementarity {
     pub m: DMatrix<f64>,
     pub q: Vec<f64>,
     pub slack: Vec<f64>,
 }
 
-impl Problem {
+impl Complementarity {
     /// A solution, if one was found.
-    pub fn solve(&self) -> Option<Solution> {
+    pub fn solve(&self) -> Option<ComplementarySolution> {
         let k = self.q.len();
         let mut work = Work::default();
         if k <= FEW {
@@ -64,7 +64,7 @@ impl Problem {
     }
 
     /// The first set that solves the problem: up to rounding, else up to what counts as dependent.
-    pub fn try_every(&self, work: &mut Work) -> Option<Solution> {
+    pub fn try_every(&self, work: &mut Work) -> Option<ComplementarySolution> {
         let k = self.q.len();
         if k > EVERY {
             return None;
@@ -82,7 +82,12 @@ impl Problem {
     }
 
     /// The solution with `w = 0` on the set and `x = 0` off it, if it is one.
-    pub fn on(&self, set: &[usize], rounding: f64, work: &mut Work) -> Option<Solution> {
+    pub fn on(
+        &self,
+        set: &[usize],
+        rounding: f64,
+        work: &mut Work,
+    ) -> Option<ComplementarySolution> {
         let (k, size) = (self.q.len(), set.len());
         work.matrix.clear();
         for &i in set {
@@ -126,7 +131,7 @@ impl Problem {
         for (value, &i) in work.right.iter().zip(set) {
             x[i] = *value;
         }
-        Some(Solution { x, w })
+        Some(ComplementarySolution { x, w })
     }
 }
 

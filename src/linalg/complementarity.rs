@@ -1,7 +1,7 @@
 //! Small linear complementarity problems: `0 <= x perp w = M x + q >= 0`, each `x_i w_i = 0`, scaled, solved on an active set;
 //! of several solutions the one of least norm.
 
-use crate::linalg::active_set::{DEPENDENT_TOL, Problem, ROUNDINGS, Solution};
+use crate::linalg::active_set::{Complementarity, ComplementarySolution, DEPENDENT_TOL, ROUNDINGS};
 use crate::linalg::rank;
 use nalgebra::{DMatrix, DVector};
 
@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// # References
 /// Cottle, Pang, Stone, The Linear Complementarity Problem (1992): theorem 3.1.7 for uniqueness, 4.4 for Lemke's method.
-pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<Solution> {
+pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<ComplementarySolution> {
     if let (&[m], &[q], &[slack]) = (m.as_slice(), q, slack)
         && m > 0.0
     {
@@ -23,7 +23,7 @@ pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<Soluti
     }
     let scales: Vec<f64> = m.diagonal().iter().map(|&d| scale(d)).collect();
     let scaled = |values: &[f64]| values.iter().zip(&scales).map(|(v, s)| v * s).collect();
-    let problem = Problem {
+    let problem = Complementarity {
         m: DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| {
             m[(i, j)] * scales[i] * scales[j]
         }),
@@ -36,14 +36,14 @@ pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<Soluti
     }
     let found = problem.solve().or_else(|| problem.relaxed().solve())?;
     let solution = least_norm(&problem, &scales, &found).unwrap_or(found);
-    Some(Solution {
+    Some(ComplementarySolution {
         x: DVector::from_fn(q.len(), |i, _| solution.x[i] * scales[i]),
         w: DVector::from_fn(q.len(), |i, _| solution.w[i] / scales[i]),
     })
 }
 
 /// The same of one unknown, with a positive m.
-fn solve_one(m: f64, q: f64, slack: f64) -> Option<Solution> {
+fn solve_one(m: f64, q: f64, slack: f64) -> Option<ComplementarySolution> {
     let nothing = slack + ROUNDINGS[0] * q.abs();
     let (x, w) = if q < -nothing {
         (-q / m, 0.0)
@@ -52,7 +52,7 @@ fn solve_one(m: f64, q: f64, slack: f64) -> Option<Solution> {
     };
     let known = [m, q, slack, x].iter().all(|value| value.is_finite());
     let alone = |value: f64| DVector::from_element(1, value);
-    known.then(|| Solution {
+    known.then(|| ComplementarySolution {
         x: alone(x),
         w: alone(w),
     })
@@ -72,7 +72,11 @@ fn scale(diagonal: f64) -> f64 {
 /// The unknowns with `w_i = 0` may change along the null space of their part of M: `min |x_0 + Z c|`, `x_0 + Z c >= 0`,
 /// with orthonormal columns Z and `x_0` across them. Its multipliers solve the complementarity problem of the projector
 /// `Z Z^T` and `x_0`, whose w is the x sought.
-fn least_norm(problem: &Problem, scales: &[f64], found: &Solution) -> Option<Solution> {
+fn least_norm(
+    problem: &Complementarity,
+    scales: &[f64],
+    found: &ComplementarySolution,
+) -> Option<ComplementarySolution> {
     let tight: Vec<usize> = (0..found.w.len()).filter(|&i| found.w[i] == 0.0).collect();
     let active = found.x.iter().filter(|&&x| x > 0.0).count();
     if active == 0 || active == tight.len() {
@@ -94,7 +98,7 @@ fn least_norm(problem: &Problem, scales: &[f64], found: &Solution) -> Option<Sol
     }
     let null = null.qr().q();
     let across = &x - &null * null.tr_mul(&x);
-    let least = Problem {
+    let least = Complementarity {
         m: &null * null.transpose(),
         q: across.as_slice().to_vec(),
         slack: vec![ROUNDINGS[0] * x.amax(); x.len()],
@@ -112,7 +116,7 @@ fn least_norm(problem: &Problem, scales: &[f64], found: &Solution) -> Option<Sol
         let terms = size[i] + problem.q[i].abs();
         (w[i] - found.w[i]).abs() <= problem.slack[i] + ROUNDINGS[1] * terms
     });
-    is_same.then(|| Solution {
+    is_same.then(|| ComplementarySolution {
         x,
         w: found.w.clone(),
     })
@@ -248,7 +252,7 @@ mod tests {
             let (matrix, right) = floats(&m, &q);
             let found = solve(&matrix, &right, &no_slack(q.len()));
             prop_assert_eq!(found.is_some(), !vertices.is_empty());
-            if let Some(Solution { x, w }) = found {
+            if let Some(ComplementarySolution { x, w }) = found {
                 prop_assert!(x.min() >= 0.0 && w.min() >= 0.0);
                 for (vertex, exact_w) in vertices {
                     // Monotone: w is the same of all solutions.
@@ -266,7 +270,7 @@ mod tests {
         fn lemke_finds_what_trying_every_set_finds((m, q) in whole_problem(4..9, false)) {
             let (m, q) = floats(&m, &q);
             let slack = no_slack(q.len());
-            let problem = Problem { m, q, slack };
+            let problem = Complementarity { m, q, slack };
             let set = lemke::active_set(&problem.m, &problem.q, PIVOT_TOLS[0]);
             let by_path = problem.on(&set, ROUNDINGS[0], &mut Work::default());
             let by_trial = problem.try_every(&mut Work::default());
@@ -286,7 +290,7 @@ mod tests {
             let m = normals.tr_mul(&normals);
             let q = -normals.tr_mul(&DVector::from_column_slice(&push[..n]));
             let slack = vec![1e-14; 20];
-            let Solution { x, w } = solve(&m, q.as_slice(), &slack).expect("q is in the range of M");
+            let ComplementarySolution { x, w } = solve(&m, q.as_slice(), &slack).expect("q is in the range of M");
             prop_assert!(x.min() >= 0.0 && w.min() >= 0.0);
             prop_assert!((0..20).all(|i| x[i] == 0.0 || w[i] == 0.0));
             prop_assert!((&m * &x + q - w).amax() < 1e-11 * (1.0 + x.amax()));
@@ -299,7 +303,7 @@ mod tests {
         ) {
             let m = DMatrix::from_column_slice(k, k, &entries[..k * k]);
             let slack: Vec<f64> = entries[40..40 + k].iter().map(|s: &f64| s.abs() * 1e-14).collect();
-            if let Some(Solution { x, w }) = solve(&m, &entries[30..30 + k], &slack) {
+            if let Some(ComplementarySolution { x, w }) = solve(&m, &entries[30..30 + k], &slack) {
                 prop_assert!((0..k).all(|i| x[i] >= 0.0 && w[i] >= 0.0 && (x[i] == 0.0 || w[i] == 0.0)));
             }
         }
@@ -374,7 +378,8 @@ mod tests {
                     let k = 2 * copies;
                     let m = DMatrix::from_fn(k, k, |i, j| m[(i % 2, j % 2)]);
                     let q: Vec<f64> = (0..k).map(|i| q[i % 2]).collect();
-                    let Solution { x, w } = solve(&m, &q, &no_slack(k)).expect("definite");
+                    let ComplementarySolution { x, w } =
+                        solve(&m, &q, &no_slack(k)).expect("definite");
                     assert!(x.min() >= 0.0 && w.min() >= 0.0);
                     let miss = (&m * &x + DVector::from_vec(q) - w).amax();
                     let allowed = if sin.abs() > 1e-6 { 1e-9 } else { 2e-7 };

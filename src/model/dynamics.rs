@@ -112,7 +112,7 @@ pub(crate) struct ChainMotion {
     /// `l_i l_j S_max(i,j)`, by rows.
     inertia: Vec<f64>,
     /// `l_i S_i`
-    hanging: Vec<f64>,
+    static_moment: Vec<f64>,
     damping: Vec<f64>,
     gravity: f64,
     input: Option<Driven>,
@@ -125,7 +125,7 @@ impl ChainMotion {
         let by_rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
         Self {
             inertia: by_rows(&links.inertia),
-            hanging: links.hanging.as_slice().to_vec(),
+            static_moment: links.static_moment.as_slice().to_vec(),
             damping: by_rows(&links.damping),
             gravity: links.gravity,
             input: Driven::new(forcing),
@@ -137,7 +137,7 @@ impl Dynamics for ChainMotion {
     type Drive = Option<Swing>;
 
     fn n_dof(&self) -> usize {
-        self.hanging.len()
+        self.static_moment.len()
     }
 
     fn drive(&self, at: Moment) -> Option<Swing> {
@@ -145,12 +145,12 @@ impl Dynamics for ChainMotion {
     }
 
     fn driven(&self, push: Option<Swing>, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        let n = self.hanging.len();
+        let n = self.static_moment.len();
         let turns: Vec<(f64, f64)> = q.iter().map(|q| q.sin_cos()).collect();
         let mut mass = vec![0.0; n * n];
         for i in 0..n {
             let (si, ci) = turns[i];
-            let mut f = -self.hanging[i] * self.gravity * si;
+            let mut f = -self.static_moment[i] * self.gravity * si;
             for j in 0..n {
                 let (sj, cj) = turns[j];
                 let inertia = self.inertia[i * n + j];
@@ -159,7 +159,8 @@ impl Dynamics for ChainMotion {
             }
             a[i] = f;
         }
-        self.input.add(push, |i| self.hanging[i] * turns[i].1, a);
+        self.input
+            .add(push, |i| self.static_moment[i] * turns[i].1, a);
         if small::solve_positive(&mut mass, a) {
             Ok(())
         } else {

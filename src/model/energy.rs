@@ -47,10 +47,10 @@ enum Potential {
 const DIFFERENCE: f64 = 1.0 / 16.0;
 
 /// Damping, potential and base of a pendulum.
-fn hanging(links: Links) -> (Coefficient, Potential, Option<DVector<f64>>) {
-    let weights = &links.hanging * links.gravity;
+fn static_moment(links: Links) -> (Coefficient, Potential, Option<DVector<f64>>) {
+    let weights = &links.static_moment * links.gravity;
     let potential = Potential::Hanging { weights };
-    (links.damping.into(), potential, Some(links.hanging))
+    (links.damping.into(), potential, Some(links.static_moment))
 }
 
 impl Energetics {
@@ -69,8 +69,8 @@ impl Energetics {
                 };
                 (system.damping().clone(), potential, None)
             }
-            System::DoublePendulum(pendulum) => hanging(pendulum.links()),
-            System::PendulumChain(chain) => hanging(chain.links()),
+            System::DoublePendulum(pendulum) => static_moment(pendulum.links()),
+            System::PendulumChain(chain) => static_moment(chain.links()),
             System::Nonlinear(system) if !system.has_mass() => return Err(lacks("mass")),
             System::Nonlinear(system) => {
                 let none = DVector::zeros(system.n_dof());

@@ -19,7 +19,7 @@ pub(crate) trait Input {
 
 /// Nothing.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Undriven;
+pub(crate) struct NoInput;
 
 /// Any of it.
 #[derive(Debug, Clone)]
@@ -70,7 +70,7 @@ impl Driven {
     }
 }
 
-impl Input for Undriven {
+impl Input for NoInput {
     type Push = ();
 
     #[inline]

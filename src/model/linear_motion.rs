@@ -4,7 +4,7 @@
 
 use crate::error::Result;
 use crate::model::dynamics::Dynamics;
-use crate::model::input::{Driven, Input, Undriven};
+use crate::model::input::{Driven, Input, NoInput};
 use crate::model::linear::{Coefficient, LinearSystem};
 use crate::model::moment::Moment;
 use nalgebra::{DMatrix, DVector};
@@ -120,9 +120,9 @@ impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
 /// A linear motion by what it has.
 #[derive(Debug, Clone)]
 pub(crate) enum Linear<O> {
-    Free(LinearMotion<O, Undamped, Undriven>),
+    Free(LinearMotion<O, Undamped, NoInput>),
     Driven(LinearMotion<O, Undamped, Driven>),
-    Damped(LinearMotion<O, Damped<O>, Undriven>),
+    Damped(LinearMotion<O, Damped<O>, NoInput>),
     DampedDriven(LinearMotion<O, Damped<O>, Driven>),
 }
 
@@ -133,7 +133,7 @@ impl<O> Linear<O> {
             (None, None) => Self::Free(LinearMotion {
                 stiffness,
                 damping: Undamped,
-                input: Undriven,
+                input: NoInput,
             }),
             (None, Some(input)) => Self::Driven(LinearMotion {
                 stiffness,
@@ -143,7 +143,7 @@ impl<O> Linear<O> {
             (Some(damping), None) => Self::Damped(LinearMotion {
                 stiffness,
                 damping,
-                input: Undriven,
+                input: NoInput,
             }),
             (Some(damping), Some(input)) => Self::DampedDriven(LinearMotion {
                 stiffness,

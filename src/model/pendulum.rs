@@ -13,7 +13,7 @@ pub(crate) struct Links {
     /// I
     pub inertia: DMatrix<f64>,
     /// h
-    pub hanging: DVector<f64>,
+    pub static_moment: DVector<f64>,
     /// g
     pub gravity: f64,
     /// C
@@ -88,7 +88,7 @@ impl DoublePendulum {
         let inertia = self.mass();
         Links {
             // A bob's share of the base's push is its coupling to the first link, whose length is one.
-            hanging: inertia.column(0).into_owned(),
+            static_moment: inertia.column(0).into_owned(),
             inertia,
             gravity: 1.0 / (1.0 + self.mass_ratio),
             damping: self.damping.clone(),
@@ -245,7 +245,7 @@ impl PendulumChain {
         let (n, l, s) = (self.n_dof(), &self.lengths, self.hanging_mass());
         Links {
             inertia: DMatrix::from_fn(n, n, |i, j| l[i] * l[j] * s[i.max(j)]),
-            hanging: l.component_mul(&s),
+            static_moment: l.component_mul(&s),
             gravity: self.gravity,
             damping: self.damping.clone(),
         }
@@ -263,7 +263,7 @@ impl PendulumChain {
     /// Masses so far apart that the mass matrix is singular in double precision.
     pub fn linearise(&self) -> Result<LinearSystem> {
         let links = self.links();
-        let stiffness = DMatrix::from_diagonal(&(&links.hanging * links.gravity));
+        let stiffness = DMatrix::from_diagonal(&(&links.static_moment * links.gravity));
         // M r = (l_i S_i) has the solution r = e_1 / l_1: a base displacement turns the first link alone.
         let mut influence = DVector::zeros(self.n_dof());
         influence[0] = 1.0 / self.lengths[0];

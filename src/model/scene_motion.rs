@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::model::dynamics::Dynamics;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, NonlinearMotion};
-use crate::model::input::{Driven, Undriven};
+use crate::model::input::{Driven, NoInput};
 use crate::model::linear_motion::{Linear, with_linear};
 use crate::model::moment::Moment;
 use crate::model::scene::Scene;
@@ -18,7 +18,7 @@ const MOST_FULL: usize = 2;
 pub(crate) enum SceneMotion {
     Full(Linear<DMatrix<f64>>),
     Diagonal(Linear<DVector<f64>>),
-    DoublePendulum(DoublePendulumMotion<Undriven>),
+    DoublePendulum(DoublePendulumMotion<NoInput>),
     DrivenDoublePendulum(DoublePendulumMotion<Driven>),
     Chain(ChainMotion),
     Nonlinear(NonlinearMotion),
@@ -38,7 +38,7 @@ impl SceneMotion {
                 }
             }
             System::DoublePendulum(system) => match Driven::new(forcing) {
-                None => Self::DoublePendulum(DoublePendulumMotion::new(system, Undriven)),
+                None => Self::DoublePendulum(DoublePendulumMotion::new(system, NoInput)),
                 Some(input) => Self::DrivenDoublePendulum(DoublePendulumMotion::new(system, input)),
             },
             System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, forcing)),

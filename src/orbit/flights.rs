@@ -27,7 +27,7 @@ impl Flight {
 }
 
 /// What makes an orbit: the parts that a solver found.
-pub(crate) struct Parts {
+pub(crate) struct OrbitData {
     pub pattern: Pattern,
     pub n_periods: usize,
     pub phase: f64,

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::integrate::KeptStep;
-use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
+use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::course::{Course, struck};
@@ -31,7 +31,7 @@ pub(crate) enum OrbitMotion {
         /// Made when first asked for, and shared by the copies of the orbit.
         flow: Arc<OnceLock<SceneFlow>>,
         /// The motions while stops are held.
-        held: Vec<Arc<StuckMotion>>,
+        held: Vec<Arc<ConstrainedMotion>>,
     },
     Stepped {
         motion: Arc<SteppedMotion>,
@@ -108,9 +108,9 @@ impl OrbitMotion {
             Self::Modal { modal, flow, held } => {
                 let angle = modal.frequency * flight.start + phase;
                 let stops = &flight.course.stops;
-                if let Some(stuck) = held.iter().find(|motion| motion.stops == *stops) {
+                if let Some(constrained) = held.iter().find(|motion| motion.stops == *stops) {
                     let (q, v) = modal.form.to_physical(&flight.after);
-                    return stuck.carry(angle, local, &q, &v);
+                    return constrained.carry(angle, local, &q, &v);
                 }
                 let mut state = flight.after.clone();
                 let flow = flow.get_or_init(|| modal.flow());

@@ -3,7 +3,7 @@
 use crate::error::{Result, digits};
 use crate::flow::ModalScene;
 use crate::model::{Change, Scene};
-use crate::orbit::flights::Parts;
+use crate::orbit::flights::OrbitData;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
@@ -127,7 +127,7 @@ impl std::ops::Deref for Orbits {
 }
 
 /// The orbit of a problem from its parts, in the scene that has its clearances.
-fn orbit(problem: &Problem<'_>, parts: Parts) -> Result<PeriodicOrbit> {
+fn orbit(problem: &Problem<'_>, parts: OrbitData) -> Result<PeriodicOrbit> {
     if parts.clearances.is_empty() {
         return PeriodicOrbit::new(problem.scene, problem.modal.clone(), parts);
     }

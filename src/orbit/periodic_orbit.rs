@@ -5,7 +5,7 @@ use crate::flow::ModalScene;
 use crate::impact::Impact;
 use crate::model::{Change, Scene};
 use crate::orbit::closed_form::{Coefficients, coefficients};
-use crate::orbit::flights::{Flight, Parts};
+use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
@@ -38,14 +38,14 @@ pub struct PeriodicOrbit {
 
 impl PeriodicOrbit {
     /// An orbit from its parts; `scene` has the orbit's clearances and is given its phase here.
-    pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: Parts) -> Result<Self> {
+    pub(crate) fn new(scene: &Scene, modal: Arc<ModalScene>, parts: OrbitData) -> Result<Self> {
         let motion = OrbitMotion::modal_along(modal, &parts.flights)?;
         Self::moved_by(motion, scene, parts)
     }
 
     /// An orbit from what moves it and its parts.
-    pub(crate) fn moved_by(motion: OrbitMotion, scene: &Scene, parts: Parts) -> Result<Self> {
-        let Parts {
+    pub(crate) fn moved_by(motion: OrbitMotion, scene: &Scene, parts: OrbitData) -> Result<Self> {
+        let OrbitData {
             pattern,
             n_periods,
             phase,

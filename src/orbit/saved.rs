@@ -5,7 +5,7 @@ use crate::flow::ModalScene;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::course::Course;
-use crate::orbit::flights::{Flight, Parts};
+use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::motions::stepped::SteppedMotion;
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
@@ -96,7 +96,7 @@ impl PeriodicOrbit {
         } else {
             OrbitMotion::stepped(Arc::new(SteppedMotion::new(scene, phase)), &flights)?
         };
-        let parts = Parts {
+        let parts = OrbitData {
             pattern,
             n_periods,
             phase,

@@ -1,11 +1,11 @@
 //! What a solver found of a periodic problem: the parts of each orbit, and what is to be said of all.
 
-use crate::orbit::flights::Parts;
+use crate::orbit::flights::OrbitData;
 use nalgebra::DMatrix;
 
 /// The solutions of a problem.
 pub(crate) struct Solutions {
-    pub all: Vec<Parts>,
+    pub all: Vec<OrbitData>,
     /// What was found, or why nothing, in words.
     pub reason: String,
     /// How far the parameters are from the fold at which solutions meet.

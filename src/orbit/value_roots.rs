@@ -32,7 +32,7 @@ pub(crate) struct Roots {
     pub values: usize,
 }
 
-struct Stretch {
+struct Subinterval {
     low: f64,
     high: f64,
     depth: u32,
@@ -40,7 +40,7 @@ struct Stretch {
     y: [Option<f64>; NODES],
 }
 
-enum Verdict {
+enum SubintervalVerdict {
     Clear,
     /// The quarters with a simple root inside, and the places that are one.
     Crossed {
@@ -53,18 +53,18 @@ enum Verdict {
 }
 
 /// What the values of a cell say of it.
-fn judge(y: [f64; NODES]) -> Verdict {
+fn judge(y: [f64; NODES]) -> SubintervalVerdict {
     let second: [f64; NODES - 2] = std::array::from_fn(|i| y[i] - 2.0 * y[i + 1] + y[i + 2]);
     let largest = second.iter().fold(0.0f64, |m, d| m.max(d.abs()));
     let spread = second.iter().copied().fold(f64::NEG_INFINITY, f64::max)
         - second.iter().copied().fold(f64::INFINITY, f64::min);
     let size = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
     if size <= 10.0 * ROUNDING {
-        return Verdict::Rounding;
+        return SubintervalVerdict::Rounding;
     }
     // Where the function bends alike all over the cell, or hardly, the second differences tell how far it may leave a chord.
     if spread > 0.5 * largest && largest > 0.05 * size {
-        return Verdict::Unknown;
+        return SubintervalVerdict::Unknown;
     }
     let room = SAFETY * largest;
     let (mut quarters, mut places) = (Vec::new(), Vec::new());
@@ -74,7 +74,7 @@ fn judge(y: [f64; NODES]) -> Verdict {
         if is_at_place || a * b < 0.0 {
             // The function is monotone on the quarter: its root, at an end too, is simple and the only one.
             if (b - a).abs() <= room {
-                return Verdict::Unknown;
+                return SubintervalVerdict::Unknown;
             }
             if is_at_place {
                 places.push(quarter + usize::from(b.abs() < a.abs()));
@@ -82,17 +82,17 @@ fn judge(y: [f64; NODES]) -> Verdict {
                 quarters.push(quarter);
             }
         } else if a.abs().min(b.abs()) <= 0.125 * room {
-            return Verdict::Unknown;
+            return SubintervalVerdict::Unknown;
         }
     }
     if quarters.is_empty() && places.is_empty() {
-        Verdict::Clear
+        SubintervalVerdict::Clear
     } else {
-        Verdict::Crossed { quarters, places }
+        SubintervalVerdict::Crossed { quarters, places }
     }
 }
 
-impl Stretch {
+impl Subinterval {
     fn place(&self, i: usize) -> f64 {
         self.low + (self.high - self.low) * (i as f64 / (NODES - 1) as f64)
     }
@@ -138,7 +138,7 @@ pub(crate) fn roots(
         }
         last = y[NODES - 1];
         // The cells that are open, the first one last.
-        let mut open = vec![Stretch {
+        let mut open = vec![Subinterval {
             low: start,
             high: end,
             depth: 0,
@@ -153,8 +153,8 @@ pub(crate) fn roots(
             };
             let verdict = known.and_then(|y| Some(judge(y.try_into().ok()?)));
             match verdict {
-                Some(Verdict::Clear) => {}
-                Some(Verdict::Crossed { quarters, places }) => {
+                Some(SubintervalVerdict::Clear) => {}
+                Some(SubintervalVerdict::Crossed { quarters, places }) => {
                     found.places.extend(places.iter().map(|&i| cell.place(i)));
                     for k in quarters {
                         let ends =
@@ -162,7 +162,9 @@ pub(crate) fn roots(
                         found.places.extend(bracketed(&mut f, ends[0], ends[1])?);
                     }
                 }
-                Some(Verdict::Rounding) => extend(&mut found.undecided, (cell.low, cell.high)),
+                Some(SubintervalVerdict::Rounding) => {
+                    extend(&mut found.undecided, (cell.low, cell.high))
+                }
                 _ if cell.depth >= deepest || values.get() >= MOST_VALUES => {
                     extend(&mut found.undecided, (cell.low, cell.high));
                 }

@@ -5,38 +5,38 @@ use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// A type of arguments, as a message calls it.
-pub(crate) trait Kind {
+pub(crate) trait ArgumentKind {
     const KIND: &'static str;
 }
 
-impl Kind for f64 {
+impl ArgumentKind for f64 {
     const KIND: &'static str = "a number";
 }
 
-impl Kind for i64 {
+impl ArgumentKind for i64 {
     const KIND: &'static str = "a whole number";
 }
 
-impl Kind for bool {
+impl ArgumentKind for bool {
     const KIND: &'static str = "True or False";
 }
 
-impl Kind for &str {
+impl ArgumentKind for &str {
     const KIND: &'static str = "a str";
 }
 
-impl Kind for (f64, f64) {
+impl ArgumentKind for (f64, f64) {
     const KIND: &'static str = "a pair of numbers";
 }
 
-impl<T: Kind> Kind for Option<T> {
+impl<T: ArgumentKind> ArgumentKind for Option<T> {
     const KIND: &'static str = T::KIND;
 }
 
 /// The value of an argument: `TypeError` where its type is wrong, `ValueError` where it is a number that has no double.
 fn given<'a, 'py, T>(argument: &str, value: &'a Bound<'py, PyAny>) -> PyResult<T>
 where
-    T: FromPyObject<'a, 'py> + Kind,
+    T: FromPyObject<'a, 'py> + ArgumentKind,
 {
     value.extract().map_err(|error: T::Error| {
         let (py, error): (_, PyErr) = (value.py(), error.into());
@@ -72,7 +72,7 @@ macro_rules! arguments {
     ($($name:ident)*) => {$(
         pub(crate) fn $name<'a, 'py, T>(value: &'a Bound<'py, PyAny>) -> PyResult<T>
         where
-            T: FromPyObject<'a, 'py> + Kind,
+            T: FromPyObject<'a, 'py> + ArgumentKind,
         {
             given(stringify!($name), value)
         }

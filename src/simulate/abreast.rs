@@ -2,50 +2,50 @@
 
 use crate::error::{Failure, Result};
 use crate::flow::runge_kutta::State;
-use crate::flow::{Motion, SeriesOf};
+use crate::flow::{BatchMotion, SeriesOf};
 use crate::model::Dynamics;
 use crate::simulate::clock::Clock;
 use crate::simulate::event_loop::Ending;
 use crate::simulate::mover::{Arrival, Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
-use crate::simulate::stepping::{Leg, StepMover, Taylor};
+use crate::simulate::stepping::{SeriesStep, StepMover, Taylor};
 use crate::watch::{GoOn, Watch};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 /// One of the runs.
-struct Runner<'a, S, D> {
+struct LaneRun<'a, S, D> {
     run: Run<'a, StepMover<'a, S, D, Taylor>>,
     record: Record,
     /// The number of the run; none where there is none left to do.
     item: Option<usize>,
-    flight: Option<Flight>,
+    flight: Option<LaneFlight>,
 }
 
 /// A free flight under way.
-struct Flight {
+struct LaneFlight {
     /// Where it is to end.
     goal: Clock,
     is_new: bool,
     /// The step that it takes, once the series has been looked along; none then where it would be too short for the time.
-    leg: Option<Leg>,
+    leg: Option<SeriesStep>,
 }
 
 /// K runs abreast, with their buffers.
-pub(crate) struct Abreast<'a, S, D, const K: usize> {
-    runners: [Runner<'a, S, D>; K],
+pub(crate) struct Batch<'a, S, D, const K: usize> {
+    runners: [LaneRun<'a, S, D>; K],
     series: SeriesOf<K>,
     t_span: (f64, f64),
 }
 
-impl<'a, S: State, D: Dynamics, const K: usize> Abreast<'a, S, D, K> {
+impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
     /// Runs over a span, made one by one.
     pub fn new(
         make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>>,
         t_span: (f64, f64),
     ) -> Self {
-        let runners = std::array::from_fn(|_| Runner::new(make()));
+        let runners = std::array::from_fn(|_| LaneRun::new(make()));
         let series = runners[0].run.mover.pendulum().room();
         Self {
             runners,
@@ -115,7 +115,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Abreast<'a, S, D, K> {
     }
 }
 
-impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
+impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
     fn new(run: Run<'a, StepMover<'a, S, D, Taylor>>) -> Self {
         Self {
             record: Record::new(run.options, run.n_dof),
@@ -156,7 +156,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
             match events.depart(mover.taken(), end, options) {
                 ControlFlow::Break(ending) => return Ok(Some(ending)),
                 ControlFlow::Continue(span) if mover.is_free() => {
-                    self.flight = Some(Flight {
+                    self.flight = Some(LaneFlight {
                         goal: mover.clock().after(span),
                         is_new: true,
                         leg: None,
@@ -174,7 +174,7 @@ impl<'a, S: State, D: Dynamics> Runner<'a, S, D> {
     }
 
     /// The length of the next step along its series, zero if it is not in free flight.
-    fn look_along<const K: usize>(&mut self, motion: Motion<'_, K>) -> f64 {
+    fn look_along<const K: usize>(&mut self, motion: BatchMotion<'_, K>) -> f64 {
         let Some(flight) = &mut self.flight else {
             return 0.0;
         };

@@ -55,7 +55,7 @@ struct Works {
 }
 
 /// The state of motion at one time.
-type State = (DVector<f64>, DVector<f64>);
+type PositionVelocity = (DVector<f64>, DVector<f64>);
 
 impl Trajectory {
     /// The energy ledger at the times of [`Trajectory::samples`].
@@ -134,7 +134,7 @@ impl<'a> Ledger<'a> {
     }
 
     /// Kinetic energy lost between the end of a piece and the start of the next.
-    fn jump_loss(&self, before: &State, after: &State) -> Result<f64> {
+    fn jump_loss(&self, before: &PositionVelocity, after: &PositionVelocity) -> Result<f64> {
         let jump = &before.1 - &after.1;
         let mean = (&before.1 + &after.1) * 0.5;
         self.energetics.inertial_work(&after.0, &mean, &jump)

@@ -3,10 +3,10 @@
 mod held;
 mod keep;
 
-use crate::contact::next::{Grazed, Next, Search};
+use crate::contact::next::{ContactSearch, Grazed, Next};
 use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
 use crate::error::{Error, Result};
-use crate::flow::{LinearFlow, ModalScene, Quantity, StuckMotion, TimedScene, along};
+use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, Quantity, TimedScene, along};
 use crate::impact::{CompleteChatter, wrapped};
 use crate::linalg::rank::DEPENDENT;
 use crate::modal::Pair;
@@ -14,7 +14,7 @@ use crate::model::{acceleration_size, force_terms};
 use crate::quantity::{difference, larger, positive_part};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
-use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
+use crate::simulate::mover::{Arrival, GapState, Looped, Mover, NormalImpact, Placed};
 use crate::simulate::options::{Keep, SimulateOptions, Stats};
 use crate::simulate::record::Record;
 use crate::watch::Watch;
@@ -49,7 +49,7 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     scene: &'a ModalScene,
     /// The forcing phase at time zero, which the scene's amplitude has.
     phase: f64,
-    search: Search<'a, F>,
+    search: ContactSearch<'a, F>,
     /// The rows of the normal velocities on the flow's state.
     velocity_rows: Vec<Vec<Pair>>,
     /// `(1 + e)/(n.b)` of each stop.
@@ -68,9 +68,9 @@ pub(crate) struct ExactMover<'a, F: LinearFlow> {
     /// What the tolerances allow as an error of each gap.
     allowed: Vec<Margin>,
     /// The motions while stops are held, made when first needed.
-    held: Vec<Arc<StuckMotion>>,
+    held: Vec<Arc<ConstrainedMotion>>,
     /// The one that holds now.
-    holding: Option<Arc<StuckMotion>>,
+    holding: Option<Arc<ConstrainedMotion>>,
 }
 
 impl<'a, F: LinearFlow> ExactMover<'a, F> {
@@ -101,7 +101,7 @@ impl<'a, F: LinearFlow> ExactMover<'a, F> {
             timed,
             scene,
             phase,
-            search: Search::new(flow, gaps.collect()),
+            search: ContactSearch::new(flow, gaps.collect()),
             margins,
             allowed: widths(options.atol, options.rtol.max(ROUNDING)),
             held: Vec::new(),
@@ -206,7 +206,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         self.kept.as_mut().map(std::mem::take)
     }
 
-    fn held_motions(&self) -> Vec<Arc<StuckMotion>> {
+    fn held_motions(&self) -> Vec<Arc<ConstrainedMotion>> {
         self.held.clone()
     }
 
@@ -285,7 +285,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
     }
 
     fn is_bound(&self, stop: usize) -> bool {
-        let bound = |motion: &Arc<StuckMotion>| {
+        let bound = |motion: &Arc<ConstrainedMotion>| {
             motion.gaps[stop].is_none() && !motion.stops.contains(&stop)
         };
         self.holding.as_ref().is_some_and(bound)
@@ -401,7 +401,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         Ok(())
     }
 
-    fn strike(&mut self, stop: usize) -> Result<Blow> {
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
         let row = &self.velocity_rows[stop];
         let approach = positive_part(along(row, &self.state));
         let restitution = self.scene.geometry.restitutions[stop];
@@ -410,7 +410,7 @@ impl<F: LinearFlow> Mover for ExactMover<'_, F> {
         // A small departure is what is left of two large speeds: its rounding is taken off.
         let left = along(&self.velocity_rows[stop], &self.state) + departure;
         self.push(stop, left * self.rebounds[stop] / (1.0 + restitution))?;
-        Ok(Blow {
+        Ok(NormalImpact {
             approach,
             departure,
             impulse,

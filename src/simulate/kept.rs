@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::runge_kutta::Dense;
-use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
+use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
 use crate::modal::Pair;
 use crate::simulate::clock::Clock;
 use nalgebra::DVector;
@@ -118,7 +118,7 @@ pub(crate) enum Machinery {
         modal: Arc<ModalScene>,
         flow: Arc<SceneFlow>,
         /// The motions while stops were held.
-        held: Vec<Arc<StuckMotion>>,
+        held: Vec<Arc<ConstrainedMotion>>,
     },
     /// Runge-Kutta steps: the numbers are the step's length and its dense output.
     Steps,
@@ -149,10 +149,10 @@ impl Machinery {
             Self::Exact { modal, flow, held } => {
                 let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
                 let angle = piece.clock.angle();
-                let is_holding = |s: &&Arc<StuckMotion>| s.stops == segment.stops;
-                if let Some(stuck) = held.iter().find(is_holding) {
+                let is_holding = |s: &&Arc<ConstrainedMotion>| s.stops == segment.stops;
+                if let Some(constrained) = held.iter().find(is_holding) {
                     let (q, v) = modal.form.to_physical(&state);
-                    return stuck.carry(angle, local, &q, &v);
+                    return constrained.carry(angle, local, &q, &v);
                 }
                 with_flow!(&**flow, f => carry(f, angle, local, &mut state));
                 modal.form.to_physical(&state)

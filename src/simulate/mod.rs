@@ -19,7 +19,7 @@ mod saved_rules;
 mod stepping;
 mod trajectory;
 
-pub(crate) use abreast::Abreast;
+pub(crate) use abreast::Batch;
 pub use energy::Energy;
 pub(crate) use event_loop::RATIO_TOL;
 pub(crate) use held::HeldMotion;
@@ -31,4 +31,4 @@ pub(crate) use run::{Done, Run, choose, with_series, with_state, with_steps};
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
 pub(crate) use stepping::{Pendulum, StepMover, Taylor};
-pub use trajectory::{Graze, Samples, Segment, Side as ImpactSide, Trajectory};
+pub use trajectory::{Graze, ImpactSide, Samples, Segment, Trajectory};

@@ -2,7 +2,7 @@
 //! strike a stop.
 
 use crate::error::Result;
-use crate::flow::StuckMotion;
+use crate::flow::ConstrainedMotion;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::Kept;
 use crate::simulate::options::Stats;
@@ -52,7 +52,7 @@ pub(crate) enum Arrival {
 
 /// The impact of one stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Blow {
+pub(crate) struct NormalImpact {
     /// Normal speed towards the stop before, not negative.
     pub approach: f64,
     /// Normal speed away from it after: restitution times approach, the law itself, which a sum over the struck state has
@@ -72,7 +72,7 @@ pub(crate) trait Mover {
     /// The motion kept since the start.
     fn take_kept(&mut self) -> Option<Kept>;
     /// The motions while stops were held that the kept motion refers to.
-    fn held_motions(&self) -> Vec<Arc<StuckMotion>>;
+    fn held_motions(&self) -> Vec<Arc<ConstrainedMotion>>;
     /// Number of stops.
     fn n_stops(&self) -> usize;
     /// The present time.
@@ -159,7 +159,7 @@ pub(crate) trait Mover {
     /// that ends with it, at `last`.
     fn stay(&mut self, last: Option<f64>, record: &mut Record) -> Result<()>;
     /// The impact of one stop.
-    fn strike(&mut self, stop: usize) -> Result<Blow>;
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact>;
     /// The normals of some stops where the motion is now, as columns.
     fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
     /// `N^T B` of some stops where the motion is now.

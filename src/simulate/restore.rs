@@ -1,7 +1,7 @@
 //! Trajectories to plain numbers, and back without running them.
 
 use crate::error::{Error, Result};
-use crate::flow::{StuckMotion, TimedScene};
+use crate::flow::{ConstrainedMotion, TimedScene};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::simulate::clock::Clock;
@@ -97,8 +97,12 @@ impl Trajectory {
         if let (Machinery::Exact { modal, held, .. }, Some(kept)) = (&mut machinery, &kept) {
             for segment in &kept.segments {
                 let stops = &segment.stops;
-                if !stops.is_empty() && held.iter().all(|h: &Arc<StuckMotion>| h.stops != *stops) {
-                    held.push(Arc::new(StuckMotion::new(modal, stops)?));
+                if !stops.is_empty()
+                    && held
+                        .iter()
+                        .all(|h: &Arc<ConstrainedMotion>| h.stops != *stops)
+                {
+                    held.push(Arc::new(ConstrainedMotion::new(modal, stops)?));
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, shortened};
 use crate::flow::runge_kutta::State;
-use crate::flow::{LinearFlow, StuckMotion, TimedScene, with_flow};
+use crate::flow::{ConstrainedMotion, LinearFlow, TimedScene, with_flow};
 use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::quantity::{finite_vector, room_for};
@@ -249,7 +249,7 @@ pub(crate) struct Done {
     record: Record,
     kept: Option<Kept>,
     /// The motions while stops were held.
-    held: Vec<Arc<StuckMotion>>,
+    held: Vec<Arc<ConstrainedMotion>>,
 }
 
 /// One run after another of the same scene, with their buffers.

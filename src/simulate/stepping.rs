@@ -14,13 +14,13 @@ mod series;
 pub(crate) use free::FreeFlight;
 pub(crate) use pendulum::{Pendulum, has_series, series_order};
 pub(crate) use runge_kutta::RungeKutta;
-pub(crate) use series::{Leg, Taylor};
+pub(crate) use series::{SeriesStep, Taylor};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
 use crate::flow::step_size::Controller;
-use crate::flow::{StuckMotion, TERM_ROUNDINGS};
+use crate::flow::{ConstrainedMotion, TERM_ROUNDINGS};
 use crate::impact::wrapped;
 use crate::model::{
     Constraint, Contact, Dynamics, GapValue, Moment, Scene, Surface, System, acceleration_size,
@@ -29,7 +29,7 @@ use crate::model::{
 use crate::quantity::positive_part;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Kept, Piece, SegmentKind};
-use crate::simulate::mover::{Arrival, Blow, GapState, Looped, Mover, Placed};
+use crate::simulate::mover::{Arrival, GapState, Looped, Mover, NormalImpact, Placed};
 use crate::simulate::options::{Keep, SimulateOptions, Stats};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Graze;
@@ -259,7 +259,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         self.kept.as_mut().map(std::mem::take)
     }
 
-    fn held_motions(&self) -> Vec<Arc<StuckMotion>> {
+    fn held_motions(&self) -> Vec<Arc<ConstrainedMotion>> {
         Vec::new()
     }
 
@@ -408,7 +408,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         F::keep_nothing(self, last, record)
     }
 
-    fn strike(&mut self, stop: usize) -> Result<Blow> {
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
         let directions = self.directions(stop)?;
         let (normal, reaction) = directions.both();
         let approach = positive_part(self.along(normal));
@@ -422,7 +422,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         // A small departure is what is left of two large speeds: its rounding is taken off.
         let left = self.along(normal) + departure;
         self.push_along(reaction, left / give);
-        Ok(Blow {
+        Ok(NormalImpact {
             approach,
             departure,
             impulse,

@@ -23,7 +23,7 @@ const POINTS_PER_RADIAN: f64 = 8.0;
 
 /// Which velocity is meant at an impact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Side {
+pub enum ImpactSide {
     /// The one after it.
     #[default]
     After,
@@ -204,7 +204,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// A time outside the span, or a trajectory that does not keep its motion.
-    pub fn state(&self, t: f64, side: Side) -> Result<(DVector<f64>, DVector<f64>)> {
+    pub fn state(&self, t: f64, side: ImpactSide) -> Result<(DVector<f64>, DVector<f64>)> {
         let kept = self.motion()?;
         let (start, end) = self.span;
         let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
@@ -217,7 +217,7 @@ impl Trajectory {
         }
         let start_of = |index: usize| kept.pieces[index].clock.time();
         let (now, mut index) = self.piece_at(kept, t);
-        if side == Side::Before {
+        if side == ImpactSide::Before {
             // Stops hit one after the other at one instant leave pieces of no length: go back to the first.
             while index > 0 && start_of(index) == now {
                 index -= 1;

@@ -5,7 +5,7 @@ use crate::flow::runge_kutta::State;
 use crate::flow::{TimedScene, registers, with_flow};
 use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{
-    Abreast, Done, Keep, Looped, Method, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
+    Batch, Done, Keep, Looped, Method, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
     choose, with_series, with_steps,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
@@ -33,7 +33,7 @@ pub struct Ensemble {
 
 /// The end of one trajectory.
 #[derive(Clone)]
-struct End {
+struct TrajectoryEnd {
     q: DVector<f64>,
     v: DVector<f64>,
     n_impacts: usize,
@@ -93,7 +93,7 @@ pub fn simulate_many(
         ));
     }
     let mut ends = vec![
-        End {
+        TrajectoryEnd {
             q: DVector::zeros(n),
             v: DVector::zeros(n),
             n_impacts: 0,
@@ -137,7 +137,7 @@ pub fn simulate_many(
 
 /// Fills the ends, each thread with a runner of its own.
 fn fill_ends<'a, M: Looped>(
-    ends: &mut [End],
+    ends: &mut [TrajectoryEnd],
     make: impl Fn() -> Run<'a, M> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
@@ -147,29 +147,32 @@ fn fill_ends<'a, M: Looped>(
     let work = |run: &mut Run<'a, M>, i: usize, go_on: GoOn<'_>| {
         let (q0, v0) = (row(q0, i), row(v0, i));
         let done = run.run(&q0, &v0, t_span, &mut |_| go_on());
-        done.map(End::of).map_err(|error| of_row(i, error))
+        done.map(TrajectoryEnd::of)
+            .map_err(|error| of_row(i, error))
     };
     fill(ends, TILE, sweep, || Ok(make()), work, observer)
 }
 
 /// Fills the ends by K runs abreast.
 fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
-    ends: &mut [End],
+    ends: &mut [TrajectoryEnd],
     make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
-    let work =
-        |runs: &mut Abreast<'a, S, D, K>, first: usize, slots: &mut [End], go_on: GoOn<'_>| {
-            let start = |i: usize| (row(q0, first + i), row(v0, first + i));
-            let n = slots.len();
-            let mut put = |i: usize, done: Done| slots[i] = End::of(done);
-            let done = runs.run(0..n, start, go_on, &mut put);
-            done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
-        };
-    let together = || Ok(Abreast::new(&make, t_span));
+    let work = |runs: &mut Batch<'a, S, D, K>,
+                first: usize,
+                slots: &mut [TrajectoryEnd],
+                go_on: GoOn<'_>| {
+        let start = |i: usize| (row(q0, first + i), row(v0, first + i));
+        let n = slots.len();
+        let mut put = |i: usize, done: Done| slots[i] = TrajectoryEnd::of(done);
+        let done = runs.run(0..n, start, go_on, &mut put);
+        done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
+    };
+    let together = || Ok(Batch::new(&make, t_span));
     fill_tiles(ends, TILE_ABREAST, sweep, together, work, observer)
 }
 
@@ -189,7 +192,7 @@ fn of_row(i: usize, error: Error) -> Error {
     }
 }
 
-impl End {
+impl TrajectoryEnd {
     fn of(done: Done) -> Self {
         let (q, v) = done.last;
         Self {

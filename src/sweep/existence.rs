@@ -5,12 +5,12 @@ use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{
-    Instant, OrbitOptions, Pattern, Ruling, Solution, check, clearance_given, decides, period,
-    periodic_orbits_checked, ranking,
+    OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given, decides,
+    period, periodic_orbits_checked, ranking,
 };
 use crate::quantity::room_for;
 use crate::sweep::candidate::{Candidate, judge_all};
-use crate::sweep::moving::Moving;
+use crate::sweep::moving::ParametricScene;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use crate::watch::{GoOn, Watch};
 use std::ops::{ControlFlow, Range};
@@ -172,7 +172,8 @@ pub fn existence_map(
     )?;
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
-    let item = |moving: &mut Moving<'_>, index, go_on: GoOn<'_>| sweep.cell(moving, index, go_on);
+    let item =
+        |moving: &mut ParametricScene<'_>, index, go_on: GoOn<'_>| sweep.cell(moving, index, go_on);
     fill(&mut cells, TILE, options, || sweep.moving(), item, observer)?;
     let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
     ExistenceMap::from_cells(named(x), named(y), &cells)
@@ -339,13 +340,13 @@ impl<'a> Sweep<'a> {
         self.x.values.len() * self.y.values.len()
     }
 
-    fn moving(&self) -> Result<Moving<'a>> {
-        Moving::new(self.scene, "existence_map")
+    fn moving(&self) -> Result<ParametricScene<'a>> {
+        ParametricScene::new(self.scene, "existence_map")
     }
 
     fn cell(
         &self,
-        moving: &mut Moving<'_>,
+        moving: &mut ParametricScene<'_>,
         index: usize,
         go_on: GoOn<'_>,
     ) -> Result<ExistenceCell> {
@@ -397,7 +398,7 @@ fn one_instant(
     let Some(span) = in_doubles(period(scene, n_periods))? else {
         return Ok(EMPTY);
     };
-    let instant = Instant::new(scene, &pattern.instants()[0], span);
+    let instant = PeriodicConditions::new(scene, &pattern.instants()[0], span);
     let Some(crossing) = in_doubles(clearance_given(&instant))? else {
         return Ok(EMPTY);
     };

@@ -8,7 +8,7 @@ use crate::model::{Forcing, Parameter, Scene};
 use std::sync::Arc;
 
 /// The machinery of a scene, and of the same scene with other values of its parameters.
-pub(crate) struct Moving<'a> {
+pub(crate) struct ParametricScene<'a> {
     scene: &'a Scene,
     has_real_modes: bool,
     /// As given, but for the damping of modes that are not real.
@@ -19,7 +19,7 @@ pub(crate) struct Moving<'a> {
     grows_with_frequency: bool,
 }
 
-impl<'a> Moving<'a> {
+impl<'a> ParametricScene<'a> {
     /// The machinery of a scene; `purpose` says in an error what needs it linear.
     pub fn new(scene: &'a Scene, purpose: &str) -> Result<Self> {
         let base = ModalScene::new(scene, purpose)?;
@@ -159,7 +159,7 @@ mod tests {
                 let scene = scene.expect("valid");
                 for x in parameters {
                     for y in parameters.into_iter().filter(|&y| y != x) {
-                        let mut moving = Moving::new(&scene, "the test").expect("linear");
+                        let mut moving = ParametricScene::new(&scene, "the test").expect("linear");
                         // 0 first: complex modes become real ones and must come back.
                         for value in [0.0, 0.8, 0.3] {
                             let value = if x == Parameter::Frequency {

@@ -1,7 +1,7 @@
 //! A linear scene as the shooting sees it: flights in closed form, free or with stops held.
 
 use crate::error::Result;
-use crate::flow::{ModalScene, SceneFlow, StuckMotion, carry, with_flow};
+use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
 use crate::impact::impulse_matrix;
 use crate::model::along_reactions;
 use crate::orbit::motions::pieces::Motion;
@@ -15,18 +15,18 @@ pub(crate) struct ModalMotion<'a> {
     phase: f64,
     to_physical: DMatrix<f64>,
     to_modal: DMatrix<f64>,
-    held: Vec<Arc<StuckMotion>>,
+    held: Vec<Arc<ConstrainedMotion>>,
 }
 
 /// The motions while stops are held, of each set of stops one.
 pub(crate) fn stuck_motions<'s>(
     scene: &ModalScene,
     sets: impl Iterator<Item = &'s [usize]>,
-) -> Result<Vec<Arc<StuckMotion>>> {
-    let mut all: Vec<Arc<StuckMotion>> = Vec::new();
+) -> Result<Vec<Arc<ConstrainedMotion>>> {
+    let mut all: Vec<Arc<ConstrainedMotion>> = Vec::new();
     for stops in sets.filter(|stops| !stops.is_empty()) {
         if all.iter().all(|known| known.stops != stops) {
-            all.push(Arc::new(StuckMotion::new(scene, stops)?));
+            all.push(Arc::new(ConstrainedMotion::new(scene, stops)?));
         }
     }
     Ok(all)
@@ -34,7 +34,7 @@ pub(crate) fn stuck_motions<'s>(
 
 impl<'a> ModalMotion<'a> {
     /// A scene from a forcing phase, with its motions while stops are held.
-    pub fn new(scene: &'a ModalScene, phase: f64, held: Vec<Arc<StuckMotion>>) -> Self {
+    pub fn new(scene: &'a ModalScene, phase: f64, held: Vec<Arc<ConstrainedMotion>>) -> Self {
         let (to_physical, to_modal) = scene.form.transformation();
         Self {
             scene,
@@ -60,7 +60,7 @@ impl<'a> ModalMotion<'a> {
         self.scene.frequency * t + self.phase
     }
 
-    fn stuck(&self, held: &[usize]) -> &StuckMotion {
+    fn constrained(&self, held: &[usize]) -> &ConstrainedMotion {
         let known = self.held.iter().find(|motion| motion.stops == held);
         known.expect("made for every set of stops that the course holds")
     }
@@ -85,10 +85,10 @@ impl Motion for ModalMotion<'_> {
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
         if !held.is_empty() {
-            let stuck = self.stuck(held);
+            let constrained = self.constrained(held);
             let (q, v) = halves(state);
-            *state = joined(&stuck.carry(self.angle(start), end - start, &q, &v));
-            stuck.carry_deviations(end - start, deviations);
+            *state = joined(&constrained.carry(self.angle(start), end - start, &q, &v));
+            constrained.carry_deviations(end - start, deviations);
             return Ok(());
         }
         let mut modal = self.modal(state);

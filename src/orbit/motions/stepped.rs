@@ -1,7 +1,7 @@
 //! Orbits of scenes that are integrated in steps: the flights as the shooting needs them, the motion at any time, what the
 //! rules of contact say along it (theory 5, 6).
 
-use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
+use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
 use crate::error::{Error, Result};
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
 use crate::flow::runge_kutta::{Dense, Tolerance, later};
@@ -17,7 +17,7 @@ use crate::orbit::motions::pieces::Motion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::judge::judge_impacts;
-use crate::orbit::verdict::lasting::{is_hop, judge_force};
+use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
 use crate::simulate::{HeldMotion, SegmentKind};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -187,7 +187,7 @@ impl SteppedMotion {
                     _ => usize::from(begins.contains(&stop)),
                 };
                 let (held, margin) = (course.held(), MARGIN * size);
-                if !held.contains(&stop) && !self.is_hop(steps, stop, margin)? {
+                if !held.contains(&stop) && !self.is_low_bounce(steps, stop, margin)? {
                     self.search((*start, steps), (stop, order), held, margin, &mut found)?;
                 }
             }
@@ -196,7 +196,7 @@ impl SteppedMotion {
     }
 
     /// Whether a flight stays within the margin of a stop between two contacts with it.
-    fn is_hop(&self, steps: &[KeptStep], stop: usize, margin: f64) -> Result<bool> {
+    fn is_low_bounce(&self, steps: &[KeptStep], stop: usize, margin: f64) -> Result<bool> {
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             return Ok(false);
         };
@@ -207,7 +207,7 @@ impl SteppedMotion {
         };
         let (start, end) = (gap(&first.dense.at(0.0))?, gap(&last.dense.at(last.h))?);
         let span: f64 = steps.iter().map(|step| step.h).sum();
-        Ok(is_hop(start, end, span, margin))
+        Ok(is_low_bounce(start, end, span, margin))
     }
 
     /// Searches the contact forces of the stops held for the worst pull, on the quartic through five values of each step.
@@ -291,7 +291,7 @@ impl SteppedMotion {
         for (i, step) in steps.iter().enumerate() {
             let t = start + step.start;
             let order = if i == 0 { first_order } else { 0 };
-            let known = Ends::new(
+            let known = EndValues::new(
                 ends(t, &step.dense.at(0.0), step.h)?,
                 ends(t + step.h, &step.dense.at(step.h), step.h)?,
                 step.h,

@@ -15,7 +15,7 @@ const ON_CIRCLE: f64 = 1e-12;
 const AT_FOLD: f64 = 8.0 * f64::EPSILON;
 
 /// Where the solution set meets the circle.
-pub(crate) struct Crossing {
+pub(crate) struct PhaseSolutions {
     /// Solutions X, each with |u| = 1.
     pub points: Vec<DVector<f64>>,
     /// `1 -` the distance of the set from the origin of the u plane; `None` where there is no solution at all.
@@ -68,9 +68,9 @@ pub(crate) fn chord(u0: Pair, direction: Pair) -> Chord {
 pub(crate) fn meet_circle(
     set: &SolutionSet,
     phase_part: impl Fn(&DVector<f64>) -> Pair,
-) -> Result<Crossing> {
+) -> Result<PhaseSolutions> {
     let dimension = set.particular.len();
-    let mut crossing = Crossing {
+    let mut crossing = PhaseSolutions {
         points: Vec::new(),
         margin: None,
         basis: DMatrix::zeros(dimension, 0),

@@ -15,14 +15,15 @@ const RETAIN_BELOW: f64 = 1e-4;
 /// Singular values below this, relative to the largest, are zero (theory 5).
 pub(crate) const RANK_TOL: f64 = 1e-10;
 
-/// The periodic conditions of one instant as linear forms in the unknowns `(p, retained states, u)`.
-pub(crate) struct Instant<'a> {
+/// The periodic conditions of one instant as linear forms in the unknowns `(p, resonant states, u)`.
+pub(crate) struct PeriodicConditions<'a> {
     pub(in crate::orbit) scene: &'a ModalScene,
     pub(in crate::orbit) stops: &'a [usize],
-    /// Per eliminated block: `(I - P)^-1`; `None` for retained ones.
+    /// Per eliminated block: `(I - P)^-1`; `None` for resonant ones.
     pub(in crate::orbit) resolvents: Vec<Option<[Pair; 2]>>,
-    pub(in crate::orbit) retained: Vec<usize>,
-    /// `(cos, sin)` parts of the steady response of the eliminated blocks, zero for retained ones.
+    /// Blocks that keep their unknowns because `I - P` is too near to singular: in step with the period, or with nothing to rest on.
+    pub(in crate::orbit) resonant: Vec<usize>,
+    /// `(cos, sin)` parts of the steady response of the eliminated blocks, zero for resonant ones.
     pub(in crate::orbit) steady: Vec<[Pair; 2]>,
     pub(in crate::orbit) equilibrium: Vec<Pair>,
     pub(in crate::orbit) period: f64,
@@ -32,7 +33,7 @@ pub(crate) struct Instant<'a> {
 pub(crate) type Rows = (DMatrix<f64>, DVector<f64>);
 
 /// Affine form in the unknowns: coefficients of p and of u, and a constant.
-struct Sums {
+struct AffineForm {
     by_impulse: DMatrix<f64>,
     by_phase: DMatrix<f64>,
     constant: DVector<f64>,
@@ -48,7 +49,7 @@ fn resolvent(block: Block, period: f64) -> Option<[Pair; 2]> {
     Some([[d / det, -b / det], [-c / det, a / det]])
 }
 
-impl<'a> Instant<'a> {
+impl<'a> PeriodicConditions<'a> {
     /// The conditions for the stops hit together once in the period T.
     pub fn new(scene: &'a ModalScene, stops: &'a [usize], period: f64) -> Self {
         let n = scene.form.n_dof();
@@ -56,18 +57,18 @@ impl<'a> Instant<'a> {
             scene,
             stops,
             resolvents: vec![None; n],
-            retained: Vec::new(),
+            resonant: Vec::new(),
             steady: vec![[[0.0; 2]; 2]; n],
             equilibrium: vec![[0.0; 2]; n],
             period,
         };
         match &scene.form.form {
-            Form::Dense(_) => instant.retained = (0..n).collect(),
+            Form::Dense(_) => instant.resonant = (0..n).collect(),
             Form::Blocks(blocks) => {
                 for (j, &block) in blocks.iter().enumerate() {
                     instant.resolvents[j] = resolvent(block, period);
                     if instant.resolvents[j].is_none() {
-                        instant.retained.push(j);
+                        instant.resonant.push(j);
                         continue;
                     }
                     let y = block.steady(scene.frequency, scene.force[j]);
@@ -86,13 +87,13 @@ impl<'a> Instant<'a> {
 
     /// Number of unknowns besides the phase.
     pub(in crate::orbit) fn n_inner(&self) -> usize {
-        self.n_impulses() + 2 * self.retained.len()
+        self.n_impulses() + 2 * self.resonant.len()
     }
 
     /// What rows (positions or velocities of the stops hit) see of the eliminated blocks.
-    fn sums(&self, rows: &[Vec<Pair>]) -> Sums {
+    fn sums(&self, rows: &[Vec<Pair>]) -> AffineForm {
         let k = self.n_impulses();
-        let mut sums = Sums {
+        let mut sums = AffineForm {
             by_impulse: DMatrix::zeros(k, k),
             by_phase: DMatrix::zeros(k, 2),
             constant: DVector::zeros(k),
@@ -150,7 +151,7 @@ impl<'a> Instant<'a> {
         )
     }
 
-    /// Rows that say "the normal velocities are reversed", and that the retained blocks repeat: `matrix X = rhs` with X
+    /// Rows that say "the normal velocities are reversed", and that the resonant blocks repeat: `matrix X = rhs` with X
     /// the inner unknowns and u.
     pub(in crate::orbit) fn repeat_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
@@ -167,8 +168,8 @@ impl<'a> Instant<'a> {
             for c in 0..2 {
                 matrix[(a, inner + c)] = (1.0 + e) * velocity.by_phase[(a, c)];
             }
-            // At an equilibrium nothing moves, but what is eliminated of one may: the retained blocks have the rest.
-            if !self.retained.is_empty() {
+            // At an equilibrium nothing moves, but what is eliminated of one may: the resonant blocks have the rest.
+            if !self.resonant.is_empty() {
                 rhs[a] = -(1.0 + e) * velocity.constant[a];
             }
             self.put_retained(&mut matrix, a, 1.0 + e, &self.scene.velocity_rows[stop]);
@@ -179,18 +180,18 @@ impl<'a> Instant<'a> {
 
     fn put_retained(&self, matrix: &mut DMatrix<f64>, row: usize, factor: f64, stop_row: &[Pair]) {
         let k = self.n_impulses();
-        for (i, &j) in self.retained.iter().enumerate() {
+        for (i, &j) in self.resonant.iter().enumerate() {
             matrix[(row, k + 2 * i)] = factor * stop_row[j][0];
             matrix[(row, k + 2 * i + 1)] = factor * stop_row[j][1];
         }
     }
 
-    /// `(I - P) z + jump p - G u = g` for the retained blocks.
+    /// `(I - P) z + jump p - G u = g` for the resonant blocks.
     fn put_repetition(&self, matrix: &mut DMatrix<f64>, rhs: &mut DVector<f64>) {
         let (k, inner, t) = (self.n_impulses(), self.n_inner(), self.period);
         match &self.scene.form.form {
             Form::Blocks(blocks) => {
-                for (i, &j) in self.retained.iter().enumerate() {
+                for (i, &j) in self.resonant.iter().enumerate() {
                     let block = blocks[j];
                     let repeat = block.one_minus_propagator(t);
                     let forced =
@@ -221,7 +222,7 @@ impl<'a> Instant<'a> {
             }
         }
         for (b, &stop) in self.stops.iter().enumerate() {
-            for (i, &j) in self.retained.iter().enumerate() {
+            for (i, &j) in self.resonant.iter().enumerate() {
                 for c in 0..2 {
                     matrix[(k + 2 * i + c, b)] = self.scene.jumps[stop][j][c];
                 }
@@ -345,11 +346,11 @@ impl<'a> Instant<'a> {
     pub fn state_after(&self, x: &DVector<f64>, affine: f64) -> Vec<Pair> {
         let k = self.n_impulses();
         let u = self.phase_part(x);
-        let mut retained = x.as_slice()[k..].chunks_exact(2);
+        let mut resonant = x.as_slice()[k..].chunks_exact(2);
         let mut state = Vec::with_capacity(self.resolvents.len());
         for (j, resolvent) in self.resolvents.iter().enumerate() {
             let Some(resolvent) = resolvent else {
-                state.extend(retained.next().map(|z| [z[0], z[1]]));
+                state.extend(resonant.next().map(|z| [z[0], z[1]]));
                 continue;
             };
             let mut push = [0.0, 0.0];

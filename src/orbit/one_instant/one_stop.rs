@@ -1,11 +1,11 @@
-//! One stop hit, no mode retained: two conditions in the three unknowns `(p, cos, sin)`, so the solutions are a line in
+//! One stop hit, no mode resonant: two conditions in the three unknowns `(p, cos, sin)`, so the solutions are a line in
 //! space, direction the cross product of the two rows, and the orbits are where it meets the circle (theory 5). Gives
 //! what the singular value decomposition gives, where the rank is beyond doubt.
 
 use crate::flow::along;
 use crate::modal::Pair;
-use crate::orbit::one_instant::crossing::{Crossing, chord};
-use crate::orbit::one_instant::impulses::Instant;
+use crate::orbit::one_instant::crossing::{PhaseSolutions, chord};
+use crate::orbit::one_instant::impulses::PeriodicConditions;
 use nalgebra::{DMatrix, DVector};
 
 /// Least singular value of the two rows, in units of order one, below which the decomposition decides instead; far
@@ -37,11 +37,11 @@ fn square(a: Row) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
-impl Instant<'_> {
-    /// The conditions for one stop hit and no mode retained, in units of order one; `None` in any other case.
+impl PeriodicConditions<'_> {
+    /// The conditions for one stop hit and no mode resonant, in units of order one; `None` in any other case.
     fn one_stop_conditions(&self) -> Option<OneStop> {
         let &[stop] = self.stops else { return None };
-        if !self.retained.is_empty() {
+        if !self.resonant.is_empty() {
             return None;
         }
         let (scene, g) = (self.scene, &self.scene.geometry);
@@ -86,9 +86,9 @@ impl OneStop {
     }
 }
 
-/// The solutions for a given clearance; `None` where more than one stop is hit, modes are retained, or the rank is in
+/// The solutions for a given clearance; `None` where more than one stop is hit, modes are resonant, or the rank is in
 /// doubt.
-pub(crate) fn clearance_given(instant: &Instant<'_>) -> Option<Crossing> {
+pub(crate) fn clearance_given(instant: &PeriodicConditions<'_>) -> Option<PhaseSolutions> {
     let conditions = instant.one_stop_conditions()?;
     let [repeat, contact] = conditions.rows;
     let normal = cross(repeat, contact);
@@ -116,7 +116,7 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Option<Crossing> {
         let impulse = push * conditions.impulse([cos / response, sin / response]);
         DVector::from_vec(vec![impulse, cos, sin])
     };
-    Some(Crossing {
+    Some(PhaseSolutions {
         points: chord.ends().iter().map(point).collect(),
         margin: Some(chord.margin),
         basis: DMatrix::zeros(3, 0),
@@ -142,7 +142,8 @@ mod tests {
                     .expect("valid");
                 let modal = ModalScene::new(&scene, "the test").expect("linear");
                 let stops = [stop];
-                let instant = Instant::new(&modal, &stops, std::f64::consts::TAU * 2.0 / w);
+                let instant =
+                    PeriodicConditions::new(&modal, &stops, std::f64::consts::TAU * 2.0 / w);
                 let fast = clearance_given(&instant).expect("a clear rank");
                 let set = instant.at_clearance(None).expect("converges");
                 let slow = meet_circle(&set, |x| instant.phase_part(x)).expect("converges");

@@ -6,13 +6,13 @@ use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank;
 use crate::modal::Pair;
-use crate::orbit::one_instant::impulses::{Instant, RANK_TOL, Rows};
+use crate::orbit::one_instant::impulses::{PeriodicConditions, RANK_TOL, Rows};
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of the conditions, each in units of its own terms, up to which they agree.
 const CONSISTENT: f64 = 1e-11;
 
-impl Instant<'_> {
+impl PeriodicConditions<'_> {
     /// Takes the unknowns of a solution for given clearances anew for its phase, by least squares on the rows of these with each
     /// in units of its own rounding: those in which the phase matters little decide. Where that leaves one of them open, or the
     /// rows contradict each other in these units (the phase itself is not known well enough for the smallest of them), X stays.

@@ -4,9 +4,9 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::wrapped;
 use crate::orbit::course::Course;
-use crate::orbit::flights::{Flight, Parts};
-use crate::orbit::one_instant::crossing::{Crossing, SOLVABLE, meet_circle};
-use crate::orbit::one_instant::impulses::{Instant, Rows};
+use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::one_instant::crossing::{PhaseSolutions, SOLVABLE, meet_circle};
+use crate::orbit::one_instant::impulses::{PeriodicConditions, Rows};
 use crate::orbit::one_instant::one_stop;
 use crate::orbit::one_instant::refine::settle_speeds;
 use crate::orbit::problem::Problem;
@@ -24,7 +24,7 @@ pub(crate) struct Solution {
 
 impl Solution {
     /// The motion that X describes, over the period.
-    pub fn new(instant: &Instant<'_>, x: &DVector<f64>, period: f64) -> Result<Self> {
+    pub fn new(instant: &PeriodicConditions<'_>, x: &DVector<f64>, period: f64) -> Result<Self> {
         let u = instant.phase_part(x);
         let impulses = instant.impulse_part(x);
         let mut after = instant.state_after(x, 1.0);
@@ -50,10 +50,10 @@ impl Solution {
 }
 
 /// The solutions for a given phase: one, none, or a family.
-pub(crate) fn phase_given(instant: &Instant<'_>, phase: f64) -> Result<Crossing> {
+pub(crate) fn phase_given(instant: &PeriodicConditions<'_>, phase: f64) -> Result<PhaseSolutions> {
     let set = instant.at_phase([phase.cos(), phase.sin()])?;
     let is_solvable = set.residual <= SOLVABLE;
-    Ok(Crossing {
+    Ok(PhaseSolutions {
         points: if is_solvable {
             vec![set.particular]
         } else {
@@ -66,7 +66,7 @@ pub(crate) fn phase_given(instant: &Instant<'_>, phase: f64) -> Result<Crossing>
 }
 
 /// The solutions for given clearances.
-pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
+pub(crate) fn clearance_given(instant: &PeriodicConditions<'_>) -> Result<PhaseSolutions> {
     if let Some(crossing) = one_stop::clearance_given(instant) {
         return Ok(crossing);
     }
@@ -81,7 +81,7 @@ pub(crate) fn clearance_given(instant: &Instant<'_>) -> Result<Crossing> {
 }
 
 /// The margin of [`clearance_given`] alone.
-pub(crate) fn clearance_margin(instant: &Instant<'_>) -> Result<Option<f64>> {
+pub(crate) fn clearance_margin(instant: &PeriodicConditions<'_>) -> Result<Option<f64>> {
     let crossing = match one_stop::clearance_given(instant) {
         Some(crossing) => crossing,
         None => meet_contacts(instant, &instant.rows_at_clearance(None)?)?,
@@ -89,7 +89,7 @@ pub(crate) fn clearance_margin(instant: &Instant<'_>) -> Result<Option<f64>> {
     Ok(crossing.margin)
 }
 
-fn meet_contacts(instant: &Instant<'_>, rows: &Rows) -> Result<Crossing> {
+fn meet_contacts(instant: &PeriodicConditions<'_>, rows: &Rows) -> Result<PhaseSolutions> {
     meet_circle(&instant.solve_contacts(rows)?, |x| instant.phase_part(x))
 }
 
@@ -97,7 +97,7 @@ fn meet_contacts(instant: &Instant<'_>, rows: &Rows) -> Result<Crossing> {
 pub(crate) fn without_impacts(problem: &Problem<'_>) -> Result<Solutions> {
     let given = problem.options.phase;
     let phase = given.unwrap_or_else(|| problem.scene.forcing().phase());
-    let instant = Instant::new(&problem.modal, &[], problem.period);
+    let instant = PeriodicConditions::new(&problem.modal, &[], problem.period);
     let crossing = phase_given(&instant, phase)?;
     let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
         (true, _) => {
@@ -111,7 +111,7 @@ pub(crate) fn without_impacts(problem: &Problem<'_>) -> Result<Solutions> {
 
 /// Orbits for a given phase at the impact; the clearances come out.
 pub(crate) fn at_phase(problem: &Problem<'_>, phase: f64) -> Result<Solutions> {
-    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
+    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
     let crossing = phase_given(&instant, phase)?;
     let none = "I - R e^(AT) is singular and the forcing is not in its range";
     let reason = describe(&crossing, none);
@@ -121,7 +121,7 @@ pub(crate) fn at_phase(problem: &Problem<'_>, phase: f64) -> Result<Solutions> {
 /// Orbits for the clearances of the scene.
 pub(crate) fn at_clearance(problem: &Problem<'_>) -> Result<Solutions> {
     let stops = problem.stops();
-    let instant = Instant::new(&problem.modal, stops, problem.period);
+    let instant = PeriodicConditions::new(&problem.modal, stops, problem.period);
     let crossing = clearance_given(&instant)?;
     let none = if stops.len() > 1 {
         "the stops hit together ask for two phases at once, or more; free one parameter (free=\"clearance\")"
@@ -134,7 +134,7 @@ pub(crate) fn at_clearance(problem: &Problem<'_>) -> Result<Solutions> {
 
 /// Orbits that hit their stops together at clearances times one unknown factor (theory 5: kind 1).
 pub(crate) fn at_scaled_clearance(problem: &Problem<'_>) -> Result<Solutions> {
-    let instant = Instant::new(&problem.modal, problem.stops(), problem.period);
+    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
     let given = instant.clearances();
     let direction = if given.amax() > 0.0 {
         given
@@ -152,7 +152,7 @@ pub(crate) fn at_scaled_clearance(problem: &Problem<'_>) -> Result<Solutions> {
 
 impl Solutions {
     /// The same solutions with the stops hit standing where the contacts are.
-    fn at_contacts(mut self, instant: &Instant<'_>) -> Self {
+    fn at_contacts(mut self, instant: &PeriodicConditions<'_>) -> Self {
         for parts in &mut self.all {
             let contacts = instant.contacts(&parts.flights[0].after);
             parts.clearances = instant.stops.iter().copied().zip(contacts).collect();
@@ -161,7 +161,7 @@ impl Solutions {
     }
 }
 
-fn describe(crossing: &Crossing, none: &str) -> String {
+fn describe(crossing: &PhaseSolutions, none: &str) -> String {
     if crossing.points.is_empty() {
         none.to_owned()
     } else if crossing.is_any_phase {
@@ -182,17 +182,17 @@ fn describe(crossing: &Crossing, none: &str) -> String {
 /// The solutions at the points of a crossing.
 fn solutions(
     problem: &Problem<'_>,
-    instant: &Instant<'_>,
-    crossing: &Crossing,
+    instant: &PeriodicConditions<'_>,
+    crossing: &PhaseSolutions,
     reason: String,
 ) -> Result<Solutions> {
-    let parts = |x: &DVector<f64>| -> Result<Parts> {
+    let parts = |x: &DVector<f64>| -> Result<OrbitData> {
         let Solution {
             phase,
             flight,
             impulses,
         } = Solution::new(instant, x, problem.period)?;
-        Ok(Parts {
+        Ok(OrbitData {
             pattern: problem.pattern.clone(),
             n_periods: problem.options.n_periods,
             phase,
@@ -212,7 +212,11 @@ fn solutions(
 }
 
 /// Null vectors as changes of the contact state (q, v).
-fn family_basis(modal: &ModalScene, instant: &Instant<'_>, crossing: &Crossing) -> DMatrix<f64> {
+fn family_basis(
+    modal: &ModalScene,
+    instant: &PeriodicConditions<'_>,
+    crossing: &PhaseSolutions,
+) -> DMatrix<f64> {
     let n = modal.form.n_dof();
     let columns: Vec<DVector<f64>> = crossing
         .basis

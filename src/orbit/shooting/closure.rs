@@ -24,14 +24,14 @@ pub(super) const MOST_STEPS: usize = 60;
 /// A motion between instants, closed or nearly so: flight k goes from `starts[k]`, which is `times[k]` unless impacts
 /// accumulate from there, to `times[k + 1]`, and its state is the one at its start.
 #[derive(Debug, Clone)]
-pub(crate) struct Loop {
+pub(crate) struct ShootingState {
     /// The instants, one more than there are flights.
     pub times: Vec<f64>,
     pub starts: Vec<f64>,
     pub states: Vec<DVector<f64>>,
 }
 
-impl Loop {
+impl ShootingState {
     /// The start of flight k, the one after the last being the first of the next period.
     pub(super) fn start(&self, k: usize) -> f64 {
         self.starts.get(k).copied().unwrap_or(self.times[k])
@@ -40,7 +40,7 @@ impl Loop {
 
 /// What a flight ends with.
 #[derive(Debug, Clone)]
-pub(crate) struct Landing {
+pub(crate) struct FlightEnd {
     /// The state before the instant.
     pub before: DVector<f64>,
     /// The impulses of the stops struck together there.
@@ -169,7 +169,7 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// The end of flight k, at instant k + 1, without deviations.
-    fn flown(&self, k: usize, state: &Loop) -> Result<Timed> {
+    fn flown(&self, k: usize, state: &ShootingState) -> Result<Timed> {
         let len = state.states[0].len();
         let mut y = Timed {
             time: state.times[k + 1],
@@ -183,7 +183,7 @@ impl<M: Motion> Shooting<'_, M> {
         Ok(y)
     }
 
-    pub(super) fn units(&self, state: &Loop) -> Result<Units> {
+    pub(super) fn units(&self, state: &ShootingState) -> Result<Units> {
         let n = state.states[0].len() / 2;
         // Behind instants that end at rest the states may all be zero but for rounding; the ends of the flights are not.
         let ends = if self.legs.iter().any(|leg| !leg.held.is_empty()) {
@@ -216,13 +216,13 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// The ends of all flights.
-    pub(super) fn landings(&self, state: &Loop, units: &Units) -> Result<Vec<Landing>> {
+    pub(super) fn landings(&self, state: &ShootingState, units: &Units) -> Result<Vec<FlightEnd>> {
         (0..state.states.len())
             .map(|k| {
                 let mut y = self.flown(k, state)?;
                 let before = y.state.clone();
                 let (impulses, chatter) = self.pass(k + 1, units, &mut y)?;
-                Ok(Landing {
+                Ok(FlightEnd {
                     before,
                     impulses,
                     chatter,
@@ -232,7 +232,7 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// The largest of all gaps at impacts and of all jumps between flights, in their units.
-    pub(super) fn mismatch(&self, state: &Loop, units: &Units) -> Result<f64> {
+    pub(super) fn mismatch(&self, state: &ShootingState, units: &Units) -> Result<f64> {
         let n = state.states[0].len() / 2;
         let mut worst = 0.0f64;
         let count = state.states.len();

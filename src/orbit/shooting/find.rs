@@ -5,7 +5,7 @@ use crate::flow::ModalScene;
 use crate::impact::wrapped;
 use crate::model::{Scene, System, contacts};
 use crate::orbit::course::{Course, Event};
-use crate::orbit::flights::{Flight, Parts};
+use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::motions::chatter::project;
 use crate::orbit::motions::modal::{ModalMotion, stuck_motions};
 use crate::orbit::motions::pieces::Motion;
@@ -13,7 +13,7 @@ use crate::orbit::motions::stepped::SteppedMotion;
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::shooting::closure::{Clocked, Landing, Loop, Shooting};
+use crate::orbit::shooting::closure::{Clocked, FlightEnd, Shooting, ShootingState};
 use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::quantity::room_for;
@@ -126,7 +126,7 @@ fn shoot<M: Motion>(
     scene: &Scene,
     start: &Start,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<(Loop, Vec<Landing>)> {
+) -> Result<(ShootingState, Vec<FlightEnd>)> {
     let clocked = match scene.forcing().frequency() {
         Some(w) => Clocked::Forced {
             period: TAU / w * start.n_periods as f64,
@@ -145,11 +145,11 @@ fn shoot<M: Motion>(
 fn parts<M: Motion>(
     scene: &Scene,
     start: &Start,
-    found: &Loop,
-    landings: &[Landing],
+    found: &ShootingState,
+    landings: &[FlightEnd],
     motion: &M,
     pairs: impl Fn(&DVector<f64>) -> Vec<[f64; 2]>,
-) -> Result<Parts> {
+) -> Result<OrbitData> {
     let zero = found.times[0];
     let count = landings.len();
     let (mut instants, mut impulses, mut flights) = (Vec::new(), Vec::new(), Vec::new());
@@ -219,7 +219,7 @@ fn parts<M: Motion>(
     }
     let forcing = scene.forcing();
     let frequency = forcing.frequency().unwrap_or(0.0);
-    Ok(Parts {
+    Ok(OrbitData {
         pattern: Pattern::new(instants)?,
         n_periods: start.n_periods,
         phase: wrapped(frequency * zero + forcing.phase()),
@@ -265,13 +265,13 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
 }
 
 /// The guess, its times stretched to the period that the motion has to have.
-fn first_loop(start: &Start, clocked: Clocked) -> Loop {
+fn first_loop(start: &Start, clocked: Clocked) -> ShootingState {
     let period = match clocked {
         Clocked::Forced { period } => period,
         Clocked::Free => start.period,
     };
     let ends = start.parts.iter().copied().chain([1.0]);
-    Loop {
+    ShootingState {
         times: ends.map(|part| part * period).collect(),
         starts: start.starts.iter().map(|part| part * period).collect(),
         states: start.states.clone(),

@@ -4,7 +4,9 @@ use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::orbit::motions::chatter::Timed;
 use crate::orbit::motions::pieces::Motion;
-use crate::orbit::shooting::closure::{CLOSED, Landing, Loop, MOST_STEPS, Shooting, Units};
+use crate::orbit::shooting::closure::{
+    CLOSED, FlightEnd, MOST_STEPS, Shooting, ShootingState, Units,
+};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -26,9 +28,9 @@ impl<M: Motion> Shooting<'_, M> {
     /// The closed loop near a guess, and the ends of its flights.
     pub fn solve(
         &self,
-        guess: Loop,
+        guess: ShootingState,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<(Loop, Vec<Landing>)> {
+    ) -> Result<(ShootingState, Vec<FlightEnd>)> {
         let mut current = guess;
         let mut units = self.units(&current)?;
         let mut mismatch = self.mismatch(&current, &units)?;
@@ -59,7 +61,7 @@ impl<M: Motion> Shooting<'_, M> {
 
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
     /// times, `xi`, so that these alone are solved for.
-    fn linearised(&self, state: &Loop, units: &Units) -> Result<Linearised> {
+    fn linearised(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
         let flights = state.states.len();
         let (two_n, n_times) = (state.states[0].len(), self.n_times());
         let (n, unknowns) = (two_n / 2, two_n + n_times);
@@ -134,7 +136,7 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// Newton's correction of every time and state; of many the least.
-    fn correction(&self, state: &Loop, units: &Units) -> Result<Loop> {
+    fn correction(&self, state: &ShootingState, units: &Units) -> Result<ShootingState> {
         let Linearised {
             rows,
             right,
@@ -153,7 +155,7 @@ impl<M: Motion> Shooting<'_, M> {
         let with_one = xi.push(1.0);
         let starts = starts.iter().map(|d| d.dot(&with_one)).collect();
         let states = states.iter().map(|d| d * &with_one).collect();
-        Ok(Loop {
+        Ok(ShootingState {
             times,
             starts,
             states,
@@ -163,11 +165,11 @@ impl<M: Motion> Shooting<'_, M> {
     /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.
     fn corrected(
         &self,
-        state: &Loop,
-        correction: &Loop,
+        state: &ShootingState,
+        correction: &ShootingState,
         mismatch: f64,
         units: &Units,
-    ) -> Result<Option<(Loop, f64)>> {
+    ) -> Result<Option<(ShootingState, f64)>> {
         // What is closed is only polished.
         let tries = if mismatch <= CLOSED { 1 } else { MOST_HALVINGS };
         for halvings in 0..tries {
@@ -187,7 +189,7 @@ impl<M: Motion> Shooting<'_, M> {
                 .zip(&correction.states)
                 .map(|(x, d)| x + d * part)
                 .collect();
-            let next = Loop {
+            let next = ShootingState {
                 times,
                 starts,
                 states,

@@ -63,7 +63,7 @@ pub(crate) fn monodromy<M: Motion>(
             let after: &[usize] = if is_last { next.held() } else { &[] };
             let single = [stop];
             let struck: &[usize] = if is_joint { all } else { &single };
-            let salted = Instant {
+            let salted = ImpactAt {
                 gap_of: stop,
                 struck,
                 held: (rates_from, after),
@@ -101,7 +101,7 @@ fn finished<M: Motion>(
 }
 
 /// One impact: the stop that is reached, the stops that receive an impulse with it, those held before and after.
-struct Instant<'a> {
+struct ImpactAt<'a> {
     gap_of: usize,
     struck: &'a [usize],
     held: (&'a [usize], &'a [usize]),
@@ -111,7 +111,7 @@ struct Instant<'a> {
 /// The impact on a state and on deviations from it.
 fn salt<M: Motion>(
     motion: &M,
-    instant: &Instant<'_>,
+    instant: &ImpactAt<'_>,
     state: &mut DVector<f64>,
     deviations: &mut DMatrix<f64>,
 ) -> Result<()> {

@@ -1,7 +1,7 @@
 //! What the search of flight times has proved (theory 5), in words.
 
 use crate::error::digits;
-use crate::orbit::two_instants::isolate::Bracket;
+use crate::orbit::two_instants::isolate::Enclosure;
 
 /// Part of the range that may stay undecided before the outcome says so first.
 const UNDECIDED: f64 = 0.01;
@@ -14,7 +14,7 @@ pub(crate) struct Certificate {
     /// Whether a shorter orbit was left out.
     pub repeats: bool,
     /// Stretches that bounds did not decide.
-    pub open: Vec<Bracket>,
+    pub open: Vec<Enclosure>,
     /// Brackets without a root.
     pub lost: usize,
     pub cells: usize,

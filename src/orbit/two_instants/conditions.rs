@@ -1,21 +1,21 @@
 //! The periodic conditions of two instants of impact, a flight time dt apart in the period T (theory 5), as linear
-//! equations in the impulses, the states of retained modes and the phase `u = (cos, sin)` at the first instant, whose
-//! coefficients are analytic functions of dt: restitution, repetition of the retained modes, and the contacts.
+//! equations in the impulses, the states of resonant modes and the phase `u = (cos, sin)` at the first instant, whose
+//! coefficients are analytic functions of dt: restitution, repetition of the resonant modes, and the contacts.
 
 use crate::flow::ModalScene;
 use crate::modal::{Form, Pair, times};
-use crate::orbit::one_instant::impulses::Instant;
-use crate::orbit::two_instants::green::{Cell, Green, turned};
+use crate::orbit::one_instant::impulses::PeriodicConditions;
+use crate::orbit::two_instants::green::{Green, TimeCell, turned};
 use crate::orbit::two_instants::polish::Root;
-use crate::orbit::two_instants::retained::Retained;
+use crate::orbit::two_instants::resonant::ResonantModes;
 use crate::orbit::two_instants::series::Entry;
 use crate::orbit::two_instants::units::Units;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Rows: restitution of each stop, repetition of the retained modes, contact of each stop. Columns: impulses, states of
-/// the retained modes, cos and sin, right-hand side.
+/// Rows: restitution of each stop, repetition of the resonant modes, contact of each stop. Columns: impulses, states of
+/// the resonant modes, cos and sin, right-hand side.
 pub(crate) struct Conditions<'a> {
-    pub(in crate::orbit) instant: &'a Instant<'a>,
+    pub(in crate::orbit) instant: &'a PeriodicConditions<'a>,
     /// Stops of the first instant; those of the second follow in `instant.stops`.
     pub(in crate::orbit) first: usize,
     /// The equations with dt = 0 wherever dt enters.
@@ -25,12 +25,12 @@ pub(crate) struct Conditions<'a> {
     green: Vec<Green>,
     /// What the restitution and the contact rows of the stops of either instant see of the eliminated modes.
     seen: [Vec<(f64, Vec<Pair>)>; 2],
-    pub(in crate::orbit) retained: Option<Retained<'a>>,
+    pub(in crate::orbit) resonant: Option<ResonantModes<'a>>,
 }
 
 impl<'a> Conditions<'a> {
     /// The conditions for the stops of `instant`, of which the first few are hit at the first instant.
-    pub fn new(instant: &'a Instant<'a>, first: usize) -> Self {
+    pub fn new(instant: &'a PeriodicConditions<'a>, first: usize) -> Self {
         let scene = instant.scene;
         let (k, inner) = (instant.stops.len(), instant.n_inner());
         let (repeat, rhs) = instant.repeat_rows();
@@ -78,8 +78,8 @@ impl<'a> Conditions<'a> {
                 .chain(stops.iter().map(|&a| (-1.0, pick(&scene.position_rows[a]))))
                 .collect()
         });
-        let retained =
-            (!instant.retained.is_empty()).then(|| Retained::new(scene, &instant.retained));
+        let resonant =
+            (!instant.resonant.is_empty()).then(|| ResonantModes::new(scene, &instant.resonant));
         Self {
             instant,
             first,
@@ -87,7 +87,7 @@ impl<'a> Conditions<'a> {
             units,
             green,
             seen,
-            retained,
+            resonant,
         }
     }
 
@@ -107,11 +107,11 @@ impl<'a> Conditions<'a> {
 
     /// Whether modes keep their unknowns.
     pub fn has_retained(&self) -> bool {
-        self.retained.is_some()
+        self.resonant.is_some()
     }
 
     /// The equations over a cell of dt, by rows, unscaled.
-    pub fn entries(&self, cell: &Cell) -> Vec<Entry> {
+    pub fn entries(&self, cell: &TimeCell) -> Vec<Entry> {
         let (k, inner, width) = (
             self.instant.stops.len(),
             self.n_inner(),
@@ -124,7 +124,7 @@ impl<'a> Conditions<'a> {
             .map(|&x| Entry::constant(x))
             .collect();
         let t = self.instant.period;
-        let rest = Cell {
+        let rest = TimeCell {
             origin: t - cell.origin,
             low: t - cell.high,
             high: t - cell.low,
@@ -154,17 +154,17 @@ impl<'a> Conditions<'a> {
                 entries[row * width + inner..row * width + inner + 2].copy_from_slice(&turned);
             }
         }
-        if let Some(retained) = &self.retained {
-            self.put_retained(retained, cell, &rest, &mut entries);
+        if let Some(resonant) = &self.resonant {
+            self.put_retained(resonant, cell, &rest, &mut entries);
         }
         entries
     }
 
     fn put_retained(
         &self,
-        retained: &Retained<'_>,
-        cell: &Cell,
-        rest: &Cell,
+        resonant: &ResonantModes<'_>,
+        cell: &TimeCell,
+        rest: &TimeCell,
         entries: &mut [Entry],
     ) {
         let scene = self.scene();
@@ -173,10 +173,10 @@ impl<'a> Conditions<'a> {
             self.n_inner(),
             self.constant.ncols(),
         );
-        let (there, back) = (retained.flow(cell.origin), retained.flow(rest.origin));
+        let (there, back) = (resonant.flow(cell.origin), resonant.flow(rest.origin));
         let pick = |row: &[Pair]| {
             self.instant
-                .retained
+                .resonant
                 .iter()
                 .flat_map(|&j| row[j])
                 .collect::<Vec<f64>>()
@@ -190,7 +190,7 @@ impl<'a> Conditions<'a> {
             );
             for (row, factor, seen) in [velocity, (inner + a, 1.0, &scene.position_rows[stop])] {
                 let seen = pick(seen);
-                let along = retained.row(&seen, &there, cell);
+                let along = resonant.row(&seen, &there, cell);
                 let line = &mut entries[row * width..(row + 1) * width];
                 for entry in &mut line[k..inner] {
                     *entry = Entry::default();
@@ -211,7 +211,7 @@ impl<'a> Conditions<'a> {
         }
         for b in self.first..k {
             let jump = pick(&scene.jumps[self.instant.stops[b]]);
-            for (i, entry) in retained.column(&jump, &back, rest).into_iter().enumerate() {
+            for (i, entry) in resonant.column(&jump, &back, rest).into_iter().enumerate() {
                 entries[(k + i) * width + b] = entry;
             }
         }
@@ -295,12 +295,12 @@ impl<'a> Conditions<'a> {
                 }
             }
         }
-        if let Some(retained) = &self.retained {
+        if let Some(resonant) = &self.resonant {
             let (k, inner) = (instant.stops.len(), self.n_inner());
             let z = (k..inner).map(|i| x[i] * self.units.columns[i]);
             let y = DVector::from_iterator(inner - k + 3, z.chain([1.0, u[0], u[1]]));
-            let moved = retained.flow(dt) * &y;
-            for (i, &j) in instant.retained.iter().enumerate() {
+            let moved = resonant.flow(dt) * &y;
+            for (i, &j) in instant.resonant.iter().enumerate() {
                 states[0][j] = [y[2 * i], y[2 * i + 1]];
                 states[1][j] = [moved[2 * i], moved[2 * i + 1]];
                 for (&stop, p) in instant.stops.iter().zip(&impulses).skip(self.first) {
@@ -314,8 +314,8 @@ impl<'a> Conditions<'a> {
 }
 
 /// A cell of one point: values and derivatives only.
-pub(crate) fn point(dt: f64, scale: f64) -> Cell {
-    Cell {
+pub(crate) fn point(dt: f64, scale: f64) -> TimeCell {
+    TimeCell {
         origin: dt,
         scale,
         low: dt,
@@ -324,7 +324,7 @@ pub(crate) fn point(dt: f64, scale: f64) -> Cell {
 }
 
 /// The eliminated modes of an instant.
-fn eliminated(instant: &Instant<'_>) -> (Vec<usize>, Vec<crate::modal::Block>) {
+fn eliminated(instant: &PeriodicConditions<'_>) -> (Vec<usize>, Vec<crate::modal::Block>) {
     match &instant.scene.form.form {
         Form::Blocks(blocks) => (0..blocks.len())
             .filter(|&j| instant.resolvents[j].is_some())

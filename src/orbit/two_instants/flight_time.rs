@@ -6,11 +6,13 @@ use crate::error::Result;
 use crate::modal::Pair;
 use crate::orbit::two_instants::certificate::Certificate;
 use crate::orbit::two_instants::conditions::{Conditions, point};
-use crate::orbit::two_instants::green::Cell;
-use crate::orbit::two_instants::isolate::{Bracket, End, Isolated, Place, Sampled, isolate};
+use crate::orbit::two_instants::green::TimeCell;
+use crate::orbit::two_instants::isolate::{
+    CellEnd, CellPlace, Enclosure, Isolated, Sampled, isolate,
+};
 use crate::orbit::two_instants::minors::Minors;
 use crate::orbit::two_instants::polish::{
-    Equations, Root, circle_starts, least_squares_start, polish,
+    Root, TwoInstantEquations, circle_starts, least_squares_start, polish,
 };
 use crate::orbit::two_instants::series::Series;
 use crate::watch::Watch;
@@ -30,7 +32,7 @@ const HALVINGS: usize = 30;
 const TOGETHER: f64 = 1e-9;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
-pub(crate) struct Search<'a> {
+pub(crate) struct FlightTimeSearch<'a> {
     pub conditions: &'a Conditions<'a>,
     pub period: f64,
     /// The instants are alike, so that an orbit may be a shorter one repeated.
@@ -41,7 +43,7 @@ pub(crate) struct Search<'a> {
     pub pair: (usize, usize),
 }
 
-impl Search<'_> {
+impl FlightTimeSearch<'_> {
     /// Number of unknowns.
     fn n_unknowns(&self) -> usize {
         self.conditions.n_inner() + if self.phase.is_some() { 0 } else { 2 }
@@ -61,8 +63,8 @@ impl Search<'_> {
 
     /// The scaled equations over a cell, the meeting of the instants, or the line of solutions half the period apart,
     /// divided out where `end` says so.
-    fn rows(&self, cell: &Cell, end: End) -> Vec<Series> {
-        if end != End::Neither && self.phase.is_none() && self.is_half(cell.origin) {
+    fn rows(&self, cell: &TimeCell, end: CellEnd) -> Vec<Series> {
+        if end != CellEnd::Neither && self.phase.is_none() && self.is_half(cell.origin) {
             return self.conditions.half_rows(cell);
         }
         let entries = self.conditions.entries(cell);
@@ -76,22 +78,22 @@ impl Search<'_> {
 
     /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
     /// determinant of the conditions with the phase given.
-    fn sample(&self, minors: &mut Minors, place: &Place) -> Sampled {
+    fn sample(&self, minors: &mut Minors, place: &CellPlace) -> Sampled {
         let (low, high) = (place.low, place.high);
         let cell = match place.end {
-            End::Neither => Cell {
+            CellEnd::Neither => TimeCell {
                 origin: 0.5 * (low + high),
                 scale: 0.5 * (high - low),
                 low,
                 high,
             },
-            End::Low => Cell {
+            CellEnd::Low => TimeCell {
                 origin: low,
                 scale: high - low,
                 low,
                 high,
             },
-            End::High => Cell {
+            CellEnd::High => TimeCell {
                 origin: high,
                 scale: high - low,
                 low,
@@ -152,7 +154,7 @@ impl Search<'_> {
         let mut minors = self.minors();
         let (low, high) = self.range();
         let meets = self.meets();
-        // The repetition of retained modes hides the meeting at T.
+        // The repetition of resonant modes hides the meeting at T.
         let at_end = meets && !self.conditions.has_retained();
         let half = 0.5 * self.period;
         let mut walk = |range, deflated| {
@@ -186,7 +188,7 @@ impl Search<'_> {
                 None => lost += 1,
             }
         }
-        let open: Vec<Bracket> = found
+        let open: Vec<Enclosure> = found
             .undecided
             .iter()
             .filter(|b| !self.is_trivial(b))
@@ -201,7 +203,7 @@ impl Search<'_> {
         }
         if splits && !self.is_alike {
             let half = 0.5 * self.period;
-            let line = Bracket {
+            let line = Enclosure {
                 low: half,
                 high: half,
                 guess: half,
@@ -237,7 +239,7 @@ impl Search<'_> {
     }
 
     /// Where instants of one surface meet there is no orbit to find.
-    fn is_trivial(&self, bracket: &Bracket) -> bool {
+    fn is_trivial(&self, bracket: &Enclosure) -> bool {
         self.meets()
             && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
     }
@@ -266,7 +268,7 @@ impl Search<'_> {
     }
 
     /// Whether a flight time belongs to an undecided bracket.
-    fn is_near(&self, dt: f64, bracket: &Bracket) -> bool {
+    fn is_near(&self, dt: f64, bracket: &Enclosure) -> bool {
         let slack = 8.0 * (bracket.high - bracket.low) + NEAR * self.period;
         dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack
     }
@@ -274,7 +276,7 @@ impl Search<'_> {
     /// The one root of a bracket that is proved to hold one.
     fn solve_simple(
         &self,
-        bracket: &Bracket,
+        bracket: &Enclosure,
         splits: bool,
         watch: &mut Watch<'_>,
     ) -> Result<Option<Root>> {
@@ -292,17 +294,17 @@ impl Search<'_> {
     }
 
     /// A bracket of one sign change, narrowed by bisection.
-    fn halved(&self, bracket: &Bracket, watch: &mut Watch<'_>) -> Result<Bracket> {
+    fn halved(&self, bracket: &Enclosure, watch: &mut Watch<'_>) -> Result<Enclosure> {
         let mut minors = self.minors();
         let mut value = |t: f64| {
-            let place = Place {
+            let place = CellPlace {
                 low: t,
                 high: t,
-                end: End::Neither,
+                end: CellEnd::Neither,
             };
             self.sample(&mut minors, &place).series.at_origin()
         };
-        let Bracket {
+        let Enclosure {
             mut low, mut high, ..
         } = *bracket;
         // The end of the range may be a zero that was divided out: the sign is that of the other one.
@@ -318,7 +320,7 @@ impl Search<'_> {
                 high = middle;
             }
         }
-        Ok(Bracket {
+        Ok(Enclosure {
             low,
             high,
             guess: 0.5 * (low + high),
@@ -326,13 +328,13 @@ impl Search<'_> {
     }
 
     /// The roots that Newton's method reaches from the guess of a bracket.
-    fn solve(&self, bracket: &Bracket, watch: &mut Watch<'_>) -> Result<Vec<Root>> {
+    fn solve(&self, bracket: &Enclosure, watch: &mut Watch<'_>) -> Result<Vec<Root>> {
         let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
         let n = self.n_unknowns();
         let equations = |dt: f64| {
-            let rows = self.rows(&point(dt, unit), End::Neither);
+            let rows = self.rows(&point(dt, unit), CellEnd::Neither);
             let count = rows.len() / (n + 1);
-            Equations {
+            TwoInstantEquations {
                 matrix: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].at_origin()),
                 rate: DMatrix::from_fn(count, n + 1, |i, j| {
                     rows[i * (n + 1) + j].slope_at_origin()

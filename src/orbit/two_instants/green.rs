@@ -6,7 +6,7 @@ use crate::orbit::two_instants::series::{Entry, ORDER};
 
 /// A span of times and the point in it about which functions of time are expanded.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Cell {
+pub(crate) struct TimeCell {
     /// Where the expansion is centred.
     pub origin: f64,
     /// Time per unit x; the cell lies within `|x| <= 1`.
@@ -42,7 +42,13 @@ impl Green {
 
     /// Adds to each of `out` its factor times what its row sees of the motion over a cell of tau. With `backward` the
     /// functions are of -tau: x counts against it.
-    pub fn add(&self, cell: &Cell, backward: bool, rows: &[(f64, Vec<Pair>)], out: &mut [Entry]) {
+    pub fn add(
+        &self,
+        cell: &TimeCell,
+        backward: bool,
+        rows: &[(f64, Vec<Pair>)],
+        out: &mut [Entry],
+    ) {
         let step = if backward { -cell.scale } else { cell.scale };
         for (j, ((block, start), (weight, growth))) in
             self.blocks.iter().zip(&self.norms).enumerate()
@@ -85,7 +91,7 @@ impl Green {
 
 /// What a steady response `cosine u_0 + sine u_1` is at the time t later, as a function of t over a cell: the two
 /// coefficients of `u` at t = 0.
-pub(crate) fn turned(cell: &Cell, frequency: f64, [cosine, sine]: Pair) -> [Entry; 2] {
+pub(crate) fn turned(cell: &TimeCell, frequency: f64, [cosine, sine]: Pair) -> [Entry; 2] {
     let (s, c) = (frequency * cell.origin).sin_cos();
     let mut value = [cosine * c + sine * s, sine * c - cosine * s];
     let size = cosine.abs() + sine.abs();
@@ -140,7 +146,7 @@ mod tests {
                 (0.05, 0.0, 0.05),
                 (2.0, 1.7, 0.3),
             ] {
-                let cell = Cell {
+                let cell = TimeCell {
                     origin,
                     scale,
                     low,
@@ -176,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_steady_response_turns_with_the_phase() {
-        let cell = Cell {
+        let cell = TimeCell {
             origin: 1.1,
             scale: 0.2,
             low: 0.9,

@@ -18,7 +18,7 @@ pub(crate) struct Sampled {
 
 /// A part of the interval in which a zero lies, or may lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Bracket {
+pub(crate) struct Enclosure {
     pub low: f64,
     pub high: f64,
     /// Where the polynomial has its zero.
@@ -29,9 +29,9 @@ pub(crate) struct Bracket {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Isolated {
     /// Cells in which the function is monotone and has one zero.
-    pub simple: Vec<Bracket>,
+    pub simple: Vec<Enclosure>,
     /// Stretches of smallest cells, or of cells of rounding, that nothing was proved of.
-    pub undecided: Vec<Bracket>,
+    pub undecided: Vec<Enclosure>,
     /// Cells looked at.
     pub cells: usize,
 }
@@ -49,53 +49,53 @@ impl Isolated {
 /// A cell as the function sees it: both ends and the origin of its series; `end` says that the interval's end is part of
 /// it, and that the series is about that end.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct CellPlace {
     pub low: f64,
     pub high: f64,
-    pub end: End,
+    pub end: CellEnd,
 }
 
 /// Which end of the interval a cell touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum End {
+pub(crate) enum CellEnd {
     Neither,
     Low,
     High,
 }
 
-enum Verdict {
+enum CellVerdict {
     Clear,
     Simple(f64),
     Unknown,
     Rounding,
 }
 
-fn judge(place: &Place, sampled: &Sampled) -> Verdict {
+fn judge(place: &CellPlace, sampled: &Sampled) -> CellVerdict {
     let Sampled { series, floor } = sampled;
     if series.is_clear_of_zero(*floor) {
-        return Verdict::Clear;
+        return CellVerdict::Clear;
     }
     if series.bound() <= *floor {
-        return Verdict::Rounding;
+        return CellVerdict::Rounding;
     }
     if !series.is_monotone() {
-        return Verdict::Unknown;
+        return CellVerdict::Unknown;
     }
     let (first, last) = match place.end {
-        End::Neither => (-1.0, 1.0),
-        End::Low => (0.0, 1.0),
-        End::High => (-1.0, 0.0),
+        CellEnd::Neither => (-1.0, 1.0),
+        CellEnd::Low => (0.0, 1.0),
+        CellEnd::High => (-1.0, 0.0),
     };
     let slack = series.remainder() + floor;
     let (a, b) = (series.value(first), series.value(last));
     if a.min(b) > slack || a.max(b) < -slack {
-        return Verdict::Clear;
+        return CellVerdict::Clear;
     }
     // A zero within the slack of an end may be the neighbour's, or nobody's.
     if a.abs().min(b.abs()) <= slack {
-        return Verdict::Unknown;
+        return CellVerdict::Unknown;
     }
-    Verdict::Simple(series.newton(0.5 * (first + last)).clamp(first, last))
+    CellVerdict::Simple(series.newton(0.5 * (first + last)).clamp(first, last))
 }
 
 /// Walks over `low..high`; the ends that are named in `deflated` are expanded about.
@@ -106,7 +106,7 @@ pub(crate) fn isolate(
     (low, high): (f64, f64),
     deflated: (bool, bool),
     watch: &mut Watch<'_>,
-    mut function: impl FnMut(&Place) -> Sampled,
+    mut function: impl FnMut(&CellPlace) -> Sampled,
 ) -> Result<Isolated> {
     let mut found = Isolated::default();
     let at = |i: u64| {
@@ -122,11 +122,11 @@ pub(crate) fn isolate(
         let mut is_first_try = true;
         loop {
             let end = match (position, position + width) {
-                (0, _) if deflated.0 => End::Low,
-                (_, FINEST) if deflated.1 => End::High,
-                _ => End::Neither,
+                (0, _) if deflated.0 => CellEnd::Low,
+                (_, FINEST) if deflated.1 => CellEnd::High,
+                _ => CellEnd::Neither,
             };
-            let place = Place {
+            let place = CellPlace {
                 low: at(position),
                 high: at(position + width),
                 end,
@@ -136,37 +136,39 @@ pub(crate) fn isolate(
             let verdict = judge(&place, &function(&place));
             let is_last = width == 1 || found.cells >= MOST_CELLS;
             match verdict {
-                Verdict::Unknown if !is_last => {
+                CellVerdict::Unknown if !is_last => {
                     width /= 2;
                     is_first_try = false;
                     continue;
                 }
-                Verdict::Clear => {}
-                Verdict::Simple(x) => {
+                CellVerdict::Clear => {}
+                CellVerdict::Simple(x) => {
                     let guess = match end {
-                        End::Neither => {
+                        CellEnd::Neither => {
                             0.5 * ((place.low + place.high) + x * (place.high - place.low))
                         }
-                        End::Low => place.low + x * (place.high - place.low),
-                        End::High => place.high + x * (place.high - place.low),
+                        CellEnd::Low => place.low + x * (place.high - place.low),
+                        CellEnd::High => place.high + x * (place.high - place.low),
                     };
-                    found.simple.push(Bracket {
+                    found.simple.push(Enclosure {
                         low: place.low,
                         high: place.high,
                         guess,
                     });
                 }
-                Verdict::Unknown | Verdict::Rounding => extend(&mut found.undecided, &place),
+                CellVerdict::Unknown | CellVerdict::Rounding => {
+                    extend(&mut found.undecided, &place)
+                }
             }
             break;
         }
         if found.cells >= MOST_CELLS {
             extend(
                 &mut found.undecided,
-                &Place {
+                &CellPlace {
                     low: at(position),
                     high,
-                    end: End::Neither,
+                    end: CellEnd::Neither,
                 },
             );
             return Ok(found);
@@ -178,12 +180,12 @@ pub(crate) fn isolate(
 }
 
 /// Adds a cell to the undecided stretches, joined to the last one where they touch.
-fn extend(stretches: &mut Vec<Bracket>, place: &Place) {
+fn extend(stretches: &mut Vec<Enclosure>, place: &CellPlace) {
     let start = match stretches.last() {
         Some(last) if last.high >= place.low => stretches.pop().map_or(place.low, |s| s.low),
         _ => place.low,
     };
-    stretches.push(Bracket {
+    stretches.push(Enclosure {
         low: start,
         high: place.high,
         guess: 0.5 * (start + place.high),
@@ -193,7 +195,7 @@ fn extend(stretches: &mut Vec<Bracket>, place: &Place) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::orbit::two_instants::green::{Cell, turned};
+    use crate::orbit::two_instants::green::{TimeCell, turned};
 
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {
@@ -204,7 +206,7 @@ mod tests {
                 0.5 * (place.low + place.high),
                 0.5 * (place.high - place.low),
             );
-            let cell = Cell {
+            let cell = TimeCell {
                 origin,
                 scale,
                 low: place.low,

@@ -7,7 +7,7 @@ pub(in crate::orbit) mod green;
 pub(in crate::orbit) mod isolate;
 pub(in crate::orbit) mod minors;
 pub(in crate::orbit) mod polish;
-pub(in crate::orbit) mod retained;
+pub(in crate::orbit) mod resonant;
 pub(in crate::orbit) mod scaled_rows;
 pub(in crate::orbit) mod series;
 pub(in crate::orbit) mod solve;

@@ -14,7 +14,7 @@ const CONVERGED: f64 = 1e-11;
 const NEARLY_SINGULAR: f64 = 1e-4;
 
 /// `matrix (x, -1) = 0` at one dt, and its derivative in dt times the unit of time.
-pub(crate) struct Equations {
+pub(crate) struct TwoInstantEquations {
     pub matrix: DMatrix<f64>,
     pub rate: DMatrix<f64>,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Root {
     pub x: DVector<f64>,
 }
 
-impl Equations {
+impl TwoInstantEquations {
     fn n(&self) -> usize {
         self.matrix.ncols() - 1
     }
@@ -43,7 +43,10 @@ impl Equations {
 
 /// Solutions of all equations but the one that is nearest to dependent, with `|phase| = 1`, the phase the last two
 /// unknowns times `unit`: at most two. Where the equations are regular, only the better one.
-pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVector<f64>>> {
+pub(crate) fn circle_starts(
+    equations: &TwoInstantEquations,
+    unit: f64,
+) -> Result<Vec<DVector<f64>>> {
     let n = equations.n();
     let singular = Singular::new(&equations.matrix.columns(0, n).into_owned())?;
     let rhs = equations.matrix.column(n).into_owned();
@@ -83,7 +86,7 @@ pub(crate) fn circle_starts(equations: &Equations, unit: f64) -> Result<Vec<DVec
 }
 
 /// The unknowns that fit more equations than there are of them best.
-pub(crate) fn least_squares_start(equations: &Equations) -> Result<DVector<f64>> {
+pub(crate) fn least_squares_start(equations: &TwoInstantEquations) -> Result<DVector<f64>> {
     let n = equations.n();
     let a = equations.matrix.columns(0, n).into_owned();
     let tolerance = 1e-8 * a.amax();
@@ -93,7 +96,7 @@ pub(crate) fn least_squares_start(equations: &Equations) -> Result<DVector<f64>>
 /// Newton's method for the unknowns and dt; with `circle` the phase, the last two unknowns times that unit, is on the
 /// unit circle. `None` where it does not converge.
 pub(crate) fn polish(
-    equations: &impl Fn(f64) -> Equations,
+    equations: &impl Fn(f64) -> TwoInstantEquations,
     circle: Option<f64>,
     time_unit: f64,
     mut dt: f64,

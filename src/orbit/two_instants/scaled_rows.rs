@@ -4,8 +4,8 @@
 
 use crate::modal::Pair;
 use crate::orbit::two_instants::conditions::{Conditions, point};
-use crate::orbit::two_instants::green::{Cell, turned};
-use crate::orbit::two_instants::isolate::End;
+use crate::orbit::two_instants::green::{TimeCell, turned};
+use crate::orbit::two_instants::isolate::CellEnd;
 use crate::orbit::two_instants::series::{Entry, Series};
 
 /// Entries that vanish by symmetry are below this, relative to their terms.
@@ -32,8 +32,8 @@ impl Conditions<'_> {
 
     /// The restitution row, and its factor, of the impact before the short flight where the instants meet on one surface,
     /// if that impact leaves no speed (`e = 0`): the contacts then differ by that row times the flight time, to first order.
-    fn dead_stop(&self, places: (usize, usize), end: End, factor: f64) -> Option<(usize, f64)> {
-        let (place, factor) = if end == End::Low {
+    fn dead_stop(&self, places: (usize, usize), end: CellEnd, factor: f64) -> Option<(usize, f64)> {
+        let (place, factor) = if end == CellEnd::Low {
             (places.0, factor)
         } else {
             (places.1, 1.0)
@@ -45,10 +45,10 @@ impl Conditions<'_> {
     /// The scaled equations for impulses, states and phase with the clearances given: all rows but the contacts, and the
     /// leading contacts. At an `end` at which these meet, on one surface, the second is what is left of their difference
     /// with its known zero divided out.
-    pub fn circle_rows(&self, entries: &[Entry], cell: &Cell, end: End) -> Vec<Series> {
+    pub fn circle_rows(&self, entries: &[Entry], cell: &TimeCell, end: CellEnd) -> Vec<Series> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let [first, second] = self.leading_contacts();
-        let meeting = if end == End::Neither {
+        let meeting = if end == CellEnd::Neither {
             None
         } else {
             self.same_surface()
@@ -75,7 +75,7 @@ impl Conditions<'_> {
 
     /// The equations over a cell with the phase counted from the middle of the flight, in sums and differences over the two
     /// instants, of their rows and of their impulses: rows R+, R-, C+, C-, columns p+, p-, cos, sin, right-hand side.
-    fn half_entries(&self, cell: &Cell) -> [[Entry; 5]; 4] {
+    fn half_entries(&self, cell: &TimeCell) -> [[Entry; 5]; 4] {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let mut entries = self.entries(cell);
         let rows = [[0, 1], [inner, inner + 1]];
@@ -108,7 +108,7 @@ impl Conditions<'_> {
     /// into sums and differences over the instants, and every flight time has a line of solutions there. That line holds
     /// the shorter orbit gone through twice, or the symmetric orbits.
     pub fn splits_at_half(&self) -> bool {
-        if self.instant.stops.len() != 2 || self.retained.is_some() {
+        if self.instant.stops.len() != 2 || self.resonant.is_some() {
             return false;
         }
         let half = self.half_entries(&point(
@@ -124,7 +124,7 @@ impl Conditions<'_> {
 
     /// The scaled equations over a cell about `dt = T/2` where they split, the double zero there divided out: the rows of
     /// differences over x, the unknown difference of the impulses over x.
-    pub fn half_rows(&self, cell: &Cell) -> Vec<Series> {
+    pub fn half_rows(&self, cell: &TimeCell) -> Vec<Series> {
         let inner = self.n_inner();
         let half = self.half_entries(cell);
         let x = Series::x();
@@ -152,7 +152,7 @@ impl Conditions<'_> {
         entries: &[Entry],
         u: Pair,
         places: (usize, usize),
-        (cell, end): (&Cell, End),
+        (cell, end): (&TimeCell, CellEnd),
     ) -> Vec<Series> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         // The entry of a row and an unknown, or of what is known.
@@ -178,7 +178,7 @@ impl Conditions<'_> {
                 }
                 let contacts = [entry(inner + places.1, c), entry(inner + places.0, c)];
                 let difference = Entry::combined([1.0, -1.0], [&contacts[0], &contacts[1]]);
-                rows.push(if end == End::Neither {
+                rows.push(if end == CellEnd::Neither {
                     difference.series(unit)
                 } else {
                     met(
@@ -196,7 +196,7 @@ impl Conditions<'_> {
 
 /// A difference of contacts about a flight time at which they meet, over x; or, where the impact before leaves no speed,
 /// less the way made at that speed and over `x^2`. In the given unit.
-fn met(mut difference: Entry, dead: Option<(Entry, f64)>, cell: &Cell, unit: f64) -> Series {
+fn met(mut difference: Entry, dead: Option<(Entry, f64)>, cell: &TimeCell, unit: f64) -> Series {
     let Some((speed, factor)) = dead else {
         return difference.over_x(1, unit);
     };

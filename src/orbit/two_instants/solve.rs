@@ -7,18 +7,18 @@ use crate::impact::wrapped;
 use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::Pair;
 use crate::orbit::course::Course;
-use crate::orbit::flights::{Flight, Parts};
-use crate::orbit::one_instant::impulses::Instant;
+use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::one_instant::impulses::PeriodicConditions;
 use crate::orbit::one_instant::refine::settle_speeds;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
 use crate::orbit::two_instants::conditions::Conditions;
-use crate::orbit::two_instants::flight_time::Search;
+use crate::orbit::two_instants::flight_time::FlightTimeSearch;
 use crate::orbit::two_instants::unseen::Unseen;
 use crate::watch::Watch;
 use nalgebra::DVector;
 
-/// Unknowns whose determinants are still expanded: two impulses and four retained modes.
+/// Unknowns whose determinants are still expanded: two impulses and four resonant modes.
 const MOST_UNKNOWNS: usize = 12;
 
 /// Every solution whose pattern has two instants.
@@ -53,7 +53,7 @@ pub(crate) fn two_instants(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Resu
             return Err(Error::bad_value("pattern", format!("{set:?}"), rule));
         }
     }
-    let mut instant = Instant::new(modal, &stops, period);
+    let mut instant = PeriodicConditions::new(modal, &stops, period);
     let unseen = Unseen::set_aside(&mut instant);
     let instant = instant;
     if instant.n_inner() + 2 > MOST_UNKNOWNS {
@@ -69,7 +69,7 @@ pub(crate) fn two_instants(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Resu
     for set in &mut sets {
         set.sort_unstable();
     }
-    let search = Search {
+    let search = FlightTimeSearch {
         conditions: &conditions,
         period,
         is_alike: sets[0] == sets[1],
@@ -94,7 +94,7 @@ pub(crate) fn two_instants(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Resu
             Some(_) => contacts(modal, (&stops, first.len()), &flights),
             None => Vec::new(),
         };
-        all.push(Parts {
+        all.push(OrbitData {
             pattern: pattern.clone(),
             n_periods: options.n_periods,
             phase,

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::linalg::rank::{self, SolutionSet};
-use crate::orbit::one_instant::impulses::{Instant, RANK_TOL};
+use crate::orbit::one_instant::impulses::{PeriodicConditions, RANK_TOL};
 use nalgebra::{DMatrix, DVector};
 
 /// Units in which the conditions have entries of order one, so that neither a unit of measurement nor the rounding of a
@@ -45,7 +45,7 @@ impl Units {
     }
 }
 
-impl Instant<'_> {
+impl PeriodicConditions<'_> {
     /// Velocities are measured by the normal velocity of a unit impulse, positions by that over the forcing frequency,
     /// forcing by the largest response to it; `contacts` rows follow those of `repeat_rows`, `extra` columns the phase.
     pub(in crate::orbit) fn units(&self, matrix: &DMatrix<f64>, contacts: usize) -> Units {
@@ -54,7 +54,7 @@ impl Instant<'_> {
         let w = or_one(self.scene.frequency);
         let push = or_one(self.delassus().amax());
         let jumps = self.stops.iter().flat_map(|&i| {
-            self.retained
+            self.resonant
                 .iter()
                 .flat_map(move |&j| self.scene.jumps[i][j])
         });

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, Pair};
-use crate::orbit::one_instant::impulses::{Instant, RANK_TOL};
+use crate::orbit::one_instant::impulses::{PeriodicConditions, RANK_TOL};
 use nalgebra::{DMatrix, DVector};
 
 /// A row's entries of a mode below this, relative to its largest, are rounding.
@@ -27,12 +27,12 @@ fn is_blind(row: &[Pair], mode: usize) -> bool {
 }
 
 impl<'a> Unseen<'a> {
-    /// Takes the retained modes that no stop of an instant sees or pushes out of its conditions.
-    pub fn set_aside(instant: &mut Instant<'a>) -> Self {
+    /// Takes the resonant modes that no stop of an instant sees or pushes out of its conditions.
+    pub fn set_aside(instant: &mut PeriodicConditions<'a>) -> Self {
         let (scene, stops) = (instant.scene, instant.stops);
         let mut modes = Vec::new();
         if let Form::Blocks(blocks) = &scene.form.form {
-            instant.retained.retain(|&j| {
+            instant.resonant.retain(|&j| {
                 let rows = [&scene.position_rows, &scene.velocity_rows, &scene.jumps];
                 let mut all = rows.iter().flat_map(|rows| stops.iter().map(|&i| &rows[i]));
                 let is_seen = !all.all(|row| is_blind(row, j));

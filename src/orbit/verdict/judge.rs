@@ -1,10 +1,10 @@
 //! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
 //! time, by a search that proves what it passes over.
 
-use crate::contact::walk::{Effort, Ladder, check_flight};
+use crate::contact::walk::{Effort, PropagatorLevels, check_flight};
 use crate::error::Result;
 use crate::flow::{
-    GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, StuckMotion, along, with_flow,
+    ConstrainedMotion, GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow,
 };
 use crate::impact::Impact;
 use crate::modal::Pair;
@@ -12,7 +12,7 @@ use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::orbit::verdict::closing::Carrier;
-use crate::orbit::verdict::lasting::{Stretch, is_hop, search_held, search_stretch};
+use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
 use crate::simulate::SegmentKind;
 use crate::watch::Watch;
 use std::f64::consts::TAU;
@@ -75,7 +75,7 @@ impl<'a> Judge<'a> {
     /// `Error::Interrupted` from the watch.
     pub fn with_lasting_contact(
         &mut self,
-        held: &[Arc<StuckMotion>],
+        held: &[Arc<ConstrainedMotion>],
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
@@ -103,10 +103,10 @@ impl<'a> Judge<'a> {
                 f.enter(&flight.after, angle, &mut entered);
                 for (stop, row) in self.gaps.iter().enumerate() {
                     let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
-                    if is_hop(start, end, flight.span, margins[stop]) {
+                    if is_low_bounce(start, end, flight.span, margins[stop]) {
                         continue;
                     }
-                    let stretch = Stretch {
+                    let stretch = SearchSpan {
                         span: flight.span,
                         margin: margins[stop],
                         is_released: flight.course.released == Some(stop),
@@ -191,7 +191,7 @@ fn search<F: LinearFlow>(
     watch: &mut Watch<'_>,
 ) -> Result<()> {
     let mut state: Vec<Pair> = Vec::new();
-    let mut ladder = Ladder::new(flow);
+    let mut ladder = PropagatorLevels::new(flow);
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
         for flight in flights {
             if found

@@ -2,9 +2,9 @@
 //! whose extremum is a maximum and no touch.
 
 use crate::contact::polynomial::Quartic;
-use crate::contact::walk::{Effort, FlightCheck, Ladder, check_flight};
+use crate::contact::walk::{Effort, FlightCheck, PropagatorLevels, check_flight};
 use crate::error::Result;
-use crate::flow::{GapRow, LinearFlow, ModalScene, StuckMotion, with_flow};
+use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
@@ -19,14 +19,14 @@ const LOW: f64 = 100.0;
 
 /// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap and
 /// opening speed at both ends.
-pub(crate) fn is_hop(start: [f64; 2], end: [f64; 2], span: f64, margin: f64) -> bool {
+pub(crate) fn is_low_bounce(start: [f64; 2], end: [f64; 2], span: f64, margin: f64) -> bool {
     let at_stop = start[0].abs() <= margin && end[0].abs() <= margin;
     at_stop && start[1] > 0.0 && end[1] < 0.0 && start[1] * span < LOW * margin
 }
 
 /// Searches the flights of a linear scene in which stops are held: their contact forces, and the gaps of the other stops.
 pub(crate) fn search_held(
-    held: &[Arc<StuckMotion>],
+    held: &[Arc<ConstrainedMotion>],
     scene: &ModalScene,
     margins: &[f64],
     phase: f64,
@@ -49,7 +49,7 @@ pub(crate) fn search_held(
                 let mut derivatives = Vec::new();
                 f.derivatives(&entered, &mut derivatives);
                 let margin = FORCE_MARGIN * row.jet(&derivatives).size;
-                let stretch = Stretch { span: flight.span, margin, is_released: false };
+                let stretch = SearchSpan { span: flight.span, margin, is_released: false };
                 let (_, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
                 found.leave_open(stop, flight.start, &check);
                 if let Some(lowest) = check.violation {
@@ -60,7 +60,7 @@ pub(crate) fn search_held(
             for (stop, gap) in motion.gaps.iter().enumerate() {
                 let Some(gap) = gap else { continue };
                 let is_released = course.released == Some(stop);
-                let stretch = Stretch { span: flight.span, margin: margins[stop], is_released };
+                let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
                 let row = f.gap_row(gap);
                 let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
                 found.note(stop, flight.start + skipped, &check);
@@ -72,7 +72,7 @@ pub(crate) fn search_held(
 
 /// What is searched of a quantity along a flight.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stretch {
+pub(crate) struct SearchSpan {
     pub span: f64,
     pub margin: f64,
     /// Whether the quantity is the gap of a stop that is let go at the start.
@@ -85,10 +85,10 @@ pub(crate) fn search_stretch<F: LinearFlow>(
     flow: &F,
     row: &GapRow,
     state: &mut [Pair],
-    stretch: Stretch,
+    stretch: SearchSpan,
     watch: &mut Watch<'_>,
 ) -> Result<(f64, FlightCheck)> {
-    let Stretch {
+    let SearchSpan {
         span,
         margin,
         is_released,
@@ -105,7 +105,7 @@ pub(crate) fn search_stretch<F: LinearFlow>(
             flow.advance(&propagator, state);
         }
     }
-    let mut ladder = Ladder::new(flow);
+    let mut ladder = PropagatorLevels::new(flow);
     let judged = (margin, Effort::FULL);
     let check = check_flight(flow, &mut ladder, row, state, span - skipped, judged, watch)?;
     Ok((skipped, check))

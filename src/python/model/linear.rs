@@ -54,7 +54,7 @@ fn out_coefficient<'py>(py: Python<'py>, c: &model::Coefficient) -> PyResult<Bou
 #[derive(Clone)]
 pub(crate) struct PyLinearSystem(pub LinearSystem);
 
-impl argument::Kind for PyRef<'_, PyLinearSystem> {
+impl argument::ArgumentKind for PyRef<'_, PyLinearSystem> {
     const KIND: &'static str = "a LinearSystem";
 }
 

@@ -118,7 +118,7 @@ impl PyScene {
     }
 }
 
-impl argument::Kind for PyRef<'_, PyScene> {
+impl argument::ArgumentKind for PyRef<'_, PyScene> {
     const KIND: &'static str = "a Scene";
 }
 

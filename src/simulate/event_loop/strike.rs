@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::impact::{Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
-use crate::simulate::mover::{Blow, Mover};
+use crate::simulate::mover::{Mover, NormalImpact};
 use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
 use nalgebra::{DMatrix, DVector};
@@ -205,7 +205,7 @@ impl EventLoop {
             if kick(k) > least {
                 mover.push(stop, impulse)?;
                 self.note_jolt(mover)?;
-                let blow = Blow {
+                let blow = NormalImpact {
                     approach: positive_part(-speeds[k]),
                     departure,
                     impulse,
@@ -225,7 +225,13 @@ impl EventLoop {
     }
 
     /// Takes note of an impact.
-    fn note<M: Mover + ?Sized>(&mut self, mover: &M, stop: usize, blow: Blow, record: &mut Record) {
+    fn note<M: Mover + ?Sized>(
+        &mut self,
+        mover: &M,
+        stop: usize,
+        blow: NormalImpact,
+        record: &mut Record,
+    ) {
         self.last_blow = Some((stop, blow.approach));
         self.approaches[stop] = blow.approach;
         self.stats.n_impacts += 1;
@@ -268,7 +274,7 @@ fn agree<M: Mover + ?Sized>(
 
 /// Keeps an impact.
 #[inline(never)]
-fn keep_impact<M: Mover + ?Sized>(mover: &M, stop: usize, blow: Blow, record: &mut Record) {
+fn keep_impact<M: Mover + ?Sized>(mover: &M, stop: usize, blow: NormalImpact, record: &mut Record) {
     record.impacts.push(Impact {
         time: mover.clock().time(),
         stop,

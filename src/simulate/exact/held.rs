@@ -3,10 +3,10 @@
 
 use super::keep::reported;
 use super::{ExactMover, is_before, is_within};
-use crate::contact::next::{Grazed, LATE, Next, Search, Seen};
+use crate::contact::next::{ContactSearch, Grazed, LATE, Next, Seen};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
-use crate::flow::{CANCELLED, GapRow, LinearFlow, StuckMotion, with_flow};
+use crate::flow::{CANCELLED, ConstrainedMotion, GapRow, LinearFlow, with_flow};
 use crate::modal::Pair;
 use crate::model::along_reactions;
 use crate::simulate::kept::SegmentKind;
@@ -43,7 +43,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     }
 
     /// The motion while the given stops are held.
-    pub(super) fn motion_of(&mut self, stops: &[usize]) -> Result<Arc<StuckMotion>> {
+    pub(super) fn motion_of(&mut self, stops: &[usize]) -> Result<Arc<ConstrainedMotion>> {
         if let Some(known) = self.held.iter().find(|h| h.stops == stops) {
             return Ok(Arc::clone(known));
         }
@@ -87,7 +87,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     #[cold]
     pub(super) fn fly_held(
         &mut self,
-        motion: &StuckMotion,
+        motion: &ConstrainedMotion,
         starts: &[usize],
         (span, last): (f64, f64),
         record: &mut Record,
@@ -95,7 +95,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let angle = self.clock.angle();
-        let course = Course {
+        let course = HeldFlight {
             motion,
             angle,
             whole: motion.reduce(&q, &v),
@@ -109,8 +109,8 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         self.grazed.clear();
         if record.keep != Keep::Final {
             let reached = next.and_then(|(event, _)| match event {
-                Event::Contact(stop) => Some(stop),
-                Event::Release(_) => None,
+                HeldEvent::Contact(stop) => Some(stop),
+                HeldEvent::Release(_) => None,
             });
             let (from, is_end) = (self.clock, next.is_none());
             let is_kept = |graze: &Grazed| {
@@ -134,15 +134,15 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         self.look()?;
         Ok(match next {
             None => Arrival::End,
-            Some((Event::Release(stop), _)) => Arrival::Release { stop },
-            Some((Event::Contact(stop), _)) => Arrival::Contact { stop },
+            Some((HeldEvent::Release(stop), _)) => Arrival::Release { stop },
+            Some((HeldEvent::Contact(stop), _)) => Arrival::Contact { stop },
         })
     }
 }
 
 /// A motion with stops held, from where it begins.
-struct Course<'a> {
-    motion: &'a StuckMotion,
+struct HeldFlight<'a> {
+    motion: &'a ConstrainedMotion,
     angle: f64,
     /// The motion left over, in its modal pairs.
     whole: Vec<Pair>,
@@ -150,28 +150,28 @@ struct Course<'a> {
     starts: &'a [usize],
 }
 
-impl Course<'_> {
+impl HeldFlight<'_> {
     /// What ends it within a span, and when; what was seen of the gaps, and the touches.
     fn next<H: LinearFlow>(
         &self,
         flow: &H,
         span: f64,
         watch: &mut Watch<'_>,
-    ) -> Result<(Option<(Event, f64)>, Seen, Vec<Grazed>)> {
+    ) -> Result<(Option<(HeldEvent, f64)>, Seen, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.enter(&self.whole, self.angle, &mut state);
         let (events, rows) = watched(flow, self.motion, (&self.whole, &state));
-        let mut search = Search::new(flow, rows);
+        let mut search = ContactSearch::new(flow, rows);
         search.look(&state);
         let orders: Vec<usize> = events
             .iter()
             .enumerate()
             .map(|(place, event)| match event {
-                Event::Release(stop) => {
+                HeldEvent::Release(stop) => {
                     let order = order_of_zero(search.jet(place), flow.fastest_rate());
                     order.max(self.starts[*stop])
                 }
-                Event::Contact(stop) => self.starts[*stop],
+                HeldEvent::Contact(stop) => self.starts[*stop],
             })
             .collect();
         let mut grazed = Vec::new();
@@ -185,7 +185,7 @@ impl Course<'_> {
         };
         // Forces that touch zero hold their stops.
         let touches = grazed.into_iter().filter_map(|graze| {
-            let Event::Contact(stop) = events[graze.stop] else {
+            let HeldEvent::Contact(stop) = events[graze.stop] else {
                 return None;
             };
             let graze = graze.sharpened(flow, search.gap(graze.stop), &state, span);
@@ -195,8 +195,8 @@ impl Course<'_> {
         let found = found.map(|(place, time)| (events[place], time));
         let gaps = events.iter().enumerate();
         let gaps = gaps.filter_map(|(place, event)| match event {
-            Event::Contact(stop) => Some((*stop, place)),
-            Event::Release(_) => None,
+            HeldEvent::Contact(stop) => Some((*stop, place)),
+            HeldEvent::Release(_) => None,
         });
         let extent = |(stop, place)| (stop, search.extent(place));
         let rounding = |(stop, place)| (stop, search.rounding(place));
@@ -211,7 +211,7 @@ impl Course<'_> {
 
 /// What can end a segment in which stops are held.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Event {
+enum HeldEvent {
     Release(usize),
     Contact(usize),
 }
@@ -219,12 +219,12 @@ enum Event {
 /// What is watched while stops are held: the contact forces and the gaps that can change, but for forces that are zero for good.
 fn watched<H: LinearFlow>(
     flow: &H,
-    motion: &StuckMotion,
+    motion: &ConstrainedMotion,
     (whole, state): (&[Pair], &[Pair]),
-) -> (Vec<Event>, Vec<GapRow>) {
+) -> (Vec<HeldEvent>, Vec<GapRow>) {
     let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
         let gap = gap.as_ref()?;
-        Some((Event::Contact(stop), flow.gap_row(gap)))
+        Some((HeldEvent::Contact(stop), flow.gap_row(gap)))
     });
     let (mut derivatives, mut norms) = (Vec::new(), Vec::new());
     flow.derivatives(state, &mut derivatives);
@@ -235,7 +235,7 @@ fn watched<H: LinearFlow>(
         let lost = motion.lost(force, whole);
         let size = row.jet(&derivatives).size;
         let is_flat = row.most(&norms) <= (FLAT * size).max(lost);
-        (!is_flat).then_some((Event::Release(stop), row))
+        (!is_flat).then_some((HeldEvent::Release(stop), row))
     });
     forces.chain(gaps).unzip()
 }

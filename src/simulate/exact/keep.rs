@@ -3,7 +3,7 @@
 use super::ExactMover;
 use crate::contact::next::Grazed;
 use crate::error::Result;
-use crate::flow::{LinearFlow, StuckMotion};
+use crate::flow::{ConstrainedMotion, LinearFlow};
 use crate::modal::Pair;
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind};
@@ -55,7 +55,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         stop: usize,
         span: f64,
         record: &mut Record,
-    ) -> Result<(Arc<StuckMotion>, (DVector<f64>, DVector<f64>))> {
+    ) -> Result<(Arc<ConstrainedMotion>, (DVector<f64>, DVector<f64>))> {
         let motion = self.motion_of(&[stop])?;
         let (q, v) = self.settled(&[stop])?;
         if self.kept.is_some() {

@@ -3,7 +3,7 @@
 use super::free::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::contact::curvature::first_crossing;
-use crate::contact::polynomial::{Along, Ends, Judgement, Quintic};
+use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
 use crate::error::Result;
 use crate::flow::TERM_ROUNDINGS;
 use crate::flow::runge_kutta::State;
@@ -70,7 +70,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let order = starts.map_or(0, |orders| orders[stop]);
             let mut ends = [known(start), known(end)];
             ends[1][0] -= self.departed(stop, order);
-            let ends = Ends::new(ends[0], ends[1], h, order);
+            let ends = EndValues::new(ends[0], ends[1], h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
             let margin = self.margin_of(start).max(self.margin_of(end));
             let is_clear = ends.are_clear(order, 2.0 * margin);
@@ -99,7 +99,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         &mut self,
         stop: usize,
         order: usize,
-        ends: &Ends,
+        ends: &EndValues,
         (is_clear, margin): (bool, f64),
         h: f64,
     ) -> Result<Found> {

@@ -19,7 +19,7 @@ const BESIDE: f64 = 0.99;
 
 /// What the contact forces do along a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Release {
+pub(super) enum ForceEvent {
     None,
     /// One falls through zero, at a part x of the step.
     At {
@@ -56,7 +56,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
     /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down. A force that
     /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
-    pub(super) fn release_along(&mut self, h: f64) -> Result<Release> {
+    pub(super) fn release_along(&mut self, h: f64) -> Result<ForceEvent> {
         let held = self.held_motion();
         let dense = self.stepper.dense(&self.x, h);
         let mut x = S::zeros(2 * self.n());
@@ -68,7 +68,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             .map(|k| forces(0.25 * f64::from(k)))
             .collect::<Result<_>>()?;
         let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
-        let mut first = Release::None;
+        let mut first = ForceEvent::None;
         for (k, &stop) in self.holding.iter().enumerate() {
             let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
             let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
@@ -93,13 +93,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
                     continue;
                 }
                 if miss > unknown {
-                    return Ok(Release::Undecided);
+                    return Ok(ForceEvent::Undecided);
                 }
             }
-            let is_later = |x: f64| matches!(first, Release::At { x: known, .. } if known <= x);
+            let is_later = |x: f64| matches!(first, ForceEvent::At { x: known, .. } if known <= x);
             let falls = (depth > slack).then(|| force.first_fall().unwrap_or(0.0));
             if let Some(x) = falls.filter(|&x| !is_later(x)) {
-                first = Release::At { stop, x };
+                first = ForceEvent::At { stop, x };
             }
         }
         Ok(first)

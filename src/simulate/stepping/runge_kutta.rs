@@ -4,7 +4,7 @@
 use super::StepMover;
 use super::contact::Found;
 use super::free::FreeFlight;
-use super::release::Release;
+use super::release::ForceEvent;
 use crate::error::Result;
 use crate::flow::runge_kutta::{Dense, State, Tolerance};
 use crate::flow::step_size::{first_step, trial_step};
@@ -346,16 +346,16 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let release = if IS_HELD {
                 self.release_along(h)?
             } else {
-                Release::None
+                ForceEvent::None
             };
             let released = match release {
-                Release::Undecided if undecided => {
+                ForceEvent::Undecided if undecided => {
                     halvings += 1;
                     self.h = Some(0.5 * h);
                     continue;
                 }
-                Release::Undecided | Release::None => None,
-                Release::At { stop, x } => Some((stop, x)),
+                ForceEvent::Undecided | ForceEvent::None => None,
+                ForceEvent::At { stop, x } => Some((stop, x)),
             };
             halvings = 0;
             self.accept(h, next);

@@ -4,10 +4,10 @@
 use super::StepMover;
 use super::free::FreeFlight;
 use super::pendulum::series_order;
-use crate::contact::series::{Course, GapSeries, GapTerms};
+use crate::contact::series::{GapSeries, GapTerms, SeriesEnd};
 use crate::error::Result;
 use crate::flow::runge_kutta::State;
-use crate::flow::{Motion, PendulumSeries, SeriesOf};
+use crate::flow::{BatchMotion, PendulumSeries, SeriesOf};
 use crate::model::{Dynamics, Links, Scene, contacts};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::{Piece, SegmentKind, write_series};
@@ -96,7 +96,7 @@ enum Reach {
 }
 
 /// A step along a series: how far, and what is at its end.
-pub(crate) struct Leg {
+pub(crate) struct SeriesStep {
     /// A leg of no length leaves the state as it is.
     pub span: f64,
     arrival: Option<Arrival>,
@@ -161,7 +161,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
 
     /// How far the next step along the series about the present state goes, towards the instant `end`.
     #[inline]
-    fn reach<const K: usize>(&mut self, motion: Motion<'_, K>, end: Clock) -> Reach {
+    fn reach<const K: usize>(&mut self, motion: BatchMotion<'_, K>, end: Clock) -> Reach {
         let left = self.clock.until(end);
         if left <= 0.0 {
             return Reach::AtEnd;
@@ -182,11 +182,11 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
     /// the time. `starts` as in `step_on`.
     pub fn look_along<const K: usize>(
         &mut self,
-        motion: Motion<'_, K>,
+        motion: BatchMotion<'_, K>,
         starts: Option<&[usize]>,
         end: Clock,
         record: &mut Record,
-    ) -> Option<Leg> {
+    ) -> Option<SeriesStep> {
         if starts.is_some() {
             self.forget_extents();
             self.keep_segment(SegmentKind::Flight);
@@ -195,7 +195,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             Reach::To { h, is_last } => (h, is_last),
             Reach::AtEnd => {
                 let arrival = Some(Arrival::End);
-                return Some(Leg { span: 0.0, arrival });
+                return Some(SeriesStep { span: 0.0, arrival });
             }
             Reach::TooShort => return None,
         };
@@ -206,12 +206,12 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         }
         let (span, arrival) = match found {
             None => (h, is_last.then_some(Arrival::End)),
-            Some((stop, Course::Stalled { at })) => (at, Some(Arrival::Stalled { stop })),
-            Some((stop, Course::Contact { at })) => {
+            Some((stop, SeriesEnd::Stalled { at })) => (at, Some(Arrival::Stalled { stop })),
+            Some((stop, SeriesEnd::Contact { at })) => {
                 (at.clamp(0.0, h), Some(Arrival::Contact { stop }))
             }
         };
-        Some(Leg { span, arrival })
+        Some(SeriesStep { span, arrival })
     }
 
     /// Makes a position and velocity of a link, if there is that link, the present ones.
@@ -225,7 +225,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
     }
 
     /// Ends a leg at whose end the present state is; where it arrived, if it did.
-    pub fn end_leg(&mut self, leg: Leg) -> Result<Option<Arrival>> {
+    pub fn end_leg(&mut self, leg: SeriesStep) -> Result<Option<Arrival>> {
         self.clock = self.clock.after(leg.span);
         self.is_begun = false;
         if matches!(
@@ -274,10 +274,10 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
     /// The first stop reached along a step, or where the search stalls; touches before that are noted.
     fn contact_on_series<const K: usize>(
         &mut self,
-        motion: Motion<'_, K>,
+        motion: BatchMotion<'_, K>,
         starts: Option<&[usize]>,
         h: f64,
-    ) -> Option<(usize, Course)> {
+    ) -> Option<(usize, SeriesEnd)> {
         self.grazes.clear();
         let mut gap = GapSeries::EMPTY;
         let mut first = None;
@@ -303,7 +303,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
             }
         }
         self.n_gap_evaluations += self.contacts.len();
-        if let Some((stop, Course::Contact { .. })) = first {
+        if let Some((stop, SeriesEnd::Contact { .. })) = first {
             // A stop that is passed when the one found is reached was reached before.
             let earlier = self
                 .free
@@ -320,7 +320,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
                 });
             if let Some((other, at)) = earlier.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 until = at;
-                first = Some((other, Course::Contact { at }));
+                first = Some((other, SeriesEnd::Contact { at }));
             }
         }
         if first.is_some() {

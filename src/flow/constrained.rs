@@ -2,7 +2,7 @@
 //! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
 
 use crate::error::{Error, Result};
-use crate::flow::derivative::{CANCELLED, Equations, solve_columns};
+use crate::flow::derivative::{CANCELLED, LinearEquations, solve_columns};
 use crate::flow::gap_row::Quantity;
 use crate::flow::linear::carry;
 use crate::flow::modal_scene::ModalScene;
@@ -22,7 +22,7 @@ const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 
 /// The motion of a linear scene while some stops are held.
 #[derive(Debug, Clone)]
-pub(crate) struct StuckMotion {
+pub(crate) struct ConstrainedMotion {
     /// The stops held.
     pub stops: Vec<usize>,
     /// `q_c`, at which every held gap is zero.
@@ -31,7 +31,7 @@ pub(crate) struct StuckMotion {
     free: DMatrix<f64>,
     /// What is left of an acceleration of the whole system, shape `(n, n)`.
     along: DMatrix<f64>,
-    equations: OnceLock<Equations>,
+    equations: OnceLock<LinearEquations>,
     form: ModalForm,
     pub flow: SceneFlow,
     /// The contact force of each stop held, in their order.
@@ -40,7 +40,7 @@ pub(crate) struct StuckMotion {
     pub gaps: Vec<Option<Quantity>>,
 }
 
-impl StuckMotion {
+impl ConstrainedMotion {
     /// The motion while the given stops are held.
     pub fn new(scene: &ModalScene, stops: &[usize]) -> Result<Self> {
         let (system, g) = (&scene.system, &scene.geometry);
@@ -127,8 +127,8 @@ impl StuckMotion {
     }
 
     /// The equations of the motion, made when first needed.
-    pub fn equations(&self, system: &LinearSystem) -> &Equations {
-        let make = || Equations::new(system, Some(&self.along));
+    pub fn equations(&self, system: &LinearSystem) -> &LinearEquations {
+        let make = || LinearEquations::new(system, Some(&self.along));
         self.equations.get_or_init(make)
     }
 

@@ -4,12 +4,12 @@
 use crate::flow::ModalScene;
 use crate::modal::Form;
 use crate::orbit::one_instant::impulses::enlarged_exponential;
-use crate::orbit::two_instants::green::Cell;
+use crate::orbit::two_instants::green::TimeCell;
 use crate::orbit::two_instants::series::{Entry, ORDER};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// The retained blocks with their input: `y = (z, 1, cos, sin)`, `y' = A y`.
-pub(crate) struct Retained<'a> {
+/// The resonant blocks with their input: `y = (z, 1, cos, sin)`, `y' = A y`.
+pub(crate) struct ResonantModes<'a> {
     scene: &'a ModalScene,
     indices: &'a [usize],
     matrix: DMatrix<f64>,
@@ -19,7 +19,7 @@ pub(crate) struct Retained<'a> {
     rate: f64,
 }
 
-impl<'a> Retained<'a> {
+impl<'a> ResonantModes<'a> {
     /// The blocks with the given indices, all of them where the flow is dense.
     pub fn new(scene: &'a ModalScene, indices: &'a [usize]) -> Self {
         let m = 2 * indices.len();
@@ -104,7 +104,7 @@ impl<'a> Retained<'a> {
     }
 
     /// `row e^{A t}` over a cell of t: coefficients of z, of the load, and of the phase's cosine and sine.
-    pub fn row(&self, row: &[f64], flow: &DMatrix<f64>, cell: &Cell) -> Vec<Entry> {
+    pub fn row(&self, row: &[f64], flow: &DMatrix<f64>, cell: &TimeCell) -> Vec<Entry> {
         let width = self.units.len();
         let mut padded = RowDVector::zeros(width);
         padded.columns_mut(0, row.len()).copy_from_slice(row);
@@ -122,7 +122,7 @@ impl<'a> Retained<'a> {
     }
 
     /// `e^{A tau} column` over a cell of tau, x counting against tau, z only.
-    pub fn column(&self, column: &[f64], flow: &DMatrix<f64>, cell: &Cell) -> Vec<Entry> {
+    pub fn column(&self, column: &[f64], flow: &DMatrix<f64>, cell: &TimeCell) -> Vec<Entry> {
         let mut padded = DVector::zeros(self.units.len());
         padded.rows_mut(0, column.len()).copy_from_slice(column);
         let growth = (self.rate * cell.scale).exp();
