@@ -6,6 +6,7 @@ mod contact_force;
 mod event;
 mod multiple;
 mod recovery;
+mod saltation;
 
 pub use audit::{RecoveryAudit, audit_recovery};
 pub(crate) use chatter::CompleteChatter;
@@ -15,3 +16,4 @@ pub(crate) use event::wrapped;
 pub use multiple::{ResolvedImpacts, resolve_impacts};
 pub use recovery::recovery_matrix;
 pub(crate) use recovery::{check_stops, impulse_matrix};
+pub(crate) use saltation::saltation;

@@ -163,7 +163,7 @@ pub(crate) fn roots(
                     }
                 }
                 Some(SubintervalVerdict::Rounding) => {
-                    extend(&mut found.undecided, (cell.low, cell.high))
+                    extend(&mut found.undecided, (cell.low, cell.high));
                 }
                 _ if cell.depth >= deepest || values.get() >= MOST_VALUES => {
                     extend(&mut found.undecided, (cell.low, cell.high));

@@ -86,10 +86,10 @@ FAULTS = [
     Fault(
         "saltation",
         "an impact that a deviation delays moves it the wrong way",
-        "src/orbit/stability/multipliers.rs",
-        "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",
-        '                let delayed = if crate::has_fault("saltation") { -delayed } else { delayed };\n'
-        "                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;\n",
+        "src/impact/saltation.rs",
+        "    deviations.ger(1.0, &slip, &delays, 1.0);\n",
+        '    let sign = if crate::has_fault("saltation") { -1.0 } else { 1.0 };\n'
+        "    deviations.ger(sign, &slip, &delays, 1.0);\n",
         ("referee_orbits", "multipliers_are_those_of_the_return_map"),
     ),
     Fault(

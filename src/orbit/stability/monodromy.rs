@@ -1,11 +1,12 @@
-//! The monodromy matrix of any motion (theory 7): flow Jacobians and saltation matrices, `R_x + (f+ - R_x f-) g_x/(g_x f-)`,
-//! from the flights and impacts as the shooting has them.
+//! The monodromy matrix of any motion (theory 7): flow Jacobians and saltation matrices, from the flights and impacts as the
+//! shooting has them.
 //!
 //! Where a stop is held behind an impact with e = 0, f+ is the rate of the held motion. At a release the rates before and
 //! after agree, its contact force being zero, and the saltation matrix is the identity. The rest of impacts that accumulate has
 //! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`chatter.rs`).
 
 use crate::error::Result;
+use crate::impact::saltation;
 use crate::orbit::course::Course;
 use crate::orbit::motions::chatter::{Timed, finish};
 use crate::orbit::motions::pieces::Motion;
@@ -117,14 +118,11 @@ fn salt<M: Motion>(
 ) -> Result<()> {
     let (_, gradient) = motion.gap(instant.gap_of, state)?;
     let before = motion.rate(instant.held.0, instant.time, state)?;
-    let n = gradient.len();
-    let speed = gradient.dot(&before.rows(0, n));
-    let delays = deviations.rows(0, n).tr_mul(&gradient) / speed;
-    let count = deviations.ncols();
-    let mut columns = deviations.clone().insert_column(count, 0.0);
-    columns.set_column(count, &before);
-    motion.collide(instant.struck, state, &mut columns)?;
-    let slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
-    *deviations = columns.columns(0, count) + slip * delays.transpose();
-    Ok(())
+    let mut dh = DVector::zeros(before.len());
+    dh.rows_mut(0, gradient.len()).copy_from(&gradient);
+    let reset = |columns: &mut DMatrix<f64>| {
+        motion.collide(instant.struck, state, columns)?;
+        motion.rate(instant.held.1, instant.time, state)
+    };
+    saltation(&dh, &before, reset, deviations)
 }

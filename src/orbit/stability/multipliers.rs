@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
+use crate::impact::saltation;
 use crate::linalg::eigen;
 use crate::modal::Pair;
 use crate::orbit::flights::Flight;
@@ -47,36 +48,9 @@ impl OrderMultipliers {
     }
 }
 
-/// First-order map of a deviation across an impact of one stop: `R_x + (f+ - R_x f-) g_x/(g_x f-)`, in modal pairs, with
-/// `R_x = I - jump velocity_row^T (1 + e)/(n.b)` (theory 7; a linear system, a fixed stop).
-fn apply_saltation(
-    scene: &ModalScene,
-    stop: usize,
-    factor: f64,
-    (rate_before, rate_after): (&[Pair], &[Pair]),
-    deviations: &mut DMatrix<f64>,
-) {
-    let (velocity, position, jump) = (
-        &scene.velocity_rows[stop],
-        &scene.position_rows[stop],
-        &scene.jumps[stop],
-    );
-    let approach = along(position, rate_before);
-    let carried = factor * along(velocity, rate_before);
-    for mut column in deviations.column_iter_mut() {
-        let (mut kicked, mut delayed) = (0.0, 0.0);
-        for j in 0..jump.len() {
-            kicked += velocity[j][0] * column[2 * j] + velocity[j][1] * column[2 * j + 1];
-            delayed += position[j][0] * column[2 * j] + position[j][1] * column[2 * j + 1];
-        }
-        let (kicked, delayed) = (factor * kicked, delayed / approach);
-        for j in 0..jump.len() {
-            for c in 0..2 {
-                let slip = rate_after[j][c] - rate_before[j][c] + carried * jump[j][c];
-                column[2 * j + c] += slip * delayed - jump[j][c] * kicked;
-            }
-        }
-    }
+/// The numbers of modal pairs, one after the other.
+fn flat(pairs: &[Pair]) -> DVector<f64> {
+    DVector::from_iterator(2 * pairs.len(), pairs.iter().flatten().copied())
 }
 
 /// Every order of the given stops.
@@ -184,7 +158,7 @@ pub(crate) fn stability(
     let (forward, backward) = scene.form.transformation();
     over_orders(pattern, |order| {
         watch.work((2 * scene.form.n_dof()).pow(3))?;
-        Ok(&forward * monodromy(scene, order, phase, flights) * &backward)
+        Ok(&forward * monodromy(scene, order, phase, flights)? * &backward)
     })
 }
 
@@ -247,7 +221,7 @@ pub(crate) fn largest_multiplier(
     }
     let mut largest = 0.0f64;
     for order in orders(pattern) {
-        let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights))?;
+        let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights)?)?;
         largest = multipliers.iter().map(|z| z.norm()).fold(largest, f64::max);
         watch.work(multipliers.len().pow(3))?;
     }
@@ -289,30 +263,41 @@ fn monodromy(
     order: &[Vec<usize>],
     phase: f64,
     flights: &[Flight],
-) -> DMatrix<f64> {
+) -> Result<DMatrix<f64>> {
     let n = scene.form.n_dof();
     let mut deviations = DMatrix::identity(2 * n, 2 * n);
-    let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
     for (k, flight) in flights.iter().enumerate() {
         scene.form.propagate(flight.span, &mut deviations);
         if order.is_empty() {
             continue;
         }
         let u = Complex::from_polar(1.0, scene.frequency * (flight.start + flight.span) + phase);
+        let rate = |state: &[Pair]| {
+            let mut rate = vec![[0.0; 2]; n];
+            scene.rate(state, u, &mut rate);
+            flat(&rate)
+        };
         let mut state = flight.before_next.clone();
-        scene.rate(&state, u, &mut before);
+        let mut before = rate(&state);
         for &stop in &order[(k + 1) % order.len()] {
             let g = &scene.geometry;
+            let (velocity, jump) = (&scene.velocity_rows[stop], &scene.jumps[stop]);
             let factor = (1.0 + g.restitutions[stop])
                 / g.normals.column(stop).dot(&g.reactions.column(stop));
-            let impulse = factor * along(&scene.velocity_rows[stop], &state);
-            for (z, jump) in state.iter_mut().zip(&scene.jumps[stop]) {
+            let impulse = factor * along(velocity, &state);
+            for (z, jump) in state.iter_mut().zip(jump) {
                 *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
             }
-            scene.rate(&state, u, &mut after);
-            apply_saltation(scene, stop, factor, (&before, &after), &mut deviations);
-            std::mem::swap(&mut before, &mut after);
+            let after = rate(&state);
+            let reset = |columns: &mut DMatrix<f64>| {
+                let impulses = columns.tr_mul(&flat(velocity));
+                columns.ger(-factor, &flat(jump), &impulses, 1.0);
+                Ok(after.clone())
+            };
+            let dh = -flat(&scene.position_rows[stop]);
+            saltation(&dh, &before, reset, &mut deviations)?;
+            before = after;
         }
     }
-    deviations
+    Ok(deviations)
 }

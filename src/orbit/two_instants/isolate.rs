@@ -157,7 +157,7 @@ pub(crate) fn isolate(
                     });
                 }
                 CellVerdict::Unknown | CellVerdict::Rounding => {
-                    extend(&mut found.undecided, &place)
+                    extend(&mut found.undecided, &place);
                 }
             }
             break;
