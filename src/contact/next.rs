@@ -148,7 +148,7 @@ impl Followed {
 pub(crate) struct ContactSearch<'f, F: LinearFlow> {
     flow: &'f F,
     gaps: Vec<Followed>,
-    ladder: PropagatorLevels<F>,
+    levels: PropagatorLevels<F>,
     level: usize,
     propagator: F::Propagator,
     derivatives: Vec<Derivatives>,
@@ -170,12 +170,12 @@ pub(crate) struct Seen {
 
 impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     pub fn new(flow: &'f F, gaps: Vec<GapRow>) -> Self {
-        let ladder = PropagatorLevels::new(flow);
+        let levels = PropagatorLevels::new(flow);
         Self {
             flow,
             active: Vec::with_capacity(gaps.len()),
             gaps: gaps.into_iter().map(Followed::new).collect(),
-            ladder,
+            levels,
             level: PropagatorLevels::<F>::START,
             propagator: F::Propagator::default(),
             derivatives: Vec::new(),
@@ -268,13 +268,13 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         while !self.active.is_empty() {
             let first_level = self.level;
             let (reached, step) = loop {
-                let step = self.ladder.step(self.level);
+                let step = self.levels.step(self.level);
                 let noted = grazes.len();
                 match self.step_ahead(start, step, time, grazes) {
                     Ok(reached) => break (reached, step),
                     Err(stop) => {
                         grazes.truncate(noted);
-                        if self.level == self.ladder.deepest || time + step == time {
+                        if self.level == self.levels.deepest || time + step == time {
                             return Next::Stalled { stop, time };
                         }
                         self.level += 1;
@@ -289,12 +289,12 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 };
             }
             time += step;
-            let made = self.ladder.advance(self.flow, self.level, &mut self.state);
+            let made = self.levels.advance(self.flow, self.level, &mut self.state);
             if made.is_some_and(|work| watch.work(work).is_err()) {
                 return Next::Interrupted;
             }
             if self.level == first_level {
-                self.level = self.ladder.above(self.level);
+                self.level = self.levels.above(self.level);
             }
             steps += 1;
             if steps.is_multiple_of(STEPS_PER_LOOK) {
@@ -328,7 +328,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     fn note_turn(&self, stop: usize, time: f64, grazes: &mut Vec<Grazed>) {
         let gap = self.jet(stop).c[0];
         if gap <= self.rounding(stop) {
-            let before = time - self.ladder.step(self.ladder.above(self.level));
+            let before = time - self.levels.step(self.levels.above(self.level));
             if !grazes.iter().any(|g| g.stop == stop && g.time >= before) {
                 grazes.push(Grazed { stop, time, gap });
             }

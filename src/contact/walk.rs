@@ -14,7 +14,7 @@ const MOST_BETWEEN: f64 = 900.0;
 const DOUBLINGS: usize = 60;
 /// Halvings of a step over which the fastest motion changes as a whole, after which there are no digits left to halve.
 const HALVINGS: usize = 52;
-/// Rungs that a ladder has room for from the start.
+/// Levels for which there is room from the start.
 const USUAL_DEPTH: usize = 12;
 /// Shortest steps without a proof after which nothing more is expected to be proved.
 const MOST_UNPROVED: usize = 64;
@@ -32,13 +32,13 @@ pub(crate) struct PropagatorLevels<F: LinearFlow> {
     /// The last level, where a search gives up proving.
     pub deepest: usize,
     /// Propagators of the levels from the flow's longest step on, those that were asked for.
-    rungs: Vec<Option<F::Propagator>>,
+    within: Vec<Option<F::Propagator>>,
     /// Propagators of longer steps, from the longest step up.
-    tall: Vec<Option<F::Propagator>>,
+    longer: Vec<Option<F::Propagator>>,
 }
 
 impl<F: LinearFlow> PropagatorLevels<F> {
-    /// An empty ladder for a flow.
+    /// No levels yet for a flow.
     pub fn new(flow: &F) -> Self {
         let longest = flow.longest_step();
         // The longest step is as long as the slowest motion allows; the fastest needs short ones.
@@ -48,8 +48,8 @@ impl<F: LinearFlow> PropagatorLevels<F> {
             longest,
             top: if flow.holds_for_ever() { 0 } else { DOUBLINGS },
             deepest: DOUBLINGS + between + HALVINGS,
-            rungs: Vec::with_capacity(USUAL_DEPTH),
-            tall: Vec::new(),
+            within: Vec::with_capacity(USUAL_DEPTH),
+            longer: Vec::new(),
         }
     }
 
@@ -83,27 +83,27 @@ impl<F: LinearFlow> PropagatorLevels<F> {
     /// on a block, at the most.
     #[inline]
     pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
-        let (rungs, place) = if level >= DOUBLINGS {
-            (&mut self.rungs, level - DOUBLINGS)
+        let (within, place) = if level >= DOUBLINGS {
+            (&mut self.within, level - DOUBLINGS)
         } else {
-            (&mut self.tall, DOUBLINGS - 1 - level)
+            (&mut self.longer, DOUBLINGS - 1 - level)
         };
-        if let Some(Some(propagator)) = rungs.get(place) {
+        if let Some(Some(propagator)) = within.get(place) {
             flow.advance(propagator, state);
             return None;
         }
-        if rungs.len() <= place {
-            rungs.resize_with(place + 1, || None);
+        if within.len() <= place {
+            within.resize_with(place + 1, || None);
         }
         let mut propagator = F::Propagator::default();
         flow.prepare(step_of(self.longest, level), &mut propagator);
         flow.advance(&propagator, state);
-        rungs[place] = Some(propagator);
+        within[place] = Some(propagator);
         Some(state.len().pow(3))
     }
 }
 
-/// The step of a level on a ladder whose longest is given.
+/// The step of a level below the longest step.
 #[inline]
 fn step_of(longest: f64, level: usize) -> f64 {
     // A power of two by its exponent.
@@ -160,7 +160,7 @@ impl Effort {
 /// `Error::Interrupted` from the watch.
 pub(crate) fn check_flight<F: LinearFlow>(
     flow: &F,
-    ladder: &mut PropagatorLevels<F>,
+    levels: &mut PropagatorLevels<F>,
     gap: &GapRow,
     state: &mut [Pair],
     span: f64,
@@ -171,7 +171,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
     let mut norms = Vec::with_capacity(state.len());
     let mut steps = 0usize;
     let mut check = FlightCheck::default();
-    let mut level = ladder.level_below(0.25 * span);
+    let mut level = levels.level_below(0.25 * span);
     let mut time = 0.0;
     let mut unproved = 0;
     loop {
@@ -201,7 +201,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         let mut step;
         let mut refined = false;
         loop {
-            step = ladder.step(level).min(span - time);
+            step = levels.step(level).min(span - time);
             let proved = jet.is_above(floor, step)
                 || match jet.shape(step) {
                     // A gap that does not move by more than the margin has its value there as its lowest.
@@ -242,7 +242,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             if proved {
                 break;
             }
-            if level == ladder.deepest {
+            if level == levels.deepest {
                 // A step of rounding's length hides nothing; a longer one may hide a whole passage.
                 unproved += 1;
                 if unproved > MOST_UNPROVED || step > f64::EPSILON * span {
@@ -257,11 +257,11 @@ pub(crate) fn check_flight<F: LinearFlow>(
         if time + step >= span {
             return Ok(check);
         }
-        let made = ladder.advance(flow, level, state);
+        let made = levels.advance(flow, level, state);
         watch.work(made.unwrap_or(state.len()))?;
         time += step;
         if !refined {
-            level = ladder.above(level);
+            level = levels.above(level);
         }
     }
 }
@@ -280,15 +280,15 @@ mod tests {
     fn passed_by_a_twelfth(longest: Option<f64>) -> FlightCheck {
         let flow = BlockFlow::new(&[Block::Oscillator { w2: 1.0, eta: 0.0 }], Undriven);
         let gap = flow.gap_row(&Quantity::gap(0.916, &[[1.0, 0.0]]));
-        let mut ladder = PropagatorLevels::new(&flow);
-        ladder.longest = longest.unwrap_or(ladder.longest);
+        let mut levels = PropagatorLevels::new(&flow);
+        levels.longest = longest.unwrap_or(levels.longest);
         let mut state = Vec::new();
         flow.enter(&[[0.0, -1.0]], 0.0, &mut state);
         let go_on = &mut || ControlFlow::Continue(());
         let judged = (1e-12, Effort::FULL);
         check_flight(
             &flow,
-            &mut ladder,
+            &mut levels,
             &gap,
             &mut state,
             6.0,

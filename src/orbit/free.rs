@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::model::{Change, Parameter};
-use crate::orbit::one_instant::impulses::PeriodicConditions;
+use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::solve::{at_clearance, at_phase, clearance_margin};
 use crate::orbit::orbits::{Orbits, Verdict, sorted};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
@@ -16,9 +16,9 @@ const MOST_SHOWN: usize = 5;
 
 /// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
 pub(super) fn free_forcing(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Result<Orbits> {
-    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
-    let set = instant.at_clearance(None)?;
-    let u = instant.phase_part(&set.particular);
+    let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
+    let set = conditions.at_clearance(None)?;
+    let u = conditions.phase_part(&set.particular);
     let scale = u[0].hypot(u[1]);
     let between = problem.options.between;
     let inside = between.is_none_or(|(low, high)| (low..=high).contains(&scale));
@@ -36,8 +36,8 @@ pub(super) fn free_forcing(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Resu
 
 /// How far the contact equations of stops hit together are from being met by one phase.
 fn mismatch(problem: &Problem<'_>) -> Result<Option<f64>> {
-    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
-    Ok(clearance_margin(&instant)?.filter(|m| m.is_finite()))
+    let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
+    Ok(clearance_margin(&conditions)?.filter(|m| m.is_finite()))
 }
 
 /// Stops hit together at some values of a parameter: the roots of the mismatch on a range, as far as its values show them.
@@ -86,9 +86,9 @@ pub(super) fn free_parameter(
 /// The phase of the contact at a root of the mismatch: rounding of the root is taken up by the clearances, which move by as
 /// little.
 fn contact_phase(problem: &Problem<'_>) -> Result<f64> {
-    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
-    let set = instant.at_clearance(None)?;
-    let u = instant.phase_part(&set.particular);
+    let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
+    let set = conditions.at_clearance(None)?;
+    let u = conditions.phase_part(&set.particular);
     Ok(u[1].atan2(u[0]))
 }
 

@@ -35,7 +35,7 @@ pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};
 
 pub(crate) use impacts::list_impacts;
-pub(crate) use one_instant::impulses::PeriodicConditions;
+pub(crate) use one_instant::periodic_conditions::PeriodicConditions;
 pub(crate) use one_instant::solve::{Solution, clearance_given};
 pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};

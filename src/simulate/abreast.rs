@@ -34,7 +34,7 @@ struct LaneFlight {
 
 /// K runs abreast, with their buffers.
 pub(crate) struct Batch<'a, S, D, const K: usize> {
-    runners: [LaneRun<'a, S, D>; K],
+    lanes: [LaneRun<'a, S, D>; K],
     series: SeriesOf<K>,
     t_span: (f64, f64),
 }
@@ -45,10 +45,10 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>>,
         t_span: (f64, f64),
     ) -> Self {
-        let runners = std::array::from_fn(|_| LaneRun::new(make()));
-        let series = runners[0].run.mover.pendulum().room();
+        let lanes = std::array::from_fn(|_| LaneRun::new(make()));
+        let series = lanes[0].run.mover.pendulum().room();
         Self {
-            runners,
+            lanes,
             series,
             t_span,
         }
@@ -66,50 +66,48 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         put: &mut dyn FnMut(usize, Done),
     ) -> std::result::Result<(), Failure> {
         let (t0, t_end) = self.t_span;
-        for runner in &mut self.runners {
-            (runner.item, runner.flight) = (None, None);
+        for lane in &mut self.lanes {
+            (lane.item, lane.flight) = (None, None);
         }
-        let work = self.runners[0].run.mover.work();
+        let work = self.lanes[0].run.mover.work();
         let mut watch = Watch::new(go_on);
         loop {
-            for (m, runner) in self.runners.iter_mut().enumerate() {
-                while runner.item.is_none()
+            for (m, lane) in self.lanes.iter_mut().enumerate() {
+                while lane.item.is_none()
                     && let Some(item) = items.next()
                 {
-                    runner.item = Some(item);
-                    let ended = runner.begin(&start(item), t0);
-                    runner.put_down(ended, put)?;
+                    lane.item = Some(item);
+                    let ended = lane.begin(&start(item), t0);
+                    lane.put_down(ended, put)?;
                 }
-                if let Some(item) = runner.item {
+                if let Some(item) = lane.item {
                     watch.work(work).map_err(|error| (item, error))?;
-                    let ended = runner.depart(&mut self.series, m, t_end, &mut watch);
-                    runner.put_down(ended, put)?;
+                    let ended = lane.depart(&mut self.series, m, t_end, &mut watch);
+                    lane.put_down(ended, put)?;
                 }
             }
-            if self.runners.iter().all(|runner| runner.item.is_none()) {
+            if self.lanes.iter().all(|lane| lane.item.is_none()) {
                 return Ok(());
             }
             self.step();
-            for runner in &mut self.runners {
-                let ended = runner.arrive(t_end);
-                runner.put_down(ended, put)?;
+            for lane in &mut self.lanes {
+                let ended = lane.arrive(t_end);
+                lane.put_down(ended, put)?;
             }
         }
     }
 
     /// A step of all runs in free flight.
     fn step(&mut self) {
-        let Self {
-            runners, series, ..
-        } = self;
-        runners[0].run.mover.pendulum().expand(series);
+        let Self { lanes, series, .. } = self;
+        lanes[0].run.mover.pendulum().expand(series);
         let mut spans = [0.0; K];
-        for (m, (span, runner)) in spans.iter_mut().zip(runners.iter_mut()).enumerate() {
-            *span = runner.look_along(series.motion(m));
+        for (m, (span, lane)) in spans.iter_mut().zip(lanes.iter_mut()).enumerate() {
+            *span = lane.look_along(series.motion(m));
         }
         series.states(&spans, |link, m, state| {
             if spans[m] > 0.0 {
-                runners[m].run.mover.put_link(link, state);
+                lanes[m].run.mover.put_link(link, state);
             }
         });
     }

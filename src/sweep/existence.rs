@@ -399,14 +399,14 @@ fn one_instant(
         return Ok(EMPTY);
     };
     let instant = PeriodicConditions::new(scene, &pattern.instants()[0], span);
-    let Some(crossing) = in_doubles(clearance_given(&instant))? else {
+    let Some(phases) = in_doubles(clearance_given(&instant))? else {
         return Ok(EMPTY);
     };
-    if crossing.points.is_empty() {
+    if phases.points.is_empty() {
         return Ok(EMPTY);
     }
     let candidate = |solution| Candidate::new(scene, pattern, solution);
-    let mut candidates: Vec<Candidate> = crossing
+    let mut candidates: Vec<Candidate> = phases
         .points
         .iter()
         .map(|x| Ok(candidate(Solution::new(&instant, x, span)?)))

@@ -4,8 +4,8 @@
 
 use crate::flow::along;
 use crate::modal::Pair;
-use crate::orbit::one_instant::crossing::{PhaseSolutions, chord};
-use crate::orbit::one_instant::impulses::PeriodicConditions;
+use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
+use crate::orbit::one_instant::phases::{PhaseSolutions, chord};
 use nalgebra::{DMatrix, DVector};
 
 /// Least singular value of the two rows, in units of order one, below which the decomposition decides instead; far
@@ -88,8 +88,8 @@ impl OneStop {
 
 /// The solutions for a given clearance; `None` where more than one stop is hit, modes are resonant, or the rank is in
 /// doubt.
-pub(crate) fn clearance_given(instant: &PeriodicConditions<'_>) -> Option<PhaseSolutions> {
-    let conditions = instant.one_stop_conditions()?;
+pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Option<PhaseSolutions> {
+    let conditions = conditions.one_stop_conditions()?;
     let [repeat, contact] = conditions.rows;
     let normal = cross(repeat, contact);
     let volume = square(normal);
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use crate::flow::ModalScene;
     use crate::model::{Change, Kind, PaperOptions, paper_scene};
-    use crate::orbit::one_instant::crossing::meet_circle;
+    use crate::orbit::one_instant::phases::meet_circle;
 
     #[test]
     fn the_line_in_space_is_the_solution_set_of_the_decomposition() {
@@ -142,11 +142,11 @@ mod tests {
                     .expect("valid");
                 let modal = ModalScene::new(&scene, "the test").expect("linear");
                 let stops = [stop];
-                let instant =
+                let conditions =
                     PeriodicConditions::new(&modal, &stops, std::f64::consts::TAU * 2.0 / w);
-                let fast = clearance_given(&instant).expect("a clear rank");
-                let set = instant.at_clearance(None).expect("converges");
-                let slow = meet_circle(&set, |x| instant.phase_part(x)).expect("converges");
+                let fast = clearance_given(&conditions).expect("a clear rank");
+                let set = conditions.at_clearance(None).expect("converges");
+                let slow = meet_circle(&set, |x| conditions.phase_part(x)).expect("converges");
                 let (a, b) = (fast.margin.expect("a line"), slow.margin.expect("a line"));
                 assert!((a - b).abs() <= 1e-12 * (1.0 + b.abs()), "{w}: {a} {b}");
                 assert_eq!(fast.points.len(), slow.points.len());

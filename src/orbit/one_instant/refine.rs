@@ -6,7 +6,7 @@ use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank;
 use crate::modal::Pair;
-use crate::orbit::one_instant::impulses::{PeriodicConditions, RANK_TOL, Rows};
+use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, RANK_TOL, Rows};
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of the conditions, each in units of its own terms, up to which they agree.

@@ -5,9 +5,9 @@ use crate::flow::ModalScene;
 use crate::impact::wrapped;
 use crate::orbit::course::Course;
 use crate::orbit::flights::{Flight, OrbitData};
-use crate::orbit::one_instant::crossing::{PhaseSolutions, SOLVABLE, meet_circle};
-use crate::orbit::one_instant::impulses::{PeriodicConditions, Rows};
 use crate::orbit::one_instant::one_stop;
+use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, Rows};
+use crate::orbit::one_instant::phases::{PhaseSolutions, SOLVABLE, meet_circle};
 use crate::orbit::one_instant::refine::settle_speeds;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
@@ -24,17 +24,17 @@ pub(crate) struct Solution {
 
 impl Solution {
     /// The motion that X describes, over the period.
-    pub fn new(instant: &PeriodicConditions<'_>, x: &DVector<f64>, period: f64) -> Result<Self> {
-        let u = instant.phase_part(x);
-        let impulses = instant.impulse_part(x);
-        let mut after = instant.state_after(x, 1.0);
+    pub fn new(conditions: &PeriodicConditions<'_>, x: &DVector<f64>, period: f64) -> Result<Self> {
+        let u = conditions.phase_part(x);
+        let impulses = conditions.impulse_part(x);
+        let mut after = conditions.state_after(x, 1.0);
         settle_speeds(
-            instant.scene,
-            instant.stops,
+            conditions.scene,
+            conditions.stops,
             impulses.as_slice(),
             &mut after,
         )?;
-        let before_next = instant.state_before(&after, &impulses);
+        let before_next = conditions.state_before(&after, &impulses);
         Ok(Self {
             phase: wrapped(u[1].atan2(u[0])),
             flight: Flight {
@@ -50,8 +50,11 @@ impl Solution {
 }
 
 /// The solutions for a given phase: one, none, or a family.
-pub(crate) fn phase_given(instant: &PeriodicConditions<'_>, phase: f64) -> Result<PhaseSolutions> {
-    let set = instant.at_phase([phase.cos(), phase.sin()])?;
+pub(crate) fn phase_given(
+    conditions: &PeriodicConditions<'_>,
+    phase: f64,
+) -> Result<PhaseSolutions> {
+    let set = conditions.at_phase([phase.cos(), phase.sin()])?;
     let is_solvable = set.residual <= SOLVABLE;
     Ok(PhaseSolutions {
         points: if is_solvable {
@@ -66,124 +69,126 @@ pub(crate) fn phase_given(instant: &PeriodicConditions<'_>, phase: f64) -> Resul
 }
 
 /// The solutions for given clearances.
-pub(crate) fn clearance_given(instant: &PeriodicConditions<'_>) -> Result<PhaseSolutions> {
-    if let Some(crossing) = one_stop::clearance_given(instant) {
-        return Ok(crossing);
+pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Result<PhaseSolutions> {
+    if let Some(phases) = one_stop::clearance_given(conditions) {
+        return Ok(phases);
     }
-    let rows = instant.rows_at_clearance(None)?;
-    let mut crossing = meet_contacts(instant, &rows)?;
-    if crossing.basis.ncols() == 0 && !crossing.is_any_phase {
-        for x in &mut crossing.points {
-            instant.refine(rows.clone(), x)?;
+    let rows = conditions.rows_at_clearance(None)?;
+    let mut phases = meet_contacts(conditions, &rows)?;
+    if phases.basis.ncols() == 0 && !phases.is_any_phase {
+        for x in &mut phases.points {
+            conditions.refine(rows.clone(), x)?;
         }
     }
-    Ok(crossing)
+    Ok(phases)
 }
 
 /// The margin of [`clearance_given`] alone.
-pub(crate) fn clearance_margin(instant: &PeriodicConditions<'_>) -> Result<Option<f64>> {
-    let crossing = match one_stop::clearance_given(instant) {
-        Some(crossing) => crossing,
-        None => meet_contacts(instant, &instant.rows_at_clearance(None)?)?,
+pub(crate) fn clearance_margin(conditions: &PeriodicConditions<'_>) -> Result<Option<f64>> {
+    let phases = match one_stop::clearance_given(conditions) {
+        Some(phases) => phases,
+        None => meet_contacts(conditions, &conditions.rows_at_clearance(None)?)?,
     };
-    Ok(crossing.margin)
+    Ok(phases.margin)
 }
 
-fn meet_contacts(instant: &PeriodicConditions<'_>, rows: &Rows) -> Result<PhaseSolutions> {
-    meet_circle(&instant.solve_contacts(rows)?, |x| instant.phase_part(x))
+fn meet_contacts(conditions: &PeriodicConditions<'_>, rows: &Rows) -> Result<PhaseSolutions> {
+    meet_circle(&conditions.solve_contacts(rows)?, |x| {
+        conditions.phase_part(x)
+    })
 }
 
 /// Motions without impacts.
 pub(crate) fn without_impacts(problem: &Problem<'_>) -> Result<Solutions> {
     let given = problem.options.phase;
     let phase = given.unwrap_or_else(|| problem.scene.forcing().phase());
-    let instant = PeriodicConditions::new(&problem.modal, &[], problem.period);
-    let crossing = phase_given(&instant, phase)?;
-    let reason = match (crossing.points.is_empty(), crossing.basis.ncols()) {
+    let conditions = PeriodicConditions::new(&problem.modal, &[], problem.period);
+    let phases = phase_given(&conditions, phase)?;
+    let reason = match (phases.points.is_empty(), phases.basis.ncols()) {
         (true, _) => {
             "no motion repeats: an undamped mode is in resonance with the forcing, or a load has nothing to rest on"
         }
         (false, 0) => "the steady response",
         (false, _) => "a free motion that repeats can be added to the steady response",
     };
-    solutions(problem, &instant, &crossing, reason.to_owned())
+    solutions(problem, &conditions, &phases, reason.to_owned())
 }
 
 /// Orbits for a given phase at the impact; the clearances come out.
 pub(crate) fn at_phase(problem: &Problem<'_>, phase: f64) -> Result<Solutions> {
-    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
-    let crossing = phase_given(&instant, phase)?;
+    let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
+    let phases = phase_given(&conditions, phase)?;
     let none = "I - R e^(AT) is singular and the forcing is not in its range";
-    let reason = describe(&crossing, none);
-    Ok(solutions(problem, &instant, &crossing, reason)?.at_contacts(&instant))
+    let reason = describe(&phases, none);
+    Ok(solutions(problem, &conditions, &phases, reason)?.at_contacts(&conditions))
 }
 
 /// Orbits for the clearances of the scene.
 pub(crate) fn at_clearance(problem: &Problem<'_>) -> Result<Solutions> {
     let stops = problem.stops();
-    let instant = PeriodicConditions::new(&problem.modal, stops, problem.period);
-    let crossing = clearance_given(&instant)?;
+    let conditions = PeriodicConditions::new(&problem.modal, stops, problem.period);
+    let phases = clearance_given(&conditions)?;
     let none = if stops.len() > 1 {
         "the stops hit together ask for two phases at once, or more; free one parameter (free=\"clearance\")"
     } else {
         "the forcing is too weak for a contact at this clearance: no phase reaches it"
     };
-    let reason = describe(&crossing, none);
-    solutions(problem, &instant, &crossing, reason)
+    let reason = describe(&phases, none);
+    solutions(problem, &conditions, &phases, reason)
 }
 
 /// Orbits that hit their stops together at clearances times one unknown factor (theory 5: kind 1).
 pub(crate) fn at_scaled_clearance(problem: &Problem<'_>) -> Result<Solutions> {
-    let instant = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
-    let given = instant.clearances();
+    let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
+    let given = conditions.clearances();
     let direction = if given.amax() > 0.0 {
         given
     } else {
         given.map(|_| 1.0)
     };
-    let crossing = meet_circle(&instant.at_clearance(Some(&direction))?, |x| {
-        instant.phase_part(x)
+    let phases = meet_circle(&conditions.at_clearance(Some(&direction))?, |x| {
+        conditions.phase_part(x)
     })?;
     let none = "no common factor on the clearances lets the stops be hit together";
-    let reason = describe(&crossing, none);
+    let reason = describe(&phases, none);
     // The orbits' own contact positions are the clearances.
-    Ok(solutions(problem, &instant, &crossing, reason)?.at_contacts(&instant))
+    Ok(solutions(problem, &conditions, &phases, reason)?.at_contacts(&conditions))
 }
 
 impl Solutions {
     /// The same solutions with the stops hit standing where the contacts are.
-    fn at_contacts(mut self, instant: &PeriodicConditions<'_>) -> Self {
+    fn at_contacts(mut self, conditions: &PeriodicConditions<'_>) -> Self {
         for parts in &mut self.all {
-            let contacts = instant.contacts(&parts.flights[0].after);
-            parts.clearances = instant.stops.iter().copied().zip(contacts).collect();
+            let contacts = conditions.contacts(&parts.flights[0].after);
+            parts.clearances = conditions.stops.iter().copied().zip(contacts).collect();
         }
         self
     }
 }
 
-fn describe(crossing: &PhaseSolutions, none: &str) -> String {
-    if crossing.points.is_empty() {
+fn describe(phases: &PhaseSolutions, none: &str) -> String {
+    if phases.points.is_empty() {
         none.to_owned()
-    } else if crossing.is_any_phase {
+    } else if phases.is_any_phase {
         "every phase has an orbit".to_owned()
-    } else if crossing.basis.ncols() > 0 {
+    } else if phases.basis.ncols() > 0 {
         format!(
             "a family with {} parameters: the contact state may be moved along its basis",
-            crossing.basis.ncols()
+            phases.basis.ncols()
         )
     } else {
-        match crossing.points.len() {
+        match phases.points.len() {
             1 => "one solution".to_owned(),
             n => format!("{n} solutions"),
         }
     }
 }
 
-/// The solutions at the points of a crossing.
+/// The solutions at the phases found.
 fn solutions(
     problem: &Problem<'_>,
-    instant: &PeriodicConditions<'_>,
-    crossing: &PhaseSolutions,
+    conditions: &PeriodicConditions<'_>,
+    phases: &PhaseSolutions,
     reason: String,
 ) -> Result<Solutions> {
     let parts = |x: &DVector<f64>| -> Result<OrbitData> {
@@ -191,7 +196,7 @@ fn solutions(
             phase,
             flight,
             impulses,
-        } = Solution::new(instant, x, problem.period)?;
+        } = Solution::new(conditions, x, problem.period)?;
         Ok(OrbitData {
             pattern: problem.pattern.clone(),
             n_periods: problem.options.n_periods,
@@ -201,30 +206,30 @@ fn solutions(
             clearances: Vec::new(),
         })
     };
-    let all = crossing.points.iter().map(parts).collect::<Result<_>>()?;
-    let basis = family_basis(&problem.modal, instant, crossing);
+    let all = phases.points.iter().map(parts).collect::<Result<_>>()?;
+    let basis = family_basis(&problem.modal, conditions, phases);
     Ok(Solutions {
         all,
         reason,
-        margin: crossing.margin,
-        family: (basis.ncols() > 0 || crossing.is_any_phase).then_some(basis),
+        margin: phases.margin,
+        family: (basis.ncols() > 0 || phases.is_any_phase).then_some(basis),
     })
 }
 
 /// Null vectors as changes of the contact state (q, v).
 fn family_basis(
     modal: &ModalScene,
-    instant: &PeriodicConditions<'_>,
-    crossing: &PhaseSolutions,
+    conditions: &PeriodicConditions<'_>,
+    phases: &PhaseSolutions,
 ) -> DMatrix<f64> {
     let n = modal.form.n_dof();
-    let columns: Vec<DVector<f64>> = crossing
+    let columns: Vec<DVector<f64>> = phases
         .basis
         .column_iter()
         .map(|x| {
             let (q, v) = modal
                 .form
-                .to_physical(&instant.state_after(&x.into_owned(), 0.0));
+                .to_physical(&conditions.state_after(&x.into_owned(), 0.0));
             DVector::from_iterator(2 * n, q.iter().chain(v.iter()).copied())
         })
         .collect();

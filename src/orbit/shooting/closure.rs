@@ -216,7 +216,11 @@ impl<M: Motion> Shooting<'_, M> {
     }
 
     /// The ends of all flights.
-    pub(super) fn landings(&self, state: &ShootingState, units: &Units) -> Result<Vec<FlightEnd>> {
+    pub(super) fn flight_ends(
+        &self,
+        state: &ShootingState,
+        units: &Units,
+    ) -> Result<Vec<FlightEnd>> {
         (0..state.states.len())
             .map(|k| {
                 let mut y = self.flown(k, state)?;

@@ -98,9 +98,9 @@ pub fn find_orbit_checked<'a>(
     let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
     let held = stuck_motions(&modal, start.legs.iter().map(|leg| leg.held.as_slice()))?;
     let motion = ModalMotion::new(&modal, scene.forcing().phase(), held);
-    let (found, landings) = shoot(&motion, &scene, &start, observer)?;
+    let (found, flight_ends) = shoot(&motion, &scene, &start, observer)?;
     let pairs = |state: &DVector<f64>| motion.modal(state);
-    let parts = parts(&scene, &start, &found, &landings, &motion, pairs)?;
+    let parts = parts(&scene, &start, &found, &flight_ends, &motion, pairs)?;
     PeriodicOrbit::new(&scene, Arc::clone(&modal), parts)
 }
 
@@ -112,8 +112,8 @@ fn stepped(
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
     let motion = SteppedMotion::new(scene, scene.forcing().phase());
-    let (found, landings) = shoot(&motion, scene, start, observer)?;
-    let parts = parts(scene, start, &found, &landings, &motion, paired)?;
+    let (found, flight_ends) = shoot(&motion, scene, start, observer)?;
+    let parts = parts(scene, start, &found, &flight_ends, &motion, paired)?;
     let scene = with_phase(scene, parts.phase, depends)?;
     let from_first = Arc::new(SteppedMotion::new(&scene, parts.phase));
     let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
@@ -146,12 +146,12 @@ fn parts<M: Motion>(
     scene: &Scene,
     start: &Start,
     found: &ShootingState,
-    landings: &[FlightEnd],
+    flight_ends: &[FlightEnd],
     motion: &M,
     pairs: impl Fn(&DVector<f64>) -> Vec<[f64; 2]>,
 ) -> Result<OrbitData> {
     let zero = found.times[0];
-    let count = landings.len();
+    let count = flight_ends.len();
     let (mut instants, mut impulses, mut flights) = (Vec::new(), Vec::new(), Vec::new());
     let flight = |course: Course, (from, to): (f64, f64), after: &_, before_next: &_| Flight {
         start: 0.0,
@@ -161,7 +161,7 @@ fn parts<M: Motion>(
         course,
     };
     for (k, leg) in start.legs.iter().enumerate() {
-        let opening = &landings[(k + count - 1) % count];
+        let opening = &flight_ends[(k + count - 1) % count];
         let mut course = Course {
             kind: SegmentKind::Flight,
             stops: leg.held.clone(),
@@ -209,7 +209,7 @@ fn parts<M: Motion>(
         let mut after = found.states[k].clone();
         project(motion, &leg.held, &mut after)?;
         let span = (found.starts[k], found.times[k + 1]);
-        flights.push(flight(course, span, &after, &landings[k].before));
+        flights.push(flight(course, span, &after, &flight_ends[k].before));
     }
     // The starts are the sums of the spans, as those of an orbit that was saved.
     let mut elapsed = 0.0;

@@ -49,8 +49,8 @@ impl<M: Motion> Shooting<'_, M> {
             steps += 1;
         }
         if mismatch <= CLOSED {
-            let landings = self.landings(&current, &units)?;
-            return Ok((current, landings));
+            let flight_ends = self.flight_ends(&current, &units)?;
+            return Ok((current, flight_ends));
         }
         Err(Error::NoConvergence {
             stage: "the shooting on flight times",

@@ -4,7 +4,7 @@
 
 use crate::flow::ModalScene;
 use crate::modal::{Form, Pair, times};
-use crate::orbit::one_instant::impulses::PeriodicConditions;
+use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::two_instants::green::{Green, TimeCell, turned};
 use crate::orbit::two_instants::polish::Root;
 use crate::orbit::two_instants::resonant::ResonantModes;

@@ -3,7 +3,7 @@
 
 use crate::flow::ModalScene;
 use crate::modal::Form;
-use crate::orbit::one_instant::impulses::enlarged_exponential;
+use crate::orbit::one_instant::periodic_conditions::enlarged_exponential;
 use crate::orbit::two_instants::green::TimeCell;
 use crate::orbit::two_instants::series::{Entry, ORDER};
 use nalgebra::{DMatrix, DVector, RowDVector};

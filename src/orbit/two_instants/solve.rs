@@ -8,7 +8,7 @@ use crate::linalg::rank::{self, DEPENDENT};
 use crate::modal::Pair;
 use crate::orbit::course::Course;
 use crate::orbit::flights::{Flight, OrbitData};
-use crate::orbit::one_instant::impulses::PeriodicConditions;
+use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::refine::settle_speeds;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::linalg::rank::{self, SolutionSet};
-use crate::orbit::one_instant::impulses::{PeriodicConditions, RANK_TOL};
+use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, RANK_TOL};
 use nalgebra::{DMatrix, DVector};
 
 /// Units in which the conditions have entries of order one, so that neither a unit of measurement nor the rounding of a

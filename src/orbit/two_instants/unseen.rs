@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, Pair};
-use crate::orbit::one_instant::impulses::{PeriodicConditions, RANK_TOL};
+use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, RANK_TOL};
 use nalgebra::{DMatrix, DVector};
 
 /// A row's entries of a mode below this, relative to its largest, are rounding.

@@ -191,7 +191,7 @@ fn search<F: LinearFlow>(
     watch: &mut Watch<'_>,
 ) -> Result<()> {
     let mut state: Vec<Pair> = Vec::new();
-    let mut ladder = PropagatorLevels::new(flow);
+    let mut levels = PropagatorLevels::new(flow);
     for (stop, (gap, &margin)) in gaps.iter().zip(margins).enumerate() {
         for flight in flights {
             if found
@@ -203,7 +203,7 @@ fn search<F: LinearFlow>(
             start(flight, &mut state);
             let check = check_flight(
                 flow,
-                &mut ladder,
+                &mut levels,
                 gap,
                 &mut state,
                 flight.span,

@@ -105,9 +105,9 @@ pub(crate) fn search_stretch<F: LinearFlow>(
             flow.advance(&propagator, state);
         }
     }
-    let mut ladder = PropagatorLevels::new(flow);
+    let mut levels = PropagatorLevels::new(flow);
     let judged = (margin, Effort::FULL);
-    let check = check_flight(flow, &mut ladder, row, state, span - skipped, judged, watch)?;
+    let check = check_flight(flow, &mut levels, row, state, span - skipped, judged, watch)?;
     Ok((skipped, check))
 }
 

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
-use crate::orbit::one_instant::impulses::RANK_TOL;
+use crate::orbit::one_instant::periodic_conditions::RANK_TOL;
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of a linear system above which it has no solution.
@@ -70,14 +70,14 @@ pub(crate) fn meet_circle(
     phase_part: impl Fn(&DVector<f64>) -> Pair,
 ) -> Result<PhaseSolutions> {
     let dimension = set.particular.len();
-    let mut crossing = PhaseSolutions {
+    let mut phases = PhaseSolutions {
         points: Vec::new(),
         margin: None,
         basis: DMatrix::zeros(dimension, 0),
         is_any_phase: false,
     };
     if set.residual > SOLVABLE {
-        return Ok(crossing);
+        return Ok(phases);
     }
     let x0 = &set.particular;
     let u0 = phase_part(x0);
@@ -87,33 +87,33 @@ pub(crate) fn meet_circle(
     });
     // Turn the null space so that its first columns move u and the others do not.
     let (moving, fixed) = split(&set.null_space, &directions)?;
-    crossing.basis = fixed;
+    phases.basis = fixed;
     match moving.len() {
         0 => {
-            crossing.margin = Some(1.0 - norm(u0));
+            phases.margin = Some(1.0 - norm(u0));
             if (1.0 - norm(u0)).abs() <= ON_CIRCLE {
-                crossing.points.push(x0.clone());
+                phases.points.push(x0.clone());
             }
         }
         1 => {
             let chord = chord(u0, phase_part(&moving[0]));
-            crossing.margin = Some(chord.margin);
-            crossing.points = chord.ends().iter().map(|&c| x0 + &moving[0] * c).collect();
+            phases.margin = Some(chord.margin);
+            phases.points = chord.ends().iter().map(|&c| x0 + &moving[0] * c).collect();
         }
         _ => {
             // The whole plane: every phase; phase 0 stands for them.
             let plane = DMatrix::from_fn(2, 2, |i, j| phase_part(&moving[j])[i]);
             if let Some(inverse) = plane.try_inverse() {
                 let c = inverse * DVector::from_vec(vec![1.0 - u0[0], -u0[1]]);
-                crossing
+                phases
                     .points
                     .push(x0 + &moving[0] * c[0] + &moving[1] * c[1]);
-                crossing.is_any_phase = true;
-                crossing.margin = Some(1.0);
+                phases.is_any_phase = true;
+                phases.margin = Some(1.0);
             }
         }
     }
-    Ok(crossing)
+    Ok(phases)
 }
 
 /// Null vectors that move u, and an orthogonal set of those that do not.
