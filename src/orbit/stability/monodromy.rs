@@ -120,9 +120,15 @@ fn salt<M: Motion>(
     let before = motion.rate(instant.held.0, instant.time, state)?;
     let mut dh = DVector::zeros(before.len());
     dh.rows_mut(0, gradient.len()).copy_from(&gradient);
-    let reset = |columns: &mut DMatrix<f64>| {
-        motion.collide(instant.struck, state, columns)?;
-        motion.rate(instant.held.1, instant.time, state)
+    let reset = |deviations: &mut DMatrix<f64>| {
+        // The rate is carried through the impact beside the deviations.
+        let count = deviations.ncols();
+        let mut columns = std::mem::take(deviations).insert_column(count, 0.0);
+        columns.set_column(count, &before);
+        motion.collide(instant.struck, state, &mut columns)?;
+        let slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
+        *deviations = columns.remove_column(count);
+        Ok(slip)
     };
-    saltation(&dh, &before, reset, deviations)
+    saltation(dh.as_view(), before.as_view(), reset, deviations)
 }

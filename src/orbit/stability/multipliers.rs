@@ -9,7 +9,7 @@ use crate::modal::Pair;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
 use crate::watch::Watch;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
 /// A largest modulus this close to 1 decides nothing.
 const MARGINAL: f64 = 1e-9;
@@ -49,8 +49,8 @@ impl OrderMultipliers {
 }
 
 /// The numbers of modal pairs, one after the other.
-fn flat(pairs: &[Pair]) -> DVector<f64> {
-    DVector::from_iterator(2 * pairs.len(), pairs.iter().flatten().copied())
+fn flat(pairs: &[Pair]) -> DVectorView<'_, f64> {
+    DVectorView::from_slice(pairs.as_flattened(), 2 * pairs.len())
 }
 
 /// Every order of the given stops.
@@ -266,19 +266,15 @@ fn monodromy(
 ) -> Result<DMatrix<f64>> {
     let n = scene.form.n_dof();
     let mut deviations = DMatrix::identity(2 * n, 2 * n);
+    let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
     for (k, flight) in flights.iter().enumerate() {
         scene.form.propagate(flight.span, &mut deviations);
         if order.is_empty() {
             continue;
         }
         let u = Complex::from_polar(1.0, scene.frequency * (flight.start + flight.span) + phase);
-        let rate = |state: &[Pair]| {
-            let mut rate = vec![[0.0; 2]; n];
-            scene.rate(state, u, &mut rate);
-            flat(&rate)
-        };
         let mut state = flight.before_next.clone();
-        let mut before = rate(&state);
+        scene.rate(&state, u, &mut before);
         for &stop in &order[(k + 1) % order.len()] {
             let g = &scene.geometry;
             let (velocity, jump) = (&scene.velocity_rows[stop], &scene.jumps[stop]);
@@ -288,15 +284,16 @@ fn monodromy(
             for (z, jump) in state.iter_mut().zip(jump) {
                 *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
             }
-            let after = rate(&state);
-            let reset = |columns: &mut DMatrix<f64>| {
-                let impulses = columns.tr_mul(&flat(velocity));
-                columns.ger(-factor, &flat(jump), &impulses, 1.0);
-                Ok(after.clone())
+            scene.rate(&state, u, &mut after);
+            let reset = |deviations: &mut DMatrix<f64>| {
+                let impulses = deviations.tr_mul(&flat(velocity));
+                deviations.ger(-factor, &flat(jump), &impulses, 1.0);
+                let kick = factor * along(velocity, &before);
+                Ok(flat(&after) - flat(&before) + flat(jump) * kick)
             };
-            let dh = -flat(&scene.position_rows[stop]);
-            saltation(&dh, &before, reset, &mut deviations)?;
-            before = after;
+            let dh = flat(&scene.position_rows[stop]);
+            saltation(dh, flat(&before), reset, &mut deviations)?;
+            std::mem::swap(&mut before, &mut after);
         }
     }
     Ok(deviations)
