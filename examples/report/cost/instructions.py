@@ -31,7 +31,7 @@ CALLS = {
 # callers is counted with those: what is found is a lower bound.
 MACHINERY = {
     "search for contacts": re.compile(r"vibroimpact::contact::|stepping::contact|::take_gaps|model::contact"),
-    "release of held stops": re.compile(r"stepping::release|simulate::held|flow::stuck"),
+    "release of held stops": re.compile(r"stepping::release|simulate::held|flow::constrained"),
     "impacts": re.compile(r"vibroimpact::impact::|event_loop::(strike|settle)|::collide$"),
     "integrator": re.compile(r"flow::runge_kutta|flow::step_size|pendulum_series|flow::taylor"),
     "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::shaking"),
