@@ -11,7 +11,7 @@ pub struct SavedTrajectory {
     pub status: String,
     /// How the run ended, in words.
     pub message: String,
-    /// The five counts of [`Stats`].
+    /// The five counts of [`Stats`](crate::Stats).
     pub stats: [usize; 5],
     /// Time, stop, speed before, speed after, impulse and forcing phase of each impact.
     pub impacts: Vec<(f64, usize, f64, f64, f64, f64)>,
