@@ -26,23 +26,37 @@ const CROSSED: f64 = 0.9;
 pub(crate) fn first_crossing(
     stop: &NonlinearStop,
     curvature: f64,
-    path: &[[f64; 5]],
+    path: &[impl AsRef<[f64]>],
     margin: f64,
     until: f64,
 ) -> Result<Option<f64>> {
-    let size = |of: fn(&[f64; 5]) -> f64| path.iter().map(|p| of(p).powi(2)).sum::<f64>().sqrt();
-    let speed = size(|p| p[1].abs() + 2.0 * p[2].abs() + 3.0 * p[3].abs() + 4.0 * p[4].abs());
-    let bend = size(|p| 2.0 * p[2].abs() + 6.0 * p[3].abs() + 12.0 * p[4].abs());
+    let size = |of: fn(f64) -> f64| {
+        let most = |p: &[f64]| -> f64 {
+            let terms = p.iter().enumerate();
+            terms.map(|(k, c)| of(k as f64) * c.abs()).sum()
+        };
+        let squares = path.iter().map(|p| most(p.as_ref()).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let speed = size(|k| k);
+    let bend = size(|k| k * (k - 1.0));
     let mut x = 0.0;
     let mut bound = None;
     for _ in 0..MOST_STEPS {
         let q: Vec<f64> = path
             .iter()
-            .map(|p| p.iter().rev().fold(0.0, |sum, c| sum * x + c))
+            .map(|p| p.as_ref().iter().rev().fold(0.0, |sum, c| sum * x + c))
             .collect();
-        let rate = |p: &[f64; 5]| p[1] + x * (2.0 * p[2] + x * (3.0 * p[3] + x * 4.0 * p[4]));
+        let rate = |p: &[f64]| {
+            let terms = p.iter().enumerate().skip(1).rev();
+            terms.fold(0.0, |sum, (k, c)| sum * x + k as f64 * c)
+        };
         let (gap, gradient) = (stop.gap(&q)?, stop.gradient(&q)?);
-        let slope: f64 = gradient.iter().zip(path).map(|(g, p)| g * rate(p)).sum();
+        let slope: f64 = gradient
+            .iter()
+            .zip(path)
+            .map(|(g, p)| g * rate(p.as_ref()))
+            .sum();
         if gap < -CROSSED * margin && slope <= 0.0 {
             return Ok(Some(x));
         }

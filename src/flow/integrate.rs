@@ -2,8 +2,8 @@
 //! output where they are wanted.
 
 use crate::error::{Error, Result};
-use crate::flow::runge_kutta::{Dense, Stepper, Tolerance, later};
-use crate::flow::step_size::Controller;
+use crate::flow::steps::control::Controller;
+use crate::flow::steps::{Start, Stepper, Tolerance};
 use crate::model::{DIFFERENCE, Dynamics, Moment};
 
 /// A first step, in parts of the span; the controller finds the right one soon.
@@ -11,29 +11,35 @@ const FIRST_PART: f64 = 1e-3;
 /// Steps before a span counts as too long to integrate.
 const MOST_STEPS: usize = 10_000_000;
 
-/// Integrates from a state `(q, v)`; `keep` is given every step's start and dense output.
-pub(crate) fn integrate<D: Dynamics>(
+/// Integrates from a state `(q, v)` by a method, whose steps are added to those `kept`, if any are.
+pub(crate) fn integrate<P: Stepper<Vec<f64>>, D: Dynamics>(
     dynamics: &D,
     at: Moment,
-    frequency: f64,
     span: f64,
     tolerance: Tolerance,
     state: &mut Vec<f64>,
-    keep: &mut dyn FnMut(f64, &Stepper<Vec<f64>>, &Vec<f64>, f64),
+    mut kept: Option<&mut Vec<KeptStep<P::Dense>>>,
 ) -> Result<()> {
-    let mut stepper = Stepper::<Vec<f64>>::new(dynamics.n_dof());
-    let mut controller = Controller::default();
+    let mut stepper = P::new(dynamics.n_dof(), tolerance);
+    let mut controller = Controller::new(P::CONTROL);
     let (mut done, mut h) = (0.0, FIRST_PART * span);
-    stepper.begin(dynamics, at, state)?;
+    stepper.begin(dynamics, Start { at, x: state })?;
     for _ in 0..MOST_STEPS {
         if done >= span {
             return Ok(());
         }
         let is_last = h >= 0.999 * (span - done);
         let step = if is_last { span - done } else { h };
-        let now = later(at, done, frequency);
-        stepper.step(dynamics, now, frequency, state, step)?;
-        let verdict = controller.judge(step, stepper.error(state, step, tolerance));
+        let start = Start {
+            at: at.after(done),
+            x: state,
+        };
+        let error = if stepper.step(dynamics, start, step)? {
+            stepper.error(dynamics, start, step, tolerance)?
+        } else {
+            f64::INFINITY
+        };
+        let verdict = controller.judge(step, error);
         h = verdict.next;
         if !verdict.is_accepted {
             if done + h == done {
@@ -41,8 +47,14 @@ pub(crate) fn integrate<D: Dynamics>(
             }
             continue;
         }
-        keep(done, &stepper, state, step);
-        state.clone_from(&stepper.end);
+        if let Some(kept) = &mut kept {
+            kept.push(KeptStep {
+                start: done,
+                h: step,
+                dense: stepper.dense(dynamics, start, step)?,
+            });
+        }
+        state.clone_from(stepper.end());
         stepper.go_on();
         done = if is_last { span } else { done + step };
     }
@@ -55,11 +67,11 @@ pub(crate) fn integrate<D: Dynamics>(
 
 /// One step of a flight that was kept.
 #[derive(Debug, Clone)]
-pub(crate) struct KeptStep {
+pub(crate) struct KeptStep<Q> {
     /// Its start, counted from that of the flight.
     pub start: f64,
     pub h: f64,
-    pub dense: Dense<Vec<f64>>,
+    pub dense: Q,
 }
 
 /// A motion and deviations from it as one motion: coordinates `(q, dq_1, dq_2, ...)`. The derivative of the acceleration is

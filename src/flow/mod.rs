@@ -12,13 +12,11 @@ mod linear;
 mod modal_scene;
 mod pendulum_series;
 pub(crate) mod registers;
-pub(crate) mod runge_kutta;
 mod scene_flow;
 mod series_of;
 mod shaking;
 mod split;
-pub(crate) mod step_size;
-pub(crate) mod tableau;
+pub(crate) mod steps;
 pub(crate) mod taylor;
 mod timed_scene;
 

@@ -129,7 +129,7 @@ impl PendulumSeries {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::runge_kutta::Tolerance;
+    use crate::flow::steps::Tolerance;
     use crate::model::{
         BaseMotion, DoublePendulum, Dynamics, Harmonic, Moment, PendulumChain, Scene, SceneMotion,
         Stop, System,
@@ -199,6 +199,7 @@ mod tests {
                     let at = Moment {
                         time: s,
                         angle: 0.9 + frequency * s,
+                        frequency,
                     };
                     let mut a = vec![0.0; n];
                     motion.acceleration(at, q, v, &mut a).expect("regular");

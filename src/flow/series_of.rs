@@ -2,8 +2,8 @@
 //! states along them (theory 8).
 
 use crate::flow::registers::{Arithmetic, in_registers_of};
-use crate::flow::runge_kutta::Tolerance;
 use crate::flow::shaking::{Calm, Excitation, LinkPair, Shaking, each};
+use crate::flow::steps::Tolerance;
 use crate::flow::taylor::{Blocks, Lane, MotionCoefficients, expand};
 use pulp::{Simd, WithSimd};
 

@@ -215,6 +215,7 @@ mod tests {
         let at = Moment {
             time: 0.4,
             angle: 0.48,
+            frequency: 0.7,
         };
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
         let input = Driven::over_mass(&diagonal, &forcing);

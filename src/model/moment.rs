@@ -5,4 +5,17 @@
 pub(crate) struct Moment {
     pub time: f64,
     pub angle: f64,
+    pub frequency: f64,
+}
+
+impl Moment {
+    /// A time later.
+    #[inline]
+    pub fn after(self, span: f64) -> Self {
+        Self {
+            time: self.time + span,
+            angle: self.angle + self.frequency * span,
+            ..self
+        }
+    }
 }

@@ -2,7 +2,6 @@
 //! impacts, the verdict of the rules of contact and the multipliers.
 
 use crate::error::Result;
-use crate::flow::integrate::KeptStep;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
 use crate::impact::Impact;
 use crate::modal::Pair;
@@ -11,7 +10,7 @@ use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
 use crate::orbit::motions::modal::{ModalMotion, joined, stuck_motions};
 use crate::orbit::motions::pieces::Motion;
-use crate::orbit::motions::stepped::SteppedMotion;
+use crate::orbit::motions::stepped::{OrbitStep, SteppedMotion};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::stability::monodromy::{Flown, monodromy};
 use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
@@ -36,7 +35,7 @@ pub(crate) enum OrbitMotion {
     Stepped {
         motion: Arc<SteppedMotion>,
         /// The start and the steps of each flight.
-        steps: Arc<Vec<(f64, Vec<KeptStep>)>>,
+        steps: Arc<Vec<(f64, Vec<OrbitStep>)>>,
     },
 }
 

@@ -1,7 +1,7 @@
 //! Runs of one pendulum abreast: each goes its own way, in steps of its own, but their Taylor series are made together.
 
 use crate::error::{Failure, Result};
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::State;
 use crate::flow::{BatchMotion, SeriesOf};
 use crate::model::Dynamics;
 use crate::simulate::clock::Clock;
@@ -15,7 +15,7 @@ use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 /// One of the runs.
-struct LaneRun<'a, S, D> {
+struct LaneRun<'a, S: State, D: Dynamics> {
     run: Run<'a, StepMover<'a, S, D, Taylor>>,
     record: Record,
     /// The number of the run; none where there is none left to do.
@@ -33,7 +33,7 @@ struct LaneFlight {
 }
 
 /// K runs abreast, with their buffers.
-pub(crate) struct Batch<'a, S, D, const K: usize> {
+pub(crate) struct Batch<'a, S: State, D: Dynamics, const K: usize> {
     lanes: [LaneRun<'a, S, D>; K],
     series: SeriesOf<K>,
     t_span: (f64, f64),

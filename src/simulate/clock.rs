@@ -1,6 +1,7 @@
 //! Time in twice the precision, and with it the angle of the forcing: both keep their digits at any time, after any number of
 //! flights, however slow or fast the forcing is (theory 4).
 
+use crate::model::Moment;
 use std::f64::consts::{PI, TAU};
 
 /// `2 pi - TAU` to the next 53 bits.
@@ -58,6 +59,16 @@ impl Clock {
     #[inline]
     pub fn angle(self) -> f64 {
         self.frequency * ((self.time - self.turn) + (self.rest - self.turn_rest))
+    }
+
+    /// The moment that forcings of a phase see.
+    #[inline]
+    pub fn moment(self, phase: f64) -> Moment {
+        Moment {
+            time: self.time,
+            angle: self.angle() + phase,
+            frequency: self.frequency,
+        }
     }
 
     /// The clock `span` later.

@@ -162,11 +162,7 @@ impl<'a> Ledger<'a> {
                     watch.work(self.work)?;
                     let s = start + stretch * (k as f64 + node);
                     let (q, v) = self.trajectory.state_in(piece, s);
-                    let now = clock.after(s);
-                    let at = Moment {
-                        time: now.time(),
-                        angle: now.angle() + self.phase,
-                    };
+                    let at = clock.after(s).moment(self.phase);
                     let w = weight * stretch;
                     works.forcing += w * self.energetics.forcing_power(at, &q, &v);
                     let free = || self.acceleration(at, &q, &v);

@@ -2,7 +2,8 @@
 //! which it can be had at any of its times.
 
 use crate::error::{Error, Result};
-use crate::flow::runge_kutta::Dense;
+use crate::flow::steps::Dense;
+use crate::flow::steps::dense_output::{DenseOutput, state_of};
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
 use crate::modal::Pair;
 use crate::simulate::clock::Clock;
@@ -133,7 +134,7 @@ impl Machinery {
         match self {
             Self::Exact { .. } => 2 * n,
             Self::Series { order } if kind == SegmentKind::Flight => series_width(*order, n),
-            Self::Steps | Self::Series { .. } => Dense::<Vec<f64>>::width(n),
+            Self::Steps | Self::Series { .. } => Dense::<Vec<f64>, 4>::width(n),
         }
     }
 
@@ -161,8 +162,8 @@ impl Machinery {
                 read_series(numbers, *order, local)
             }
             Self::Steps | Self::Series { .. } => {
-                let x = Dense::<Vec<f64>>::read(numbers).at(local);
-                let n = x.len() / 2;
+                let n = numbers.len() / 10;
+                let x = state_of(numbers, n, local);
                 (
                     DVector::from_column_slice(&x[..n]),
                     DVector::from_column_slice(&x[n..]),

@@ -1,7 +1,7 @@
 //! `simulate`: from a scene and a state to a trajectory.
 
 use crate::error::{Error, Result, shortened};
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::{DormandPrince, State};
 use crate::flow::{ConstrainedMotion, LinearFlow, TimedScene, with_flow};
 use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
@@ -12,11 +12,10 @@ use crate::simulate::kept::{Kept, Machinery};
 use crate::simulate::mover::{Looped, Mover};
 use crate::simulate::options::{Method, SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
-use crate::simulate::stepping::{
-    Pendulum, RungeKutta, StepMover, Taylor, has_series, series_order,
-};
+use crate::simulate::stepping::{InSteps, Pendulum, StepMover, Taylor, has_series, series_order};
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
+use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -277,8 +276,8 @@ impl<'a> Run<'a, ()> {
         dynamics: &'a D,
         scene: &'a Scene,
         options: &'a SimulateOptions,
-    ) -> Run<'a, StepMover<'a, S, D, RungeKutta>> {
-        let mover = StepMover::new(dynamics, scene, options, RungeKutta);
+    ) -> Run<'a, StepMover<'a, S, D, InSteps<DormandPrince<S>>>> {
+        let mover = StepMover::new(dynamics, scene, options, InSteps(PhantomData));
         Run::of(mover, options, scene.n_dof())
     }
 

@@ -13,13 +13,13 @@ mod series;
 
 pub(crate) use free::FreeFlight;
 pub(crate) use pendulum::{Pendulum, has_series, series_order};
-pub(crate) use runge_kutta::RungeKutta;
+pub(crate) use runge_kutta::InSteps;
 pub(crate) use series::{SeriesStep, Taylor};
 
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
-use crate::flow::runge_kutta::{Dense, State, Stepper, Tolerance};
-use crate::flow::step_size::Controller;
+use crate::flow::steps::control::Controller;
+use crate::flow::steps::{DenseOutput, Start, State, StepEnds, Stepper, Tolerance};
 use crate::flow::{ConstrainedMotion, TERM_ROUNDINGS};
 use crate::impact::wrapped;
 use crate::model::{
@@ -49,7 +49,7 @@ const MOST_POLISHES: usize = 60;
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
 /// A scene moved in steps; one run after another, with its buffers.
-pub(crate) struct StepMover<'a, S, D, F> {
+pub(crate) struct StepMover<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> {
     /// What moves it where no stop is held.
     free: F,
     dynamics: &'a D,
@@ -61,10 +61,9 @@ pub(crate) struct StepMover<'a, S, D, F> {
     is_bound: Vec<bool>,
     /// The largest contact force of each since it is held.
     pressed: Vec<f64>,
-    frequency: f64,
     phase: f64,
     tolerance: Tolerance,
-    stepper: Stepper<S>,
+    stepper: F::Steps,
     controller: Controller,
     /// The step to take next; `None` before the first.
     h: Option<f64>,
@@ -83,6 +82,10 @@ pub(crate) struct StepMover<'a, S, D, F> {
     /// The largest size of the terms of each gap seen on the present flight.
     extents: Vec<f64>,
     kept: Option<Kept>,
+    /// Evaluations of the right-hand side by the stepper before the run.
+    rhs_before: usize,
+    /// Series made.
+    n_series: usize,
     n_steps: usize,
     n_gap_evaluations: usize,
 }
@@ -93,7 +96,12 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
-        let frequency = scene.forcing().frequency().unwrap_or(0.0);
+        let clock = Clock::new(0.0, scene.forcing().frequency().unwrap_or(0.0));
+        let tolerance = Tolerance {
+            // Below this the rounding of a step exceeds its tolerance.
+            relative: options.rtol.max(4.0 * f64::EPSILON),
+            absolute: options.atol.max(f64::MIN_POSITIVE),
+        };
         Self {
             free,
             dynamics,
@@ -104,39 +112,45 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             holding: Vec::new(),
             is_bound: Vec::new(),
             pressed: Vec::new(),
-            frequency,
             phase: scene.forcing().phase(),
-            tolerance: Tolerance {
-                // Below this the rounding of a step exceeds its tolerance.
-                relative: options.rtol.max(4.0 * f64::EPSILON),
-                absolute: options.atol.max(f64::MIN_POSITIVE),
-            },
-            stepper: Stepper::new(n),
-            controller: Controller::default(),
+            tolerance,
+            stepper: F::Steps::new(n, tolerance),
+            controller: Controller::new(F::Steps::CONTROL),
             h: None,
             is_begun: false,
             x: S::zeros(2 * n),
-            clock: Clock::new(0.0, frequency),
-            began: Clock::new(0.0, frequency),
+            clock,
+            began: clock,
             touches: Vec::new(),
             places: OnceCell::new(),
             grazes: Vec::new(),
             extents: Vec::new(),
             kept: (options.keep == Keep::Motion).then(Kept::default),
+            rhs_before: 0,
+            n_series: 0,
             n_steps: 0,
             n_gap_evaluations: 0,
         }
     }
 
     fn moment(&self) -> Moment {
-        self.moment_at(self.clock)
+        self.clock.moment(self.phase)
     }
 
-    fn moment_at(&self, clock: Clock) -> Moment {
-        Moment {
-            time: clock.time(),
-            angle: clock.angle() + self.phase,
-        }
+    /// Takes a step from the present state, whose rate is known; false where there is none.
+    fn step<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<bool> {
+        let (at, x) = (self.moment(), &self.x);
+        self.stepper.step(dynamics, Start { at, x }, h)
+    }
+
+    /// The dense output of the step last taken.
+    fn dense<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        h: f64,
+    ) -> Result<<F::Steps as Stepper<S>>::Dense> {
+        let (at, x) = (self.moment(), &self.x);
+        self.stepper.dense(dynamics, Start { at, x }, h)
     }
 
     fn n(&self) -> usize {
@@ -186,7 +200,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     }
 
     /// Keeps a step from the present state as its dense output says.
-    fn keep_dense(&mut self, dense: &Dense<S>, span: f64, last: Option<f64>, record: &mut Record) {
+    fn keep_dense(
+        &mut self,
+        dense: &impl DenseOutput<S>,
+        span: f64,
+        last: Option<f64>,
+        record: &mut Record,
+    ) {
         if let Some(kept) = &mut self.kept {
             let clock = self.clock;
             kept.pieces.push(Piece { clock, span });
@@ -231,11 +251,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
         }
         self.clock = self.clock.at(t);
         self.began = self.clock;
-        self.controller = Controller::default();
+        self.controller = Controller::new(F::Steps::CONTROL);
         (self.h, self.is_begun) = (None, false);
         self.free.reset();
         self.holding.clear();
-        (self.n_steps, self.n_gap_evaluations, self.stepper.n_rhs) = (0, 0, 0);
+        (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, 0, 0);
+        self.rhs_before = self.stepper.n_rhs();
         if let Some(kept) = &mut self.kept {
             *kept = Kept::default();
         }
@@ -243,7 +264,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> Mover for StepMover<'_, S, D, F
 
     fn counted(&self, stats: Stats) -> Stats {
         Stats {
-            n_rhs: self.stepper.n_rhs,
+            n_rhs: self.stepper.n_rhs() - self.rhs_before + self.n_series,
             n_steps: self.n_steps,
             n_gap_evaluations: self.n_gap_evaluations,
             ..stats

@@ -1,7 +1,7 @@
 //! Many trajectories of one scene: the final states, in constant memory for each, on any number of threads.
 
 use crate::error::{Error, Result};
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::State;
 use crate::flow::{TimedScene, registers, with_flow};
 use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{

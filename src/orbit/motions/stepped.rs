@@ -4,7 +4,7 @@
 use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
 use crate::error::{Error, Result};
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
-use crate::flow::runge_kutta::{Dense, Tolerance, later};
+use crate::flow::steps::{Dense, DenseOutput, DormandPrince, Tolerance};
 use crate::impact::Impact;
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, are_coupled, contacts,
@@ -29,6 +29,11 @@ const TOLERANCE: Tolerance = Tolerance {
 };
 /// Margin within which a gap counts as touching, relative to the motion's size: what the flights are known to.
 const MARGIN: f64 = 1e-10;
+
+/// The method of the flights of an orbit.
+type Method = DormandPrince<Vec<f64>>;
+/// A step of it.
+pub(crate) type OrbitStep = KeptStep<Dense<Vec<f64>, 4>>;
 
 /// Runs a block of code with the motion of a scene while stops are held, if there are any.
 macro_rules! with_held {
@@ -68,6 +73,7 @@ impl SteppedMotion {
         Moment {
             time: t,
             angle: self.frequency * t + self.phase,
+            frequency: self.frequency,
         }
     }
 
@@ -88,7 +94,7 @@ impl SteppedMotion {
         (start, span): (f64, f64),
         state: &DVector<f64>,
         end: &DVector<f64>,
-    ) -> Result<Vec<KeptStep>> {
+    ) -> Result<Vec<OrbitStep>> {
         let mut x: Vec<f64> = state.iter().copied().collect();
         if course.kind == SegmentKind::Chatter {
             let dense = Dense::line(&x, &end.iter().copied().collect(), span);
@@ -101,9 +107,7 @@ impl SteppedMotion {
         let mut steps = Vec::new();
         let at = self.moment(start);
         with_held!(self, course.held(), motion => {
-            integrate(motion, at, self.frequency, span, TOLERANCE, &mut x, &mut |from, stepper, x, h| {
-                steps.push(KeptStep { start: from, h, dense: stepper.dense(x, h) });
-            })
+            integrate::<Method, _>(motion, at, span, TOLERANCE, &mut x, Some(&mut steps))
         })?;
         Ok(steps)
     }
@@ -158,7 +162,7 @@ impl SteppedMotion {
     /// Judges the impacts, every gap along every flight, and the contact forces of what is held.
     pub fn admissibility(
         &self,
-        flights: &[(f64, Vec<KeptStep>)],
+        flights: &[(f64, Vec<OrbitStep>)],
         courses: &[Course],
         pattern: &[Vec<usize>],
         impacts: &[Impact],
@@ -196,7 +200,7 @@ impl SteppedMotion {
     }
 
     /// Whether a flight stays within the margin of a stop between two contacts with it.
-    fn is_low_bounce(&self, steps: &[KeptStep], stop: usize, margin: f64) -> Result<bool> {
+    fn is_low_bounce(&self, steps: &[OrbitStep], stop: usize, margin: f64) -> Result<bool> {
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             return Ok(false);
         };
@@ -215,7 +219,7 @@ impl SteppedMotion {
         &self,
         held: &[usize],
         start: f64,
-        steps: &[KeptStep],
+        steps: &[OrbitStep],
         found: &mut Admissibility,
     ) -> Result<()> {
         if held.is_empty() {
@@ -225,11 +229,7 @@ impl SteppedMotion {
         for step in steps {
             let mut nodes = Vec::with_capacity(5);
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
-                let at = later(
-                    self.moment(start),
-                    step.start + part * step.h,
-                    self.frequency,
-                );
+                let at = self.moment(start).after(step.start + part * step.h);
                 nodes.push(self.forces(held, at, &step.dense.at(part * step.h))?);
             }
             along.push((start + step.start, step.h, nodes));
@@ -257,7 +257,7 @@ impl SteppedMotion {
     }
 
     /// The size of the motion along one gap.
-    fn size(&self, stop: usize, flights: &[(f64, Vec<KeptStep>)]) -> Result<f64> {
+    fn size(&self, stop: usize, flights: &[(f64, Vec<OrbitStep>)]) -> Result<f64> {
         let mut size = 0.0f64;
         for step in flights.iter().flat_map(|(_, steps)| steps) {
             let x = step.dense.at(0.0);
@@ -270,7 +270,7 @@ impl SteppedMotion {
 
     fn search(
         &self,
-        (start, steps): (f64, &[KeptStep]),
+        (start, steps): (f64, &[OrbitStep]),
         (stop, first_order): (usize, usize),
         held: &[usize],
         margin: f64,
@@ -331,14 +331,13 @@ impl Motion for SteppedMotion {
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
         let (at, span) = (self.moment(start), end - start);
-        let nothing = &mut |_: f64, _: &_, _: &_, _: f64| ();
         if !held.is_empty() {
             differentiated(state, deviations, |x| project(self, held, x))?;
         }
         let mut x = joined(state.as_slice(), deviations.as_slice());
         with_held!(self, held, motion => {
             let dynamics = Variational { dynamics: motion, count: deviations.ncols() };
-            integrate(&dynamics, at, self.frequency, span, TOLERANCE, &mut x, nothing)
+            integrate::<Method, _>(&dynamics, at, span, TOLERANCE, &mut x, None)
         })?;
         parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
         Ok(())

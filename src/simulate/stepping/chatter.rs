@@ -3,7 +3,7 @@
 use super::StepMover;
 use super::free::FreeFlight;
 use crate::error::Result;
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::State;
 use crate::impact::CompleteChatter;
 use crate::model::{Dynamics, GapValue};
 use crate::simulate::kept::SegmentKind;

@@ -6,10 +6,11 @@ use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
 use crate::error::Result;
 use crate::flow::TERM_ROUNDINGS;
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::{DenseOutput, State, StepEnds};
 use crate::model::{Dynamics, GapValue};
 use crate::simulate::mover::Mover;
 use crate::simulate::trajectory::Graze;
+use std::sync::Arc;
 
 /// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
 /// of second order: the velocity is then wrong by 5e-5 of the tolerance.
@@ -54,8 +55,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         reason = "the innermost loop of flights with and without stops held"
     )]
     #[inline(always)]
-    pub(super) fn contact_along<const IS_HELD: bool>(
+    pub(super) fn contact_along<E: Dynamics, const IS_HELD: bool>(
         &mut self,
+        dynamics: &E,
         starts: Option<&[usize]>,
         h: f64,
     ) -> Result<Found> {
@@ -77,7 +79,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             if is_clear && self.contacts[stop].surface.bounded().is_none() {
                 continue;
             }
-            let found = self.judge(stop, order, &ends, (is_clear, margin), h)?;
+            let found = self.judge(dynamics, (stop, order), &ends, (is_clear, margin), h)?;
             if found.x() < first.x() {
                 first = found;
             }
@@ -95,10 +97,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
 
     /// What a gap that is not clear at once does along the step last taken.
     #[inline(never)]
-    fn judge(
+    fn judge<E: Dynamics>(
         &mut self,
-        stop: usize,
-        order: usize,
+        dynamics: &E,
+        (stop, order): (usize, usize),
         ends: &EndValues,
         (is_clear, margin): (bool, f64),
         h: f64,
@@ -110,7 +112,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let size = self.gaps[stop].size.max(self.ahead[stop].size);
             let judgement = Judgement {
                 rounding: TERM_ROUNDINGS * size,
-                error: self.interpolation_error(stop, &quintic, h)?,
+                error: self.interpolation_error(dynamics, stop, &quintic, h)?,
             };
             self.touches.clear();
             let along = quintic.first_contact(order, judgement, &mut self.touches);
@@ -124,7 +126,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 along
             }
         };
-        Ok(match self.proved(stop, along, margin, h)? {
+        Ok(match self.proved(dynamics, (stop, along), margin, h)? {
             Along::Clear => Found::Nothing,
             Along::Contact { x, passed } => Found::Contact { stop, x, passed },
             Along::Lowest { x } => Found::Lowest { stop, x },
@@ -144,26 +146,40 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// What the quintic of a gap says of the step last taken, put right where the gap has a bound that proves it.
-    fn proved(&self, stop: usize, along: Along, margin: f64, h: f64) -> Result<Along> {
-        let Some((nonlinear, curvature)) = self.contacts[stop].surface.bounded() else {
+    fn proved<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        (stop, along): (usize, Along),
+        margin: f64,
+        h: f64,
+    ) -> Result<Along> {
+        let contacts = Arc::clone(&self.contacts);
+        let Some((nonlinear, curvature)) = contacts[stop].surface.bounded() else {
             return Ok(along);
         };
         let until = match along {
             Along::Contact { x, .. } | Along::Lowest { x } => x,
             Along::Clear => 1.0,
         };
-        let dense = self.stepper.dense(&self.x, h);
-        let path: Vec<[f64; 5]> = (0..self.n()).map(|i| dense.powers(i)).collect();
+        let dense = self.dense(dynamics, h)?;
+        let path: Vec<Vec<f64>> = (0..self.n()).map(|i| dense.powers(i)).collect();
         // The path itself is known to the tolerance, a tenth of the margin.
         let found = first_crossing(nonlinear, curvature, &path, 0.1 * margin, until)?;
         Ok(found.map_or(along, |x| Along::Contact { x, passed: 1.0 }))
     }
 
     /// The difference of the quintic to the dense output half-way.
-    fn interpolation_error(&mut self, stop: usize, quintic: &Quintic, h: f64) -> Result<f64> {
+    fn interpolation_error<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        stop: usize,
+        quintic: &Quintic,
+        h: f64,
+    ) -> Result<f64> {
         let n = self.n();
         let mut x = S::zeros(2 * n);
-        self.stepper.dense(&self.x, h).state(0.5 * h, x.slice_mut());
+        let dense = self.dense(dynamics, h)?;
+        dense.state(0.5 * h, x.slice_mut());
         self.n_gap_evaluations += 1;
         let there = self.contacts[stop].surface.gap(&x.slice()[..n])?;
         Ok((there - quintic.value(0.5)).abs())
@@ -176,22 +192,24 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
-    /// at the start is not meant; the stop is `passed` at a length beyond. Returns the length; the stepper's end is the state
-    /// there.
+    /// at the start is not meant; the stop is `passed` at a length beyond. Returns the length, none where no step can be taken; the
+    /// stepper's end is the state there.
     pub(super) fn land<E: Dynamics>(
         &mut self,
         dynamics: &E,
         (stop, order): (usize, usize),
         (guess, passed): (f64, f64),
         h: f64,
-    ) -> Result<f64> {
+    ) -> Result<Option<f64>> {
         let n = self.n();
         let mut s = guess;
         let (mut open, mut closed) = (0.0, passed);
         let departed = self.departed(stop, order);
         let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         for _ in 0..MOST_POLISHES {
-            self.step(dynamics, s)?;
+            if !self.step(dynamics, s)? {
+                return Ok(None);
+            }
             self.look_ahead(h)?;
             let GapValue {
                 gap,
@@ -215,13 +233,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let is_inside = speed < 0.0 && (open..=closed).contains(&(s + correction));
             if is_inside && correction.abs() <= small {
                 let rate = self.stepper.end_rate().clone();
-                let (q, v) = self.stepper.end.slice_mut().split_at_mut(n);
+                let (q, v) = self.stepper.end_mut().slice_mut().split_at_mut(n);
                 for i in 0..n {
                     let a = rate.slice()[n + i];
                     q[i] += correction * (v[i] + 0.5 * correction * a);
                     v[i] += correction * a;
                 }
-                return Ok(s + correction);
+                return Ok(Some(s + correction));
             }
             // Half the way is no sign that the contact is near, but where nothing is left of it.
             let next = if is_inside {
@@ -230,12 +248,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 0.5 * (open + closed)
             };
             if next == s || gap.abs() <= f64::EPSILON * size {
-                return Ok(s);
+                return Ok(Some(s));
             }
             s = next;
         }
-        self.step(dynamics, s)?;
-        Ok(s)
+        Ok(self.step(dynamics, s)?.then_some(s))
     }
 
     /// The length of the step at whose end a gap is lowest, by Newton's method on its speed with steps of their own; none where it
@@ -250,7 +267,9 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     ) -> Result<Option<f64>> {
         let mut s = guess;
         for _ in 0..MOST_POLISHES {
-            self.step(dynamics, s)?;
+            if !self.step(dynamics, s)? {
+                return Ok(None);
+            }
             self.look_ahead(h)?;
             let GapValue {
                 speed,

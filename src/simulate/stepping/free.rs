@@ -2,13 +2,18 @@
 
 use super::StepMover;
 use crate::error::Result;
+use crate::flow::steps::{State, Stepper};
+use crate::model::Dynamics;
 use crate::simulate::kept::SegmentKind;
 use crate::simulate::mover::Arrival;
 use crate::simulate::record::Record;
 use crate::watch::Watch;
 
 /// What moves a motion where no stop is held.
-pub(crate) trait FreeFlight<S, D>: Sized {
+pub(crate) trait FreeFlight<S: State, D: Dynamics>: Sized {
+    /// The steps of a motion with stops held.
+    type Steps: Stepper<S>;
+
     /// Forgets the run before.
     fn reset(&mut self);
 
@@ -29,7 +34,7 @@ pub(crate) trait FreeFlight<S, D>: Sized {
     ) -> Result<()>;
 }
 
-impl<S, D, F> StepMover<'_, S, D, F> {
+impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// Begins a segment of the motion that is kept.
     pub(super) fn keep_segment(&mut self, kind: SegmentKind) {
         if let Some(kept) = &mut self.kept {

@@ -4,7 +4,7 @@ use super::StepMover;
 use super::free::FreeFlight;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::State;
 use crate::model::Dynamics;
 use crate::simulate::clock::Clock;
 use crate::simulate::held::HeldMotion;
@@ -34,7 +34,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     ) -> Result<(Vec<f64>, f64)> {
         let (q, v) = x.split_at(self.n());
         let mut a = vec![0.0; q.len()];
-        motion.acceleration(self.moment_at(clock), q, v, &mut a)?;
+        motion.acceleration(clock.moment(self.phase), q, v, &mut a)?;
         let surface = &self.contacts[stop].surface;
         let gap = surface.along(q, v, &a, SHORT * self.slow_time())?;
         Ok((a, gap.acceleration))

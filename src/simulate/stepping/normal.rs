@@ -3,7 +3,7 @@
 use super::free::FreeFlight;
 use super::{MOST_POLISHES, StepMover};
 use crate::error::{Error, Result};
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::State;
 use crate::model::{Dynamics, GapValue, along_reactions};
 use crate::quantity::difference;
 use nalgebra::DVector;

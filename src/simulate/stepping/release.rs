@@ -5,7 +5,7 @@ use super::{MOST_POLISHES, StepMover};
 use crate::contact::polynomial::Quartic;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
-use crate::flow::runge_kutta::{State, later};
+use crate::flow::steps::{DenseOutput, State, StepEnds};
 use crate::linalg::rank::{DEPENDENT, pseudo_inverse};
 use crate::model::Dynamics;
 use crate::simulate::held::HeldMotion;
@@ -50,7 +50,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     fn forces_at(&self, held: &HeldMotion<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(self.n());
         let mut a = vec![0.0; q.len()];
-        held.forces(later(self.moment(), s, self.frequency), q, v, &mut a)
+        held.forces(self.moment().after(s), q, v, &mut a)
     }
 
     /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
@@ -58,7 +58,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
     pub(super) fn release_along(&mut self, h: f64) -> Result<ForceEvent> {
         let held = self.held_motion();
-        let dense = self.stepper.dense(&self.x, h);
+        let dense = self.dense(&held, h)?;
         let mut x = S::zeros(2 * self.n());
         let mut forces = |part: f64| {
             dense.state(part * h, x.slice_mut());
@@ -132,26 +132,28 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         Ok(unknown)
     }
 
-    /// Steps to the release itself, by the secant method on the length of the step.
+    /// Steps to the release itself, by the secant method on the length of the step; none where no step can be taken.
     pub(super) fn let_go<E: Dynamics>(
         &mut self,
         dynamics: &E,
         stop: usize,
         guess: f64,
         h: f64,
-    ) -> Result<f64> {
+    ) -> Result<Option<f64>> {
         let held = self.held_motion();
         let k = self.holding.iter().position(|&s| s == stop).unwrap_or(0);
-        let force = |mover: &mut Self, s: f64| -> Result<f64> {
-            mover.step(dynamics, s)?;
-            let end = mover.stepper.end.clone();
-            Ok(mover.forces_at(&held, s, end.slice())?[k])
+        let mut is_taken = true;
+        let mut force = |s: f64| -> Result<f64> {
+            is_taken &= self.step(dynamics, s)?;
+            Ok(self.forces_at(&held, s, self.stepper.end().slice())?[k])
         };
-        if guess == 0.0 {
-            force(self, 0.0)?;
-            return Ok(0.0);
-        }
-        zero_near(guess, h, |s| force(self, s))
+        let s = if guess == 0.0 {
+            force(0.0)?;
+            0.0
+        } else {
+            zero_near(guess, h, force)?
+        };
+        Ok(is_taken.then_some(s))
     }
 }
 

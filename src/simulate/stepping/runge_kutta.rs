@@ -6,8 +6,8 @@ use super::contact::Found;
 use super::free::FreeFlight;
 use super::release::ForceEvent;
 use crate::error::Result;
-use crate::flow::runge_kutta::{Dense, State, Tolerance};
-use crate::flow::step_size::{first_step, trial_step};
+use crate::flow::steps::control::{first_step, trial_step};
+use crate::flow::steps::{DenseOutput, Start, State, StepEnds, Stepper, Tolerance};
 use crate::model::{Dynamics, GapValue};
 use crate::simulate::clock::Clock;
 use crate::simulate::kept::SegmentKind;
@@ -16,12 +16,13 @@ use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
 use crate::watch::Watch;
 use std::f64::consts::PI;
+use std::marker::PhantomData;
 
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
 
-/// Steps of the Dormand-Prince pair.
-pub(crate) struct RungeKutta;
+/// Free flights in steps of a method P.
+pub(crate) struct InSteps<P>(pub PhantomData<P>);
 
 /// What became of a step that was tried.
 enum Trial {
@@ -35,7 +36,9 @@ enum Trial {
     TooShort,
 }
 
-impl<S: State, D: Dynamics> FreeFlight<S, D> for RungeKutta {
+impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P> {
+    type Steps = P;
+
     fn reset(&mut self) {}
 
     fn fly(
@@ -68,16 +71,10 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         if self.is_begun {
             return Ok(());
         }
-        let at = self.moment();
-        self.stepper.begin(dynamics, at, &self.x)?;
+        let (at, x) = (self.moment(), &self.x);
+        self.stepper.begin(dynamics, Start { at, x })?;
         self.is_begun = true;
         self.take_gaps()
-    }
-
-    /// Takes a step from the present state, whose rate is known.
-    pub(super) fn step<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<()> {
-        let at = self.moment();
-        self.stepper.step(dynamics, at, self.frequency, &self.x, h)
     }
 
     /// A first step, from the sizes of the state, its rate and a second derivative, in units of the tolerance.
@@ -100,14 +97,19 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             .zip(rate.slice())
             .map(|(a, b)| (a - b) / trial)
             .collect();
-        Ok(first_step(trial, d1, size(self, &change)))
+        Ok(first_step(
+            F::Steps::CONTROL.order,
+            trial,
+            d1,
+            size(self, &change),
+        ))
     }
 
     /// The gaps at the end of the step last taken, of length h.
     #[inline]
     pub(super) fn look_ahead(&mut self, h: f64) -> Result<()> {
         let n = self.n();
-        let (q, v) = self.stepper.end.slice().split_at(n);
+        let (q, v) = self.stepper.end().slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
         for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
             *value = contact.surface.along(q, v, a, h)?;
@@ -137,25 +139,32 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
 
     /// Makes the end of the step last taken the present state.
     fn arrive(&mut self, s: f64) {
-        self.x.clone_from(&self.stepper.end);
+        self.x.clone_from(self.stepper.end());
         self.clock = self.clock.after(s);
     }
 
     /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
     #[inline(never)]
-    fn keep(&mut self, s: f64, last: Option<f64>, record: &mut Record) {
+    fn keep<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        s: f64,
+        last: Option<f64>,
+        record: &mut Record,
+    ) -> Result<()> {
         let clock = self.clock;
         let wants_samples = record.wants_samples(clock.after(s).time(), last);
         if self.kept.is_none() && !wants_samples {
-            return;
+            return Ok(());
         }
-        let dense = self.stepper.dense(&self.x, s);
+        let dense = self.dense(dynamics, s)?;
         self.keep_dense(&dense, s, last, record);
+        Ok(())
     }
 
     /// Keeps a piece of no length at the present state; `last` as in `keep`.
     pub(super) fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
-        let still = Dense::line(&self.x, &self.x, 1.0);
+        let still = <F::Steps as Stepper<S>>::Dense::line(&self.x, &self.x, 1.0);
         self.keep_dense(&still, 0.0, last, record);
     }
 
@@ -180,8 +189,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         if self.is_too_short(h) {
             return Ok(Trial::TooShort);
         }
-        self.step(dynamics, h)?;
-        let error = self.stepper.error(&self.x, h, self.attainable());
+        let error = if self.step(dynamics, h)? {
+            let (at, x, attainable) = (self.moment(), &self.x, self.attainable());
+            self.stepper
+                .error(dynamics, Start { at, x }, h, attainable)?
+        } else {
+            f64::INFINITY
+        };
         let verdict = self.controller.judge(h, error);
         if !verdict.is_accepted {
             self.h = Some(verdict.next);
@@ -211,12 +225,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// would tell of the forces in it.
     fn see_forcing<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
         let left = self.clock.until(end);
-        if self.frequency > 0.0 && left > 0.0 {
+        let frequency = self.moment().frequency;
+        if frequency > 0.0 && left > 0.0 {
             let wanted = match self.h {
                 Some(h) => h,
                 None => self.first_step(dynamics, left)?,
             };
-            self.h = Some(wanted.min(PI / self.frequency));
+            self.h = Some(wanted.min(PI / frequency));
         }
         Ok(())
     }
@@ -270,7 +285,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => {
                     self.accept(h, next);
-                    self.keep(h, None, record);
+                    self.keep(dynamics, h, None, record)?;
                     self.arrive(h);
                     self.stepper.go_on();
                     if is_last {
@@ -332,7 +347,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             };
             self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along::<IS_HELD>(starts, h)? {
+            let found = match self.contact_along::<E, IS_HELD>(dynamics, starts, h)? {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 Found::Lowest { stop, x } if undecided => {
                     halvings += 1;
@@ -362,9 +377,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             // Where stops are held, what steps left of their gaps and speeds is no motion: an event begins without.
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
             {
-                let s = self.let_go(dynamics, stop, x * h, h)?;
+                let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
+                    break Arrival::Underflow;
+                };
                 if let Some(record) = keeping {
-                    self.keep(s, None, record);
+                    self.keep(dynamics, s, None, record)?;
                 }
                 self.arrive(s);
                 self.settle(&self.holding.clone())?;
@@ -374,9 +391,12 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             if let Some((stop, x, passed)) = found {
                 let order = starts.map_or(0, |orders| orders[stop]);
                 self.note_extent(stop, x, h);
-                let s = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
+                let landed = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
+                let Some(s) = landed else {
+                    break Arrival::Underflow;
+                };
                 if let Some(record) = keeping {
-                    self.keep(s, None, record);
+                    self.keep(dynamics, s, None, record)?;
                 }
                 self.arrive(s);
                 if IS_HELD {
@@ -386,7 +406,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 break Arrival::Contact { stop };
             }
             if let Some(record) = &mut keeping {
-                self.keep(h, is_last.then_some(last), record);
+                self.keep(dynamics, h, is_last.then_some(last), record)?;
             }
             self.arrive(h);
             self.stepper.go_on();

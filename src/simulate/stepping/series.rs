@@ -6,7 +6,7 @@ use super::free::FreeFlight;
 use super::pendulum::series_order;
 use crate::contact::series::{GapSeries, GapTerms, SeriesEnd};
 use crate::error::Result;
-use crate::flow::runge_kutta::State;
+use crate::flow::steps::{DormandPrince, State};
 use crate::flow::{BatchMotion, PendulumSeries, SeriesOf};
 use crate::model::{Dynamics, Links, Scene, contacts};
 use crate::simulate::clock::Clock;
@@ -44,6 +44,8 @@ impl Taylor {
 }
 
 impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
+    type Steps = DormandPrince<S>;
+
     fn reset(&mut self) {
         self.before = None;
     }
@@ -253,7 +255,7 @@ impl<S: State, D: Dynamics> StepMover<'_, S, D, Taylor> {
         series: &mut SeriesOf<K>,
         m: usize,
     ) -> Result<()> {
-        self.stepper.n_rhs += 1;
+        self.n_series += 1;
         let angle = self.moment().angle;
         let (q, v) = self.x.slice().split_at(self.dynamics.n_dof());
         self.free.pendulum.begin(series, m, (angle, q, v))

@@ -1,22 +1,29 @@
 //! Step-size control (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.4 and IV.2): the
 //! PI controller, the first step, the test for stiffness.
 
-use crate::flow::tableau::ORDER;
-
 /// The step aims at this part of the tolerance.
 const SAFETY: f64 = 0.9;
-/// Weight of the error before in the PI controller.
-const BETA: f64 = 0.04;
-/// A step changes at most by these factors.
-const LEAST_FACTOR: f64 = 0.2;
-const MOST_FACTOR: f64 = 10.0;
 /// Error, in units of the tolerance, below which a step says no more of the one before.
 const LEAST_ERROR: f64 = 1e-4;
-/// Quotient above which a step is limited by stability (theory of the pair's stability region on the real axis).
-const STABILITY_LIMIT: f64 = 3.25;
 /// So many steps limited by stability, without so many in between that are not, are called stiff.
 const STIFF_STEPS: u32 = 15;
 const SOUND_STEPS: u32 = 6;
+
+/// How the length of the steps of a method follows from their errors.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StepControl {
+    /// Order of the error in the step.
+    pub order: u32,
+    /// Weight of the error before.
+    pub beta: f64,
+    /// A step changes at most by these factors.
+    pub least: f64,
+    pub most: f64,
+    /// A step that could grow by less than this factor stays as it is: what it was made with can be used again.
+    pub kept_below: f64,
+    /// A stiffness above this says that stability holds the step down.
+    pub stability: f64,
+}
 
 /// What one trial step led to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +36,7 @@ pub(crate) struct StepVerdict {
 /// A PI controller and a test for stiffness.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
+    control: StepControl,
     /// Logarithm of the error of the step before.
     last_error: f64,
     was_rejected: bool,
@@ -38,9 +46,11 @@ pub(crate) struct Controller {
     pub is_stiff: bool,
 }
 
-impl Default for Controller {
-    fn default() -> Self {
+impl Controller {
+    /// A controller of a method's steps.
+    pub fn new(control: StepControl) -> Self {
         Self {
+            control,
             last_error: LEAST_ERROR.ln(),
             was_rejected: false,
             stiff: 0,
@@ -48,17 +58,25 @@ impl Default for Controller {
             is_stiff: false,
         }
     }
-}
 
-impl Controller {
     /// Judges a step of length h by its error in units of the tolerance; an error that is no number is a rejection.
     pub fn judge(&mut self, h: f64, error: f64) -> StepVerdict {
-        let exponent = 1.0 / f64::from(ORDER) - 0.75 * BETA;
+        let StepControl {
+            order,
+            beta,
+            least,
+            most,
+            kept_below,
+            ..
+        } = self.control;
+        let exponent = 1.0 / f64::from(order) - 0.75 * beta;
         if error <= 1.0 {
             let size = error.max(1e-10).ln();
-            let most = if self.was_rejected { 1.0 } else { MOST_FACTOR };
-            let factor = SAFETY * (BETA * self.last_error - exponent * size).exp();
-            let factor = factor.clamp(LEAST_FACTOR, most);
+            let most = if self.was_rejected { 1.0 } else { most };
+            let factor = SAFETY * (beta * self.last_error - exponent * size).exp();
+            let factor = factor.clamp(least, most);
+            let is_kept = factor > 1.0 && factor < kept_below;
+            let factor = if is_kept { 1.0 } else { factor };
             self.last_error = size.max(LEAST_ERROR.ln());
             self.was_rejected = false;
             return StepVerdict {
@@ -68,9 +86,9 @@ impl Controller {
         }
         self.was_rejected = true;
         let factor = if error.is_finite() {
-            (SAFETY / error.powf(exponent)).clamp(LEAST_FACTOR, SAFETY)
+            (SAFETY / error.powf(exponent)).clamp(least, SAFETY)
         } else {
-            LEAST_FACTOR
+            least
         };
         StepVerdict {
             is_accepted: false,
@@ -80,7 +98,7 @@ impl Controller {
 
     /// Takes note of the quotient that tells stiffness.
     pub fn note_stiffness(&mut self, quotient: f64) {
-        if quotient > STABILITY_LIMIT {
+        if quotient > self.control.stability {
             self.sound = 0;
             self.stiff += 1;
             self.is_stiff |= self.stiff == STIFF_STEPS;
@@ -94,13 +112,13 @@ impl Controller {
 }
 
 /// A first step from the sizes of the state and its rate, in units of the tolerance, and from those of the second
-/// derivative after the trial step that [`trial_step`] gives.
-pub(crate) fn first_step(trial: f64, rate: f64, second: f64) -> f64 {
+/// derivative after the trial step that [`trial_step`] gives; `order` is that of the error.
+pub(crate) fn first_step(order: u32, trial: f64, rate: f64, second: f64) -> f64 {
     let largest = rate.max(second);
     let h = if largest <= 1e-15 {
         (trial * 1e-3).max(1e-6)
     } else {
-        (0.01 / largest).powf(1.0 / f64::from(ORDER))
+        (0.01 / largest).powf(1.0 / f64::from(order))
     };
     h.min(100.0 * trial)
 }
@@ -117,10 +135,15 @@ pub(crate) fn trial_step(state: f64, rate: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::steps::{DormandPrince, Stepper};
+
+    fn controller() -> Controller {
+        Controller::new(<DormandPrince<[f64; 2]> as Stepper<[f64; 2]>>::CONTROL)
+    }
 
     #[test]
     fn steps_shrink_when_rejected_and_grow_when_accurate() {
-        let mut control = Controller::default();
+        let mut control = controller();
         let bad = control.judge(1.0, 32.0);
         assert!(!bad.is_accepted && bad.next < 0.55 && bad.next > 0.4);
         let nan = control.judge(1.0, f64::NAN);
@@ -133,12 +156,12 @@ mod tests {
 
     #[test]
     fn stiffness_is_said_after_fifteen_limited_steps() {
-        let mut control = Controller::default();
+        let mut control = controller();
         for step in 0..20 {
             control.note_stiffness(4.0);
             assert_eq!(control.is_stiff, step >= 14);
         }
-        let mut sound = Controller::default();
+        let mut sound = controller();
         for step in 0..1000 {
             sound.note_stiffness(if step % 8 == 0 { 4.0 } else { 1.0 });
         }

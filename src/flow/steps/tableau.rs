@@ -4,8 +4,6 @@
 
 /// Stages of the Dormand-Prince pair, the last of which is the first of the next step.
 pub(crate) const STAGES: usize = 7;
-/// Order of the solution that is carried on.
-pub(crate) const ORDER: i32 = 5;
 
 /// Nodes of stages 2 to 7.
 pub(crate) const NODES: [f64; STAGES - 1] = [0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];

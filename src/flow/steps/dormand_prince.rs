@@ -1,0 +1,189 @@
+//! The Dormand-Prince pair of orders 5 and 4 on `q'' = a(t, q, v)`, with its quartic dense output (theory 8).
+
+use crate::error::Result;
+use crate::flow::steps::control::StepControl;
+use crate::flow::steps::dense_output::Dense;
+use crate::flow::steps::state::{State, weighted_sum};
+use crate::flow::steps::stepper::{Start, StepEnds, Stepper, Tolerance};
+use crate::flow::steps::tableau::{DENSE, ERROR, NODES, ROWS, STAGES};
+use crate::model::Dynamics;
+
+/// The pair, with the step last taken.
+#[derive(Debug, Clone)]
+pub(crate) struct DormandPrince<S> {
+    /// Rates at the stages; the first at the start, the last at the end.
+    stages: [S; STAGES],
+    trial: S,
+    error: S,
+    end: S,
+    n_rhs: usize,
+}
+
+/// The rate at a state: one copy for all stages, into which the acceleration is inlined.
+#[inline(never)]
+fn rate<S: State, D: Dynamics>(dynamics: &D, drive: D::Drive, x: &S, out: &mut S) -> Result<()> {
+    // Half a length that arrays have at compile time.
+    let n = x.slice().len() / 2;
+    let (q, v) = x.slice().split_at(n);
+    let (dq, dv) = out.slice_mut().split_at_mut(n);
+    dq.copy_from_slice(v);
+    dynamics.driven(drive, q, v, dv)
+}
+
+impl<S: State> DormandPrince<S> {
+    /// The rate at stage K from those before it; the number is known at compile time, so that the sum is written out and
+    /// its zeros are left out.
+    #[inline]
+    fn stage<D: Dynamics, const K: usize>(
+        &mut self,
+        dynamics: &D,
+        drive: D::Drive,
+        x: &S,
+        h: f64,
+    ) -> Result<()> {
+        let row = &ROWS[K - 1];
+        let (known, next) = self.stages.split_at_mut(K);
+        let target = if K == STAGES - 1 {
+            &mut self.end
+        } else {
+            &mut self.trial
+        };
+        weighted_sum::<S, K>(known, row, target);
+        for (y, x) in target.slice_mut().iter_mut().zip(x.slice()) {
+            *y = x + h * *y;
+        }
+        rate(dynamics, drive, target, &mut next[0])
+    }
+}
+
+impl<S: State> StepEnds<S> for DormandPrince<S> {
+    fn start_rate(&self) -> &S {
+        &self.stages[0]
+    }
+
+    fn end(&self) -> &S {
+        &self.end
+    }
+
+    fn end_mut(&mut self) -> &mut S {
+        &mut self.end
+    }
+
+    fn end_rate(&self) -> &S {
+        &self.stages[STAGES - 1]
+    }
+
+    fn n_rhs(&self) -> usize {
+        self.n_rhs
+    }
+}
+
+impl<S: State> Stepper<S> for DormandPrince<S> {
+    const CONTROL: StepControl = StepControl {
+        order: 5,
+        beta: 0.04,
+        least: 0.2,
+        most: 10.0,
+        kept_below: 1.0,
+        stability: 3.25,
+    };
+
+    type Dense = Dense<S, 4>;
+
+    fn new(n_dof: usize, _tolerance: Tolerance) -> Self {
+        let zeros = S::zeros(2 * n_dof);
+        Self {
+            stages: std::array::from_fn(|_| zeros.clone()),
+            trial: zeros.clone(),
+            error: zeros.clone(),
+            end: zeros,
+            n_rhs: 0,
+        }
+    }
+
+    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>) -> Result<()> {
+        self.n_rhs += 1;
+        let drive = dynamics.drive(start.at);
+        rate(dynamics, drive, start.x, &mut self.stages[0])
+    }
+
+    /// Afterwards the end is the state of order 5 there.
+    #[inline]
+    fn step<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        Start { at, x }: Start<'_, S>,
+        h: f64,
+    ) -> Result<bool> {
+        let drive_at = |node: f64| dynamics.drive(at.after(node * h));
+        self.stage::<D, 1>(dynamics, drive_at(NODES[0]), x, h)?;
+        self.stage::<D, 2>(dynamics, drive_at(NODES[1]), x, h)?;
+        self.stage::<D, 3>(dynamics, drive_at(NODES[2]), x, h)?;
+        self.stage::<D, 4>(dynamics, drive_at(NODES[3]), x, h)?;
+        // The last two stages are at one time.
+        let last = drive_at(NODES[4]);
+        self.stage::<D, 5>(dynamics, last, x, h)?;
+        self.stage::<D, 6>(dynamics, last, x, h)?;
+        self.n_rhs += STAGES - 1;
+        Ok(true)
+    }
+
+    #[inline]
+    fn error<D: Dynamics>(
+        &mut self,
+        _dynamics: &D,
+        start: Start<'_, S>,
+        h: f64,
+        tolerance: Tolerance,
+    ) -> Result<f64> {
+        weighted_sum::<S, STAGES>(&self.stages, &ERROR, &mut self.error);
+        let ends = (start.x.slice(), self.end.slice());
+        Ok(h.abs() * tolerance.norm(self.error.slice(), ends))
+    }
+
+    fn dense<D: Dynamics>(
+        &mut self,
+        _dynamics: &D,
+        Start { x, .. }: Start<'_, S>,
+        h: f64,
+    ) -> Result<Dense<S, 4>> {
+        let mut c: [S; 4] = std::array::from_fn(|_| S::zeros(x.slice().len()));
+        for i in 0..x.slice().len() {
+            let difference = self.end.slice()[i] - x.slice()[i];
+            let first = h * self.stages[0].slice()[i] - difference;
+            let last = difference - h * self.stages[STAGES - 1].slice()[i] - first;
+            let mut bump = 0.0;
+            for (k, d) in self.stages.iter().zip(&DENSE) {
+                bump += d * k.slice()[i];
+            }
+            c[0].slice_mut()[i] = difference;
+            c[1].slice_mut()[i] = first;
+            c[2].slice_mut()[i] = last;
+            c[3].slice_mut()[i] = h * bump;
+        }
+        let start = x.clone();
+        Ok(Dense { start, c, h })
+    }
+
+    fn go_on(&mut self) {
+        self.stages.swap(0, STAGES - 1);
+    }
+
+    /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`.
+    fn stiffness(&self, h: f64) -> f64 {
+        let apart = |a: &S, b: &S| -> f64 {
+            a.slice()
+                .iter()
+                .zip(b.slice())
+                .map(|(a, b)| (a - b).powi(2))
+                .sum()
+        };
+        let rates = apart(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
+        let states = apart(&self.end, &self.trial);
+        if states > 0.0 {
+            h.abs() * (rates / states).sqrt()
+        } else {
+            0.0
+        }
+    }
+}

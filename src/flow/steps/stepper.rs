@@ -1,0 +1,92 @@
+//! What an integration method is to everybody else: one step on `q'' = a(t, q, v)`, its error, its dense output (theory 8).
+
+use crate::error::Result;
+use crate::flow::steps::control::StepControl;
+use crate::flow::steps::dense_output::DenseOutput;
+use crate::flow::steps::state::State;
+use crate::model::{Dynamics, Moment};
+
+/// Tolerances of one step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tolerance {
+    pub relative: f64,
+    pub absolute: f64,
+}
+
+impl Tolerance {
+    /// The root mean square of some numbers, each in units of what is allowed of the larger of two entries.
+    #[inline]
+    pub fn norm(self, numbers: &[f64], ends: (&[f64], &[f64])) -> f64 {
+        let mut sum = 0.0;
+        for (e, (x, end)) in numbers.iter().zip(ends.0.iter().zip(ends.1)) {
+            let scale = self.absolute + self.relative * x.abs().max(end.abs());
+            sum += (e / scale).powi(2);
+        }
+        (sum / numbers.len() as f64).sqrt()
+    }
+}
+
+/// Where a step begins.
+#[derive(Debug)]
+pub(crate) struct Start<'a, S> {
+    pub at: Moment,
+    pub x: &'a S,
+}
+
+impl<S> Clone for Start<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S> Copy for Start<'_, S> {}
+
+/// What is known of the step last taken.
+pub(crate) trait StepEnds<S> {
+    /// The rate of the state at the start.
+    fn start_rate(&self) -> &S;
+    /// The state at the end.
+    fn end(&self) -> &S;
+    fn end_mut(&mut self) -> &mut S;
+    /// The rate of the state at the end.
+    fn end_rate(&self) -> &S;
+    /// Evaluations of the right-hand side so far.
+    fn n_rhs(&self) -> usize;
+}
+
+/// An integration method, step by step. A step is taken from a start whose rate is known, by [`begin`](Self::begin) or because it
+/// is the end of the step before; it can be taken again, with another length.
+pub(crate) trait Stepper<S: State>: StepEnds<S> {
+    /// How the length of the next step follows from the error of the last.
+    const CONTROL: StepControl;
+    /// The motion on a step.
+    type Dense: DenseOutput<S>;
+
+    /// A stepper of n degrees of freedom.
+    fn new(n_dof: usize, tolerance: Tolerance) -> Self;
+    /// Makes a state the start of the next step.
+    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>) -> Result<()>;
+    /// Takes a step of length h; false where there is none, since its equations have no solution nearby.
+    fn step<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>, h: f64) -> Result<bool>;
+    /// The error of the step last taken, in units of the tolerance (root mean square).
+    fn error<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        start: Start<'_, S>,
+        h: f64,
+        tolerance: Tolerance,
+    ) -> Result<f64>;
+    /// The dense output of the step last taken.
+    fn dense<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        start: Start<'_, S>,
+        h: f64,
+    ) -> Result<Self::Dense>;
+    /// Makes the end of the step last taken the start of the next one.
+    fn go_on(&mut self);
+    /// A measure of stiffness that is large, beside [`StepControl::stability`], where stability holds the step down, not accuracy.
+    fn stiffness(&self, _h: f64) -> f64 {
+        0.0
+    }
+}
