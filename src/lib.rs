@@ -11,6 +11,7 @@
 mod contact;
 pub mod error;
 mod flow;
+mod hybrid;
 pub mod impact;
 mod linalg;
 pub mod modal;

@@ -10,6 +10,9 @@ pub(crate) struct Quintic {
     c: [f64; SIZE],
 }
 
+/// A quintic is off a motion by less than this part of what its coefficients differ by.
+const FAR: f64 = 0.1;
+
 /// Value, slope and second derivative of the gap at both ends of a step, by parts of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EndValues {
@@ -29,20 +32,34 @@ impl EndValues {
         }
     }
 
-    /// Whether the quintic stays above a floor, because its Bernstein coefficients do. A root at the start, its floor zero,
-    /// is divided out: `x B_j^4(x) = (j + 1)/5 B_{j+1}^5(x)`, so that its coefficients are skipped and the others keep their
-    /// signs.
+    /// The coefficients of the quintic in Bernstein's form.
     #[inline]
-    pub fn are_clear(&self, order: usize, floor: f64) -> bool {
+    fn bernstein(&self) -> [f64; SIZE] {
         let ([p, d, s], [p1, d1, s1]) = (self.start, self.end);
-        let bernstein = [
+        [
             p,
             p + 0.2 * d,
             p + 0.4 * d + 0.05 * s,
             p1 - 0.4 * d1 + 0.05 * s1,
             p1 - 0.2 * d1,
             p1,
-        ];
+        ]
+    }
+
+    /// Whether the quintic stays above a floor, because its Bernstein coefficients do, by so much that a motion near to it does.
+    pub fn are_far(&self, floor: f64) -> bool {
+        let bernstein = self.bernstein();
+        let most = bernstein.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let least = bernstein.into_iter().fold(f64::INFINITY, f64::min);
+        least > floor + FAR * (most - least)
+    }
+
+    /// Whether the quintic stays above a floor, because its Bernstein coefficients do. A root at the start, its floor zero,
+    /// is divided out: `x B_j^4(x) = (j + 1)/5 B_{j+1}^5(x)`, so that its coefficients are skipped and the others keep their
+    /// signs.
+    #[inline]
+    pub fn are_clear(&self, order: usize, floor: f64) -> bool {
+        let bernstein = self.bernstein();
         let floor = if order == 0 { floor } else { 0.0 };
         bernstein[order.min(SIZE - 1)..].iter().all(|b| *b > floor)
     }

@@ -2,6 +2,7 @@
 
 pub(crate) mod block;
 mod constrained;
+mod constrained_dynamics;
 mod dense;
 mod derivative;
 pub(crate) mod drive;
@@ -19,8 +20,10 @@ mod split;
 pub(crate) mod steps;
 pub(crate) mod taylor;
 mod timed_scene;
+mod written_series;
 
 pub(crate) use constrained::ConstrainedMotion;
+pub(crate) use constrained_dynamics::ConstrainedDynamics;
 pub(crate) use dense::DenseFlow;
 pub(crate) use derivative::CANCELLED;
 pub(crate) use gap_row::{Derivatives, GapRow, Quantity, TERM_ROUNDINGS};
@@ -30,3 +33,4 @@ pub(crate) use pendulum_series::PendulumSeries;
 pub(crate) use scene_flow::{SceneFlow, with_flow};
 pub(crate) use series_of::{BatchMotion, SeriesOf};
 pub(crate) use timed_scene::TimedScene;
+pub(crate) use written_series::{read_series, series_width, write_series};

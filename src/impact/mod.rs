@@ -5,6 +5,7 @@ mod chatter;
 mod contact_force;
 mod event;
 mod multiple;
+mod projection;
 mod recovery;
 mod saltation;
 
@@ -14,6 +15,7 @@ pub use contact_force::{ContactForce, Release, contact_forces};
 pub use event::Impact;
 pub(crate) use event::wrapped;
 pub use multiple::{ResolvedImpacts, resolve_impacts};
+pub(crate) use projection::{StopsAt, project, put_onto_stops};
 pub use recovery::recovery_matrix;
 pub(crate) use recovery::{check_stops, impulse_matrix};
 pub(crate) use saltation::saltation;

@@ -1,6 +1,6 @@
 //! The course of an orbit: what happens at its instants, and what is held between them (theory 9).
 
-use crate::simulate::SegmentKind;
+use crate::hybrid::SegmentKind;
 
 /// What happens at an instant.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,7 +5,6 @@ mod course;
 mod flights;
 mod free;
 mod impacts;
-mod motions;
 mod one_instant;
 mod options;
 mod orbit_motion;

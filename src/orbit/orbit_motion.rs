@@ -2,20 +2,23 @@
 //! impacts, the verdict of the rules of contact and the multipliers.
 
 use crate::error::Result;
+use crate::flow::steps::{Dense, DenseOutput};
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
+use crate::hybrid::HybridMaps;
+use crate::hybrid::SegmentKind;
+use crate::hybrid::{ClosedFormMaps, constrained_motions, joined};
+use crate::hybrid::{IntegratedMaps, OrbitStep};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::course::{Course, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
-use crate::orbit::motions::modal::{ModalMotion, joined, stuck_motions};
-use crate::orbit::motions::pieces::Motion;
-use crate::orbit::motions::stepped::{OrbitStep, SteppedMotion};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::stability::monodromy::{Flown, monodromy};
 use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
 use crate::orbit::verdict::admissibility::Admissibility;
 use crate::orbit::verdict::closing::Carrier;
+use crate::orbit::verdict::integrated::IntegratedJudge;
 use crate::orbit::verdict::judge::Judge;
 use crate::watch::Watch;
 use nalgebra::DVector;
@@ -33,7 +36,7 @@ pub(crate) enum OrbitMotion {
         held: Vec<Arc<ConstrainedMotion>>,
     },
     Stepped {
-        motion: Arc<SteppedMotion>,
+        motion: Arc<IntegratedMaps>,
         /// The start and the steps of each flight.
         steps: Arc<Vec<(f64, Vec<OrbitStep>)>>,
     },
@@ -43,6 +46,14 @@ pub(crate) enum OrbitMotion {
 pub(crate) fn paired(state: &DVector<f64>) -> Vec<Pair> {
     let (q, v) = state.as_slice().split_at(state.len() / 2);
     q.iter().zip(v).map(|(&q, &v)| [q, v]).collect()
+}
+
+/// The straight line between two states as one step.
+fn line(h: f64, start: &DVector<f64>, end: &DVector<f64>) -> OrbitStep {
+    let [x, y] = [start, end].map(|state| state.iter().copied().collect());
+    let dense = Dense::line(&x, &y, h);
+    let start = 0.0;
+    OrbitStep { start, h, dense }
 }
 
 /// The inverse of [`paired`].
@@ -55,7 +66,7 @@ impl OrbitMotion {
     /// The modal flights of a linear scene, along which stops may be held.
     pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
         let stops = flights.iter().map(|flight| flight.course.stops.as_slice());
-        let held = stuck_motions(&modal, stops)?;
+        let held = constrained_motions(&modal, stops)?;
         Ok(Self::Modal {
             modal,
             flow: Arc::default(),
@@ -64,11 +75,16 @@ impl OrbitMotion {
     }
 
     /// The steps of the flights of any scene.
-    pub fn stepped(motion: Arc<SteppedMotion>, flights: &[Flight]) -> Result<Self> {
+    pub fn stepped(motion: Arc<IntegratedMaps>, flights: &[Flight]) -> Result<Self> {
         let steps = |flight: &Flight| {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);
-            let steps = motion.steps(&flight.course, span, &state, &end)?;
+            // The rest of impacts that accumulate is a line.
+            let steps = if flight.course.kind == SegmentKind::Chatter {
+                vec![line(flight.span, &state, &end)]
+            } else {
+                motion.steps(flight.course.held(), span, &state)?
+            };
             Ok((flight.start, steps))
         };
         let steps = Arc::new(flights.iter().map(steps).collect::<Result<Vec<_>>>()?);
@@ -183,7 +199,8 @@ impl OrbitMotion {
                 let period: f64 = flights.iter().map(|f| f.span).sum();
                 let courses: Vec<Course> = flights.iter().map(|f| f.course.clone()).collect();
                 let rate = TAU / period;
-                motion.admissibility(steps, &courses, pattern.instants(), impacts, rate)
+                let judge = IntegratedJudge { maps: motion };
+                judge.admissibility(steps, &courses, pattern.instants(), impacts, rate)
             }
         }
     }
@@ -199,7 +216,7 @@ impl OrbitMotion {
     ) -> Result<Stability> {
         match self {
             Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
-                let motion = ModalMotion::new(modal, phase, held.clone());
+                let motion = ClosedFormMaps::new(modal, phase, held.clone());
                 let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
                 let states = |pairs: &[Pair]| joined(&modal.form.to_physical(pairs));
                 of_legs(&motion, pattern, flights, states, found, is_coupled, watch)
@@ -208,7 +225,8 @@ impl OrbitMotion {
                 stability(modal, pattern.instants(), phase, flights, found, watch)
             }
             Self::Stepped { motion, .. } => {
-                let is_coupled = |a: usize, b: usize| motion.is_coupled(a, b, flights, pattern);
+                let judge = IntegratedJudge { maps: motion };
+                let is_coupled = |a: usize, b: usize| judge.is_coupled(a, b, flights, pattern);
                 of_legs(
                     &**motion, pattern, flights, unpaired, found, is_coupled, watch,
                 )
@@ -248,7 +266,7 @@ fn struck_free(pattern: &Pattern, flights: &[Flight], impacts: &[Impact]) -> Vec
 }
 
 /// Multipliers from flights and instants as the shooting has them.
-fn of_legs<M: Motion>(
+fn of_legs<M: HybridMaps>(
     motion: &M,
     pattern: &Pattern,
     flights: &[Flight],

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
+use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::{Change, Scene};
 use crate::orbit::closed_form::{Coefficients, coefficients};
@@ -12,7 +13,7 @@ use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
 use crate::quantity::room_for;
-use crate::simulate::{Segment, SegmentKind};
+use crate::simulate::Segment;
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::ControlFlow;

@@ -2,15 +2,15 @@
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
+use crate::hybrid::IntegratedMaps;
+use crate::hybrid::SegmentKind;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::course::Course;
 use crate::orbit::flights::{Flight, OrbitData};
-use crate::orbit::motions::stepped::SteppedMotion;
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::simulate::SegmentKind;
 use std::sync::Arc;
 
 /// Rounding of a sum of flights against the periods of the forcing, relative.
@@ -94,7 +94,7 @@ impl PeriodicOrbit {
         let motion = if scene.linear_system("an orbit").is_ok() {
             OrbitMotion::modal_along(Arc::new(ModalScene::new(scene, "an orbit")?), &flights)?
         } else {
-            OrbitMotion::stepped(Arc::new(SteppedMotion::new(scene, phase)), &flights)?
+            OrbitMotion::stepped(Arc::new(IntegratedMaps::new(scene, phase)), &flights)?
         };
         let parts = OrbitData {
             pattern,

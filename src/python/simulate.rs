@@ -49,15 +49,7 @@ pub(crate) fn count(argument: &str, value: Option<i64>) -> PyResult<Option<usize
 
 /// The method of a name, in any letter case.
 pub(crate) fn method(value: &str) -> PyResult<Method> {
-    match value.to_lowercase().as_str() {
-        "auto" => Ok(Method::Auto),
-        "exact" => Ok(Method::Exact),
-        "rk45" => Ok(Method::Rk45),
-        "taylor" => Ok(Method::Taylor),
-        _ => Err(PyValueError::new_err(format!(
-            "method is {value:?}, but it must be \"auto\", \"exact\", \"rk45\" or \"taylor\""
-        ))),
-    }
+    Ok(Method::from_name(value)?)
 }
 
 /// Simulates a scene from (q0, v0) over a span of time.

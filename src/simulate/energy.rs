@@ -2,10 +2,10 @@
 //! The powers are integrated along the motion that was kept, by Gauss's rule on each piece.
 
 use crate::error::Result;
+use crate::flow::ConstrainedDynamics;
+use crate::hybrid::SegmentKind;
 use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts};
 use crate::simulate::fading::Fading;
-use crate::simulate::held::HeldMotion;
-use crate::simulate::kept::SegmentKind;
 use crate::simulate::trajectory::Point;
 use crate::simulate::trajectory::Trajectory;
 use crate::watch::Watch;
@@ -194,7 +194,7 @@ impl<'a> Ledger<'a> {
         v: &DVector<f64>,
         stops: &[usize],
     ) -> Result<f64> {
-        let held = HeldMotion {
+        let held = ConstrainedDynamics {
             dynamics: self.dynamics,
             system: self.trajectory.scene().system(),
             contacts: Arc::clone(&self.contacts),

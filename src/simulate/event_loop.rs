@@ -9,10 +9,11 @@ mod strike;
 use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::{Error, Result, digits};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
+use crate::hybrid::{Arrival, GapSizes, GapState, HybridFlow, HybridSystem};
 use crate::impact::CompleteChatter;
 use crate::quantity::larger;
-use crate::simulate::clock::Clock;
-use crate::simulate::mover::{Arrival, GapState, Mover};
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use crate::watch::Watch;
@@ -21,6 +22,8 @@ use nalgebra::DVector;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
+/// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
+const MOST_LEFT: f64 = 100.0;
 /// Roundings of the time of a flight, in which a gap moves on by its speed.
 const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Roundings of a gap or a speed at the start.
@@ -54,7 +57,7 @@ type Resolved = Result<std::result::Result<(), Unresolved>>;
 #[derive(Default)]
 pub(crate) struct EventLoop {
     /// The order of the root of each gap at the start of the flight; of a stop held that of its contact force, as far as known.
-    pub starts: Vec<usize>,
+    pub root_orders: Vec<usize>,
     /// The largest size of the terms of each gap, whose rounding is that of the gap.
     sizes: Vec<f64>,
     /// The largest size of the motion at each stop, to which the tolerances are relative.
@@ -74,7 +77,7 @@ pub(crate) struct EventLoop {
     /// Instants at which only impacts without restitution came to an end.
     n_inelastic: usize,
     /// The stop struck last, and how fast.
-    last_blow: Option<(usize, f64)>,
+    last_impact: Option<(usize, f64)>,
     /// How fast each stop was approached at its last impact, zero before.
     approaches: Vec<f64>,
     /// The stops let go at one instant.
@@ -88,73 +91,77 @@ pub(crate) struct EventLoop {
 
 impl EventLoop {
     /// Flight after flight to the end of the run.
-    pub fn go_on<M: Mover + ?Sized>(
+    pub fn go_on<M: HybridFlow + ?Sized>(
         &mut self,
-        mover: &mut M,
+        flow: &mut M,
         t_end: f64,
         options: &SimulateOptions,
         record: &mut Record,
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Ending> {
-        let goal = mover.clock().at(t_end);
-        let now = Cell::new(mover.clock().time());
+        let system = flow.system();
+        let goal = system.clock().at(t_end);
+        let now = Cell::new(system.clock().time());
         let mut ask = || observer(now.get());
         let mut watch = Watch::new(&mut ask);
         watch.look()?;
-        let work = mover.work_of_flight();
+        let work = system.work_of_flight();
         loop {
             watch.work(work)?;
-            let span = match self.depart(mover, goal, options) {
+            let span = match self.depart(flow.system(), goal, options) {
                 ControlFlow::Break(ending) => return Ok(ending),
                 ControlFlow::Continue(span) => span,
             };
-            let arrival = mover.fly(&self.starts, span, t_end, record, &mut watch)?;
-            now.set(mover.clock().time());
-            if let Some(ending) = self.arrive(mover, arrival, t_end, record)? {
+            let arrival =
+                flow.advance_to_event(&self.root_orders, span, t_end, record, &mut watch)?;
+            let system = flow.system();
+            now.set(system.clock().time());
+            if let Some(ending) = self.arrive(system, arrival, t_end, record)? {
                 return Ok(ending);
             }
         }
     }
 
-    /// Makes ready for a run from where a mover is, at a time; a run that cannot begin has ended.
-    pub fn start<M: Mover + ?Sized>(
+    /// Makes ready for a run from where a system is, at a time; a run that cannot begin has ended.
+    pub fn start<M: HybridFlow + ?Sized>(
         &mut self,
-        mover: &mut M,
+        flow: &mut M,
         (q0, v0, t0): (&DVector<f64>, &DVector<f64>, f64),
         record: &mut Record,
     ) -> Result<Option<Ending>> {
+        let n_stops = flow.system().n_stops();
         self.stats = Stats::default();
-        self.starts.clear();
-        self.starts.resize(mover.n_stops(), 0);
+        self.root_orders.clear();
+        self.root_orders.resize(n_stops, 0);
         self.sizes.clear();
-        self.sizes.resize(mover.n_stops(), 0.0);
+        self.sizes.resize(n_stops, 0.0);
         self.reaches.clear();
-        self.reaches.resize(mover.n_stops(), 0.0);
+        self.reaches.resize(n_stops, 0.0);
         self.held.clear();
         self.were_held.clear();
         self.still.clear();
         self.jolted.clear();
-        self.jolted.resize(mover.n_stops(), 0.0);
+        self.jolted.resize(n_stops, 0.0);
         self.n_inelastic = 0;
-        self.last_blow = None;
+        self.last_impact = None;
         self.approaches.clear();
-        self.approaches.resize(mover.n_stops(), 0.0);
+        self.approaches.resize(n_stops, 0.0);
         self.departure = None;
         self.let_go.clear();
         self.closed_again.clear();
         self.events_at = (t0, 0, 0);
-        let begun = self.begin(mover, (q0, v0), record)?;
+        let begun = self.begin(flow, (q0, v0), record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
     }
 
     /// The span of the next flight, towards a goal; or the end of the run, if there is to be none.
-    pub fn depart<M: Mover + ?Sized>(
+    pub fn depart<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &M,
+        system: &Y,
         goal: Clock,
         options: &SimulateOptions,
     ) -> ControlFlow<Ending, f64> {
-        let now = mover.clock().time();
+        let now = system.clock().time();
         if options
             .max_impacts
             .is_some_and(|most| self.stats.n_impacts >= most)
@@ -162,8 +169,8 @@ impl EventLoop {
             return ControlFlow::Break(self.ended(now, Status::MaxImpacts));
         }
         self.stats.n_flights += 1;
-        self.departure = Some(mover.clock());
-        let left = mover.clock().until(goal).max(0.0);
+        self.departure = Some(system.clock());
+        let left = system.clock().until(goal).max(0.0);
         if self.is_looping(now, left) {
             let reason = "contacts open and close without end at one instant".to_owned();
             return ControlFlow::Break(Unresolved { reason }.at(now));
@@ -172,9 +179,9 @@ impl EventLoop {
     }
 
     /// What happens where a flight has ended; the end of the run, if it is that.
-    pub fn arrive<M: Mover + ?Sized>(
+    pub fn arrive<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         arrival: Arrival,
         t_end: f64,
         record: &mut Record,
@@ -182,7 +189,7 @@ impl EventLoop {
         let resolved = match arrival {
             Arrival::End => return Ok(Some(self.ended(t_end, Status::Finished))),
             Arrival::Underflow => {
-                let time = mover.clock().time();
+                let time = system.clock().time();
                 let message = format!("at t = {time}: the steps became too short for the time");
                 let status = Status::StepUnderflow;
                 return Ok(Some(Ending {
@@ -196,14 +203,14 @@ impl EventLoop {
                     "the gap to stop {stop} stays within rounding of zero: sustained contact"
                 ),
             }),
-            Arrival::Contact { stop } => self.collide(mover, stop, t_end, record)?,
-            Arrival::Release { stop } => match self.struck_beside(mover) {
-                Some(struck) => self.collide(mover, struck, t_end, record)?,
-                None => self.let_go(mover, stop)?,
+            Arrival::Contact { stop } => self.collide(system, stop, t_end, record)?,
+            Arrival::Release { stop } => match self.struck_beside(system) {
+                Some(struck) => self.collide(system, struck, t_end, record)?,
+                None => self.release(system, stop)?,
             },
         };
         // A chatter that has been completed has taken time.
-        let time = || mover.clock().time();
+        let time = || system.clock().time();
         Ok(resolved.err().map(|unresolved| unresolved.at(time())))
     }
 
@@ -228,19 +235,20 @@ impl EventLoop {
     }
 
     /// The start: contacts there are judged by the sign of their velocity.
-    fn begin<M: Mover + ?Sized>(
+    fn begin<M: HybridFlow + ?Sized>(
         &mut self,
-        mover: &mut M,
+        flow: &mut M,
         (q0, v0): (&DVector<f64>, &DVector<f64>),
         record: &mut Record,
     ) -> Resolved {
-        mover.look()?;
+        let system = flow.system();
+        system.evaluate_gaps()?;
         self.touching.clear();
-        for stop in 0..mover.n_stops() {
-            let GapState { gap, size, .. } = mover.gap(stop);
-            let margin = mover.margin(stop, size);
-            let given = mover.placed(stop, q0, v0)?;
-            // What is zero as it was given is zero, whatever the mover's own numbers make of it.
+        for stop in 0..system.n_stops() {
+            let GapState { gap, size, .. } = system.gap(stop);
+            let margin = system.margin(stop, size);
+            let given = system.given_gap(stop, q0, v0)?;
+            // What is zero as it was given is zero, whatever the system's own numbers make of it.
             if gap < -margin && given.gap.0 < -margin {
                 let value = format!("inside stop {stop}, its gap {}", digits(gap));
                 let rule = format!(
@@ -252,7 +260,7 @@ impl EventLoop {
             // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one. One that is zero as it
             // was given is none, however far the modes are off.
             let is_zero = |(value, size): (f64, f64)| value.abs() <= GIVEN_ROUNDING * size;
-            if is_zero(given.gap) || gap <= margin && self.is_closed(mover, stop) {
+            if is_zero(given.gap) || gap <= margin && self.is_closed(system, stop) {
                 self.touching.push(stop);
                 if is_zero(given.speed) {
                     self.still.push(stop);
@@ -260,29 +268,34 @@ impl EventLoop {
             }
         }
         // A start inside a stop, as far as tolerances allow, is one on it.
-        let inside = |&stop: &usize| mover.gap(stop).gap < -mover.rounding(stop);
+        let inside = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
         let inside: Vec<usize> = self.touching.iter().copied().filter(inside).collect();
         if !inside.is_empty() {
-            mover.touch(&inside)?;
+            system.put_on(&inside)?;
         }
-        if self.touching.iter().any(|&stop| self.closes(mover, stop)) {
+        if self.touching.iter().any(|&stop| self.closes(system, stop)) {
             // A flight of no length has the state before the impact.
-            mover.stay(None, record)?;
-            return self.strike_all(mover, record);
+            flow.record_instant(None, record)?;
+            return self.resolve_contacts(flow.system(), record);
         }
-        self.settle(mover)
+        self.settle(system)
     }
 
     /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
     /// its speed.
-    fn closes<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        self.closes_at(mover, stop, mover.gap(stop))
+    fn closes<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+        self.closes_at(system, stop, system.gap(stop))
     }
 
     /// The same of a stop whose gap is known.
-    fn closes_at<M: Mover + ?Sized>(&self, mover: &M, stop: usize, state: GapState) -> bool {
+    fn closes_at<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &Y,
+        stop: usize,
+        state: GapState,
+    ) -> bool {
         state.speed < 0.0
-            && state.speed < -least_speed(mover, stop, state)
+            && state.speed < -least_speed(system, stop, state)
             && !self.held.contains(&stop)
             && !self.still.contains(&stop)
     }
@@ -301,66 +314,73 @@ impl EventLoop {
     }
 
     /// Whether a gap is closed, as far as the rounding of its terms and of the time of the flight tells.
-    fn is_closed<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        let state = mover.gap(stop);
-        let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
-        state.gap <= mover.rounding(stop) + TIME_ROUNDING * flight * state.speed.abs()
+    fn is_closed<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+        let state = system.gap(stop);
+        let flight = self
+            .departure
+            .map_or(0.0, |then| then.until(system.clock()));
+        state.gap <= system.rounding(stop) + TIME_ROUNDING * flight * state.speed.abs()
     }
 
     /// A stop that is reached at the instant of a release, as far as that is known: what is let go may be so after its impact alone.
-    fn struck_beside<M: Mover + ?Sized>(&self, mover: &M) -> Option<usize> {
+    fn struck_beside<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Option<usize> {
         let is_struck = |&stop: &usize| {
-            self.is_closed(mover, stop) && self.closes(mover, stop) && !self.faces_held(mover, stop)
+            self.is_closed(system, stop)
+                && self.closes(system, stop)
+                && !self.faces_held(system, stop)
         };
-        (0..mover.n_stops()).find(is_struck)
+        (0..system.n_stops()).find(is_struck)
     }
 
     /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.
-    fn collide<M: Mover + ?Sized>(
+    fn collide<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         reached: usize,
         t_end: f64,
         record: &mut Record,
     ) -> Resolved {
         self.touching.clear();
         self.still.clear();
-        let arrived = mover.gap(reached);
-        for stop in 0..mover.n_stops() {
-            self.sizes[stop] = larger(self.sizes[stop], mover.extent(stop));
-            self.reaches[stop] = larger(self.reaches[stop], mover.reach(stop));
+        let arrived = system.gap(reached);
+        // How many roundings may be left of the gap that was reached, and of others at that instant.
+        let most_left = (arrived.gap / system.rounding(reached)).clamp(1.0, MOST_LEFT);
+        for stop in 0..system.n_stops() {
+            let GapSizes { terms, reach } = system.flight_sizes(stop);
+            self.sizes[stop] = larger(self.sizes[stop], terms);
+            self.reaches[stop] = larger(self.reaches[stop], reach);
             let is_held = self.held.contains(&stop);
             // What those held keep closed has no speed, whatever rounding makes of it.
-            let faces = self.faces_held(mover, stop);
+            let faces = self.faces_held(system, stop);
             if faces {
                 self.still.push(stop);
             }
-            let is_left = || mover.gap(stop).gap / mover.rounding(stop) <= mover.left_of(reached);
-            let is_reached = mover.is_at(stop, reached);
-            if faces || is_held || is_reached || self.is_closed(mover, stop) || is_left() {
+            let is_left = || system.gap(stop).gap / system.rounding(stop) <= most_left;
+            let is_reached = system.is_at_place_of(stop, reached);
+            if faces || is_held || is_reached || self.is_closed(system, stop) || is_left() {
                 self.touching.push(stop);
             }
         }
         // Flight after low flight the stop would be reached a rounding lower.
         let is_low = arrived.speed.powi(2) < MOST_SUNK * (arrived.acceleration * arrived.gap).abs();
-        if is_low && arrived.gap < -mover.rounding(reached) {
-            mover.raise(reached)?;
-            mover.look()?;
+        if is_low && arrived.gap < -system.rounding(reached) {
+            system.raise(reached)?;
+            system.evaluate_gaps()?;
         }
-        if self.accumulates(mover, reached)? {
-            return self.accumulate(mover, reached, t_end, record);
+        if self.accumulates(system, reached)? {
+            return self.accumulate(system, reached, t_end, record);
         }
-        if self.are_spent(mover)? {
-            return self.come_to_rest(mover, record);
+        if self.are_spent(system)? {
+            return self.come_to_rest(system, record);
         }
-        self.note_return(mover, reached);
-        self.strike_all(mover, record)
+        self.note_return(system, reached);
+        self.resolve_contacts(system, record)
     }
 
     /// Takes note of a stop that opened late and is back at once, no faster than rounding: its opening was rounding.
-    fn note_return<M: Mover + ?Sized>(&mut self, mover: &M, reached: usize) {
-        if self.starts[reached] == LATE && !self.closes(mover, reached) {
-            let now = mover.clock().time();
+    fn note_return<Y: HybridSystem + ?Sized>(&mut self, system: &Y, reached: usize) {
+        if self.root_orders[reached] == LATE && !self.closes(system, reached) {
+            let now = system.clock().time();
             if self.departed_at(now) {
                 self.closed_again.note(now, reached);
             }
@@ -375,26 +395,30 @@ impl EventLoop {
 
     /// Completes impacts that accumulate, those before the end of the run.
     #[cold]
-    fn accumulate<M: Mover + ?Sized>(
+    fn accumulate<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         stop: usize,
         t_end: f64,
         record: &mut Record,
     ) -> Resolved {
-        let now = mover.clock();
-        mover.accumulate(stop, now.until(now.at(t_end)).max(0.0), record)?;
-        self.last_blow = None;
+        let now = system.clock();
+        system.complete_chatter(stop, now.until(now.at(t_end)).max(0.0), record)?;
+        self.last_impact = None;
         self.still.clear();
         self.still.push(stop);
-        self.settle(mover)
+        self.settle(system)
     }
 
     /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
     /// the tolerance, or the flights between them lost in rounding (theory 9).
-    fn accumulates<M: Mover + ?Sized>(&self, mover: &mut M, reached: usize) -> Result<bool> {
-        let e = mover.restitution(reached);
-        let state = mover.gap(reached);
+    fn accumulates<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &mut Y,
+        reached: usize,
+    ) -> Result<bool> {
+        let e = system.restitution(reached);
+        let state = system.gap(reached);
         let (speed, pull) = (state.speed, state.acceleration);
         let is_alone = self.touching.len() == 1;
         if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
@@ -406,8 +430,8 @@ impl EventLoop {
             acceleration: pull,
         };
         let residual = chatter.residual();
-        let tolerance = mover.tolerance(reached, self.reaches[reached]);
-        let regular = self.last_blow.is_some_and(|(stop, before)| {
+        let tolerance = system.tolerance(reached, self.reaches[reached]);
+        let regular = self.last_impact.is_some_and(|(stop, before)| {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
         });
         // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
@@ -415,16 +439,17 @@ impl EventLoop {
             chatter.height_by_acceleration() < LOW * ROUNDING * self.sizes[reached] * -pull;
         let span = chatter.span();
         let is_due = (SAFETY * residual < tolerance || is_low) && regular;
-        if !is_due || pull + span * mover.free_jerk(reached)?.abs() >= 0.0 {
+        if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
             return Ok(false);
         }
         // Whether every other stop stays open, whatever the impulses, and what is left of the gap, do to it.
-        for stop in (0..mover.n_stops()).filter(|&stop| stop != reached) {
-            let other = mover.gap(stop);
-            let coupling = mover.delassus(&[reached, stop])?;
+        for stop in (0..system.n_stops()).filter(|&stop| stop != reached) {
+            let other = system.gap(stop);
+            let coupling = system.delassus(&[reached, stop])?;
             let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
             let drift = other.speed.min(0.0) + chatter.kick(share);
-            let bend = 0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.abs());
+            let bend =
+                0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
             if other.gap + span * (drift + bend) - SAFETY * share * residual <= 0.0 {
                 return Ok(false);
             }
@@ -435,9 +460,9 @@ impl EventLoop {
 
 /// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion
 /// would close by its acceleration.
-fn least_speed<M: Mover + ?Sized>(mover: &M, stop: usize, state: GapState) -> f64 {
+fn least_speed<Y: HybridSystem + ?Sized>(system: &Y, stop: usize, state: GapState) -> f64 {
     let fall = (2.0 * state.acceleration.abs() * state.size).sqrt();
-    ROUNDING * larger(mover.speed_size(stop), fall)
+    ROUNDING * larger(system.speed_size(stop), fall)
 }
 
 impl Unresolved {

@@ -1,46 +1,15 @@
 //! A motion as it is kept: pieces that follow each other in time, grouped in segments, and for each piece the numbers from
 //! which it can be had at any of its times.
 
-use crate::error::{Error, Result};
-use crate::flow::steps::Dense;
-use crate::flow::steps::dense_output::{DenseOutput, state_of};
-use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
+use crate::flow::steps::dense_output::{written_state, written_width};
+use crate::flow::{
+    ConstrainedMotion, ModalScene, SceneFlow, carry, read_series, series_width, with_flow,
+};
+use crate::hybrid::SegmentKind;
+use crate::hybrid::clock::Clock;
 use crate::modal::Pair;
-use crate::simulate::clock::Clock;
 use nalgebra::DVector;
 use std::sync::Arc;
-
-/// What a part of a trajectory is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SegmentKind {
-    /// Free motion.
-    Flight,
-    /// The end of an infinite sequence of impacts that accumulate at a finite time.
-    Chatter,
-    /// Lasting contact.
-    Stick,
-}
-
-impl SegmentKind {
-    const ALL: [Self; 3] = [Self::Flight, Self::Chatter, Self::Stick];
-
-    /// The name used in Python.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flight => "flight",
-            Self::Chatter => "chatter",
-            Self::Stick => "stick",
-        }
-    }
-
-    /// The kind of a name.
-    pub(crate) fn from_name(name: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|kind| kind.name() == name)
-            .ok_or_else(|| Error::bad_value("segment", name, "there is no such kind"))
-    }
-}
 
 /// One piece: its clock and span.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,12 +90,15 @@ pub(crate) enum Machinery {
         /// The motions while stops were held.
         held: Vec<Arc<ConstrainedMotion>>,
     },
-    /// Runge-Kutta steps: the numbers are the step's length and its dense output.
-    Steps,
+    /// Steps: the numbers are the step's length and its dense output, polynomials of a degree.
+    Steps { degree: usize },
     /// Taylor series of the velocities to an order: the numbers are the unit of time and the coefficients of the positions
     /// in it, one after the other for each. Chatter and lasting contact are Runge-Kutta steps.
     Series { order: usize },
 }
+
+/// Degree of the steps beside series.
+const QUARTIC: usize = 4;
 
 impl Machinery {
     /// How many numbers a piece of a segment has for n degrees of freedom.
@@ -134,7 +106,8 @@ impl Machinery {
         match self {
             Self::Exact { .. } => 2 * n,
             Self::Series { order } if kind == SegmentKind::Flight => series_width(*order, n),
-            Self::Steps | Self::Series { .. } => Dense::<Vec<f64>, 4>::width(n),
+            Self::Steps { degree } => written_width(*degree, n),
+            Self::Series { .. } => written_width(QUARTIC, n),
         }
     }
 
@@ -161,50 +134,14 @@ impl Machinery {
             Self::Series { order } if segment.kind == SegmentKind::Flight => {
                 read_series(numbers, *order, local)
             }
-            Self::Steps | Self::Series { .. } => {
-                let n = numbers.len() / 10;
-                let x = state_of(numbers, n, local);
-                (
-                    DVector::from_column_slice(&x[..n]),
-                    DVector::from_column_slice(&x[n..]),
-                )
-            }
+            Self::Steps { degree } => parted(&written_state(numbers, *degree, local)),
+            Self::Series { .. } => parted(&written_state(numbers, QUARTIC, local)),
         }
     }
 }
 
-/// How many numbers a Taylor series of n positions has, its unit of time with them.
-fn series_width(order: usize, n: usize) -> usize {
-    1 + n * (order + 2)
-}
-
-/// Writes Taylor series of n positions, each given by its coefficients, in a unit of time.
-pub(crate) fn write_series<C: Iterator<Item = f64>>(
-    unit: f64,
-    coefficients: impl Fn(usize) -> C,
-    n: usize,
-    numbers: &mut Vec<f64>,
-) {
-    numbers.push(unit);
-    for i in 0..n {
-        let mut power = 1.0;
-        for c in coefficients(i) {
-            numbers.push(c * power);
-            power *= unit;
-        }
-    }
-}
-
-/// Position and velocity a time after the start of Taylor series.
-fn read_series(numbers: &[f64], order: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
-    let (unit, rows) = (numbers[0], numbers[1..].chunks(order + 2));
-    let x = local / unit;
-    let (mut q, mut v) = (DVector::zeros(rows.len()), DVector::zeros(rows.len()));
-    for (i, row) in rows.enumerate() {
-        for c in row.iter().rev() {
-            v[i] = v[i] * x + q[i];
-            q[i] = q[i] * x + c;
-        }
-    }
-    (q, v / unit)
+/// Position and velocity of a state.
+fn parted(x: &[f64]) -> (DVector<f64>, DVector<f64>) {
+    let (q, v) = x.split_at(x.len() / 2);
+    (DVector::from_column_slice(q), DVector::from_column_slice(v))
 }

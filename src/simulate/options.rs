@@ -1,20 +1,9 @@
 //! What is asked of a simulation beside the scene and the start, and what it counts.
 
 use crate::error::{Error, Result};
-
-/// How the flights are computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
-    /// The least machinery that is exact for the scene: closed-form flights for a linear one.
-    #[default]
-    Auto,
-    /// Closed-form flights; linear scenes only.
-    Exact,
-    /// The Dormand-Prince pair of orders 5 and 4; any scene.
-    Rk45,
-    /// Taylor series whose order grows with the tolerance's digits; pendulums with large motions.
-    Taylor,
-}
+use crate::flow::steps::Tolerance;
+use crate::hybrid::Counts;
+use crate::simulate::method::Method;
 
 /// What a trajectory keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -50,8 +39,8 @@ impl Default for SimulateOptions {
     fn default() -> Self {
         Self {
             method: Method::Auto,
-            rtol: 1e-9,
-            atol: 1e-12,
+            rtol: Tolerance::USUAL.relative,
+            atol: Tolerance::USUAL.absolute,
             t_eval: None,
             keep: Keep::Motion,
             max_impacts: None,
@@ -60,6 +49,14 @@ impl Default for SimulateOptions {
 }
 
 impl SimulateOptions {
+    /// The tolerances.
+    pub(crate) fn tolerance(&self) -> Tolerance {
+        Tolerance {
+            relative: self.rtol,
+            absolute: self.atol,
+        }
+    }
+
     pub(crate) fn check(&self, (start, end): (f64, f64)) -> Result<()> {
         if !(start.is_finite() && end.is_finite() && start <= end) {
             return Err(Error::bad_value(
@@ -153,4 +150,16 @@ pub struct Stats {
     pub n_flights: usize,
     /// Impacts.
     pub n_impacts: usize,
+}
+
+impl Stats {
+    /// The same with what a flow counted.
+    pub(crate) fn with(self, counts: Counts) -> Self {
+        Self {
+            n_rhs: counts.n_rhs,
+            n_steps: counts.n_steps,
+            n_gap_evaluations: counts.n_gap_evaluations,
+            ..self
+        }
+    }
 }

@@ -2,10 +2,10 @@
 
 use crate::error::{Result, digits};
 use crate::flow::{ModalScene, SceneFlow};
+use crate::hybrid::{has_series, series_order};
 use crate::modal::Form;
 use crate::model::{Constraint, ContactGeometry, Scene, overlaps};
 use crate::simulate::options::SimulateOptions;
-use crate::simulate::stepping::{has_series, series_order};
 
 /// The machinery that a scene needs, in words, and which stops leave no position between them.
 ///

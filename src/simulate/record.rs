@@ -1,17 +1,20 @@
-//! What is kept of a run: impacts, touches, the motion at the times asked for.
+//! What is kept of a run: impacts, touches, the motion, or the motion at the times asked for.
 
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
+use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
-use crate::simulate::clock::Clock;
+use crate::simulate::kept::{Kept, Piece};
 use crate::simulate::options::{Keep, SimulateOptions};
-use crate::simulate::trajectory::{Graze, Samples};
+use crate::simulate::trajectory::Samples;
 use crate::watch::is_broken_off;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-/// What is kept of a run, beside the motion itself.
+/// What is kept of a run.
 pub(crate) struct Record {
     pub keep: Keep,
     pub impacts: Vec<Impact>,
-    pub grazes: Vec<Graze>,
+    grazes: Vec<Graze>,
+    kept: Option<Kept>,
     samples: Option<Sampler>,
 }
 
@@ -36,44 +39,14 @@ impl Record {
             keep: options.keep,
             impacts: Vec::new(),
             grazes: Vec::new(),
+            kept: (options.keep == Keep::Motion).then(Kept::default),
             samples: options.t_eval.as_ref().map(sampler),
         }
     }
 
-    /// Whether nothing is kept beside the end of the run.
-    #[inline]
-    pub fn keeps_nothing(&self) -> bool {
-        self.keep == Keep::Final && self.samples.is_none()
-    }
-
-    /// Whether the motion itself is kept, or samples of it.
-    #[inline]
-    pub fn keeps_motion(&self) -> bool {
-        self.keep == Keep::Motion || self.samples.is_some()
-    }
-
-    /// The record, if it keeps anything of the motion itself.
-    #[inline]
-    pub fn keeping_motion(&mut self) -> Option<&mut Self> {
-        self.keeps_motion().then_some(self)
-    }
-
-    /// Whether samples are wanted before the end of a piece, or at it if the run ends there, at `last`.
-    pub fn wants_samples(&self, end: f64, last: Option<f64>) -> bool {
-        let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));
-        next.is_some_and(|&t| t < end || last.is_some_and(|last| t <= last))
-    }
-
     /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
-    /// there, at `last`. `state` gives the motion a time after the start of the piece. A piece of no length has no time
-    /// before its end, whatever rounding makes of a time counted in periods.
-    pub fn sample(
-        &mut self,
-        start: Clock,
-        span: f64,
-        last: Option<f64>,
-        mut state: impl FnMut(f64) -> (DVector<f64>, DVector<f64>),
-    ) {
+    /// there. A piece of no length has no time before its end, whatever rounding makes of a time counted in periods.
+    fn sample(&mut self, ArcSpan { start, span, last }: ArcSpan, motion: &mut dyn ArcMotion) {
         let Some(samples) = &mut self.samples else {
             return;
         };
@@ -90,7 +63,7 @@ impl Record {
             if is_broken_off() {
                 return;
             }
-            let (q, v) = state(start.until(start.at(t)).clamp(0.0, span));
+            let (q, v) = motion.state(start.until(start.at(t)).clamp(0.0, span));
             samples.q.set_row(samples.next, &q.transpose());
             samples.v.set_row(samples.next, &v.transpose());
             samples.next += 1;
@@ -98,7 +71,7 @@ impl Record {
     }
 
     /// The samples taken, fewer than asked for where the run ended early.
-    pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>) {
+    pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>, Option<Kept>) {
         let taken = |mut s: Sampler| {
             s.times.truncate(s.next);
             (
@@ -107,6 +80,47 @@ impl Record {
                 s.v.resize_vertically(s.next, 0.0),
             )
         };
-        (self.impacts, self.grazes, self.samples.map(taken))
+        (
+            self.impacts,
+            self.grazes,
+            self.samples.map(taken),
+            self.kept,
+        )
+    }
+}
+
+impl Recorder for Record {
+    fn wanted(&self) -> Wanted {
+        Wanted {
+            events: self.keep != Keep::Final,
+            arcs: self.kept.is_some() || self.samples.is_some(),
+        }
+    }
+
+    fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]) {
+        if let Some(kept) = &mut self.kept {
+            kept.begin(kind, stops);
+        }
+    }
+
+    fn wants_arc(&self, end: f64, last: Option<f64>) -> bool {
+        let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));
+        let is_sampled = next.is_some_and(|&t| t < end || last.is_some_and(|last| t <= last));
+        self.kept.is_some() || is_sampled
+    }
+
+    fn arc(&mut self, arc: ArcSpan, motion: &mut dyn ArcMotion) {
+        if let Some(kept) = &mut self.kept {
+            kept.pieces.push(Piece {
+                clock: arc.start,
+                span: arc.span,
+            });
+            motion.write(&mut kept.numbers);
+        }
+        self.sample(arc, motion);
+    }
+
+    fn graze(&mut self, graze: Graze) {
+        self.grazes.push(graze);
     }
 }

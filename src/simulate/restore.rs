@@ -2,19 +2,20 @@
 
 use crate::error::{Error, Result};
 use crate::flow::{ConstrainedMotion, TimedScene};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
-use crate::simulate::clock::Clock;
-use crate::simulate::kept::{Kept, KeptSegment, Machinery, Piece, SegmentKind};
+use crate::simulate::kept::{Kept, KeptSegment, Machinery, Piece};
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::saved::{SavedMotion, SavedTrajectory};
 use crate::simulate::saved_rules::{check, check_finite, check_pieces};
-use crate::simulate::trajectory::{Graze, Trajectory};
+use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// Order of the dense output of Runge-Kutta steps.
-const QUARTIC: usize = 4;
+/// Polynomials of steps are of a lower degree than any series.
+const LEAST_SERIES: usize = 8;
 
 impl Trajectory {
     /// The trajectory as plain numbers.
@@ -57,7 +58,7 @@ impl Trajectory {
                     kept.segments.iter().map(named).collect(),
                     match self.machinery {
                         Machinery::Exact { .. } => 0,
-                        Machinery::Steps => QUARTIC,
+                        Machinery::Steps { degree } => degree,
                         Machinery::Series { order } => order,
                     },
                 )
@@ -74,12 +75,12 @@ impl Trajectory {
         check(scene, &saved)?;
         let n = scene.n_dof();
         // Without a motion nothing asks what would move it.
-        let order = saved.motion.as_ref().map_or(QUARTIC, |motion| motion.3);
+        let order = saved.motion.as_ref().map_or(1, |motion| motion.3);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
-        let mut machinery = if order == QUARTIC {
-            Machinery::Steps
-        } else if order > 0 {
+        let mut machinery = if order >= LEAST_SERIES {
             Machinery::Series { order }
+        } else if order > 0 {
+            Machinery::Steps { degree: order }
         } else {
             let timed = TimedScene::of(scene, "a trajectory")?;
             Machinery::Exact {

@@ -1,21 +1,22 @@
 //! `simulate`: from a scene and a state to a trajectory.
 
 use crate::error::{Error, Result, shortened};
-use crate::flow::steps::{DormandPrince, State};
+use crate::flow::steps::{State, Stepper};
 use crate::flow::{ConstrainedMotion, LinearFlow, TimedScene, with_flow};
+use crate::hybrid::{
+    AnyLoop, ClosedForm, HybridFlow, InSteps, IntegratedFlow, Pendulum, Present, Taylor,
+    series_order,
+};
 use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::event_loop::{Ending, EventLoop};
-use crate::simulate::exact::ExactMover;
-use crate::simulate::kept::{Kept, Machinery};
-use crate::simulate::mover::{Looped, Mover};
-use crate::simulate::options::{Method, SimulateOptions, Stats, Status};
+use crate::simulate::kept::Machinery;
+use crate::simulate::method::{Method, with_steps};
+use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
-use crate::simulate::stepping::{InSteps, Pendulum, StepMover, Taylor, has_series, series_order};
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
-use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -96,13 +97,13 @@ pub fn simulate_checked(
         status,
         message,
     } = done.ending;
-    let (impacts, grazes, samples) = done.record.finish();
+    let (impacts, grazes, samples, kept) = done.record.finish();
     Ok(Trajectory {
         scene: scene.clone(),
         last: done.last,
         machinery,
         span: (t_span.0, time),
-        kept: done.kept,
+        kept,
         impacts,
         grazes,
         samples,
@@ -120,7 +121,8 @@ fn fly(
     options: &SimulateOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Machinery, Done)> {
-    Ok(match choose(scene, options.method) {
+    let method = options.method.chosen_for(scene);
+    Ok(match method {
         Method::Auto | Method::Exact => {
             let timed = TimedScene::of(scene, "simulate with method=\"exact\"")?;
             let TimedScene { modal, flow, .. } = &*timed;
@@ -135,13 +137,6 @@ fn fly(
             };
             (exact, done)
         }
-        Method::Rk45 => {
-            let motion = SceneMotion::new(scene);
-            let done = with_steps!(&motion, scene, options, make => {
-                make().run(q0, v0, t_span, observer)
-            })?;
-            (Machinery::Steps, done)
-        }
         Method::Taylor => {
             let pendulum = Pendulum::new(scene)?;
             let done = with_series!(&pendulum, scene, options, make => {
@@ -150,76 +145,22 @@ fn fly(
             let order = series_order(options.rtol);
             (Machinery::Series { order }, done)
         }
+        steps => {
+            let motion = SceneMotion::new(scene);
+            with_steps!(steps, &motion, scene, options, make => {
+                let mut run = make();
+                let degree = run.flow.degree();
+                (Machinery::Steps { degree }, run.run(q0, v0, t_span, observer)?)
+            })
+        }
     })
 }
 
-/// The method that will run: the least machinery that is exact for the scene.
-pub(crate) fn choose(scene: &Scene, method: Method) -> Method {
-    match method {
-        Method::Auto if scene.linear_system("simulate").is_ok() => Method::Exact,
-        Method::Auto if has_series(scene) => Method::Taylor,
-        Method::Auto => Method::Rk45,
-        asked => asked,
-    }
-}
-
-/// Runs a block of code with the type of a state of so many coordinates: an array for those numbers that are named.
-macro_rules! with_state {
-    ($n_dof:expr, [$($n:literal),*], $state:ident => $body:expr) => {
-        match $n_dof {
-            $($n => {
-                type $state = [f64; 2 * $n];
-                $body
-            })*
-            _ => {
-                type $state = Vec<f64>;
-                $body
-            }
-        }
-    };
-}
-pub(crate) use with_state;
-
-/// Runs a block of code with what makes runs in steps of a scene, for every kind of motion and the states that it may have.
-macro_rules! with_steps {
-    ($motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {{
-        use $crate::model::{SceneMotion, with_linear};
-        use $crate::simulate::with_steps;
-        match $motion {
-            SceneMotion::Full(linear) => with_linear!(linear, motion => {
-                with_steps!(@of motion, [1, 2], $scene, $options, $make => $body)
-            }),
-            SceneMotion::Diagonal(linear) => with_linear!(linear, motion => {
-                with_steps!(@of motion, [], $scene, $options, $make => $body)
-            }),
-            SceneMotion::DoublePendulum(motion) => {
-                with_steps!(@of motion, [2], $scene, $options, $make => $body)
-            }
-            SceneMotion::DrivenDoublePendulum(motion) => {
-                with_steps!(@of motion, [2], $scene, $options, $make => $body)
-            }
-            SceneMotion::Chain(motion) => {
-                with_steps!(@of motion, [], $scene, $options, $make => $body)
-            }
-            SceneMotion::Nonlinear(motion) => {
-                with_steps!(@of motion, [1, 2], $scene, $options, $make => $body)
-            }
-        }
-    }};
-    (@of $motion:ident, $sizes:tt, $scene:expr, $options:expr, $make:ident => $body:expr) => {
-        $crate::simulate::with_state!($crate::model::Dynamics::n_dof($motion), $sizes, State => {
-            let $make = || $crate::simulate::Run::stepped::<State, _>($motion, $scene, $options);
-            $body
-        })
-    };
-}
-pub(crate) use with_steps;
-
-/// The same with flights along the Taylor series of a pendulum.
+/// Runs a block of code with what makes runs along the Taylor series of a pendulum.
 macro_rules! with_series {
     ($pendulum:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {
         match $pendulum {
-            $crate::simulate::Pendulum::Double(motion, links) => {
+            $crate::hybrid::Pendulum::Double(motion, links) => {
                 let $make = || {
                     $crate::simulate::Run::along_series::<[f64; 4], _>(
                         motion, links, $scene, $options,
@@ -227,7 +168,7 @@ macro_rules! with_series {
                 };
                 $body
             }
-            $crate::simulate::Pendulum::Chain(motion, links) => {
+            $crate::hybrid::Pendulum::Chain(motion, links) => {
                 let $make = || {
                     $crate::simulate::Run::along_series::<Vec<f64>, _>(
                         motion, links, $scene, $options,
@@ -246,14 +187,13 @@ pub(crate) struct Done {
     pub last: (DVector<f64>, DVector<f64>),
     pub stats: Stats,
     record: Record,
-    kept: Option<Kept>,
     /// The motions while stops were held.
     held: Vec<Arc<ConstrainedMotion>>,
 }
 
 /// One run after another of the same scene, with their buffers.
 pub(crate) struct Run<'a, M> {
-    pub mover: M,
+    pub flow: M,
     pub events: EventLoop,
     pub options: &'a SimulateOptions,
     pub n_dof: usize,
@@ -266,19 +206,19 @@ impl<'a> Run<'a, ()> {
         timed: &'a TimedScene,
         phase: f64,
         options: &'a SimulateOptions,
-    ) -> Run<'a, ExactMover<'a, F>> {
-        let mover = ExactMover::new(flow, timed, phase, options);
-        Run::of(mover, options, timed.modal.form.n_dof())
+    ) -> Run<'a, ClosedForm<'a, F>> {
+        let flow = ClosedForm::new(flow, timed, phase, options.tolerance());
+        Run::of(flow, options, timed.modal.form.n_dof())
     }
 
     /// Runs in steps.
-    pub fn stepped<S: State, D: Dynamics>(
+    pub fn stepped<S: State, D: Dynamics, P: Stepper<S>>(
         dynamics: &'a D,
         scene: &'a Scene,
         options: &'a SimulateOptions,
-    ) -> Run<'a, StepMover<'a, S, D, InSteps<DormandPrince<S>>>> {
-        let mover = StepMover::new(dynamics, scene, options, InSteps(PhantomData));
-        Run::of(mover, options, scene.n_dof())
+    ) -> Run<'a, IntegratedFlow<'a, S, D, InSteps<P>>> {
+        let flow = IntegratedFlow::new(dynamics, scene, options.tolerance(), InSteps::new());
+        Run::of(flow, options, scene.n_dof())
     }
 
     /// Runs along Taylor series.
@@ -287,17 +227,17 @@ impl<'a> Run<'a, ()> {
         links: &Links,
         scene: &'a Scene,
         options: &'a SimulateOptions,
-    ) -> Run<'a, StepMover<'a, S, D, Taylor>> {
-        let free = Taylor::new(links.clone(), scene, options);
-        let mover = StepMover::new(dynamics, scene, options, free);
-        Run::of(mover, options, scene.n_dof())
+    ) -> Run<'a, IntegratedFlow<'a, S, D, Taylor>> {
+        let free = Taylor::new(links.clone(), scene, options.rtol);
+        let flow = IntegratedFlow::new(dynamics, scene, options.tolerance(), free);
+        Run::of(flow, options, scene.n_dof())
     }
 }
 
-impl<'a, M: Looped> Run<'a, M> {
-    fn of(mover: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
+impl<'a, M: AnyLoop> Run<'a, M> {
+    fn of(flow: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
         Self {
-            mover,
+            flow,
             events: EventLoop::default(),
             options,
             n_dof,
@@ -313,36 +253,35 @@ impl<'a, M: Looped> Run<'a, M> {
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
         let Self {
-            mover,
+            flow,
             events,
             options,
             n_dof,
         } = self;
         let mut record = Record::new(options, *n_dof);
-        let mover = mover.taken();
-        mover.start(q0, v0, t_span.0);
-        let ending = match events.start(mover, (q0, v0, t_span.0), &mut record)? {
+        let flow = flow.taken();
+        flow.start(q0, v0, t_span.0);
+        let ending = match events.start(flow, (q0, v0, t_span.0), &mut record)? {
             Some(ending) => ending,
-            None => events.go_on(mover, t_span.1, options, &mut record, observer)?,
+            None => events.go_on(flow, t_span.1, options, &mut record, observer)?,
         };
         self.finish(ending, record)
     }
 
     /// What a run that has ended leaves behind.
     pub fn finish(&mut self, mut ending: Ending, mut record: Record) -> Result<Done> {
-        let Self { mover, events, .. } = self;
+        let Self { flow, events, .. } = self;
         if ending.status != Status::Finished {
             // The last event has a side after it, and the last instant its sample.
-            mover.stay(Some(ending.time), &mut record)?;
+            flow.record_instant(Some(ending.time), &mut record)?;
         }
-        ending.message = shortened(ending.message + &mover.remarks());
+        ending.message = shortened(ending.message + &flow.remarks());
         Ok(Done {
             ending,
-            last: mover.physical(),
-            stats: mover.counted(events.stats),
+            last: flow.system().physical(),
+            stats: events.stats.with(flow.counts()),
             record,
-            kept: mover.take_kept(),
-            held: mover.held_motions(),
+            held: flow.constrained_motions(),
         })
     }
 }

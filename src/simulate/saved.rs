@@ -26,7 +26,8 @@ pub struct SavedTrajectory {
 }
 
 /// A motion as plain numbers: clock reading and span of each piece; the numbers of the pieces, one after the other; name,
-/// stops and first piece of each segment; the order of the integrator's pieces, zero for exact flights.
+/// stops and first piece of each segment; the degree of the polynomials of steps, below 8, or the order of
+/// series; zero for exact flights.
 pub type SavedMotion = (
     Vec<[f64; 3]>,
     Vec<f64>,

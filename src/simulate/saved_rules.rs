@@ -3,8 +3,9 @@
 
 use crate::error::{Error, Result};
 use crate::flow::taylor::MOST_ORDER;
+use crate::hybrid::SegmentKind;
 use crate::model::Scene;
-use crate::simulate::kept::{Kept, Piece, SegmentKind};
+use crate::simulate::kept::{Kept, Piece};
 use crate::simulate::saved::SavedTrajectory;
 
 /// Rounding of a time counted in periods, relative to the largest of a run.

@@ -1,12 +1,13 @@
 //! Trajectories: impacts, grazes, flights, the motion at any time, both sides of an impact.
 
 use crate::error::{Error, Result};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::{Impact, wrapped};
 use crate::modal::Form;
 use crate::model::Scene;
 use crate::quantity::room_for;
-use crate::simulate::clock::Clock;
-use crate::simulate::kept::{Kept, Machinery, Piece, SegmentKind};
+use crate::simulate::kept::{Kept, Machinery, Piece};
 use crate::simulate::options::{Stats, Status};
 use crate::watch::is_broken_off;
 use nalgebra::{DMatrix, DVector};
@@ -29,17 +30,6 @@ pub enum ImpactSide {
     After,
     /// The one before it.
     Before,
-}
-
-/// A touch without impact: a gap whose minimum lies within its rounding of zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Graze {
-    /// Time \[s\].
-    pub time: f64,
-    /// The stop.
-    pub stop: usize,
-    /// How far the stop is passed; negative where it is not quite reached.
-    pub depth: f64,
 }
 
 /// A part of a trajectory.

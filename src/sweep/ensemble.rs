@@ -3,10 +3,10 @@
 use crate::error::{Error, Result};
 use crate::flow::steps::State;
 use crate::flow::{TimedScene, registers, with_flow};
+use crate::hybrid::{AnyLoop, IntegratedFlow, Pendulum, Taylor};
 use crate::model::{Dynamics, Scene, SceneMotion};
 use crate::simulate::{
-    Batch, Done, Keep, Looped, Method, Pendulum, Run, SimulateOptions, Status, StepMover, Taylor,
-    choose, with_series, with_steps,
+    Batch, Done, Keep, Method, Run, SimulateOptions, Status, with_series, with_steps,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
 use crate::watch::GoOn;
@@ -101,18 +101,12 @@ pub fn simulate_many(
         };
         k
     ];
-    match choose(scene, options.method) {
+    match options.method.chosen_for(scene) {
         Method::Auto | Method::Exact => {
             let timed = TimedScene::of(scene, "simulate_many with method=\"exact\"")?;
             let phase = scene.forcing().phase();
             with_flow!(&*timed.flow, f => {
                 let make = || Run::exact(f, &timed, phase, options);
-                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
-            })?;
-        }
-        Method::Rk45 => {
-            let motion = SceneMotion::new(scene);
-            with_steps!(&motion, scene, options, make => {
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
             })?;
         }
@@ -126,6 +120,12 @@ pub fn simulate_many(
                 }
             })?;
         }
+        steps => {
+            let motion = SceneMotion::new(scene);
+            with_steps!(steps, &motion, scene, options, make => {
+                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
+            })?;
+        }
     }
     Ok(Ensemble {
         q: DMatrix::from_fn(k, n, |i, j| ends[i].q[j]),
@@ -136,7 +136,7 @@ pub fn simulate_many(
 }
 
 /// Fills the ends, each thread with a runner of its own.
-fn fill_ends<'a, M: Looped>(
+fn fill_ends<'a, M: AnyLoop>(
     ends: &mut [TrajectoryEnd],
     make: impl Fn() -> Run<'a, M> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
@@ -156,7 +156,7 @@ fn fill_ends<'a, M: Looped>(
 /// Fills the ends by K runs abreast.
 fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
     ends: &mut [TrajectoryEnd],
-    make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>> + Sync,
+    make: impl Fn() -> Run<'a, IntegratedFlow<'a, S, D, Taylor>> + Sync,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
     sweep: SweepOptions,

@@ -4,15 +4,16 @@ use crate::flow::steps::state::State;
 
 /// The motion on a step.
 pub(crate) trait DenseOutput<S>: Clone {
-    /// Numbers of a step of n degrees of freedom.
-    fn width(n: usize) -> usize;
+    /// Its degree.
+    const DEGREE: usize;
+
     /// The state a time s after the start of the step.
     fn state(&self, s: f64, out: &mut [f64]);
     /// Entry i in powers of `x = s/h`.
     fn powers(&self, i: usize) -> Vec<f64>;
     /// A straight line from one state to another.
     fn line(start: &S, end: &S, h: f64) -> Self;
-    /// The step as plain numbers, [`width`](Self::width) of them.
+    /// Adds the step as plain numbers, [`written_width`] of them.
     fn write(&self, numbers: &mut Vec<f64>);
 }
 
@@ -26,9 +27,7 @@ pub(crate) struct Dense<S, const P: usize> {
 }
 
 impl<S: State, const P: usize> DenseOutput<S> for Dense<S, P> {
-    fn width(n: usize) -> usize {
-        1 + 2 * n * (1 + P)
-    }
+    const DEGREE: usize = P;
 
     fn state(&self, s: f64, out: &mut [f64]) {
         let x = if self.h == 0.0 { 0.0 } else { s / self.h };
@@ -96,11 +95,16 @@ fn nested(c: impl Fn(usize) -> f64, len: usize, x: f64, y: f64) -> f64 {
     sum
 }
 
-/// The state a time s after the start of a step that was written, of 2n entries.
-pub(crate) fn state_of(numbers: &[f64], n: usize, s: f64) -> Vec<f64> {
-    let (h, start, c) = (numbers[0], &numbers[1..=2 * n], &numbers[1 + 2 * n..]);
+/// Numbers of a step of n degrees of freedom that was written.
+pub(crate) fn written_width(degree: usize, n: usize) -> usize {
+    1 + 2 * n * (1 + degree)
+}
+
+/// The state a time s after the start of a step that was written.
+pub(crate) fn written_state(numbers: &[f64], degree: usize, s: f64) -> Vec<f64> {
+    let (h, len) = (numbers[0], (numbers.len() - 1) / (1 + degree));
+    let (start, c) = numbers[1..].split_at(len);
     let x = if h == 0.0 { 0.0 } else { s / h };
-    let (y, len) = (1.0 - x, c.len() / (2 * n));
-    let at = |i: usize| start[i] + x * nested(|k| c[2 * n * k + i], len, x, y);
-    (0..2 * n).map(at).collect()
+    let at = |i: usize| start[i] + x * nested(|k| c[len * k + i], degree, x, 1.0 - x);
+    (0..len).map(at).collect()
 }

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::steps::control::StepControl;
 use crate::flow::steps::dense_output::Dense;
-use crate::flow::steps::state::{State, weighted_sum};
+use crate::flow::steps::state::{State, rate, square_distance, weighted_sum};
 use crate::flow::steps::stepper::{Start, StepEnds, Stepper, Tolerance};
 use crate::flow::steps::tableau::{DENSE, ERROR, NODES, ROWS, STAGES};
 use crate::model::Dynamics;
@@ -17,17 +17,6 @@ pub(crate) struct DormandPrince<S> {
     error: S,
     end: S,
     n_rhs: usize,
-}
-
-/// The rate at a state: one copy for all stages, into which the acceleration is inlined.
-#[inline(never)]
-fn rate<S: State, D: Dynamics>(dynamics: &D, drive: D::Drive, x: &S, out: &mut S) -> Result<()> {
-    // Half a length that arrays have at compile time.
-    let n = x.slice().len() / 2;
-    let (q, v) = x.slice().split_at(n);
-    let (dq, dv) = out.slice_mut().split_at_mut(n);
-    dq.copy_from_slice(v);
-    dynamics.driven(drive, q, v, dv)
 }
 
 impl<S: State> DormandPrince<S> {
@@ -87,6 +76,8 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         kept_below: 1.0,
         stability: 3.25,
     };
+
+    const HAS_QUINTIC: bool = true;
 
     type Dense = Dense<S, 4>;
 
@@ -171,15 +162,8 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
 
     /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`.
     fn stiffness(&self, h: f64) -> f64 {
-        let apart = |a: &S, b: &S| -> f64 {
-            a.slice()
-                .iter()
-                .zip(b.slice())
-                .map(|(a, b)| (a - b).powi(2))
-                .sum()
-        };
-        let rates = apart(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
-        let states = apart(&self.end, &self.trial);
+        let rates = square_distance(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
+        let states = square_distance(&self.end, &self.trial);
         if states > 0.0 {
             h.abs() * (rates / states).sqrt()
         } else {

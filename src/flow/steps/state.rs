@@ -1,7 +1,10 @@
 //! States of motions that are integrated: arrays of fixed length for few degrees of freedom, vectors for many.
 
+use crate::error::Result;
+use crate::model::Dynamics;
+
 /// A state `(q, v)`, or its rate, of 2n entries.
-pub(crate) trait State: Clone {
+pub(crate) trait State: Clone + 'static {
     /// Zeros.
     fn zeros(len: usize) -> Self;
     fn slice(&self) -> &[f64];
@@ -45,4 +48,26 @@ pub(super) fn weighted_sum<S: State, const K: usize>(rates: &[S], weights: &[f64
             }
         }
     }
+}
+
+/// The rate at a state: one copy for all stages, into which the acceleration is inlined.
+#[inline(never)]
+pub(super) fn rate<S: State, D: Dynamics>(
+    dynamics: &D,
+    drive: D::Drive,
+    x: &S,
+    out: &mut S,
+) -> Result<()> {
+    // Half a length that arrays have at compile time.
+    let n = x.slice().len() / 2;
+    let (q, v) = x.slice().split_at(n);
+    let (dq, dv) = out.slice_mut().split_at_mut(n);
+    dq.copy_from_slice(v);
+    dynamics.driven(drive, q, v, dv)
+}
+
+/// The square of the distance of two states or rates.
+pub(super) fn square_distance<S: State>(a: &S, b: &S) -> f64 {
+    let pairs = a.slice().iter().zip(b.slice());
+    pairs.map(|(a, b)| (a - b).powi(2)).sum()
 }

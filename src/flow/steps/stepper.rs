@@ -14,6 +14,12 @@ pub(crate) struct Tolerance {
 }
 
 impl Tolerance {
+    /// The tolerances that are not given.
+    pub const USUAL: Self = Self {
+        relative: 1e-9,
+        absolute: 1e-12,
+    };
+
     /// The root mean square of some numbers, each in units of what is allowed of the larger of two entries.
     #[inline]
     pub fn norm(self, numbers: &[f64], ends: (&[f64], &[f64])) -> f64 {
@@ -56,9 +62,11 @@ pub(crate) trait StepEnds<S> {
 
 /// An integration method, step by step. A step is taken from a start whose rate is known, by [`begin`](Self::begin) or because it
 /// is the end of the step before; it can be taken again, with another length.
-pub(crate) trait Stepper<S: State>: StepEnds<S> {
+pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
     /// How the length of the next step follows from the error of the last.
     const CONTROL: StepControl;
+    /// Whether a quintic through value, slope and curvature at both ends of a step is as near to the motion as the dense output.
+    const HAS_QUINTIC: bool;
     /// The motion on a step.
     type Dense: DenseOutput<S>;
 

@@ -10,10 +10,10 @@
 //! instant: its start has corrections of its own, which follow from the others.
 
 use crate::error::Result;
+use crate::hybrid::HybridMaps;
+use crate::hybrid::chatter::{Chatter, Timed, complete};
 use crate::model::DIFFERENCE;
 use crate::orbit::course::{Event, Leg};
-use crate::orbit::motions::chatter::{Chatter, Timed, complete};
-use crate::orbit::motions::pieces::Motion;
 use nalgebra::{DMatrix, DVector};
 
 /// Largest scaled mismatch of what counts as closed.
@@ -72,7 +72,7 @@ pub(super) struct Units {
     pub time: f64,
 }
 
-impl<M: Motion> Shooting<'_, M> {
+impl<M: HybridMaps> Shooting<'_, M> {
     fn event(&self, k: usize) -> &Event {
         &self.legs[k % self.legs.len()].event
     }
@@ -118,9 +118,7 @@ impl<M: Motion> Shooting<'_, M> {
     ) -> Result<(Vec<f64>, Option<Chatter>)> {
         Ok(match self.event(k) {
             Event::Strike(stops) => {
-                let impulses = self
-                    .motion
-                    .collide(stops, &mut y.state, &mut y.deviations)?;
+                let impulses = self.motion.impact(stops, &mut y.state, &mut y.deviations)?;
                 (impulses, None)
             }
             Event::Chatter(stop) => {
@@ -152,7 +150,7 @@ impl<M: Motion> Shooting<'_, M> {
                 let scale = units.time / (gradient.amax() * units.velocity);
                 let pull = |t: f64, x: &DVector<f64>| {
                     let rate = self.motion.rate(self.held(k), t, x)?;
-                    self.motion.acceleration(stop, x, &rate)
+                    self.motion.gap_acceleration(stop, x, &rate)
                 };
                 let mut row = DVector::zeros(y.deviations.ncols());
                 for (j, column) in y.deviations.column_iter().enumerate() {
@@ -179,7 +177,7 @@ impl<M: Motion> Shooting<'_, M> {
         };
         let span = (state.starts[k], y.time);
         self.motion
-            .fly(self.held(k), span, &mut y.state, &mut y.deviations)?;
+            .flow(self.held(k), span, &mut y.state, &mut y.deviations)?;
         Ok(y)
     }
 

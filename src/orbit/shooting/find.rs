@@ -2,14 +2,15 @@
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
+use crate::hybrid::HybridMaps;
+use crate::hybrid::IntegratedMaps;
+use crate::hybrid::SegmentKind;
+use crate::hybrid::project_onto;
+use crate::hybrid::{ClosedFormMaps, constrained_motions};
 use crate::impact::wrapped;
 use crate::model::{Scene, System, contacts};
 use crate::orbit::course::{Course, Event};
 use crate::orbit::flights::{Flight, OrbitData};
-use crate::orbit::motions::chatter::project;
-use crate::orbit::motions::modal::{ModalMotion, stuck_motions};
-use crate::orbit::motions::pieces::Motion;
-use crate::orbit::motions::stepped::SteppedMotion;
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
@@ -17,7 +18,6 @@ use crate::orbit::shooting::closure::{Clocked, FlightEnd, Shooting, ShootingStat
 use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::quantity::room_for;
-use crate::simulate::SegmentKind;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -96,8 +96,8 @@ pub fn find_orbit_checked<'a>(
     let n = scene.n_dof();
     room_for("shooting", 2 * n, 12 * n)?;
     let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
-    let held = stuck_motions(&modal, start.legs.iter().map(|leg| leg.held.as_slice()))?;
-    let motion = ModalMotion::new(&modal, scene.forcing().phase(), held);
+    let held = constrained_motions(&modal, start.legs.iter().map(|leg| leg.held.as_slice()))?;
+    let motion = ClosedFormMaps::new(&modal, scene.forcing().phase(), held);
     let (found, flight_ends) = shoot(&motion, &scene, &start, observer)?;
     let pairs = |state: &DVector<f64>| motion.modal(state);
     let parts = parts(&scene, &start, &found, &flight_ends, &motion, pairs)?;
@@ -111,17 +111,17 @@ fn stepped(
     depends: bool,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    let motion = SteppedMotion::new(scene, scene.forcing().phase());
+    let motion = IntegratedMaps::new(scene, scene.forcing().phase());
     let (found, flight_ends) = shoot(&motion, scene, start, observer)?;
     let parts = parts(scene, start, &found, &flight_ends, &motion, paired)?;
     let scene = with_phase(scene, parts.phase, depends)?;
-    let from_first = Arc::new(SteppedMotion::new(&scene, parts.phase));
+    let from_first = Arc::new(IntegratedMaps::new(&scene, parts.phase));
     let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
     PeriodicOrbit::moved_by(moved, &scene, parts)
 }
 
 /// Closes the guess.
-fn shoot<M: Motion>(
+fn shoot<M: HybridMaps>(
     motion: &M,
     scene: &Scene,
     start: &Start,
@@ -142,7 +142,7 @@ fn shoot<M: Motion>(
 }
 
 /// The parts of the orbit, counted from its first impact; impacts that accumulate are taken apart.
-fn parts<M: Motion>(
+fn parts<M: HybridMaps>(
     scene: &Scene,
     start: &Start,
     found: &ShootingState,
@@ -195,7 +195,7 @@ fn parts<M: Motion>(
                 }
                 // The rest is over in no time: it begins without normal speed.
                 let mut rest = chatter.last.clone();
-                project(motion, &[*stop], &mut rest)?;
+                project_onto(motion, &[*stop], &mut rest)?;
                 let remainder = Course {
                     kind: SegmentKind::Chatter,
                     stops: vec![*stop],
@@ -207,7 +207,7 @@ fn parts<M: Motion>(
             }
         }
         let mut after = found.states[k].clone();
-        project(motion, &leg.held, &mut after)?;
+        project_onto(motion, &leg.held, &mut after)?;
         let span = (found.starts[k], found.times[k + 1]);
         flights.push(flight(course, span, &after, &flight_ends[k].before));
     }

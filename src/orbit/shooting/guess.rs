@@ -3,12 +3,13 @@
 //! one.
 
 use crate::error::{Error, Result};
+use crate::hybrid::SegmentKind;
+use crate::hybrid::joined;
 use crate::model::{Scene, contacts};
 use crate::orbit::course::{Event, Leg};
-use crate::orbit::motions::modal::joined;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::guess_instants::{Instant, impacts, lasting, unsupported};
-use crate::simulate::{ImpactSide, RATIO_TOL, SegmentKind, Trajectory};
+use crate::simulate::{ImpactSide, RATIO_TOL, Trajectory};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 

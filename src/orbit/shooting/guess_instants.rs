@@ -1,10 +1,11 @@
 //! What happens along a trajectory, instant by instant: its impacts, and where contact lasts the landings and releases.
 
 use crate::error::{Error, Result};
+use crate::hybrid::SegmentKind;
+use crate::hybrid::joined;
 use crate::impact::Impact;
 use crate::orbit::course::Event;
-use crate::orbit::motions::modal::joined;
-use crate::simulate::{ImpactSide, Segment, SegmentKind, Trajectory};
+use crate::simulate::{ImpactSide, Segment, Trajectory};
 use nalgebra::DVector;
 
 /// What happens at one time of a motion, and the state after.

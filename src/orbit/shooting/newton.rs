@@ -1,9 +1,9 @@
 //! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
 
 use crate::error::{Error, Result};
+use crate::hybrid::HybridMaps;
+use crate::hybrid::chatter::Timed;
 use crate::linalg::rank;
-use crate::orbit::motions::chatter::Timed;
-use crate::orbit::motions::pieces::Motion;
 use crate::orbit::shooting::closure::{
     CLOSED, FlightEnd, MOST_STEPS, Shooting, ShootingState, Units,
 };
@@ -24,7 +24,7 @@ struct Linearised {
     starts: Vec<DVector<f64>>,
 }
 
-impl<M: Motion> Shooting<'_, M> {
+impl<M: HybridMaps> Shooting<'_, M> {
     /// The closed loop near a guess, and the ends of its flights.
     pub fn solve(
         &self,
@@ -94,7 +94,7 @@ impl<M: Motion> Shooting<'_, M> {
             deviations -= rate * delays.transpose();
             let mut x = state.states[k].clone();
             self.motion
-                .fly(self.held(k), (start, end), &mut x, &mut deviations)?;
+                .flow(self.held(k), (start, end), &mut x, &mut deviations)?;
             delays = self.shift(k + 1, unknowns, units);
             deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
             let mut y = Timed {

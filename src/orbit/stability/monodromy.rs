@@ -6,11 +6,11 @@
 //! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`chatter.rs`).
 
 use crate::error::Result;
+use crate::hybrid::HybridMaps;
+use crate::hybrid::SegmentKind;
+use crate::hybrid::chatter::{Timed, finish};
 use crate::impact::saltation;
 use crate::orbit::course::Course;
-use crate::orbit::motions::chatter::{Timed, finish};
-use crate::orbit::motions::pieces::Motion;
-use crate::simulate::SegmentKind;
 use nalgebra::{DMatrix, DVector};
 
 /// One flight: its start, its end and its first state.
@@ -24,7 +24,7 @@ pub(crate) struct Flown<'a> {
 
 /// The product over one period from just after the first instant, in (q, v). `order` has the stops of each instant one after
 /// the other, but those held before it; `pattern` has all of them.
-pub(crate) fn monodromy<M: Motion>(
+pub(crate) fn monodromy<M: HybridMaps>(
     motion: &M,
     pattern: &[Vec<usize>],
     order: &[Vec<usize>],
@@ -46,7 +46,7 @@ pub(crate) fn monodromy<M: Motion>(
         }
         let held = course.held();
         before.clone_from(&flight.state);
-        motion.fly(
+        motion.flow(
             held,
             (flight.start, flight.end),
             &mut before,
@@ -78,7 +78,7 @@ pub(crate) fn monodromy<M: Motion>(
 }
 
 /// The rest of impacts on a stop, between fixed times.
-fn finished<M: Motion>(
+fn finished<M: HybridMaps>(
     motion: &M,
     (stop, held): (usize, &[usize]),
     size: f64,
@@ -110,7 +110,7 @@ struct ImpactAt<'a> {
 }
 
 /// The impact on a state and on deviations from it.
-fn salt<M: Motion>(
+fn salt<M: HybridMaps>(
     motion: &M,
     instant: &ImpactAt<'_>,
     state: &mut DVector<f64>,
@@ -125,7 +125,7 @@ fn salt<M: Motion>(
         let count = deviations.ncols();
         let mut columns = std::mem::take(deviations).insert_column(count, 0.0);
         columns.set_column(count, &before);
-        motion.collide(instant.struck, state, &mut columns)?;
+        motion.impact(instant.struck, state, &mut columns)?;
         let slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
         *deviations = columns.remove_column(count);
         Ok(slip)

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::flow::{
     ConstrainedMotion, GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow,
 };
+use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::flights::Flight;
@@ -13,7 +14,6 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
-use crate::simulate::SegmentKind;
 use crate::watch::Watch;
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -2,5 +2,6 @@
 
 pub(in crate::orbit) mod admissibility;
 pub(in crate::orbit) mod closing;
+pub(in crate::orbit) mod integrated;
 pub(in crate::orbit) mod judge;
 pub(in crate::orbit) mod lasting;

@@ -7,9 +7,9 @@ use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
 use crate::contact::next::LATE;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
+use crate::hybrid::{GapState, HybridSystem};
 use crate::impact::{ContactForce, Release, contact_forces};
 use crate::linalg::rank::DEPENDENT;
-use crate::simulate::mover::{GapState, Mover};
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
 
@@ -25,39 +25,43 @@ const FACING: f64 = 4.0;
 
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
-    pub(super) fn settle<M: Mover + ?Sized>(&mut self, mover: &mut M) -> Resolved {
-        self.starts.fill(0);
+    pub(super) fn settle<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Resolved {
+        self.root_orders.fill(0);
         for (stop, size) in self.sizes.iter_mut().enumerate() {
-            *size = size.max(mover.gap(stop).size);
+            *size = size.max(system.gap(stop).size);
         }
         std::mem::swap(&mut self.were_held, &mut self.held);
         self.held.clear();
         let mut resting = Vec::new();
         for &stop in &self.touching {
-            if self.is_still(mover, stop) {
+            if self.is_still(system, stop) {
                 resting.push(stop);
             } else {
-                self.starts[stop] = 1;
+                self.root_orders[stop] = 1;
             }
         }
         if resting.is_empty() && self.were_held.is_empty() {
             return Ok(Ok(()));
         }
-        if let Err(unresolved) = self.hold_or_open(mover, &resting, false)? {
+        if let Err(unresolved) = self.hold_or_open(system, &resting, false)? {
             return Ok(Err(unresolved));
         }
-        mover.hold(&self.held)?;
-        self.stop_what_rests(mover, &resting)?;
+        system.set_active_contacts(&self.held)?;
+        self.stop_what_rests(system, &resting)?;
         Ok(Ok(()))
     }
 
     /// Takes away the speeds at which stops at rest are approached as they open: rounding, but gaps that open late would close first.
-    fn stop_what_rests<M: Mover + ?Sized>(&self, mover: &mut M, resting: &[usize]) -> Result<()> {
-        let approached = |&stop: &usize| !self.held.contains(&stop) && mover.gap(stop).speed < 0.0;
+    fn stop_what_rests<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &mut Y,
+        resting: &[usize],
+    ) -> Result<()> {
+        let approached = |&stop: &usize| !self.held.contains(&stop) && system.gap(stop).speed < 0.0;
         if resting.iter().any(approached) {
             let nothing = DVector::zeros(resting.len());
-            take(mover, resting, &nothing, &mover.delassus(resting)?)?;
-            mover.look()?;
+            take(system, resting, &nothing, &system.delassus(resting)?)?;
+            system.evaluate_gaps()?;
         }
         Ok(())
     }
@@ -65,47 +69,51 @@ impl EventLoop {
     /// A stop held whose force fell through zero. With it, all that rest in contact are judged anew: a stop that faces it may take
     /// over, and if others open with it, it may be held after all.
     #[cold]
-    pub(super) fn let_go<M: Mover + ?Sized>(&mut self, mover: &mut M, stop: usize) -> Resolved {
-        let now = mover.clock().time();
+    pub(super) fn release<Y: HybridSystem + ?Sized>(
+        &mut self,
+        system: &mut Y,
+        stop: usize,
+    ) -> Resolved {
+        let now = system.clock().time();
         self.let_go.note(now, stop);
         // What stood still where the flight began moves now.
         if !self.departed_at(now) {
             self.still.clear();
         }
         let mut resting = Vec::new();
-        for other in 0..mover.n_stops() {
-            let rests = self.is_closed(mover, other) && self.is_still(mover, other);
-            if rests || self.held.contains(&other) || self.faces_held(mover, other) {
+        for other in 0..system.n_stops() {
+            let rests = self.is_closed(system, other) && self.is_still(system, other);
+            if rests || self.held.contains(&other) || self.faces_held(system, other) {
                 resting.push(other);
             }
         }
         self.held.clear();
         self.still.clear();
-        self.starts.fill(0);
-        if !self.is_spared(mover, &resting, stop)? {
+        self.root_orders.fill(0);
+        if !self.is_spared(system, &resting, stop)? {
             self.held.clear();
-            self.starts.fill(0);
-            if let Err(unresolved) = self.hold_or_open(mover, &resting, true)? {
+            self.root_orders.fill(0);
+            if let Err(unresolved) = self.hold_or_open(system, &resting, true)? {
                 return Ok(Err(unresolved));
             }
         }
-        mover.hold(&self.held)?;
+        system.set_active_contacts(&self.held)?;
         Ok(Ok(()))
     }
 
     /// Whether a gap is closed because stops that are held leave it no other place: their own gaps are known to more digits.
-    pub(super) fn faces_held<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
+    pub(super) fn faces_held<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
         let is_near = || {
-            let least = (FACING * mover.rounding(stop)).max(mover.tolerance(stop, 0.0));
-            self.starts[stop] == LATE || mover.gap(stop).gap <= least
+            let least = (FACING * system.rounding(stop)).max(system.tolerance(stop, 0.0));
+            self.root_orders[stop] == LATE || system.gap(stop).gap <= least
         };
-        mover.is_bound(stop) && is_near()
+        system.is_bound(stop) && is_near()
     }
 
     /// Whether others that a stop depends on carry without it what it carried with them; they are held then.
-    fn is_spared<M: Mover + ?Sized>(
+    fn is_spared<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         resting: &[usize],
         stop: usize,
     ) -> Result<bool> {
@@ -116,78 +124,78 @@ impl EventLoop {
         if others.is_empty() {
             return Ok(false);
         }
-        let normals = mover.normals(resting)?;
+        let normals = system.normals(resting)?;
         if !is_bound(&normals, &others, own)? {
             return Ok(false);
         }
         let others: Vec<usize> = others.into_iter().map(|i| resting[i]).collect();
-        if self.hold_or_open(mover, &others, true)?.is_err() {
+        if self.hold_or_open(system, &others, true)?.is_err() {
             return Ok(false);
         }
         let bound: Vec<usize> = (0..resting.len())
             .filter(|&i| self.held.contains(&resting[i]))
             .collect();
         let stays = is_bound(&normals, &bound, own)?;
-        let least = -RELEASED * mover.acceleration_sizes(&[stop])?[0];
-        self.starts[stop] = LATE;
-        Ok(stays && self.drawn(mover, (stop, mover.gap(stop)), &self.held)? >= least)
+        let least = -RELEASED * system.acceleration_sizes(&[stop])?[0];
+        self.root_orders[stop] = LATE;
+        Ok(stays && self.drawn(system, (stop, system.gap(stop)), &self.held)? >= least)
     }
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
-    fn is_still<M: Mover + ?Sized>(&self, mover: &M, stop: usize) -> bool {
-        let state = mover.gap(stop);
-        self.still.contains(&stop) || state.speed.abs() <= least_speed(mover, stop, state)
+    fn is_still<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+        let state = system.gap(stop);
+        self.still.contains(&stop) || state.speed.abs() <= least_speed(system, stop, state)
     }
 
     /// The sizes of the terms of the accelerations of stops at rest, or those before the impacts of this instant, if larger; and the
     /// latter.
-    fn pull_sizes<M: Mover + ?Sized>(
+    fn pull_sizes<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &M,
+        system: &Y,
         stops: &[usize],
     ) -> Result<(Vec<f64>, Vec<f64>)> {
         let jolts: Vec<f64> = stops.iter().map(|&stop| self.jolted[stop]).collect();
         self.jolted.fill(0.0);
-        let sizes = mover.acceleration_sizes(stops)?;
+        let sizes = system.acceleration_sizes(stops)?;
         let sizes = sizes.iter().zip(&jolts).map(|(size, jolt)| size.max(*jolt));
         Ok((sizes.collect(), jolts))
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); where one is let
     /// go, what is as little as its force is nothing.
-    fn hold_or_open<M: Mover + ?Sized>(
+    fn hold_or_open<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         stops: &[usize],
         is_release: bool,
     ) -> Resolved {
         if stops.is_empty() {
             return Ok(Ok(()));
         }
-        let (sizes, jolts) = self.pull_sizes(mover, stops)?;
+        let (sizes, jolts) = self.pull_sizes(system, stops)?;
         let resting = Resting {
             stops,
-            normals: mover.normals(stops)?,
-            delassus: mover.delassus(stops)?,
+            normals: system.normals(stops)?,
+            delassus: system.delassus(stops)?,
             sizes,
             jolts,
-            steady: mover.steady(),
+            steady: system.steady(),
         };
         let Resting {
             delassus, sizes, ..
         } = &resting;
-        let Some(forces) = self.holding_forces(mover, stops, sizes, delassus) else {
+        let Some(forces) = self.holding_forces(system, stops, sizes, delassus) else {
             let reason = format!("no forces that push keep the contacts {stops:?} closed: a jam");
             return Ok(Err(Unresolved { reason }));
         };
         let largest = sizes.iter().copied().fold(0.0, f64::max);
         let nothing = largest
             * if is_release {
-                mover.left_at_release()
+                system.left_at_release()
             } else {
                 DEPENDENT
             };
-        let now = mover.clock().time();
+        let now = system.clock().time();
         // Where one is let go again and again, the law of the forces as they are ends it.
         let times = |stop: usize| self.let_go.times(now, stop);
         let is_law = is_release && stops.iter().any(|&stop| times(stop) > MOST_AT_ONCE);
@@ -203,13 +211,13 @@ impl EventLoop {
                 // The time of a release is known to rounding, and what is so little then to nobody.
                 _ if is_release && left <= unclear(stop) => undecided.push(i),
                 Release::Stays => shares.push((i, force.force)),
-                Release::Leaves => self.starts[stop] = 2,
+                Release::Leaves => self.root_orders[stop] = 2,
                 Release::Undecided => undecided.push(i),
             }
         }
         let carrying = carriers(&resting.delassus, shares, resting.normals.nrows(), nothing)?;
         undecided.extend(carrying.idle);
-        let held = self.decide(mover, &resting, (carrying.held, undecided), is_release)?;
+        let held = self.decide(system, &resting, (carrying.held, undecided), is_release)?;
         self.held = held.into_iter().map(|i| stops[i]).collect();
         self.held.sort_unstable();
         Ok(Ok(()))
@@ -218,18 +226,21 @@ impl EventLoop {
     /// Of contacts that neither push nor open, those that begin to push are held, the others open: the same law for the third
     /// derivatives of the gaps and the rates of the forces, beside the contacts that are held; where those are nothing too, for the
     /// next ones. Contacts are places among those at rest; those that are held now.
-    fn decide<M: Mover + ?Sized>(
+    fn decide<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         resting: &Resting<'_>,
         (mut held, undecided): (Vec<usize>, Vec<usize>),
         is_release: bool,
     ) -> Result<Vec<usize>> {
-        let now = mover.clock().time();
+        let now = system.clock().time();
         // One that is back each time that it opens is opened by rounding.
         let is_back = |&i: &usize| self.closed_again.times(now, resting.stops[i]) > MOST_AT_ONCE;
         let (back, mut undecided): (Vec<_>, Vec<_>) = undecided.into_iter().partition(is_back);
-        let mut one_leaves = resting.stops.iter().any(|&stop| self.starts[stop] == 2);
+        let mut one_leaves = resting
+            .stops
+            .iter()
+            .any(|&stop| self.root_orders[stop] == 2);
         // Those held share by other rules what the normals they have in common leave open: none may rest under these.
         let shares = !undecided.is_empty() && depend(&resting.normals, &held)?;
         let first = if shares || !is_release { 2 } else { LATE };
@@ -239,7 +250,7 @@ impl EventLoop {
             let mut free = Vec::new();
             for i in undecided {
                 if is_bound(&resting.normals, &held, i)? {
-                    self.starts[resting.stops[i]] = LATE;
+                    self.root_orders[resting.stops[i]] = LATE;
                 } else {
                     free.push(i);
                 }
@@ -256,13 +267,13 @@ impl EventLoop {
                     usize::MAX
                 };
                 let (stops, held) = (resting.stops_of(&undecided), resting.stops_of(&held));
-                known = mover.gap_derivatives(&stops, &held, order..end)?.into();
+                known = system.gap_derivatives(&stops, &held, order..end)?.into();
             }
             let Some(mut derivatives) = known.pop_front() else {
                 break;
             };
             if order == 2 {
-                let unknown = self.unknown_beside(mover, resting, &held, &undecided)?;
+                let unknown = self.unknown_beside(system, resting, &held, &undecided)?;
                 for (derivative, unknown) in derivatives.iter_mut().zip(unknown) {
                     derivative[1] = derivative[1].max(unknown);
                 }
@@ -270,7 +281,7 @@ impl EventLoop {
             let law = resting.law_of(&held, &undecided, &derivatives)?;
             one_leaves |= !law.opening.is_empty();
             for &i in &law.opening {
-                self.starts[resting.stops[i]] = order.min(LATE);
+                self.root_orders[resting.stops[i]] = order.min(LATE);
             }
             // One whose force falls each time that it is held is pressed by rounding, but by an acceleration.
             let is_spent = |i: &usize| {
@@ -280,10 +291,10 @@ impl EventLoop {
             let (spent, pressed): (Vec<_>, Vec<_>) =
                 law.pressed.iter().copied().partition(is_spent);
             for &i in &spent {
-                self.starts[resting.stops[i]] = LATE;
+                self.root_orders[resting.stops[i]] = LATE;
             }
             for &i in &pressed {
-                self.starts[resting.stops[i]] = (order - 2).min(LATE);
+                self.root_orders[resting.stops[i]] = (order - 2).min(LATE);
             }
             held.extend(pressed);
             undecided = law.undecided;
@@ -293,7 +304,7 @@ impl EventLoop {
             let times = self.let_go.times(now, resting.stops[i]);
             let leaves = is_release && times > usize::from(one_leaves);
             if leaves || is_bound(&resting.normals, &held, i)? {
-                self.starts[resting.stops[i]] = LATE;
+                self.root_orders[resting.stops[i]] = LATE;
             } else {
                 held.push(i);
             }
@@ -302,9 +313,9 @@ impl EventLoop {
     }
 
     /// The acceleration of a gap, as it is in free motion, while other stops are held: with the contact forces of theirs.
-    pub(super) fn drawn<M: Mover + ?Sized>(
+    pub(super) fn drawn<Y: HybridSystem + ?Sized>(
         &self,
-        mover: &M,
+        system: &Y,
         (stop, state): (usize, GapState),
         held: &[usize],
     ) -> Result<f64> {
@@ -312,15 +323,15 @@ impl EventLoop {
         if k == 0 {
             return Ok(state.acceleration);
         }
-        let free = mover.pulls(&[stop])[0];
+        let free = system.free_accelerations(&[stop])[0];
         let mut with_it = held.to_vec();
         with_it.push(stop);
-        let delassus = mover.delassus(&with_it)?;
+        let delassus = system.delassus(&with_it)?;
         let among = delassus.view((0, 0), (k, k)).into_owned();
         // Contacts without forces are a jam, which is found where it is asked which of them stay.
-        let sizes = mover.acceleration_sizes(held)?;
+        let sizes = system.acceleration_sizes(held)?;
         let forces = self
-            .holding_forces(mover, held, &sizes, &among)
+            .holding_forces(system, held, &sizes, &among)
             .unwrap_or_default();
         let forces = forces.iter().enumerate();
         let added: f64 = forces
@@ -331,26 +342,26 @@ impl EventLoop {
 
     /// The contact forces that hold stops at rest, by the sizes of the terms of their accelerations and their Delassus matrix;
     /// `None` in a jam.
-    fn holding_forces<M: Mover + ?Sized>(
+    fn holding_forces<Y: HybridSystem + ?Sized>(
         &self,
-        mover: &M,
+        system: &Y,
         stops: &[usize],
         sizes: &[f64],
         delassus: &DMatrix<f64>,
     ) -> Option<Vec<ContactForce>> {
-        let pulls = mover.pulls(stops);
+        let pulls = system.free_accelerations(stops);
         let unknown = |i: usize| {
-            let jerk = mover.gap(stops[i]).jerk;
-            self.acceleration_unknown(mover, (stops[i], jerk), sizes[i])
+            let jerk = system.gap(stops[i]).jerk.unwrap_or(0.0);
+            self.acceleration_unknown(system, (stops[i], jerk), sizes[i])
         };
         let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
         contact_forces(delassus, &pulls, &slack).ok()
     }
 
     /// What is unknown of the accelerations of contacts beside others that are held.
-    fn unknown_beside<M: Mover + ?Sized>(
+    fn unknown_beside<Y: HybridSystem + ?Sized>(
         &self,
-        mover: &mut M,
+        system: &mut Y,
         resting: &Resting<'_>,
         held: &[usize],
         contacts: &[usize],
@@ -358,13 +369,13 @@ impl EventLoop {
         let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
         // Where nothing changes, the motion before had the accelerations of the motion to come.
         let rates = if held == self.were_held {
-            mover.gap_derivatives(&stops, &held, 3..4)?
+            system.gap_derivatives(&stops, &held, 3..4)?
         } else {
             Vec::new()
         };
         let jerk = |k: usize| match rates.first() {
             Some(rates) => rates[k][0],
-            None => mover.gap(stops[k]).jerk,
+            None => system.gap(stops[k]).jerk.unwrap_or(0.0),
         };
         let unknown = |(k, &i): (usize, &usize)| {
             // A motion with stops held has fewer terms, and what it moves by is known as well as forces tell.
@@ -373,21 +384,23 @@ impl EventLoop {
             } else {
                 resting.jolts[i]
             };
-            self.acceleration_unknown(mover, (stops[k], jerk(k)), size)
+            self.acceleration_unknown(system, (stops[k], jerk(k)), size)
         };
         Ok(contacts.iter().enumerate().map(unknown).collect())
     }
 
     /// What rounding, that of the time since the last event too, leaves unknown of the acceleration of a gap of some third derivative
     /// with terms of a size.
-    fn acceleration_unknown<M: Mover + ?Sized>(
+    fn acceleration_unknown<Y: HybridSystem + ?Sized>(
         &self,
-        mover: &M,
+        system: &Y,
         (stop, jerk): (usize, f64),
         size: f64,
     ) -> f64 {
-        let flight = self.departure.map_or(0.0, |then| then.until(mover.clock()));
+        let flight = self
+            .departure
+            .map_or(0.0, |then| then.until(system.clock()));
         let by_time = TIME_ROUNDING * flight * jerk.abs();
-        ROUNDING * size + mover.acceleration_lost(stop) + by_time
+        ROUNDING * size + system.acceleration_lost(stop) + by_time
     }
 }

@@ -3,10 +3,10 @@
 use super::{EventLoop, RATIO_TOL, Resolved, Unresolved, least_speed};
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
+use crate::hybrid::{HybridSystem, NormalImpact};
 use crate::impact::{Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
-use crate::simulate::mover::{Mover, NormalImpact};
 use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
 use nalgebra::{DMatrix, DVector};
@@ -24,26 +24,26 @@ const FEW: usize = 100;
 impl EventLoop {
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
     /// of several stops at one instant.
-    pub(super) fn strike_all<M: Mover + ?Sized>(
+    pub(super) fn resolve_contacts<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         record: &mut Record,
     ) -> Resolved {
         let (first, count) = (record.impacts.len(), self.stats.n_impacts);
         self.jolted.fill(0.0);
-        self.note_jolt(mover)?;
-        if self.touching.len() > 1 && self.is_coupled(mover) {
-            let restitutions = self.restitutions(mover);
-            if let Err(unresolved) = self.strike_together(mover, &restitutions, Some(record))? {
+        self.note_jolt(system)?;
+        if self.touching.len() > 1 && self.is_coupled(system) {
+            let restitutions = self.restitutions(system);
+            if let Err(unresolved) = self.strike_together(system, &restitutions, Some(record))? {
                 return Ok(Err(unresolved));
             }
         } else {
             for k in 0..self.touching.len() {
                 let stop = self.touching[k];
-                if self.closes(mover, stop) {
-                    let blow = mover.strike(stop)?;
-                    self.note(mover, stop, blow, record);
-                    if blow.departure == 0.0 {
+                if self.closes(system, stop) {
+                    let impact = system.strike(stop)?;
+                    self.note(system, stop, impact, record);
+                    if impact.departure == 0.0 {
                         self.still.push(stop);
                     }
                 } else if self.held.contains(&stop) {
@@ -55,20 +55,20 @@ impl EventLoop {
         if self.stats.n_impacts == count {
             self.jolted.fill(0.0);
         }
-        mover.look()?;
+        system.evaluate_gaps()?;
         debug_assert!(
-            agree(mover, &self.touching, &record.impacts, first),
+            agree(system, &self.touching, &record.impacts, first),
             "{:?}",
             &record.impacts[first..]
         );
-        self.settle(mover)
+        self.settle(system)
     }
 
     /// Takes note of the sizes of accelerations before and between impacts, where others than the stop that was reached are in
     /// contact.
-    fn note_jolt<M: Mover + ?Sized>(&mut self, mover: &M) -> Result<()> {
+    fn note_jolt<Y: HybridSystem + ?Sized>(&mut self, system: &Y) -> Result<()> {
         if self.touching.len() > 1 {
-            let sizes = mover.acceleration_sizes(&self.touching)?;
+            let sizes = system.acceleration_sizes(&self.touching)?;
             for (&stop, size) in self.touching.iter().zip(sizes) {
                 self.jolted[stop] = size.max(self.jolted[stop]);
             }
@@ -77,34 +77,34 @@ impl EventLoop {
     }
 
     /// Whether a stop that is approached is coupled to another in contact.
-    fn is_coupled<M: Mover + ?Sized>(&self, mover: &M) -> bool {
+    fn is_coupled<Y: HybridSystem + ?Sized>(&self, system: &Y) -> bool {
         let pairs = |&stop: &usize| self.touching.iter().map(move |&other| (stop, other));
         self.touching
             .iter()
-            .filter(|&&stop| self.closes(mover, stop))
+            .filter(|&&stop| self.closes(system, stop))
             .flat_map(pairs)
-            .any(|(stop, other)| stop != other && mover.is_coupled(stop, other))
+            .any(|(stop, other)| stop != other && system.is_coupled(stop, other))
     }
 
     /// Whether the stops that are approached are struck for the last time: the impacts before were in the ratio of restitution, or
     /// their flight rose by no more than rounding, which then feeds it, and flights from these would rise by no more than rounding;
     /// or by what rounding leaves of that, whatever came before.
-    pub(super) fn are_spent<M: Mover + ?Sized>(&self, mover: &M) -> Result<bool> {
+    pub(super) fn are_spent<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Result<bool> {
         let mut any = false;
         for &stop in &self.touching {
-            let state = mover.gap(stop);
-            if !self.closes_at(mover, stop, state) {
+            let state = system.gap(stop);
+            if !self.closes_at(system, stop, state) {
                 continue;
             }
-            let (e, speed) = (mover.restitution(stop), -state.speed);
+            let (e, speed) = (system.restitution(stop), -state.speed);
             if e <= 0.0 || e >= 1.0 {
                 return Ok(false);
             }
-            let pull = -self.drawn(mover, (stop, state), &self.held)?;
+            let pull = -self.drawn(system, (stop, state), &self.held)?;
             let before = self.approaches[stop];
             let is_regular = (speed / before / e - 1.0).abs() < RATIO_TOL;
             let is_low = |speed, rounding| self.is_low((stop, e * speed), pull, rounding);
-            let flight = self.departure.map(|then| then.until(mover.clock()));
+            let flight = self.departure.map(|then| then.until(system.clock()));
             let is_fed = || {
                 let fall = 2.0 * e * before / pull;
                 is_low(before, ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
@@ -130,24 +130,24 @@ impl EventLoop {
     /// The end of impacts that lose speed, on several stops or beside stops that are held: what is left of the speeds is taken
     /// away. The rest of the sequence takes no time that the motion would notice.
     #[cold]
-    pub(super) fn come_to_rest<M: Mover + ?Sized>(
+    pub(super) fn come_to_rest<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         record: &mut Record,
     ) -> Resolved {
         for k in 0..self.touching.len() {
             let stop = self.touching[k];
-            if self.closes(mover, stop) {
-                mover.note_chatter(stop, record)?;
+            if self.closes(system, stop) {
+                system.record_chatter(stop, record)?;
             }
         }
         self.jolted.fill(0.0);
-        self.note_jolt(mover)?;
+        self.note_jolt(system)?;
         let inelastic = DVector::zeros(self.touching.len());
-        if let Err(unresolved) = self.strike_together(mover, &inelastic, None)? {
+        if let Err(unresolved) = self.strike_together(system, &inelastic, None)? {
             return Ok(Err(unresolved));
         }
-        mover.look()?;
+        system.evaluate_gaps()?;
         // What the last impulses throw off others, and no higher than rounding before what rests draws it back, comes to rest with them.
         let rest = self.still.clone();
         for k in 0..self.touching.len() {
@@ -155,25 +155,25 @@ impl EventLoop {
             if rest.contains(&stop) {
                 continue;
             }
-            let state = mover.gap(stop);
-            let pull = -self.drawn(mover, (stop, state), &rest)?;
+            let state = system.gap(stop);
+            let pull = -self.drawn(system, (stop, state), &rest)?;
             if self.is_low((stop, state.speed), pull, ROUNDING) {
                 self.still.push(stop);
             }
         }
-        self.settle(mover)
+        self.settle(system)
     }
 
     /// The restitution coefficients of the stops in contact.
-    fn restitutions<M: Mover + ?Sized>(&self, mover: &M) -> DVector<f64> {
-        let each = self.touching.iter().map(|&stop| mover.restitution(stop));
+    fn restitutions<Y: HybridSystem + ?Sized>(&self, system: &Y) -> DVector<f64> {
+        let each = self.touching.iter().map(|&stop| system.restitution(stop));
         DVector::from_iterator(self.touching.len(), each)
     }
 
     /// The impacts of all stops in contact at one instant (Newton and Moreau), with their restitution coefficients.
-    fn strike_together<M: Mover + ?Sized>(
+    fn strike_together<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &mut M,
+        system: &mut Y,
         restitutions: &DVector<f64>,
         mut record: Option<&mut Record>,
     ) -> Resolved {
@@ -186,11 +186,11 @@ impl EventLoop {
             if held.contains(&stop) || still.contains(&stop) {
                 0.0
             } else {
-                mover.gap(stop).speed
+                system.gap(stop).speed
             }
         });
-        let slack = each(&|stop| least_speed(mover, stop, mover.gap(stop)));
-        let delassus = mover.delassus(&stops)?;
+        let slack = each(&|stop| least_speed(system, stop, system.gap(stop)));
+        let delassus = system.delassus(&stops)?;
         let Ok(resolved) = resolve_impacts(&delassus, restitutions, &speeds, &slack) else {
             let reason = format!("no impulses that push resolve the contacts {stops:?}: a jam");
             return Ok(Err(Unresolved { reason }));
@@ -203,15 +203,15 @@ impl EventLoop {
             let impulse = resolved.impulses[k];
             let departure = resolved.opening_speeds[k];
             if kick(k) > least {
-                mover.push(stop, impulse)?;
-                self.note_jolt(mover)?;
-                let blow = NormalImpact {
+                system.push(stop, impulse)?;
+                self.note_jolt(system)?;
+                let impact = NormalImpact {
                     approach: positive_part(-speeds[k]),
                     departure,
                     impulse,
                 };
                 if let Some(record) = &mut record {
-                    self.note(mover, stop, blow, record);
+                    self.note(system, stop, impact, record);
                 }
             }
             if departure == 0.0 {
@@ -219,53 +219,53 @@ impl EventLoop {
             }
         }
         if !self.still.is_empty() {
-            take(mover, &stops, &resolved.opening_speeds, &delassus)?;
+            take(system, &stops, &resolved.opening_speeds, &delassus)?;
         }
         Ok(Ok(()))
     }
 
     /// Takes note of an impact.
-    fn note<M: Mover + ?Sized>(
+    fn note<Y: HybridSystem + ?Sized>(
         &mut self,
-        mover: &M,
+        system: &Y,
         stop: usize,
-        blow: NormalImpact,
+        impact: NormalImpact,
         record: &mut Record,
     ) {
-        self.last_blow = Some((stop, blow.approach));
-        self.approaches[stop] = blow.approach;
+        self.last_impact = Some((stop, impact.approach));
+        self.approaches[stop] = impact.approach;
         self.stats.n_impacts += 1;
         if record.keep != Keep::Final {
-            keep_impact(mover, stop, blow, record);
+            keep_impact(system, stop, impact, record);
         }
     }
 }
 
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say: those from the first one on.
-fn agree<M: Mover + ?Sized>(
-    mover: &M,
+fn agree<Y: HybridSystem + ?Sized>(
+    system: &Y,
     touching: &[usize],
     impacts: &[Impact],
     first: usize,
 ) -> bool {
     let (before, impacts) = impacts.split_at(first);
     // What is no speed at one stop in contact is none at others, and what faster impacts have left is known to their rounding.
-    let least = |&stop: &usize| least_speed(mover, stop, mover.gap(stop));
+    let least = |&stop: &usize| least_speed(system, stop, system.gap(stop));
     let least = touching.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
     let earlier = before.iter().rev().take(FEW).map(|impact| impact.approach);
     let least = least.max(ROUNDING * earlier.fold(0.0, f64::max));
     // The forcing's part of a speed is known to the rounding of the time.
     let stops: Vec<usize> = impacts.iter().map(|impact| impact.stop).collect();
-    let pulls = mover.acceleration_sizes(&stops).unwrap_or_default();
+    let pulls = system.acceleration_sizes(&stops).unwrap_or_default();
     let pull = pulls.into_iter().fold(0.0, f64::max);
-    let least = least.max(f64::EPSILON * mover.clock().time().abs() * pull);
+    let least = least.max(f64::EPSILON * system.clock().time().abs() * pull);
     impacts.iter().all(|impact| {
-        let (stop, state) = (impact.stop, mover.gap(impact.stop));
+        let (stop, state) = (impact.stop, system.gap(impact.stop));
         let kick = |other: &Impact| {
-            let give = mover.delassus(&[stop, other.stop]);
+            let give = system.delassus(&[stop, other.stop]);
             give.map_or(0.0, |give| give[(0, 1)].abs() * other.impulse)
         };
-        let size = mover.speed_size(stop) + impacts.iter().map(kick).sum::<f64>();
+        let size = system.speed_size(stop) + impacts.iter().map(kick).sum::<f64>();
         // The law of several stops is known to some roundings; below the normal numbers there are few digits.
         let allowed = AGREED * size + 10.0 * least;
         (state.speed - impact.departure).abs() <= allowed
@@ -274,31 +274,36 @@ fn agree<M: Mover + ?Sized>(
 
 /// Keeps an impact.
 #[inline(never)]
-fn keep_impact<M: Mover + ?Sized>(mover: &M, stop: usize, blow: NormalImpact, record: &mut Record) {
+fn keep_impact<Y: HybridSystem + ?Sized>(
+    system: &Y,
+    stop: usize,
+    impact: NormalImpact,
+    record: &mut Record,
+) {
     record.impacts.push(Impact {
-        time: mover.clock().time(),
+        time: system.clock().time(),
         stop,
-        approach: blow.approach,
-        departure: blow.departure,
-        impulse: blow.impulse,
-        phase: mover.phase(),
+        approach: impact.approach,
+        departure: impact.departure,
+        impulse: impact.impulse,
+        phase: system.phase(),
     });
 }
 
 /// Gives the motion the opening speeds that the law says, to the last digit: those that are none decide what is held, and rounding of
 /// impulses is no speed.
-pub(super) fn take<M: Mover + ?Sized>(
-    mover: &mut M,
+pub(super) fn take<Y: HybridSystem + ?Sized>(
+    system: &mut Y,
     stops: &[usize],
     opening: &DVector<f64>,
     delassus: &DMatrix<f64>,
 ) -> Result<()> {
-    mover.look()?;
-    let left = |k: usize| opening[k] - mover.gap(stops[k]).speed;
+    system.evaluate_gaps()?;
+    let left = |k: usize| opening[k] - system.gap(stops[k]).speed;
     let left = DVector::from_fn(stops.len(), |k, _| left(k));
     let impulses = impulses_of(delassus, &left)?;
     for (&stop, &impulse) in stops.iter().zip(impulses.iter()) {
-        mover.push(stop, impulse)?;
+        system.push(stop, impulse)?;
     }
     Ok(())
 }

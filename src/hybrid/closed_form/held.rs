@@ -1,18 +1,18 @@
 //! Exact flights with stops held: the motion left over has modes of its own, and its contact forces are searched as gaps
 //! are (theory 9).
 
-use super::keep::reported;
-use super::{ExactMover, is_before, is_within};
+use super::arcs::{ConstrainedArc, reported};
+use super::system::{ClosedForm, is_before, is_within};
 use crate::contact::next::{ContactSearch, Grazed, LATE, Next, Seen};
 use crate::error::{Error, Result};
 use crate::flow::jet::Jet;
 use crate::flow::{CANCELLED, ConstrainedMotion, GapRow, LinearFlow, with_flow};
+use crate::hybrid::flow::Arrival;
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::segment::SegmentKind;
+use crate::hybrid::system::{Gaps, Present};
+use crate::impact::{StopsAt, project};
 use crate::modal::Pair;
-use crate::model::along_reactions;
-use crate::simulate::kept::SegmentKind;
-use crate::simulate::mover::{Arrival, Mover};
-use crate::simulate::options::Keep;
-use crate::simulate::record::Record;
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::Range;
@@ -21,25 +21,24 @@ use std::sync::Arc;
 /// A contact force at zero: this small, relative to its terms.
 const FLAT: f64 = 1e-12;
 
-impl<F: LinearFlow> ExactMover<'_, F> {
-    /// The present position and velocity, moved onto some stops along their reactions: what is left of an impact that comes to
-    /// rest is taken as impacts take it, not along the normals.
+impl<F: LinearFlow> ClosedForm<'_, F> {
+    /// The present position and velocity, moved onto some stops and without normal speeds.
     pub(super) fn settled(&self, stops: &[usize]) -> Result<(DVector<f64>, DVector<f64>)> {
-        let (q, mut v) = self.physical();
-        let q = self.on_stops(stops, q)?;
-        let (normals, reactions) = self.scene.geometry.directions(stops);
-        let speeds = DVector::from_fn(stops.len(), |i, _| normals[i].dot(&v));
-        v -= along_reactions(&normals, &reactions, &speeds)?;
+        let (mut q, mut v) = self.physical();
+        project(&mut q, &mut v, |q| Ok(self.stops_at(stops, q)))?;
         Ok((q, v))
     }
 
-    /// A position moved onto some stops along their reactions.
-    pub(super) fn on_stops(&self, stops: &[usize], q: DVector<f64>) -> Result<DVector<f64>> {
+    /// Some stops at a position.
+    pub(super) fn stops_at(&self, stops: &[usize], q: &DVector<f64>) -> StopsAt {
         let g = &self.scene.geometry;
         let (normals, reactions) = g.directions(stops);
-        let gap = |i: usize| g.clearances[stops[i]] - normals[i].dot(&q);
-        let gaps = DVector::from_fn(stops.len(), |i, _| gap(i));
-        Ok(q + along_reactions(&normals, &reactions, &gaps)?)
+        let gap = |i: usize| g.clearances[stops[i]] - normals[i].dot(q);
+        StopsAt {
+            gaps: DVector::from_fn(stops.len(), |i, _| gap(i)),
+            normals,
+            reactions,
+        }
     }
 
     /// The motion while the given stops are held.
@@ -88,9 +87,9 @@ impl<F: LinearFlow> ExactMover<'_, F> {
     pub(super) fn fly_held(
         &mut self,
         motion: &ConstrainedMotion,
-        starts: &[usize],
+        orders: &[usize],
         (span, last): (f64, f64),
-        record: &mut Record,
+        recorder: &mut dyn Recorder,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
@@ -99,7 +98,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             motion,
             angle,
             whole: motion.reduce(&q, &v),
-            starts,
+            orders,
         };
         let (next, seen, touches) =
             with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
@@ -107,7 +106,7 @@ impl<F: LinearFlow> ExactMover<'_, F> {
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
-        if record.keep != Keep::Final {
+        if recorder.wanted().events {
             let reached = next.and_then(|(event, _)| match event {
                 HeldEvent::Contact(stop) => Some(stop),
                 HeldEvent::Release(_) => None,
@@ -116,22 +115,27 @@ impl<F: LinearFlow> ExactMover<'_, F> {
             let is_kept = |graze: &Grazed| {
                 is_before(graze, from, (reached, time)) || (is_end && graze.time <= time)
             };
-            let kept = touches.into_iter().filter(is_kept);
-            record
-                .grazes
-                .extend(kept.map(|graze| reported(graze, from)));
+            for graze in touches.into_iter().filter(is_kept) {
+                recorder.graze(reported(graze, from));
+            }
         }
-        self.keep_piece(SegmentKind::Stick, &motion.stops, time);
-        record.sample(self.clock, time, next.is_none().then_some(last), |local| {
-            motion.carry(angle, local, &q, &v)
-        });
+        if recorder.wanted().arcs {
+            let mut arc = ConstrainedArc {
+                motion,
+                angle,
+                start: (&q, &v),
+                whole: self.whole(&self.state),
+            };
+            let ends = (time, next.is_none().then_some(last));
+            self.record_along(SegmentKind::Stick, ends, &mut arc, recorder);
+        }
         let (q, v) = motion.carry(angle, time, &q, &v);
         self.put((&q, &v), time);
         // The sums that gave the position were those of this flight.
         for (stop, rounding) in seen.roundings {
             self.placed[stop] = self.placed[stop].max(rounding);
         }
-        self.look()?;
+        self.evaluate_gaps()?;
         Ok(match next {
             None => Arrival::End,
             Some((HeldEvent::Release(stop), _)) => Arrival::Release { stop },
@@ -147,7 +151,7 @@ struct HeldFlight<'a> {
     /// The motion left over, in its modal pairs.
     whole: Vec<Pair>,
     /// The orders of the roots of the gaps, and of the contact forces, as far as known.
-    starts: &'a [usize],
+    orders: &'a [usize],
 }
 
 impl HeldFlight<'_> {
@@ -169,9 +173,9 @@ impl HeldFlight<'_> {
             .map(|(place, event)| match event {
                 HeldEvent::Release(stop) => {
                     let order = order_of_zero(search.jet(place), flow.fastest_rate());
-                    order.max(self.starts[*stop])
+                    order.max(self.orders[*stop])
                 }
-                HeldEvent::Contact(stop) => self.starts[*stop],
+                HeldEvent::Contact(stop) => self.orders[*stop],
             })
             .collect();
         let mut grazed = Vec::new();

@@ -2,21 +2,21 @@
 
 use crate::error::Result;
 use crate::model::{Contact, Dynamics, Moment, System, reaction_weights};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Time over which a held motion changes little, for the difference that bends a nonlinear gap.
 const HELD_TIME: f64 = 1.0;
 
 /// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
-pub(crate) struct HeldMotion<'a, D> {
+pub(crate) struct ConstrainedDynamics<'a, D> {
     pub dynamics: &'a D,
     pub system: &'a System,
     pub contacts: Arc<Vec<Contact>>,
     pub stops: Vec<usize>,
 }
 
-impl<D: Dynamics> HeldMotion<'_, D> {
+impl<D: Dynamics> ConstrainedDynamics<'_, D> {
     /// The contact forces at a moment; `a` becomes the acceleration under them.
     pub fn forces(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<Vec<f64>> {
         self.forces_under(self.drive(at), q, v, a)
@@ -31,6 +31,9 @@ impl<D: Dynamics> HeldMotion<'_, D> {
         a: &mut [f64],
     ) -> Result<Vec<f64>> {
         self.dynamics.driven(drive, q, v, a)?;
+        if self.stops.is_empty() {
+            return Ok(Vec::new());
+        }
         let k = self.stops.len();
         let mut opening = DVector::zeros(k);
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));
@@ -51,7 +54,7 @@ impl<D: Dynamics> HeldMotion<'_, D> {
     }
 }
 
-impl<D: Dynamics> Dynamics for HeldMotion<'_, D> {
+impl<D: Dynamics> Dynamics for ConstrainedDynamics<'_, D> {
     type Drive = D::Drive;
 
     fn n_dof(&self) -> usize {
@@ -64,5 +67,14 @@ impl<D: Dynamics> Dynamics for HeldMotion<'_, D> {
 
     fn driven(&self, drive: D::Drive, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         self.forces_under(drive, q, v, a).map(|_| ())
+    }
+
+    /// Differences do where stops are held.
+    fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
+        if self.stops.is_empty() {
+            self.dynamics.jacobian(at, q, v)
+        } else {
+            Ok(None)
+        }
     }
 }

@@ -1,15 +1,15 @@
-//! A linear scene as the shooting sees it: flights in closed form, free or with stops held.
+//! The maps of a linear scene: flights in closed form, free or with stops held.
 
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
+use crate::hybrid::maps::HybridMaps;
 use crate::impact::impulse_matrix;
 use crate::model::along_reactions;
-use crate::orbit::motions::pieces::Motion;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
 /// A linear scene from a forcing phase.
-pub(crate) struct ModalMotion<'a> {
+pub(crate) struct ClosedFormMaps<'a> {
     scene: &'a ModalScene,
     flow: SceneFlow,
     phase: f64,
@@ -19,7 +19,7 @@ pub(crate) struct ModalMotion<'a> {
 }
 
 /// The motions while stops are held, of each set of stops one.
-pub(crate) fn stuck_motions<'s>(
+pub(crate) fn constrained_motions<'s>(
     scene: &ModalScene,
     sets: impl Iterator<Item = &'s [usize]>,
 ) -> Result<Vec<Arc<ConstrainedMotion>>> {
@@ -32,7 +32,7 @@ pub(crate) fn stuck_motions<'s>(
     Ok(all)
 }
 
-impl<'a> ModalMotion<'a> {
+impl<'a> ClosedFormMaps<'a> {
     /// A scene from a forcing phase, with its motions while stops are held.
     pub fn new(scene: &'a ModalScene, phase: f64, held: Vec<Arc<ConstrainedMotion>>) -> Self {
         let (to_physical, to_modal) = scene.form.transformation();
@@ -76,8 +76,8 @@ pub(crate) fn joined((q, v): &(DVector<f64>, DVector<f64>)) -> DVector<f64> {
     DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
 }
 
-impl Motion for ModalMotion<'_> {
-    fn fly(
+impl HybridMaps for ClosedFormMaps<'_> {
+    fn flow(
         &self,
         held: &[usize],
         (start, end): (f64, f64),
@@ -118,7 +118,7 @@ impl Motion for ModalMotion<'_> {
         Ok(rate)
     }
 
-    fn collide(
+    fn impact(
         &self,
         stops: &[usize],
         state: &mut DVector<f64>,
@@ -148,7 +148,12 @@ impl Motion for ModalMotion<'_> {
         Ok((gap, -normal))
     }
 
-    fn acceleration(&self, stop: usize, state: &DVector<f64>, rate: &DVector<f64>) -> Result<f64> {
+    fn gap_acceleration(
+        &self,
+        stop: usize,
+        state: &DVector<f64>,
+        rate: &DVector<f64>,
+    ) -> Result<f64> {
         let n = state.len() / 2;
         let normal = self.scene.geometry.normals.column(stop);
         Ok(-normal.dot(&rate.rows(n, n)))

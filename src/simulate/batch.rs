@@ -1,22 +1,21 @@
-//! Runs of one pendulum abreast: each goes its own way, in steps of its own, but their Taylor series are made together.
+//! A batch of runs of one pendulum side by side: each goes its own way, in steps of its own, but their Taylor series are made together.
 
 use crate::error::{Failure, Result};
 use crate::flow::steps::State;
 use crate::flow::{BatchMotion, SeriesOf};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::{AnyLoop, Arrival, HybridFlow, IntegratedFlow, Present, SeriesStep, Taylor};
 use crate::model::Dynamics;
-use crate::simulate::clock::Clock;
 use crate::simulate::event_loop::Ending;
-use crate::simulate::mover::{Arrival, Looped, Mover};
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
-use crate::simulate::stepping::{SeriesStep, StepMover, Taylor};
 use crate::watch::{GoOn, Watch};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 /// One of the runs.
 struct LaneRun<'a, S: State, D: Dynamics> {
-    run: Run<'a, StepMover<'a, S, D, Taylor>>,
+    run: Run<'a, IntegratedFlow<'a, S, D, Taylor>>,
     record: Record,
     /// The number of the run; none where there is none left to do.
     item: Option<usize>,
@@ -29,10 +28,10 @@ struct LaneFlight {
     goal: Clock,
     is_new: bool,
     /// The step that it takes, once the series has been looked along; none then where it would be too short for the time.
-    leg: Option<SeriesStep>,
+    step: Option<SeriesStep>,
 }
 
-/// K runs abreast, with their buffers.
+/// K runs side by side, with their buffers.
 pub(crate) struct Batch<'a, S: State, D: Dynamics, const K: usize> {
     lanes: [LaneRun<'a, S, D>; K],
     series: SeriesOf<K>,
@@ -42,11 +41,11 @@ pub(crate) struct Batch<'a, S: State, D: Dynamics, const K: usize> {
 impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
     /// Runs over a span, made one by one.
     pub fn new(
-        make: impl Fn() -> Run<'a, StepMover<'a, S, D, Taylor>>,
+        make: impl Fn() -> Run<'a, IntegratedFlow<'a, S, D, Taylor>>,
         t_span: (f64, f64),
     ) -> Self {
-        let lanes = std::array::from_fn(|_| LaneRun::new(make()));
-        let series = lanes[0].run.mover.pendulum().room();
+        let mut lanes: [LaneRun<'a, S, D>; K] = std::array::from_fn(|_| LaneRun::new(make()));
+        let series = lanes[0].run.flow.free.search.pendulum().room();
         Self {
             lanes,
             series,
@@ -69,7 +68,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         for lane in &mut self.lanes {
             (lane.item, lane.flight) = (None, None);
         }
-        let work = self.lanes[0].run.mover.work();
+        let work = self.lanes[0].run.flow.free.search.work();
         let mut watch = Watch::new(go_on);
         loop {
             for (m, lane) in self.lanes.iter_mut().enumerate() {
@@ -100,21 +99,21 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
     /// A step of all runs in free flight.
     fn step(&mut self) {
         let Self { lanes, series, .. } = self;
-        lanes[0].run.mover.pendulum().expand(series);
+        lanes[0].run.flow.free.search.pendulum().expand(series);
         let mut spans = [0.0; K];
         for (m, (span, lane)) in spans.iter_mut().zip(lanes.iter_mut()).enumerate() {
             *span = lane.look_along(series.motion(m));
         }
         series.states(&spans, |link, m, state| {
             if spans[m] > 0.0 {
-                lanes[m].run.mover.put_link(link, state);
+                lanes[m].run.flow.system.put_link(link, state);
             }
         });
     }
 }
 
 impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
-    fn new(run: Run<'a, StepMover<'a, S, D, Taylor>>) -> Self {
+    fn new(run: Run<'a, IntegratedFlow<'a, S, D, Taylor>>) -> Self {
         Self {
             record: Record::new(run.options, run.n_dof),
             run,
@@ -129,9 +128,9 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         (q0, v0): &(DVector<f64>, DVector<f64>),
         t0: f64,
     ) -> Result<Option<Ending>> {
-        let Run { mover, events, .. } = &mut self.run;
-        mover.start(q0, v0, t0);
-        events.start(mover.taken(), (q0, v0, t0), &mut self.record)
+        let Run { flow, events, .. } = &mut self.run;
+        flow.start(q0, v0, t0);
+        events.start(flow.taken(), (q0, v0, t0), &mut self.record)
     }
 
     /// Begins the m-th series for the next step of a free flight; goes through one with stops held. The end of the run, if it
@@ -144,30 +143,32 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         watch: &mut Watch<'_>,
     ) -> Result<Option<Ending>> {
         let Run {
-            mover,
+            flow,
             events,
             options,
             ..
         } = &mut self.run;
         if self.flight.is_none() {
-            let end = mover.clock().at(t_end);
-            match events.depart(mover.taken(), end, options) {
+            let end = flow.system.clock().at(t_end);
+            match events.depart(flow.system(), end, options) {
                 ControlFlow::Break(ending) => return Ok(Some(ending)),
-                ControlFlow::Continue(span) if mover.is_free() => {
+                ControlFlow::Continue(span) if flow.system.is_free() => {
                     self.flight = Some(LaneFlight {
-                        goal: mover.clock().after(span),
+                        goal: flow.system.clock().after(span),
                         is_new: true,
-                        leg: None,
+                        step: None,
                     });
                 }
                 ControlFlow::Continue(span) => {
                     let record = &mut self.record;
-                    let arrival = mover.fly(&events.starts, span, t_end, record, watch)?;
-                    return events.arrive(mover.taken(), arrival, t_end, record);
+                    let arrival =
+                        flow.advance_to_event(&events.root_orders, span, t_end, record, watch)?;
+                    return events.arrive(flow.system(), arrival, t_end, record);
                 }
             }
         }
-        mover.begin_series(series, m)?;
+        let IntegratedFlow { free, system } = flow;
+        free.search.begin_series(system, series, m)?;
         Ok(None)
     }
 
@@ -176,11 +177,13 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         let Some(flight) = &mut self.flight else {
             return 0.0;
         };
-        let Run { mover, events, .. } = &mut self.run;
-        let starts = flight.is_new.then_some(events.starts.as_slice());
-        flight.leg = mover.look_along(motion, starts, flight.goal, &mut self.record);
+        let Run { flow, events, .. } = &mut self.run;
+        let IntegratedFlow { free, system } = flow;
+        let orders = flight.is_new.then_some(events.root_orders.as_slice());
+        let (goal, record) = (flight.goal, &mut self.record);
+        flight.step = free.search.look_along(system, motion, orders, goal, record);
         flight.is_new = false;
-        flight.leg.as_ref().map_or(0.0, |leg| leg.span)
+        flight.step.as_ref().map_or(0.0, |step| step.span)
     }
 
     /// Ends a step; the end of the run, if it is that.
@@ -188,16 +191,16 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         let Some(flight) = &mut self.flight else {
             return Ok(None);
         };
-        let Run { mover, events, .. } = &mut self.run;
-        let arrival = match flight.leg.take() {
-            Some(leg) => mover.end_leg(leg)?,
+        let Run { flow, events, .. } = &mut self.run;
+        let arrival = match flight.step.take() {
+            Some(step) => flow.system.end_step(step)?,
             None => Some(Arrival::Underflow),
         };
         let Some(arrival) = arrival else {
             return Ok(None);
         };
         self.flight = None;
-        events.arrive(mover.taken(), arrival, t_end, &mut self.record)
+        events.arrive(flow.system(), arrival, t_end, &mut self.record)
     }
 
     /// Puts down what the run leaves behind, if it has ended.

@@ -1,21 +1,20 @@
 //! The second and third derivative of a gap of any scene while stops are held, the third by differences.
 
-use super::StepMover;
-use super::free::FreeFlight;
+use super::scene::Integrated;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
-use crate::flow::steps::State;
+use crate::flow::ConstrainedDynamics;
+use crate::flow::steps::{State, Stepper};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::system::{Accelerations, Contacts};
 use crate::model::Dynamics;
-use crate::simulate::clock::Clock;
-use crate::simulate::held::HeldMotion;
-use crate::simulate::mover::Mover;
 
 /// A time in which the motion changes by few digits, as a part of that in which it changes little.
 const SHORT: f64 = 1e-4;
 /// Rounding of a difference of accelerations, relative to the size of their terms.
 const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
 
-impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
     pub(super) fn drawn(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
         let motion = self.motion_with(held.to_vec());
@@ -27,7 +26,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// The acceleration of a motion at a state, and that of a gap.
     fn bend(
         &self,
-        motion: &HeldMotion<'_, D>,
+        motion: &ConstrainedDynamics<'_, D>,
         stop: usize,
         x: &[f64],
         clock: Clock,

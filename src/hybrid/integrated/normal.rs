@@ -1,47 +1,55 @@
 //! The present state of a motion in steps against its stops: normals and reactions, pushes along them.
 
-use super::free::FreeFlight;
-use super::{MOST_POLISHES, StepMover};
+use super::scene::Integrated;
 use crate::error::{Error, Result};
-use crate::flow::steps::State;
-use crate::model::{Dynamics, GapValue, along_reactions};
+use crate::flow::steps::{State, Stepper};
+use crate::hybrid::system::Present;
+use crate::impact::{StopsAt, project, put_onto_stops};
+use crate::model::Dynamics;
 use crate::quantity::difference;
 use nalgebra::DVector;
 
-impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
     pub(super) fn settle(&mut self, stops: &[usize]) -> Result<()> {
-        self.put_on(stops)?;
-        let approach = |&stop: &usize| Ok(self.along(self.directions(stop)?.both().0));
-        let approaches: Vec<f64> = stops.iter().map(approach).collect::<Result<_>>()?;
-        let moves = self.along_reactions(stops, &DVector::from_vec(approaches))?;
-        self.push_along(moves.as_slice(), 1.0);
+        let (mut q, mut v) = self.physical();
+        project(&mut q, &mut v, |q| self.stops_at(stops, q))?;
+        self.put(&q, &v);
         Ok(())
     }
 
     /// Moves the present position onto some stops, along their reactions.
-    pub(super) fn put_on(&mut self, stops: &[usize]) -> Result<()> {
-        let n = self.n();
-        self.is_begun = false;
-        for _ in 0..MOST_POLISHES {
-            let values = stops.iter().map(|&stop| {
-                let (q, v) = self.x.slice().split_at(n);
-                self.contacts[stop].surface.along(q, v, v, 0.0)
-            });
-            let values: Vec<GapValue> = values.collect::<Result<_>>()?;
-            let gaps = DVector::from_iterator(stops.len(), values.iter().map(|value| value.gap));
-            let moves = self.along_reactions(stops, &gaps)?;
-            for (q, d) in self.x.slice_mut()[..n].iter_mut().zip(moves.iter()) {
-                *q += d;
-            }
-            if values
-                .iter()
-                .all(|value| value.gap.abs() <= f64::EPSILON * value.size)
-            {
-                break;
-            }
-        }
+    pub(super) fn move_onto(&mut self, stops: &[usize]) -> Result<()> {
+        let (mut q, v) = self.physical();
+        put_onto_stops(&mut q, |q| self.stops_at(stops, q))?;
+        self.put(&q, &v);
         Ok(())
+    }
+
+    /// Makes a position and velocity the present ones.
+    fn put(&mut self, q: &DVector<f64>, v: &DVector<f64>) {
+        let both = q.iter().chain(v.iter());
+        for (x, y) in self.x.slice_mut().iter_mut().zip(both) {
+            *x = *y;
+        }
+        self.is_begun = false;
+    }
+
+    /// Some stops at a position.
+    fn stops_at(&self, stops: &[usize], q: &DVector<f64>) -> Result<StopsAt> {
+        let (mut gaps, mut normals, mut reactions) = (Vec::new(), Vec::new(), Vec::new());
+        for &stop in stops {
+            let directions = self.directions_at(stop, q.as_slice())?;
+            let (normal, reaction) = directions.both();
+            gaps.push(self.contacts[stop].surface.gap(q.as_slice())?);
+            normals.push(DVector::from_column_slice(normal));
+            reactions.push(DVector::from_column_slice(reaction));
+        }
+        Ok(StopsAt {
+            gaps: DVector::from_vec(gaps),
+            normals,
+            reactions,
+        })
     }
 
     /// The present speed along a normal.
@@ -58,25 +66,13 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         self.is_begun = false;
     }
 
-    /// The combination of the stops' reactions whose parts along their normals are given.
-    pub(super) fn along_reactions(
-        &self,
-        stops: &[usize],
-        parts: &DVector<f64>,
-    ) -> Result<DVector<f64>> {
-        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
-        for &stop in stops {
-            let directions = self.directions(stop)?;
-            let (normal, reaction) = directions.both();
-            normals.push(DVector::from_column_slice(normal));
-            reactions.push(DVector::from_column_slice(reaction));
-        }
-        along_reactions(&normals, &reactions, parts)
-    }
-
     /// The normal of a stop and its reaction direction.
     pub(super) fn directions(&self, stop: usize) -> Result<Directions<S>> {
-        let (q, _) = self.x.slice().split_at(self.n());
+        self.directions_at(stop, &self.x.slice()[..self.n()])
+    }
+
+    /// The same at a position.
+    fn directions_at(&self, stop: usize, q: &[f64]) -> Result<Directions<S>> {
         let contact = &self.contacts[stop];
         let mut both = S::zeros(2 * q.len());
         let (normal, reaction) = both.slice_mut().split_at_mut(q.len());

@@ -1,19 +1,19 @@
 //! Flights in steps of the Dormand-Prince pair: free, or with stops held; each step is judged by its error, searched for
 //! contacts and for the release of what is held, and taken again to either.
 
-use super::StepMover;
 use super::contact::Found;
 use super::free::FreeFlight;
 use super::release::ForceEvent;
+use super::scene::Integrated;
 use crate::error::Result;
 use crate::flow::steps::control::{first_step, trial_step};
-use crate::flow::steps::{DenseOutput, Start, State, StepEnds, Stepper, Tolerance};
+use crate::flow::steps::{DenseOutput, Start, State, Stepper, Tolerance};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::flow::Arrival;
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::segment::SegmentKind;
+use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
-use crate::simulate::clock::Clock;
-use crate::simulate::kept::SegmentKind;
-use crate::simulate::mover::{Arrival, Mover};
-use crate::simulate::options::Keep;
-use crate::simulate::record::Record;
 use crate::watch::Watch;
 use std::f64::consts::PI;
 use std::marker::PhantomData;
@@ -22,7 +22,13 @@ use std::marker::PhantomData;
 const MOST_HALVINGS: usize = 12;
 
 /// Free flights in steps of a method P.
-pub(crate) struct InSteps<P>(pub PhantomData<P>);
+pub(crate) struct InSteps<P>(PhantomData<P>);
+
+impl<P> InSteps<P> {
+    pub fn new() -> Self {
+        Self(PhantomData)
+    }
+}
 
 /// What became of a step that was tried.
 enum Trial {
@@ -41,31 +47,34 @@ impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P> {
 
     fn reset(&mut self) {}
 
-    fn fly(
-        mover: &mut StepMover<'_, S, D, Self>,
-        starts: &[usize],
+    fn advance(
+        &mut self,
+        system: &mut Integrated<'_, S, D, P>,
+        orders: &[usize],
         ends: (f64, f64),
-        record: &mut Record,
+        recorder: &mut dyn Recorder,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
-        if mover.contacts.is_empty() && record.keeps_nothing() {
-            return mover.step_through(mover.dynamics, ends.0, watch);
+        let dynamics = system.dynamics;
+        if system.contacts.is_empty() && recorder.wanted().is_nothing() {
+            return system.step_through(dynamics, ends.0, watch);
         }
-        mover.fly_along::<D, false>(mover.dynamics, starts, ends, record, watch)
+        system.advance_along::<D, false>(dynamics, orders, ends, recorder, watch)
     }
 
-    fn keep_nothing(
-        mover: &mut StepMover<'_, S, D, Self>,
+    fn record_instant(
+        &mut self,
+        system: &mut Integrated<'_, S, D, P>,
         last: Option<f64>,
-        record: &mut Record,
+        recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        mover.begin(mover.dynamics)?;
-        mover.keep_no_step(last, record);
+        system.begin(system.dynamics)?;
+        system.record_no_step(last, recorder);
         Ok(())
     }
 }
 
-impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Takes the rate of the present state, and with it the gaps.
     pub(super) fn begin<E: Dynamics>(&mut self, dynamics: &E) -> Result<()> {
         if self.is_begun {
@@ -97,12 +106,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             .zip(rate.slice())
             .map(|(a, b)| (a - b) / trial)
             .collect();
-        Ok(first_step(
-            F::Steps::CONTROL.order,
-            trial,
-            d1,
-            size(self, &change),
-        ))
+        Ok(first_step(P::CONTROL.order, trial, d1, size(self, &change)))
     }
 
     /// The gaps at the end of the step last taken, of length h.
@@ -121,8 +125,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
     /// begins with a rate of its own.
     fn look_on_arrival(&mut self) -> Result<()> {
-        if !self.holding.is_empty() {
-            return self.look();
+        if !self.held.is_empty() {
+            return self.evaluate_gaps();
         }
         self.stepper.go_on();
         self.is_begun = false;
@@ -143,29 +147,27 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
         self.clock = self.clock.after(s);
     }
 
-    /// Keeps what is asked for of the step last taken, of length s; `last` is the time at which the run ends with it.
+    /// Records what is wanted of the step last taken, of length s; `last` is the time at which the run ends with it.
     #[inline(never)]
-    fn keep<E: Dynamics>(
+    fn record<E: Dynamics>(
         &mut self,
         dynamics: &E,
         s: f64,
         last: Option<f64>,
-        record: &mut Record,
+        recorder: &mut dyn Recorder,
     ) -> Result<()> {
         let clock = self.clock;
-        let wants_samples = record.wants_samples(clock.after(s).time(), last);
-        if self.kept.is_none() && !wants_samples {
-            return Ok(());
+        if recorder.wants_arc(clock.after(s).time(), last) {
+            let dense = self.dense(dynamics, s)?;
+            self.record_dense(dense, s, last, recorder);
         }
-        let dense = self.dense(dynamics, s)?;
-        self.keep_dense(&dense, s, last, record);
         Ok(())
     }
 
-    /// Keeps a piece of no length at the present state; `last` as in `keep`.
-    pub(super) fn keep_no_step(&mut self, last: Option<f64>, record: &mut Record) {
-        let still = <F::Steps as Stepper<S>>::Dense::line(&self.x, &self.x, 1.0);
-        self.keep_dense(&still, 0.0, last, record);
+    /// Records an arc of no length at the present state; `last` as in `record`.
+    pub(super) fn record_no_step(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) {
+        let still = <P as Stepper<S>>::Dense::line(&self.x, &self.x, 1.0);
+        self.record_dense(still, 0.0, last, recorder);
     }
 
     /// Tries the next step towards an instant: its length is what the step before left, and its error is judged.
@@ -273,11 +275,11 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// A motion that nothing ends over a short span, in steps that are kept.
-    pub(super) fn stay_along<E: Dynamics>(
+    pub(super) fn advance_without_events<E: Dynamics>(
         &mut self,
         dynamics: &E,
         span: f64,
-        record: &mut Record,
+        recorder: &mut dyn Recorder,
     ) -> Result<()> {
         let end = self.clock.after(span);
         self.begin(dynamics)?;
@@ -285,7 +287,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             match self.try_step(dynamics, end)? {
                 Trial::Accepted { h, next, is_last } => {
                     self.accept(h, next);
-                    self.keep(dynamics, h, None, record)?;
+                    self.record(dynamics, h, None, recorder)?;
                     self.arrive(h);
                     self.stepper.go_on();
                     if is_last {
@@ -294,7 +296,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 }
                 Trial::Rejected => {}
                 Trial::AtEnd | Trial::TooShort => {
-                    self.keep_no_step(None, record);
+                    self.record_no_step(None, recorder);
                     self.clock = end;
                     return Ok(());
                 }
@@ -308,27 +310,28 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     }
 
     /// A segment along some equations of motion: free, or with stops held.
-    pub(super) fn fly_along<E: Dynamics, const IS_HELD: bool>(
+    pub(super) fn advance_along<E: Dynamics, const IS_HELD: bool>(
         &mut self,
         dynamics: &E,
-        starts: &[usize],
+        orders: &[usize],
         (span, last): (f64, f64),
-        record: &mut Record,
+        recorder: &mut dyn Recorder,
         watch: &mut Watch<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
         self.forget_extents();
-        self.keep_segment(if IS_HELD {
+        let kind = if IS_HELD {
             SegmentKind::Stick
         } else {
             SegmentKind::Flight
-        });
+        };
+        recorder.begin_segment(kind, &self.held);
         let end = self.clock.after(span);
         let mut steps = watch.steps(self.work_of_step());
-        let mut starts = Some(starts);
+        let mut orders = Some(orders);
         let mut halvings = 0;
         self.begin(dynamics)?;
-        let mut keeping = record.keeping_motion();
+        let is_recorded = recorder.wanted().arcs;
         let arrival = loop {
             if IS_HELD {
                 self.see_forcing(dynamics, end)?;
@@ -338,8 +341,8 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 Trial::Accepted { h, next, is_last } => (h, next, is_last),
                 Trial::Rejected => continue,
                 Trial::AtEnd => {
-                    if let Some(record) = keeping {
-                        self.keep_no_step(Some(last), record);
+                    if is_recorded {
+                        self.record_no_step(Some(last), recorder);
                     }
                     break Arrival::End;
                 }
@@ -347,7 +350,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             };
             self.look_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along::<E, IS_HELD>(dynamics, starts, h)? {
+            let found = match self.contact_along::<E, IS_HELD>(dynamics, orders, h)? {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 Found::Lowest { stop, x } if undecided => {
                     halvings += 1;
@@ -380,47 +383,47 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
                 let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
                     break Arrival::Underflow;
                 };
-                if let Some(record) = keeping {
-                    self.keep(dynamics, s, None, record)?;
+                if is_recorded {
+                    self.record(dynamics, s, None, recorder)?;
                 }
                 self.arrive(s);
-                self.settle(&self.holding.clone())?;
-                self.look()?;
+                self.settle(&self.held.clone())?;
+                self.evaluate_gaps()?;
                 break Arrival::Release { stop };
             }
             if let Some((stop, x, passed)) = found {
-                let order = starts.map_or(0, |orders| orders[stop]);
+                let order = orders.map_or(0, |orders| orders[stop]);
                 self.note_extent(stop, x, h);
                 let landed = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
                 let Some(s) = landed else {
                     break Arrival::Underflow;
                 };
-                if let Some(record) = keeping {
-                    self.keep(dynamics, s, None, record)?;
+                if is_recorded {
+                    self.record(dynamics, s, None, recorder)?;
                 }
                 self.arrive(s);
                 if IS_HELD {
-                    self.settle(&self.holding.clone())?;
+                    self.settle(&self.held.clone())?;
                 }
                 self.look_on_arrival()?;
                 break Arrival::Contact { stop };
             }
-            if let Some(record) = &mut keeping {
-                self.keep(dynamics, h, is_last.then_some(last), record)?;
+            if is_recorded {
+                self.record(dynamics, h, is_last.then_some(last), recorder)?;
             }
             self.arrive(h);
             self.stepper.go_on();
             self.advance_gaps();
-            starts = None;
+            orders = None;
             if is_last {
                 break Arrival::End;
             }
             if IS_HELD && self.has_strayed() {
-                self.settle(&self.holding.clone())?;
+                self.settle(&self.held.clone())?;
                 self.begin(dynamics)?;
             }
         };
-        self.keep_grazes(&arrival, record);
+        self.record_grazes(&arrival, recorder);
         Ok(arrival)
     }
 
@@ -438,16 +441,18 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             let GapValue { gap, size, .. } = self.gaps[stop];
             gap.abs() > self.tolerance(stop, size)
         };
-        self.holding.iter().any(is_off)
+        self.held.iter().any(is_off)
     }
 
-    /// Keeps the touches of a segment; a step may have seen some behind what ended it.
-    fn keep_grazes(&mut self, arrival: &Arrival, record: &mut Record) {
-        if record.keep != Keep::Final {
+    /// Records the touches of a segment; a step may have seen some behind what ended it.
+    fn record_grazes(&mut self, arrival: &Arrival, recorder: &mut dyn Recorder) {
+        if recorder.wanted().events {
             let now = self.clock.time();
             let is_end = matches!(arrival, Arrival::End);
             self.grazes.retain(|graze| is_end || graze.time < now);
-            record.grazes.append(&mut self.grazes);
+            for graze in self.grazes.drain(..) {
+                recorder.graze(graze);
+            }
         }
     }
 }

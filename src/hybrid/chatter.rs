@@ -25,9 +25,9 @@
 //! a later contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
+use crate::hybrid::maps::{HybridMaps, project_onto};
 use crate::impact::CompleteChatter;
-use crate::model::{DIFFERENCE, along_reactions};
-use crate::orbit::motions::pieces::Motion;
+use crate::model::DIFFERENCE;
 use nalgebra::{DMatrix, DVector};
 
 /// What is left of the gap when the rest of the impacts is taken at once, relative to the motion's size: below what an orbit
@@ -37,8 +37,6 @@ const DEPTH: f64 = 2.5e-13;
 const MOST_BOUNCES: usize = 1_000_000;
 /// Newton steps to the next contact of a round.
 const MOST_STEPS: usize = 50;
-/// Newton steps that bring a state onto the stops it is held on.
-const MOST_PROJECTIONS: usize = 12;
 
 /// A state, its time, and deviations of both: columns `(dx, dt)`, the time's apart.
 #[derive(Debug, Clone)]
@@ -77,7 +75,7 @@ fn failed(iterations: usize, residual: f64) -> Error {
 }
 
 /// Opening speed and acceleration of a gap in free motion.
-fn opening<M: Motion>(
+fn opening<M: HybridMaps>(
     motion: &M,
     stop: usize,
     t: f64,
@@ -87,11 +85,11 @@ fn opening<M: Motion>(
     let rate = motion.rate(&[], t, state)?;
     let n = gradient.len();
     let speed = gradient.dot(&state.rows(n, n));
-    Ok((speed, motion.acceleration(stop, state, &rate)?, rate))
+    Ok((speed, motion.gap_acceleration(stop, state, &rate)?, rate))
 }
 
 /// Goes through the sequence that begins with an impact on a stop; `y` becomes the state in lasting contact behind it.
-pub(crate) fn complete<M: Motion>(
+pub(crate) fn complete<M: HybridMaps>(
     motion: &M,
     stop: usize,
     size: f64,
@@ -119,7 +117,7 @@ pub(crate) fn complete<M: Motion>(
             break;
         }
         let before = y.state.clone();
-        let impulses = motion.collide(&[stop], &mut y.state, &mut y.deviations)?;
+        let impulses = motion.impact(&[stop], &mut y.state, &mut y.deviations)?;
         let after = y.state.clone();
         bounces.push(Bounce {
             time: y.time,
@@ -131,7 +129,7 @@ pub(crate) fn complete<M: Motion>(
         let span = next_contact(motion, stop, (y.time, &after), level, rest.first_flight())?;
         let mut carried = &y.deviations - &rate * y.delays.transpose();
         let end = y.time + span;
-        motion.fly(&[], (y.time, end), &mut y.state, &mut carried)?;
+        motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
         let arrival = motion.rate(&[], end, &y.state)?;
         let (_, gradient) = motion.gap(stop, &y.state)?;
         let speed = gradient.dot(&arrival.rows(0, gradient.len()));
@@ -150,7 +148,7 @@ pub(crate) fn complete<M: Motion>(
 
 /// The time from an impact to the next contact, from a guess: the gap is concave, so that Newton's method arrives from
 /// behind.
-fn next_contact<M: Motion>(
+fn next_contact<M: HybridMaps>(
     motion: &M,
     stop: usize,
     (start, after): (f64, &DVector<f64>),
@@ -162,7 +160,7 @@ fn next_contact<M: Motion>(
     let mut least = f64::INFINITY;
     for step in 0..MOST_STEPS {
         let mut state = after.clone();
-        motion.fly(&[], (start, start + span), &mut state, &mut none)?;
+        motion.flow(&[], (start, start + span), &mut state, &mut none)?;
         let (gap, gradient) = motion.gap(stop, &state)?;
         let n = gradient.len();
         let speed = gradient.dot(&state.rows(n, n));
@@ -181,7 +179,12 @@ fn next_contact<M: Motion>(
 }
 
 /// The rest of the sequence at once, with its Jacobian; `size` is that of the motion.
-pub(crate) fn finish<M: Motion>(motion: &M, stop: usize, size: f64, y: &mut Timed) -> Result<()> {
+pub(crate) fn finish<M: HybridMaps>(
+    motion: &M,
+    stop: usize,
+    size: f64,
+    y: &mut Timed,
+) -> Result<()> {
     let (time, state) = rest(motion, stop, y.time, &y.state)?;
     for (mut column, delay) in y.deviations.column_iter_mut().zip(y.delays.iter_mut()) {
         let largest = column.amax().max(delay.abs());
@@ -202,7 +205,7 @@ pub(crate) fn finish<M: Motion>(motion: &M, stop: usize, size: f64, y: &mut Time
 }
 
 /// `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, then onto the stop.
-fn rest<M: Motion>(
+fn rest<M: HybridMaps>(
     motion: &M,
     stop: usize,
     t: f64,
@@ -215,61 +218,18 @@ fn rest<M: Motion>(
         acceleration,
     };
     let mut struck = state.clone();
-    motion.collide(&[stop], &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
+    motion.impact(&[stop], &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
     let mut end = rest.end(state, rate, struck);
-    project(motion, &[stop], &mut end)?;
+    project_onto(motion, &[stop], &mut end)?;
     Ok((t + rest.span(), end))
-}
-
-/// Moves a state onto some stops, along their reactions, and takes its normal speeds away.
-pub(crate) fn project<M: Motion>(
-    motion: &M,
-    stops: &[usize],
-    state: &mut DVector<f64>,
-) -> Result<()> {
-    if stops.is_empty() {
-        return Ok(());
-    }
-    let n = state.len() / 2;
-    let mut least = f64::INFINITY;
-    for _ in 0..MOST_PROJECTIONS {
-        let (gaps, normals, reactions) = at_stops(motion, stops, state)?;
-        let off = gaps.amax();
-        if off == 0.0 || off >= least {
-            break;
-        }
-        least = off;
-        let mut q = state.rows_mut(0, n);
-        q += along_reactions(&normals, &reactions, &gaps)?;
-    }
-    let (_, normals, reactions) = at_stops(motion, stops, state)?;
-    let speeds = DVector::from_fn(stops.len(), |i, _| normals[i].dot(&state.rows(n, n)));
-    let mut v = state.rows_mut(n, n);
-    v -= along_reactions(&normals, &reactions, &speeds)?;
-    Ok(())
-}
-
-type AtStops = (DVector<f64>, Vec<DVector<f64>>, Vec<DVector<f64>>);
-
-/// Gaps, normals and reactions of some stops.
-fn at_stops<M: Motion>(motion: &M, stops: &[usize], state: &DVector<f64>) -> Result<AtStops> {
-    let mut gaps = DVector::zeros(stops.len());
-    let (mut normals, mut reactions) = (Vec::new(), Vec::new());
-    for (i, &stop) in stops.iter().enumerate() {
-        let (gap, gradient) = motion.gap(stop, state)?;
-        gaps[i] = gap;
-        normals.push(-gradient);
-        reactions.push(motion.reaction(stop, state)?);
-    }
-    Ok((gaps, normals, reactions))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::flow::ModalScene;
+    use crate::hybrid::closed_form::ClosedFormMaps;
     use crate::model::{Harmonic, LinearSystem, Scene, Stop};
-    use crate::orbit::motions::modal::ModalMotion;
     use nalgebra::{Complex, dmatrix, dvector};
 
     /// Two coupled coordinates under forcing, the first pressed onto its stop at one.
@@ -292,7 +252,7 @@ mod tests {
         for e in [0.3, 0.8] {
             let scene = pressed(e);
             let modal = ModalScene::new(&scene, "the test").expect("linear");
-            let motion = ModalMotion::new(&modal, 0.4, Vec::new());
+            let motion = ClosedFormMaps::new(&modal, 0.4, Vec::new());
             let misses = [1e-3, 1e-5].map(|speed| {
                 let state = dvector![1.0, 0.3, speed, -0.7];
                 let t = 0.2;

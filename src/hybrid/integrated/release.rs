@@ -1,15 +1,14 @@
 //! Steps while stops are held: the contact forces along a step, and the step to the release of one.
 
-use super::free::FreeFlight;
-use super::{MOST_POLISHES, StepMover};
+use super::scene::{Integrated, MOST_POLISHES};
 use crate::contact::polynomial::Quartic;
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
-use crate::flow::steps::{DenseOutput, State, StepEnds};
+use crate::flow::ConstrainedDynamics;
+use crate::flow::steps::{DenseOutput, State, Stepper};
+use crate::hybrid::system::{Accelerations, Contacts};
 use crate::linalg::rank::{DEPENDENT, pseudo_inverse};
 use crate::model::Dynamics;
-use crate::simulate::held::HeldMotion;
-use crate::simulate::mover::Mover;
 use std::sync::Arc;
 
 /// The quartic through a contact force is off by no more than this, relative to the force.
@@ -30,15 +29,15 @@ pub(super) enum ForceEvent {
     Undecided,
 }
 
-impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
-    /// The motion while the stops of `holding` are held.
-    pub(super) fn held_motion(&self) -> HeldMotion<'a, D> {
-        self.motion_with(self.holding.clone())
+impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
+    /// The motion while the stops are held that are now.
+    pub(super) fn held_motion(&self) -> ConstrainedDynamics<'a, D> {
+        self.motion_with(self.held.clone())
     }
 
     /// The motion while some stops are held.
-    pub(super) fn motion_with(&self, stops: Vec<usize>) -> HeldMotion<'a, D> {
-        HeldMotion {
+    pub(super) fn motion_with(&self, stops: Vec<usize>) -> ConstrainedDynamics<'a, D> {
+        ConstrainedDynamics {
             dynamics: self.dynamics,
             system: self.scene.system(),
             contacts: Arc::clone(&self.contacts),
@@ -47,7 +46,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     }
 
     /// The contact forces at a state of the step last taken.
-    fn forces_at(&self, held: &HeldMotion<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
+    fn forces_at(&self, held: &ConstrainedDynamics<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(self.n());
         let mut a = vec![0.0; q.len()];
         held.forces(self.moment().after(s), q, v, &mut a)
@@ -69,19 +68,19 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
             .collect::<Result<_>>()?;
         let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
         let mut first = ForceEvent::None;
-        for (k, &stop) in self.holding.iter().enumerate() {
+        for (k, &stop) in self.held.iter().enumerate() {
             let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
             let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
             let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
             let miss = checks.iter().map(miss).fold(0.0, f64::max);
             let depth = -force.lowest().1;
-            self.pressed[k] = spread.max(self.pressed[k]);
-            let mut slack = 10.0 * self.tolerance.relative * self.pressed[k];
+            self.peak_forces[k] = spread.max(self.peak_forces[k]);
+            let mut slack = 10.0 * self.tolerance.relative * self.peak_forces[k];
             if depth > slack {
                 slack = slack.max(self.force_rounding(k)?);
                 // A force that has been no more than the tolerance of the state may not have begun.
                 let unknown = 10.0 * self.force_tolerance(&held, k)?;
-                if self.pressed[k] <= unknown {
+                if self.peak_forces[k] <= unknown {
                     slack = slack.max(unknown);
                 }
             }
@@ -107,8 +106,8 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
 
     /// What rounding leaves unknown of a contact force: that of the accelerations that it and others take away together.
     fn force_rounding(&self, k: usize) -> Result<f64> {
-        let sizes = self.acceleration_sizes(&self.holding)?;
-        let delassus = self.delassus(&self.holding)?;
+        let sizes = self.acceleration_sizes(&self.held)?;
+        let delassus = self.delassus(&self.held)?;
         let forces = pseudo_inverse(&delassus, DEPENDENT * delassus.amax())?;
         let taken = sizes.iter().enumerate();
         Ok(ROUNDING
@@ -118,7 +117,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
     }
 
     /// What the absolute tolerance of the state leaves unknown of a contact force: of one that begins from zero that is all.
-    fn force_tolerance(&self, held: &HeldMotion<'a, D>, k: usize) -> Result<f64> {
+    fn force_tolerance(&self, held: &ConstrainedDynamics<'a, D>, k: usize) -> Result<f64> {
         let here = self.forces_at(held, 0.0, self.x.slice())?[k];
         let mut x = self.x.clone();
         let mut unknown = 0.0;
@@ -141,7 +140,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'a, S, D, F> {
         h: f64,
     ) -> Result<Option<f64>> {
         let held = self.held_motion();
-        let k = self.holding.iter().position(|&s| s == stop).unwrap_or(0);
+        let k = self.held.iter().position(|&s| s == stop).unwrap_or(0);
         let mut is_taken = true;
         let mut force = |s: f64| -> Result<f64> {
             is_taken &= self.step(dynamics, s)?;

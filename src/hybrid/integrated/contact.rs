@@ -1,15 +1,14 @@
 //! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
 
-use super::free::FreeFlight;
-use super::{MOST_POLISHES, StepMover};
+use super::scene::{Integrated, MOST_POLISHES};
 use crate::contact::curvature::first_crossing;
 use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
 use crate::error::Result;
 use crate::flow::TERM_ROUNDINGS;
-use crate::flow::steps::{DenseOutput, State, StepEnds};
+use crate::flow::steps::{DenseOutput, State, Stepper};
+use crate::hybrid::segment::Graze;
+use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
-use crate::simulate::mover::Mover;
-use crate::simulate::trajectory::Graze;
 use std::sync::Arc;
 
 /// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
@@ -48,7 +47,7 @@ impl Found {
     }
 }
 
-impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
+impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
     #[allow(
         clippy::inline_always,
@@ -58,7 +57,7 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
     pub(super) fn contact_along<E: Dynamics, const IS_HELD: bool>(
         &mut self,
         dynamics: &E,
-        starts: Option<&[usize]>,
+        orders: Option<&[usize]>,
         h: f64,
     ) -> Result<Found> {
         let mut first = Found::Nothing;
@@ -69,13 +68,17 @@ impl<S: State, D: Dynamics, F: FreeFlight<S, D>> StepMover<'_, S, D, F> {
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
             let known = |g: GapValue| [g.gap, g.speed, g.acceleration];
-            let order = starts.map_or(0, |orders| orders[stop]);
+            let order = orders.map_or(0, |orders| orders[stop]);
             let mut ends = [known(start), known(end)];
             ends[1][0] -= self.departed(stop, order);
             let ends = EndValues::new(ends[0], ends[1], h, order);
             // The error of the interpolation is of the size of the step's tolerance, a tenth of the margin.
             let margin = self.margin_of(start).max(self.margin_of(end));
-            let is_clear = ends.are_clear(order, 2.0 * margin);
+            let is_clear = if P::HAS_QUINTIC {
+                ends.are_clear(order, 2.0 * margin)
+            } else {
+                order == 0 && ends.are_far(2.0 * margin)
+            };
             if is_clear && self.contacts[stop].surface.bounded().is_none() {
                 continue;
             }

@@ -1,0 +1,137 @@
+//! What is recorded of exact flights: segments of one arc each, touches to rounding.
+
+use super::system::ClosedForm;
+use crate::contact::next::{ContactSearch, Grazed};
+use crate::error::Result;
+use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder};
+use crate::hybrid::segment::{Graze, SegmentKind};
+use crate::modal::Pair;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// A free flight.
+struct FreeArc<'s, 'a, F: LinearFlow> {
+    search: &'s mut ContactSearch<'a, F>,
+    flow: &'a F,
+    scene: &'a ModalScene,
+    state: &'s [Pair],
+    whole: Vec<Pair>,
+}
+
+impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
+    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+        let mut there = self.state.to_vec();
+        self.search.forward(&mut there, local);
+        self.flow.leave(&there, &mut self.whole);
+        self.scene.form.to_physical(&self.whole)
+    }
+
+    fn write(&self, numbers: &mut Vec<f64>) {
+        let mut whole = Vec::new();
+        self.flow.leave(self.state, &mut whole);
+        numbers.extend(whole.iter().flatten());
+    }
+}
+
+/// A motion along stops, from a position and velocity.
+pub(super) struct ConstrainedArc<'s> {
+    pub motion: &'s ConstrainedMotion,
+    pub angle: f64,
+    pub start: (&'s DVector<f64>, &'s DVector<f64>),
+    /// The same in modal pairs.
+    pub whole: Vec<Pair>,
+}
+
+impl ArcMotion for ConstrainedArc<'_> {
+    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+        self.motion
+            .carry(self.angle, local, self.start.0, self.start.1)
+    }
+
+    fn write(&self, numbers: &mut Vec<f64>) {
+        numbers.extend(self.whole.iter().flatten());
+    }
+}
+
+impl<F: LinearFlow> ClosedForm<'_, F> {
+    /// Records what is wanted of a flight from the present state; `last` is the time at which the run ends with it.
+    #[inline]
+    pub(super) fn record(&mut self, span: f64, last: Option<f64>, recorder: &mut dyn Recorder) {
+        if !recorder.wanted().is_nothing() {
+            self.record_flight(span, last, recorder);
+        }
+    }
+
+    fn record_flight(&mut self, span: f64, last: Option<f64>, recorder: &mut dyn Recorder) {
+        let wanted = recorder.wanted();
+        if wanted.events {
+            for grazed in &self.grazed {
+                let gap = self.search.gap(grazed.stop);
+                let grazed = grazed.sharpened(self.flow, gap, &self.state, span);
+                recorder.graze(reported(grazed, self.clock));
+            }
+        }
+        if wanted.arcs {
+            recorder.begin_segment(SegmentKind::Flight, &[]);
+            let arc = ArcSpan {
+                start: self.clock,
+                span,
+                last,
+            };
+            let mut motion = FreeArc {
+                search: &mut self.search,
+                flow: self.flow,
+                scene: self.scene,
+                state: &self.state,
+                whole: Vec::new(),
+            };
+            recorder.arc(arc, &mut motion);
+        }
+    }
+
+    /// Records the rest of impacts on a stop that accumulate, over a span: the motion along it, with position and velocity where it
+    /// begins. Of the normal speed none is left, and in the sum the impulses give what the force of lasting contact gives.
+    pub(super) fn record_rest(
+        &mut self,
+        stop: usize,
+        span: f64,
+        recorder: &mut dyn Recorder,
+    ) -> Result<(Arc<ConstrainedMotion>, (DVector<f64>, DVector<f64>))> {
+        let motion = self.motion_of(&[stop])?;
+        let (q, v) = self.settled(&[stop])?;
+        if recorder.wanted().arcs {
+            let mut arc = ConstrainedArc {
+                motion: &motion,
+                angle: self.clock.angle(),
+                start: (&q, &v),
+                whole: self.scene.form.to_modal(&q, &v),
+            };
+            self.record_along(SegmentKind::Chatter, (span, None), &mut arc, recorder);
+        }
+        Ok((motion, (q, v)))
+    }
+
+    /// Records a motion along stops from the present state; `last` as in [`record`](Self::record).
+    pub(super) fn record_along(
+        &self,
+        kind: SegmentKind,
+        (span, last): (f64, Option<f64>),
+        arc: &mut ConstrainedArc<'_>,
+        recorder: &mut dyn Recorder,
+    ) {
+        recorder.begin_segment(kind, &arc.motion.stops);
+        let start = self.clock;
+        recorder.arc(ArcSpan { start, span, last }, arc);
+    }
+}
+
+/// A touch on a flight that began at a time, as it is reported.
+pub(super) fn reported(grazed: Grazed, start: Clock) -> Graze {
+    Graze {
+        time: start.after(grazed.time).time(),
+        stop: grazed.stop,
+        depth: -grazed.gap,
+    }
+}

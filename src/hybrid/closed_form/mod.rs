@@ -1,0 +1,9 @@
+//! A linear scene in closed form: moved from contact to contact in modes (theory 8).
+
+mod arcs;
+mod held;
+mod maps;
+mod system;
+
+pub(crate) use maps::{ClosedFormMaps, constrained_motions, joined};
+pub(crate) use system::ClosedForm;

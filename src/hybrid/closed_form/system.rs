@@ -1,0 +1,518 @@
+//! Exact flights: a linear scene moved in closed form from contact to contact (theory 8).
+
+use crate::contact::next::{ContactSearch, Grazed, Next};
+use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
+use crate::error::{Error, Result};
+use crate::flow::steps::Tolerance;
+use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, Quantity, TimedScene, along};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::system::{
+    Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
+};
+use crate::impact::{CompleteChatter, put_onto_stops, wrapped};
+use crate::linalg::rank::DEPENDENT;
+use crate::modal::Pair;
+use crate::model::{acceleration_size, force_terms};
+use crate::quantity::{difference, larger, positive_part};
+use crate::watch::Watch;
+use nalgebra::{Complex, DMatrix, DVector};
+use std::cell::OnceCell;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// What a tolerance allows as an error of a gap: `absolute + relative * size of the gap's terms`.
+#[derive(Debug, Clone, Copy)]
+struct Margin {
+    absolute: f64,
+    relative: f64,
+}
+
+impl Margin {
+    fn of(self, size: f64) -> f64 {
+        self.absolute + self.relative * size
+    }
+}
+
+/// A linear motion follows from its derivatives up to twice its coordinates, and those of its load and harmonic force.
+const ORDERS_OF_INPUT: usize = 4;
+
+/// Roundings of the terms of a gap where its state was taken from a position.
+const PLACED: f64 = 4.0 * f64::EPSILON;
+
+/// A linear scene in motion; one run after another, with its buffers.
+pub(crate) struct ClosedForm<'a, F: LinearFlow> {
+    pub(super) flow: &'a F,
+    pub(super) timed: &'a TimedScene,
+    pub(super) scene: &'a ModalScene,
+    /// The forcing phase at time zero, which the scene's amplitude has.
+    pub(super) phase: f64,
+    pub(super) search: ContactSearch<'a, F>,
+    /// The rows of the normal velocities on the flow's state.
+    pub(super) velocity_rows: Vec<Vec<Pair>>,
+    /// `(1 + e)/(n.b)` of each stop.
+    pub(super) rebounds: Vec<f64>,
+    pub(super) clock: Clock,
+    pub(super) state: Vec<Pair>,
+    pub(super) arrived: Vec<Pair>,
+    /// What the rounding of positions leaves unknown of each gap, where the state was taken from them.
+    pub(super) placed: Vec<f64>,
+    /// The place of each stop, once two of them are asked about.
+    pub(super) places: OnceCell<Vec<usize>>,
+    pub(super) grazed: Vec<Grazed>,
+    /// The margins of a start in contact.
+    margins: Vec<Margin>,
+    /// What the tolerances allow as an error of each gap.
+    allowed: Vec<Margin>,
+    /// The motions while stops are held, made when first needed.
+    pub(super) held: Vec<Arc<ConstrainedMotion>>,
+    /// The one that holds now.
+    pub(super) holding: Option<Arc<ConstrainedMotion>>,
+}
+
+impl<'a, F: LinearFlow> ClosedForm<'a, F> {
+    /// A scene by the clock along its flow; `phase` is the forcing phase at time zero.
+    pub fn new(flow: &'a F, timed: &'a TimedScene, phase: f64, tolerance: Tolerance) -> Self {
+        let scene = &*timed.modal;
+        let g = &scene.geometry;
+        let stops = 0..scene.n_stops();
+        let gaps = stops
+            .clone()
+            .map(|i| Quantity::gap(g.clearances[i], &scene.position_rows[i]))
+            .map(|gap| flow.gap_row(&gap).known_to(scene.form.rounding()));
+        // An exact flight has errors of rounding alone: a start farther inside a stop than usual is none of its making.
+        let rtol = tolerance.relative.min(Tolerance::USUAL.relative);
+        let atol = tolerance.absolute.min(Tolerance::USUAL.absolute);
+        let widths = |atol: f64, rtol: f64| -> Vec<Margin> {
+            let width = |i: usize| Margin {
+                absolute: atol * g.normals.column(i).lp_norm(1),
+                relative: rtol,
+            };
+            stops.clone().map(width).collect()
+        };
+        let margins = widths(10.0 * atol, 10.0 * rtol.max(ROUNDING));
+        let rebound =
+            |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
+        Self {
+            flow,
+            timed,
+            scene,
+            phase,
+            search: ContactSearch::new(flow, gaps.collect()),
+            margins,
+            allowed: widths(tolerance.absolute, tolerance.relative.max(ROUNDING)),
+            held: Vec::new(),
+            holding: None,
+            velocity_rows: scene
+                .velocity_rows
+                .iter()
+                .map(|row| flow.velocity_row(row))
+                .collect(),
+            rebounds: stops.map(rebound).collect(),
+            clock: Clock::new(0.0, scene.frequency),
+            state: Vec::new(),
+            arrived: Vec::new(),
+            placed: Vec::new(),
+            places: OnceCell::new(),
+            grazed: Vec::new(),
+        }
+    }
+
+    pub(super) fn whole(&self, state: &[Pair]) -> Vec<Pair> {
+        let mut whole = Vec::with_capacity(state.len());
+        self.flow.leave(state, &mut whole);
+        whole
+    }
+
+    /// Puts the present state at a position and velocity, a time later.
+    pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
+        self.clock = self.clock.after(span);
+        let angle = self.clock.angle();
+        self.flow
+            .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+        let g = &self.scene.geometry;
+        let gaps = g.clearances.iter().zip(g.normals.column_iter());
+        let unknown = gaps.map(|(clearance, normal)| {
+            let terms = normal.iter().zip(q.iter()).map(|(n, q)| (n * q).abs());
+            PLACED * (clearance.abs() + terms.sum::<f64>())
+        });
+        self.placed.clear();
+        self.placed.extend(unknown);
+    }
+
+    /// Goes to a later time of the present flight.
+    pub(super) fn go(&mut self, span: f64) {
+        self.placed.clear();
+        self.search.forward(&mut self.state, span);
+        self.clock = self.clock.after(span);
+        let angle = self.clock.angle();
+        self.flow.set_angle(&mut self.state, angle);
+    }
+}
+
+/// Whether an instant is no later than the end of the run, as the doubles that a user sees.
+pub(super) fn is_within(then: Clock, last: f64) -> bool {
+    then.time() <= last
+}
+
+/// Whether a touch on a flight from an instant on comes before the event that ends it: one of the stop that is reached then, at what is
+/// the same time to a user, is that contact.
+pub(super) fn is_before(graze: &Grazed, from: Clock, (stop, time): (Option<usize>, f64)) -> bool {
+    let is_apart = || from.after(graze.time).time() < from.after(time).time();
+    graze.time < time && (Some(graze.stop) != stop || is_apart())
+}
+
+impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
+    fn evaluate_gaps(&mut self) -> Result<()> {
+        self.search.look(&self.state);
+        Ok(())
+    }
+
+    fn gap(&self, stop: usize) -> GapState {
+        let jet = self.search.jet(stop);
+        GapState {
+            gap: jet.c[0],
+            // Of the terms that an impact takes it from: those of the jet are others, and larger where modes are complex.
+            speed: -along(&self.velocity_rows[stop], &self.state),
+            acceleration: 2.0 * jet.c[2],
+            jerk: Some(6.0 * jet.c[3]),
+            size: jet.size,
+        }
+    }
+
+    fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap> {
+        let g = &self.scene.geometry;
+        let (normal, clearance) = (g.normals.column(stop), g.clearances[stop]);
+        let size = |x: &DVector<f64>| -> f64 {
+            let terms = normal.iter().zip(x.iter());
+            terms.map(|(n, x)| (n * x).abs()).sum()
+        };
+        Ok(GivenGap {
+            gap: (clearance - normal.dot(q), clearance.abs() + size(q)),
+            speed: (-normal.dot(v), size(v)),
+        })
+    }
+
+    fn rounding(&self, stop: usize) -> f64 {
+        let placed = self.placed.get(stop).copied().unwrap_or(0.0);
+        larger(self.search.rounding(stop), placed)
+    }
+
+    fn margin(&self, stop: usize, size: f64) -> f64 {
+        self.margins[stop].of(size)
+    }
+
+    fn tolerance(&self, stop: usize, size: f64) -> f64 {
+        self.allowed[stop].of(size)
+    }
+
+    fn flight_sizes(&self, stop: usize) -> GapSizes {
+        let [terms, way] = self.search.extent(stop);
+        let reach = self.scene.geometry.clearances[stop].abs() + way;
+        GapSizes { terms, reach }
+    }
+
+    fn speed_size(&self, stop: usize) -> f64 {
+        self.search.speed_size(stop)
+    }
+}
+
+impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
+    fn n_stops(&self) -> usize {
+        self.scene.n_stops()
+    }
+
+    fn restitution(&self, stop: usize) -> f64 {
+        self.scene.geometry.restitutions[stop]
+    }
+
+    fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        Ok(self.scene.geometry.normals.select_columns(stops))
+    }
+
+    fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        let g = &self.scene.geometry;
+        let normals = g.normals.select_columns(stops);
+        Ok(normals.tr_mul(&g.reactions.select_columns(stops)))
+    }
+
+    fn is_coupled(&self, one: usize, other: usize) -> bool {
+        self.scene.geometry.is_coupled(one, other)
+    }
+
+    fn is_at_place_of(&self, one: usize, other: usize) -> bool {
+        let made = || self.scene.geometry.places();
+        one == other || {
+            let places = self.places.get_or_init(made);
+            places[one] == places[other]
+        }
+    }
+
+    fn is_bound(&self, stop: usize) -> bool {
+        let bound = |motion: &Arc<ConstrainedMotion>| {
+            motion.gaps[stop].is_none() && !motion.stops.contains(&stop)
+        };
+        self.holding.as_ref().is_some_and(bound)
+    }
+}
+
+impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
+    fn free_accelerations(&self, stops: &[usize]) -> DVector<f64> {
+        let (scene, (q, v)) = (self.scene, self.physical());
+        let phasor = Complex::cis(self.clock.angle());
+        let force = scene.amplitude.map(|f| (f * phasor).re);
+        let acceleration = scene.system.acceleration(&q, &v, &force);
+        let pull = |i: usize| -scene.geometry.normals.column(stops[i]).dot(&acceleration);
+        DVector::from_fn(stops.len(), |i, _| pull(i))
+    }
+
+    fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
+        let ModalScene {
+            system,
+            amplitude,
+            geometry,
+            ..
+        } = self.scene;
+        let (q, v) = self.physical();
+        let terms = force_terms(system, amplitude, (&q, &v));
+        let normal = |stop: usize| geometry.normals.column(stop).into_owned();
+        // Forces that have just become zero one by one are known to the rounding of the motion.
+        let size = |&stop: &usize| {
+            let modal = self.search.acceleration_size(stop);
+            acceleration_size(system, &normal(stop), &terms).max(modal)
+        };
+        Ok(stops.iter().map(size).collect())
+    }
+
+    fn acceleration_lost(&self, stop: usize) -> f64 {
+        self.search.acceleration_lost(stop)
+    }
+
+    fn gap_derivatives(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>> {
+        // Beyond the order of its equations a linear motion has no derivative of its own.
+        let last = 2 * self.scene.form.n_dof() + ORDERS_OF_INPUT;
+        self.derivatives_beside(stops, held, orders.start..orders.end.min(last + 1))
+    }
+
+    fn free_jerk(&mut self, stop: usize) -> Result<f64> {
+        Ok(6.0 * self.search.jet(stop).c[3])
+    }
+
+    fn left_at_release(&self) -> f64 {
+        10.0 * ROUNDING
+    }
+
+    fn steady(&self) -> f64 {
+        DEPENDENT
+    }
+}
+
+impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
+        let row = &self.velocity_rows[stop];
+        let approach = positive_part(along(row, &self.state));
+        let restitution = self.scene.geometry.restitutions[stop];
+        let (impulse, departure) = (self.rebounds[stop] * approach, restitution * approach);
+        self.push(stop, impulse)?;
+        // A small departure is what is left of two large speeds: its rounding is taken off.
+        let left = along(&self.velocity_rows[stop], &self.state) + departure;
+        self.push(stop, left * self.rebounds[stop] / (1.0 + restitution))?;
+        Ok(NormalImpact {
+            approach,
+            departure,
+            impulse,
+        })
+    }
+
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
+            *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));
+        }
+        Ok(())
+    }
+
+    fn put_on(&mut self, stops: &[usize]) -> Result<()> {
+        let (mut q, v) = self.physical();
+        put_onto_stops(&mut q, |q| Ok(self.stops_at(stops, q)))?;
+        self.put((&q, &v), 0.0);
+        self.evaluate_gaps()
+    }
+
+    fn raise(&mut self, stop: usize) -> Result<()> {
+        let g = &self.scene.geometry;
+        let (normal, reaction) = (g.normals.column(stop), g.reactions.column(stop));
+        let shift = reaction * (self.gap(stop).gap / normal.dot(&reaction));
+        let moved = self
+            .scene
+            .form
+            .to_modal(&shift, &DVector::zeros(shift.len()));
+        for (z, step) in self.state.iter_mut().zip(moved) {
+            *z = [z[0] + step[0], z[1] + step[1]];
+        }
+        Ok(())
+    }
+
+    fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()> {
+        if stops.is_empty() {
+            self.holding = None;
+            return Ok(());
+        }
+        let motion = self.motion_of(stops)?;
+        let (q, v) = self.settled(stops)?;
+        let (q, v) = motion.lift(&motion.reduce(&q, &v));
+        self.put((&q, &v), 0.0);
+        self.holding = Some(motion);
+        self.evaluate_gaps()
+    }
+
+    fn complete_chatter(
+        &mut self,
+        stop: usize,
+        left: f64,
+        recorder: &mut dyn Recorder,
+    ) -> Result<()> {
+        self.evaluate_gaps()?;
+        let GapState {
+            speed,
+            acceleration,
+            ..
+        } = self.gap(stop);
+        let chatter = CompleteChatter {
+            restitution: self.restitution(stop),
+            speed,
+            acceleration,
+        };
+        let span = chatter.span().min(left);
+        let (motion, (q, v)) = self.record_rest(stop, span, recorder)?;
+        let (q, v) = motion.carry(self.clock.angle(), span, &q, &v);
+        self.put((&q, &v), span);
+        self.evaluate_gaps()
+    }
+
+    fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {
+        self.record_rest(stop, 0.0, recorder).map(|_| ())
+    }
+}
+
+impl<F: LinearFlow> Present for ClosedForm<'_, F> {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn phase(&self) -> f64 {
+        wrapped(self.clock.angle() + self.phase)
+    }
+
+    fn physical(&self) -> (DVector<f64>, DVector<f64>) {
+        self.scene.form.to_physical(&self.whole(&self.state))
+    }
+
+    fn work_of_flight(&self) -> usize {
+        2 * STEPS_PER_LOOK * self.scene.form.n_dof()
+    }
+}
+
+impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
+    type System = Self;
+
+    fn system(&mut self) -> &mut Self {
+        self
+    }
+
+    fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
+        self.search.restart();
+        self.holding = None;
+        self.placed.clear();
+        self.clock = self.clock.at(t);
+        let angle = self.clock.angle();
+        let whole = self.scene.form.to_modal(q, v);
+        self.flow.enter(&whole, angle, &mut self.state);
+    }
+
+    fn advance_to_event(
+        &mut self,
+        orders: &[usize],
+        span: f64,
+        last: f64,
+        recorder: &mut dyn Recorder,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival> {
+        if let Some(motion) = &self.holding {
+            let motion = Arc::clone(motion);
+            return self.fly_held(&motion, orders, (span, last), recorder, watch);
+        }
+        self.grazed.clear();
+        let next = self
+            .search
+            .next(&self.state, orders, span, &mut self.grazed, watch);
+        match next {
+            Next::Interrupted => return Err(Error::Interrupted),
+            Next::End => {}
+            Next::Stalled { stop, time } => {
+                self.record(time, None, recorder);
+                self.go(time);
+                return Ok(Arrival::Stalled { stop });
+            }
+            Next::Contact { stop, time } => {
+                let (stop, time) = self
+                    .search
+                    .arrive(stop, time, &self.state, &mut self.arrived);
+                let from = self.clock;
+                self.grazed
+                    .retain(|graze| is_before(graze, from, (Some(stop), time)));
+                let then = self.clock.after(time);
+                if is_within(then, last) {
+                    self.record(time, None, recorder);
+                    self.clock = then;
+                    self.placed.clear();
+                    std::mem::swap(&mut self.state, &mut self.arrived);
+                    let angle = self.clock.angle();
+                    self.flow.set_angle(&mut self.state, angle);
+                    return Ok(Arrival::Contact { stop });
+                }
+            }
+        }
+        self.grazed.retain(|g| g.time <= span);
+        self.record(span, Some(last), recorder);
+        self.go(span);
+        Ok(Arrival::End)
+    }
+
+    fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()> {
+        self.grazed.clear();
+        self.record(0.0, last, recorder);
+        Ok(())
+    }
+
+    fn counts(&self) -> Counts {
+        Counts {
+            n_gap_evaluations: self.search.n_gap_evaluations,
+            ..Counts::default()
+        }
+    }
+
+    fn remarks(&self) -> String {
+        String::new()
+    }
+
+    fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>> {
+        self.held.clone()
+    }
+}
+
+impl<F: LinearFlow> AnyLoop for ClosedForm<'_, F> {
+    type Taken<'s>
+        = Self
+    where
+        Self: 's;
+
+    fn taken(&mut self) -> &mut Self {
+        self
+    }
+}

@@ -1,0 +1,78 @@
+//! The flow of a hybrid system, from event to event.
+
+use crate::error::Result;
+use crate::flow::ConstrainedMotion;
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::system::HybridSystem;
+use crate::watch::Watch;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// How a flight ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Arrival {
+    /// At the end of the span.
+    End,
+    /// At a stop.
+    Contact { stop: usize },
+    /// Where the contact force of a stop that is held falls through zero.
+    Release { stop: usize },
+    /// Where no step was short enough to tell contact from none.
+    Stalled { stop: usize },
+    /// Where the steps of an integrator became too short for the time.
+    Underflow,
+}
+
+/// What a flow counts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Counts {
+    /// Evaluations of the right-hand side.
+    pub n_rhs: usize,
+    /// Steps of an integrator.
+    pub n_steps: usize,
+    /// Evaluations of a gap with its derivatives.
+    pub n_gap_evaluations: usize,
+}
+
+/// What moves a hybrid system from event to event.
+pub(crate) trait HybridFlow {
+    /// What it moves: by its type where an impact is worth little more than the calls that the loop of flights makes, as any system
+    /// where steps outweigh them; one loop serves all of those.
+    type System: HybridSystem + ?Sized;
+
+    /// The system where it is now.
+    fn system(&mut self) -> &mut Self::System;
+    /// Puts the motion at a state and a time, as new.
+    fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64);
+    /// Goes to the next contact or release or over the whole span, `last` the time at which the run ends there. The gaps must have
+    /// been evaluated; `orders[i]` is the order of the root of gap i at the start, zero for an open gap. On a contact the
+    /// gaps have been evaluated there.
+    fn advance_to_event(
+        &mut self,
+        orders: &[usize],
+        span: f64,
+        last: f64,
+        recorder: &mut dyn Recorder,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival>;
+    /// Records a flight of no length: the state before an impact at the start of the run, or that after the last event of a run
+    /// that ends with it, at `last`.
+    fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()>;
+    /// The counts since the start.
+    fn counts(&self) -> Counts;
+    /// What is to be said of the run since the start, to follow the message.
+    fn remarks(&self) -> String;
+    /// The motions while stops were held, which arcs refer to.
+    fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>>;
+}
+
+/// A flow as the loop of flights takes it.
+pub(crate) trait AnyLoop: HybridFlow {
+    /// What the loop is made for.
+    type Taken<'s>: HybridFlow + ?Sized
+    where
+        Self: 's;
+
+    /// The flow as that.
+    fn taken(&mut self) -> &mut Self::Taken<'_>;
+}

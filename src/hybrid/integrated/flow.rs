@@ -1,0 +1,91 @@
+//! A scene that is integrated from event to event: free flights by steps or series, those with stops held by steps.
+
+use super::free::FreeFlight;
+use super::scene::Integrated;
+use crate::error::Result;
+use crate::flow::ConstrainedMotion;
+use crate::flow::steps::{DenseOutput, State, Stepper, Tolerance};
+use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::segment::SegmentKind;
+use crate::hybrid::system::HybridSystem;
+use crate::model::{Dynamics, Scene};
+use crate::watch::Watch;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// A scene that is integrated from event to event.
+pub(crate) struct IntegratedFlow<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> {
+    /// What moves it where no stop is held.
+    pub free: F,
+    pub system: Integrated<'a, S, D, F::Steps>,
+}
+
+impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> IntegratedFlow<'a, S, D, F> {
+    /// A scene along its equations of motion.
+    pub fn new(dynamics: &'a D, scene: &'a Scene, tolerance: Tolerance, free: F) -> Self {
+        let system = Integrated::new(dynamics, scene, tolerance);
+        Self { free, system }
+    }
+
+    /// Degree of the polynomials of its steps.
+    pub fn degree(&self) -> usize {
+        <F::Steps as Stepper<S>>::Dense::DEGREE
+    }
+}
+
+impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFlow<'a, S, D, F> {
+    type System = dyn HybridSystem + 'a;
+
+    fn system(&mut self) -> &mut (dyn HybridSystem + 'a) {
+        &mut self.system
+    }
+
+    fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
+        self.free.reset();
+        self.system.start(q, v, t);
+    }
+
+    fn advance_to_event(
+        &mut self,
+        orders: &[usize],
+        span: f64,
+        last: f64,
+        recorder: &mut dyn Recorder,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival> {
+        let Self { free, system } = self;
+        if system.is_free() {
+            return free.advance(system, orders, (span, last), recorder, watch);
+        }
+        system.advance_constrained(orders, (span, last), recorder, watch)
+    }
+
+    fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()> {
+        recorder.begin_segment(SegmentKind::Flight, &[]);
+        self.free.record_instant(&mut self.system, last, recorder)
+    }
+
+    fn counts(&self) -> Counts {
+        self.system.counts()
+    }
+
+    fn remarks(&self) -> String {
+        self.system.remarks()
+    }
+
+    fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>> {
+        Vec::new()
+    }
+}
+
+impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> AnyLoop for IntegratedFlow<'a, S, D, F> {
+    type Taken<'s>
+        = dyn HybridFlow<System = dyn HybridSystem + 'a> + 's
+    where
+        Self: 's;
+
+    fn taken(&mut self) -> &mut Self::Taken<'_> {
+        self
+    }
+}

@@ -1,0 +1,36 @@
+//! Free flights of a motion that is integrated: what moves it where no stop is held.
+
+use super::scene::Integrated;
+use crate::error::Result;
+use crate::flow::steps::{State, Stepper};
+use crate::hybrid::flow::Arrival;
+use crate::hybrid::recorder::Recorder;
+use crate::model::Dynamics;
+use crate::watch::Watch;
+
+/// What moves a motion where no stop is held.
+pub(crate) trait FreeFlight<S: State, D: Dynamics> {
+    /// The steps of a motion with stops held.
+    type Steps: Stepper<S>;
+
+    /// Forgets the run before.
+    fn reset(&mut self);
+
+    /// A flight, as [`crate::hybrid::HybridFlow::advance_to_event`].
+    fn advance(
+        &mut self,
+        system: &mut Integrated<'_, S, D, Self::Steps>,
+        orders: &[usize],
+        ends: (f64, f64),
+        recorder: &mut dyn Recorder,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival>;
+
+    /// Records an arc of no length at the present state; `last` is the time at which the run ends with it.
+    fn record_instant(
+        &mut self,
+        system: &mut Integrated<'_, S, D, Self::Steps>,
+        last: Option<f64>,
+        recorder: &mut dyn Recorder,
+    ) -> Result<()>;
+}

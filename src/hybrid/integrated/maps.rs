@@ -1,0 +1,216 @@
+//! The maps of any scene: flights that are integrated, free or with stops held.
+
+use crate::error::{Error, Result};
+use crate::flow::ConstrainedDynamics;
+use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
+use crate::flow::steps::{Dense, DormandPrince, Tolerance};
+use crate::hybrid::maps::{HybridMaps, project_onto};
+use crate::model::{
+    Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, contacts, reaction_weights,
+};
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
+/// Tolerances of the flights of an orbit: an orbit closes to 1e-11.
+const TOLERANCE: Tolerance = Tolerance {
+    relative: 2e-13,
+    absolute: 1e-15,
+};
+
+/// The method of the flights of an orbit.
+type Method = DormandPrince<Vec<f64>>;
+/// A step of it.
+pub(crate) type OrbitStep = KeptStep<Dense<Vec<f64>, 4>>;
+
+/// A scene whose flights are integrated, from a forcing phase.
+#[derive(Debug, Clone)]
+pub(crate) struct IntegratedMaps {
+    motion: SceneMotion,
+    pub system: System,
+    pub contacts: Arc<Vec<Contact>>,
+    pub frequency: f64,
+    pub phase: f64,
+}
+
+impl IntegratedMaps {
+    pub fn new(scene: &Scene, phase: f64) -> Self {
+        Self {
+            motion: SceneMotion::new(scene),
+            system: scene.system().clone(),
+            contacts: Arc::new(contacts(scene)),
+            frequency: scene.forcing().frequency().unwrap_or(0.0),
+            phase,
+        }
+    }
+
+    pub fn moment(&self, t: f64) -> Moment {
+        Moment {
+            time: t,
+            angle: self.frequency * t + self.phase,
+            frequency: self.frequency,
+        }
+    }
+
+    /// The motion while some stops are held.
+    fn constrained(&self, stops: &[usize]) -> ConstrainedDynamics<'_, SceneMotion> {
+        ConstrainedDynamics {
+            dynamics: &self.motion,
+            system: &self.system,
+            contacts: Arc::clone(&self.contacts),
+            stops: stops.to_vec(),
+        }
+    }
+
+    /// The steps of a flight from a state, from the time of its start.
+    pub fn steps(
+        &self,
+        held: &[usize],
+        (start, span): (f64, f64),
+        state: &DVector<f64>,
+    ) -> Result<Vec<OrbitStep>> {
+        let mut x: Vec<f64> = state.iter().copied().collect();
+        let mut steps = Vec::new();
+        let (at, motion) = (self.moment(start), self.constrained(held));
+        integrate::<Method, _>(&motion, at, span, TOLERANCE, &mut x, Some(&mut steps))?;
+        Ok(steps)
+    }
+
+    pub fn rate_of(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+        let (q, v) = x.split_at(x.len() / 2);
+        let mut a = vec![0.0; q.len()];
+        self.constrained(held).acceleration(at, q, v, &mut a)?;
+        Ok(a)
+    }
+
+    /// The contact forces of the stops held.
+    pub fn forces(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+        let (q, v) = x.split_at(x.len() / 2);
+        let mut a = vec![0.0; q.len()];
+        self.constrained(held).forces(at, q, v, &mut a)
+    }
+
+    /// The reaction of a stop at a position.
+    fn reaction_at(&self, stop: usize, q: &[f64]) -> Result<DVector<f64>> {
+        let reaction = self.contacts[stop].reaction(&self.system, q)?;
+        reaction.ok_or(Error::NoConvergence {
+            stage: "the mass matrix at an impact, which is singular,",
+            iterations: 0,
+            residual: f64::NAN,
+        })
+    }
+
+    /// The impact of some stops at a fixed time, and their impulses.
+    fn struck(&self, stops: &[usize], state: &mut [f64]) -> Result<Vec<f64>> {
+        let (q, v) = state.split_at_mut(state.len() / 2);
+        let mut normals = Vec::with_capacity(stops.len());
+        let mut reactions = Vec::with_capacity(stops.len());
+        for &stop in stops {
+            let contact = &self.contacts[stop];
+            normals.push(contact.surface.normal(q)?);
+            reactions.push(self.reaction_at(stop, q)?);
+        }
+        let approach = DVector::from_fn(stops.len(), |i, _| {
+            let speed: f64 = normals[i].iter().zip(v.iter()).map(|(n, v)| n * v).sum();
+            (1.0 + self.contacts[stops[i]].restitution) * speed
+        });
+        let impulses = reaction_weights(&normals, &reactions, &approach)?;
+        for (reaction, impulse) in reactions.iter().zip(impulses.iter()) {
+            for (v, b) in v.iter_mut().zip(reaction.iter()) {
+                *v -= b * impulse;
+            }
+        }
+        Ok(impulses.iter().copied().collect())
+    }
+}
+
+impl HybridMaps for IntegratedMaps {
+    fn flow(
+        &self,
+        held: &[usize],
+        (start, end): (f64, f64),
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<()> {
+        let (at, span) = (self.moment(start), end - start);
+        if !held.is_empty() {
+            differentiated(state, deviations, |x| project_onto(self, held, x))?;
+        }
+        let mut x = joined(state.as_slice(), deviations.as_slice());
+        let motion = self.constrained(held);
+        let dynamics = Variational {
+            dynamics: &motion,
+            count: deviations.ncols(),
+        };
+        integrate::<Method, _>(&dynamics, at, span, TOLERANCE, &mut x, None)?;
+        parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
+        Ok(())
+    }
+
+    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
+        let a = self.rate_of(held, self.moment(t), state.as_slice())?;
+        let v = state.rows(a.len(), a.len());
+        Ok(DVector::from_iterator(
+            state.len(),
+            v.iter().copied().chain(a),
+        ))
+    }
+
+    fn impact(
+        &self,
+        stops: &[usize],
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<Vec<f64>> {
+        if stops.is_empty() {
+            return Ok(Vec::new());
+        }
+        differentiated(state, deviations, |x| self.struck(stops, x.as_mut_slice()))
+    }
+
+    fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
+        let q = &state.as_slice()[..state.len() / 2];
+        let surface = &self.contacts[stop].surface;
+        Ok((surface.gap(q)?, -surface.normal(q)?))
+    }
+
+    fn gap_acceleration(
+        &self,
+        stop: usize,
+        state: &DVector<f64>,
+        rate: &DVector<f64>,
+    ) -> Result<f64> {
+        let n = state.len() / 2;
+        let ((q, v), a) = (state.as_slice().split_at(n), &rate.as_slice()[n..]);
+        let surface = &self.contacts[stop].surface;
+        Ok(surface.along(q, v, a, 1.0)?.acceleration)
+    }
+
+    fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>> {
+        self.reaction_at(stop, &state.as_slice()[..state.len() / 2])
+    }
+
+    fn restitution(&self, stop: usize) -> f64 {
+        self.contacts[stop].restitution
+    }
+}
+
+/// Applies a map to a state, and its Jacobian, by central differences, to deviations.
+fn differentiated<T>(
+    state: &mut DVector<f64>,
+    deviations: &mut DMatrix<f64>,
+    map: impl Fn(&mut DVector<f64>) -> Result<T>,
+) -> Result<T> {
+    let reach = state.amax();
+    for mut column in deviations.column_iter_mut() {
+        let size = column.amax();
+        if size == 0.0 {
+            continue;
+        }
+        let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 } / size;
+        let (mut ahead, mut behind) = (&*state + &column * step, &*state - &column * step);
+        map(&mut ahead)?;
+        map(&mut behind)?;
+        column.copy_from(&((ahead - behind) / (2.0 * step)));
+    }
+    map(state)
+}

@@ -1,0 +1,22 @@
+//! A scene that is integrated: moved in the steps of a method, or along Taylor series; its contacts found along each step and
+//! reached by a step of their own (theory 8).
+
+mod chatter;
+mod contact;
+mod flow;
+mod free;
+mod jerk;
+mod maps;
+mod normal;
+mod pendulum;
+mod release;
+mod scene;
+mod series;
+mod steps;
+mod system;
+
+pub(crate) use flow::IntegratedFlow;
+pub(crate) use maps::{IntegratedMaps, OrbitStep};
+pub(crate) use pendulum::{Pendulum, has_series, series_order};
+pub(crate) use series::{SeriesStep, Taylor};
+pub(crate) use steps::InSteps;

@@ -1,0 +1,266 @@
+//! A scene that is integrated, where it is now.
+
+use crate::contact::walk::ROUNDING;
+use crate::error::Result;
+use crate::flow::steps::control::Controller;
+use crate::flow::steps::{DenseOutput, Start, State, Stepper, Tolerance};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::flow::{Arrival, Counts};
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder};
+use crate::hybrid::segment::Graze;
+use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::watch::Watch;
+use nalgebra::DVector;
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+/// Steps taken again on the way to one contact: as many as halvings alone need.
+pub(super) const MOST_POLISHES: usize = 60;
+
+/// What is said of a motion whose steps were held down by stability.
+const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
+
+/// A scene that is integrated; one run after another, with its buffers.
+pub(crate) struct Integrated<'a, S, D, P> {
+    pub(super) dynamics: &'a D,
+    pub(super) scene: &'a Scene,
+    pub(super) contacts: Arc<Vec<Contact>>,
+    /// The stops held, none in free motion.
+    pub(super) held: Vec<usize>,
+    /// Whether each stop stays as far away as it is while these are held: they themselves, and those whose gaps depend on theirs.
+    pub(super) is_bound: Vec<bool>,
+    /// The largest contact force of each since it is held.
+    pub(super) peak_forces: Vec<f64>,
+    pub(super) phase: f64,
+    pub(super) tolerance: Tolerance,
+    pub(super) stepper: P,
+    pub(super) controller: Controller,
+    /// The step to take next; `None` before the first.
+    pub(super) h: Option<f64>,
+    /// Whether the stepper holds the rate of the present state.
+    pub(super) is_begun: bool,
+    pub(super) x: S,
+    pub(super) clock: Clock,
+    /// Where the run began.
+    pub(super) began: Clock,
+    pub(super) gaps: Vec<GapValue>,
+    pub(super) ahead: Vec<GapValue>,
+    pub(super) touches: Vec<(f64, f64)>,
+    /// The place of each stop, once two of them are asked about.
+    pub(super) places: OnceCell<Vec<usize>>,
+    pub(super) grazes: Vec<Graze>,
+    /// The largest size of the terms of each gap seen on the present flight.
+    pub(super) extents: Vec<f64>,
+    /// Evaluations of the right-hand side by the stepper before the run.
+    pub(super) rhs_before: usize,
+    /// Series made.
+    pub(super) n_series: usize,
+    pub(super) n_steps: usize,
+    pub(super) n_gap_evaluations: usize,
+}
+
+impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
+    /// A scene along its equations of motion.
+    pub(super) fn new(dynamics: &'a D, scene: &'a Scene, tolerance: Tolerance) -> Self {
+        let n = dynamics.n_dof();
+        let contacts = Arc::new(contacts(scene));
+        let none = vec![GapValue::default(); contacts.len()];
+        let clock = Clock::new(0.0, scene.forcing().frequency().unwrap_or(0.0));
+        let tolerance = Tolerance {
+            // Below this the rounding of a step exceeds its tolerance.
+            relative: tolerance.relative.max(4.0 * f64::EPSILON),
+            absolute: tolerance.absolute.max(f64::MIN_POSITIVE),
+        };
+        Self {
+            dynamics,
+            scene,
+            gaps: none.clone(),
+            ahead: none,
+            contacts,
+            held: Vec::new(),
+            is_bound: Vec::new(),
+            peak_forces: Vec::new(),
+            phase: scene.forcing().phase(),
+            tolerance,
+            stepper: P::new(n, tolerance),
+            controller: Controller::new(P::CONTROL),
+            h: None,
+            is_begun: false,
+            x: S::zeros(2 * n),
+            clock,
+            began: clock,
+            touches: Vec::new(),
+            places: OnceCell::new(),
+            grazes: Vec::new(),
+            extents: Vec::new(),
+            rhs_before: 0,
+            n_series: 0,
+            n_steps: 0,
+            n_gap_evaluations: 0,
+        }
+    }
+
+    pub(super) fn moment(&self) -> Moment {
+        self.clock.moment(self.phase)
+    }
+
+    /// Takes a step from the present state, whose rate is known; false where there is none.
+    pub(super) fn step<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<bool> {
+        let (at, x) = (self.moment(), &self.x);
+        self.stepper.step(dynamics, Start { at, x }, h)
+    }
+
+    /// The dense output of the step last taken.
+    pub(super) fn dense<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<P::Dense> {
+        let (at, x) = (self.moment(), &self.x);
+        self.stepper.dense(dynamics, Start { at, x }, h)
+    }
+
+    pub(super) fn n(&self) -> usize {
+        self.dynamics.n_dof()
+    }
+
+    /// Whether a step is no time beside that since the run began.
+    pub(super) fn is_too_short(&self, h: f64) -> bool {
+        let elapsed = self.began.until(self.clock);
+        elapsed + h == elapsed
+    }
+
+    /// Begins to note how large the gaps are on a flight.
+    pub(super) fn forget_extents(&mut self) {
+        self.extents.clear();
+        self.extents.resize(self.contacts.len(), 0.0);
+    }
+
+    /// The gaps at the present state, whose rate is known.
+    pub(super) fn take_gaps(&mut self) -> Result<()> {
+        let n = self.n();
+        let (q, v) = self.x.slice().split_at(n);
+        let a = &self.stepper.start_rate().slice()[n..];
+        let step = self.slow_time();
+        for (value, contact) in self.gaps.iter_mut().zip(self.contacts.iter()) {
+            *value = contact.surface.along(q, v, a, step)?;
+        }
+        self.n_gap_evaluations += self.contacts.len();
+        Ok(())
+    }
+
+    /// The margin of a gap.
+    pub(super) fn margin_of(&self, gap: GapValue) -> f64 {
+        let absolute = self.tolerance.absolute * gap.steepness;
+        10.0 * (absolute + self.tolerance.relative.max(ROUNDING) * gap.size)
+    }
+
+    /// A time over which the motion changes little: the step, or what it takes to move by the present state.
+    pub(super) fn slow_time(&self) -> f64 {
+        let n = self.n();
+        let size = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+        let (q, v) = self.x.slice().split_at(n);
+        let (speed, acceleration) = (size(v), size(&self.stepper.start_rate().slice()[n..]));
+        let times = [size(q) / speed, speed / acceleration];
+        let finite = times.into_iter().filter(|t| *t > 0.0 && t.is_finite());
+        self.h.or(finite.reduce(f64::max)).unwrap_or(1.0)
+    }
+
+    /// Records a step from the present state as its dense output says.
+    pub(super) fn record_dense(
+        &self,
+        dense: P::Dense,
+        span: f64,
+        last: Option<f64>,
+        recorder: &mut dyn Recorder,
+    ) {
+        let x = S::zeros(2 * self.n());
+        let start = self.clock;
+        recorder.arc(ArcSpan { start, span, last }, &mut StepArc { dense, x });
+    }
+}
+
+/// A step.
+struct StepArc<Q, S> {
+    dense: Q,
+    /// Room for a state.
+    x: S,
+}
+
+impl<S: State, Q: DenseOutput<S>> ArcMotion for StepArc<Q, S> {
+    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+        self.dense.state(local, self.x.slice_mut());
+        parted(self.x.slice())
+    }
+
+    fn write(&self, numbers: &mut Vec<f64>) {
+        self.dense.write(numbers);
+    }
+}
+
+/// Position and velocity of a state.
+pub(super) fn parted(x: &[f64]) -> (DVector<f64>, DVector<f64>) {
+    let (q, v) = x.split_at(x.len() / 2);
+    (DVector::from_column_slice(q), DVector::from_column_slice(v))
+}
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
+    /// Puts the motion at a state and a time, as new.
+    pub(super) fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
+        for (x, y) in self.x.slice_mut().iter_mut().zip(q.iter().chain(v.iter())) {
+            *x = *y;
+        }
+        self.clock = self.clock.at(t);
+        self.began = self.clock;
+        self.controller = Controller::new(P::CONTROL);
+        (self.h, self.is_begun) = (None, false);
+        self.held.clear();
+        (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, 0, 0);
+        self.rhs_before = self.stepper.n_rhs();
+    }
+
+    /// Whether no stop is held.
+    pub(crate) fn is_free(&self) -> bool {
+        self.held.is_empty()
+    }
+
+    /// A segment in which stops are held.
+    pub(super) fn advance_constrained(
+        &mut self,
+        orders: &[usize],
+        ends: (f64, f64),
+        recorder: &mut dyn Recorder,
+        watch: &mut Watch<'_>,
+    ) -> Result<Arrival> {
+        self.is_begun = false;
+        let held = self.held_motion();
+        self.advance_along::<_, true>(&held, orders, ends, recorder, watch)
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        Counts {
+            n_rhs: self.stepper.n_rhs() - self.rhs_before + self.n_series,
+            n_steps: self.n_steps,
+            n_gap_evaluations: self.n_gap_evaluations,
+        }
+    }
+
+    pub(super) fn remarks(&self) -> String {
+        let stiff = if self.controller.is_stiff { STIFF } else { "" };
+        format!("{stiff}{}", uncertain(self.scene))
+    }
+}
+
+/// What is said of nonlinear stops without a curvature: their gaps are searched on an interpolant.
+fn uncertain(scene: &Scene) -> String {
+    let is_unbounded =
+        |s: &Constraint| matches!(s, Constraint::Nonlinear(s) if s.curvature().is_none());
+    let stops = scene.stops().iter().enumerate();
+    let names: Vec<String> = stops
+        .filter(|(_, stop)| is_unbounded(stop))
+        .map(|(i, _)| format!("stop {i}"))
+        .collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; the search for contacts with {} is not certain: give a bound `curvature`",
+        names.join(" and ")
+    )
+}

@@ -1,0 +1,263 @@
+//! What the event loop asks of a scene that is integrated.
+
+use super::normal::dot;
+use super::scene::{Integrated, parted};
+use crate::error::Result;
+use crate::flow::TERM_ROUNDINGS;
+use crate::flow::steps::{State, Stepper};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::segment::SegmentKind;
+use crate::hybrid::system::{
+    Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
+};
+use crate::impact::wrapped;
+use crate::model::{
+    Contact, Dynamics, GapValue, Surface, System, acceleration_size, are_coupled, force_terms,
+    places,
+};
+use crate::quantity::positive_part;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// Steps that a short flight is like, with its impact.
+const FLIGHT: usize = 16;
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
+    fn evaluate_gaps(&mut self) -> Result<()> {
+        self.is_begun = false;
+        self.begin(self.dynamics)
+    }
+
+    fn gap(&self, stop: usize) -> GapState {
+        let value = self.gaps[stop];
+        GapState {
+            gap: value.gap,
+            speed: value.speed,
+            acceleration: value.acceleration,
+            jerk: None,
+            size: value.size,
+        }
+    }
+
+    fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap> {
+        let (surface, q, v) = (&self.contacts[stop].surface, q.as_slice(), v.as_slice());
+        let value = surface.along(q, v, v, 0.0)?;
+        Ok(GivenGap {
+            gap: (value.gap, value.size),
+            speed: (value.speed, surface.speed_size(q, v)?),
+        })
+    }
+
+    fn rounding(&self, stop: usize) -> f64 {
+        TERM_ROUNDINGS * self.gaps[stop].size
+    }
+
+    fn margin(&self, stop: usize, size: f64) -> f64 {
+        let gap = self.gaps[stop];
+        self.margin_of(GapValue { size, ..gap })
+    }
+
+    fn flight_sizes(&self, stop: usize) -> GapSizes {
+        let terms = self.extents.get(stop).copied().unwrap_or(0.0);
+        let reach = terms;
+        GapSizes { terms, reach }
+    }
+
+    fn speed_size(&self, stop: usize) -> f64 {
+        let (q, v) = self.x.slice().split_at(self.n());
+        // The look before has had this normal: an error would have ended the run there.
+        let size = self.contacts[stop].surface.speed_size(q, v);
+        size.unwrap_or(0.0)
+    }
+}
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Contacts for Integrated<'_, S, D, P> {
+    fn n_stops(&self) -> usize {
+        self.contacts.len()
+    }
+
+    fn restitution(&self, stop: usize) -> f64 {
+        self.contacts[stop].restitution
+    }
+
+    fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        let q = self.x.slice().split_at(self.n()).0;
+        let normal = |&stop: &usize| self.contacts[stop].surface.normal(q);
+        let normals: Vec<_> = stops.iter().map(normal).collect::<Result<_>>()?;
+        Ok(DMatrix::from_columns(&normals))
+    }
+
+    fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
+        let all = stops.iter().map(|&stop| self.directions(stop));
+        let all: Vec<_> = all.collect::<Result<_>>()?;
+        let product = |i: usize, j: usize| dot(all[i].both().0, all[j].both().1);
+        Ok(DMatrix::from_fn(stops.len(), stops.len(), product))
+    }
+
+    fn is_coupled(&self, one: usize, other: usize) -> bool {
+        let (q, _) = self.x.slice().split_at(self.n());
+        let (a, b) = (&self.contacts[one], &self.contacts[other]);
+        are_coupled(a, b, self.scene.system(), q)
+    }
+
+    fn is_at_place_of(&self, one: usize, other: usize) -> bool {
+        let plane = |contact: &Contact| match &contact.surface {
+            Surface::Plane { normal, clearance } => Some((normal.clone(), *clearance)),
+            _ => None,
+        };
+        let made = || places(&self.contacts.iter().map(plane).collect::<Vec<_>>());
+        one == other || {
+            let places = self.places.get_or_init(made);
+            places[one] == places[other]
+        }
+    }
+
+    fn is_bound(&self, stop: usize) -> bool {
+        !self.held.is_empty() && self.is_bound[stop] && !self.held.contains(&stop)
+    }
+}
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D, P> {
+    fn free_accelerations(&self, stops: &[usize]) -> DVector<f64> {
+        DVector::from_fn(stops.len(), |i, _| self.gap(stops[i]).acceleration)
+    }
+
+    fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
+        let (q, v) = self.physical();
+        let normals = stops
+            .iter()
+            .map(|&stop| self.contacts[stop].surface.normal(q.as_slice()));
+        if let System::Linear(system) = self.scene.system() {
+            let amplitude = self.scene.forcing().force_on(system);
+            let terms = force_terms(system, &amplitude, (&q, &v));
+            return normals
+                .map(|normal| Ok(acceleration_size(system, &normal?, &terms)))
+                .collect();
+        }
+        // Of the terms of an acceleration given by a function nobody knows: they are as large as those of other coordinates.
+        let (_, a) = self.stepper.start_rate().slice().split_at(self.n());
+        let largest = a.iter().fold(0.0f64, |most, a| most.max(a.abs()));
+        normals
+            .map(|normal| Ok(largest * normal?.lp_norm(1)))
+            .collect()
+    }
+
+    fn gap_derivatives(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>> {
+        let mut of_order = |order: usize| -> Result<Vec<[f64; 2]>> {
+            let stops = stops.iter();
+            if order == 2 {
+                stops.map(|&stop| self.drawn(stop, held)).collect()
+            } else {
+                stops.map(|&stop| self.jerk(stop, held)).collect()
+            }
+        };
+        (orders.start..orders.end.min(4))
+            .map(&mut of_order)
+            .collect()
+    }
+
+    fn free_jerk(&mut self, stop: usize) -> Result<f64> {
+        self.jerk(stop, &[]).map(|[jerk, _]| jerk)
+    }
+
+    fn left_at_release(&self) -> f64 {
+        1e-9
+    }
+
+    /// Steps know them by differences.
+    fn steady(&self) -> f64 {
+        1e-6
+    }
+}
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
+        let directions = self.directions(stop)?;
+        let (normal, reaction) = directions.both();
+        let approach = positive_part(self.along(normal));
+        let restitution = self.contacts[stop].restitution;
+        let give = dot(normal, reaction);
+        let (impulse, departure) = (
+            (1.0 + restitution) * approach / give,
+            restitution * approach,
+        );
+        self.push_along(reaction, impulse);
+        // A small departure is what is left of two large speeds: its rounding is taken off.
+        let left = self.along(normal) + departure;
+        self.push_along(reaction, left / give);
+        Ok(NormalImpact {
+            approach,
+            departure,
+            impulse,
+        })
+    }
+
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+        let directions = self.directions(stop)?;
+        self.push_along(directions.both().1, impulse);
+        Ok(())
+    }
+
+    fn put_on(&mut self, stops: &[usize]) -> Result<()> {
+        self.move_onto(stops)?;
+        self.evaluate_gaps()
+    }
+
+    fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()> {
+        let is_new = self.held != stops;
+        self.held.clear();
+        self.held.extend_from_slice(stops);
+        self.peak_forces.clear();
+        self.peak_forces.resize(stops.len(), 0.0);
+        if !stops.is_empty() {
+            self.settle(stops)?;
+        }
+        if is_new {
+            let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
+            let is_bound = (0..self.contacts.len()).map(|stop| {
+                Ok(stops.contains(&stop) || self.contacts[stop].surface.is_bound_by(&held)?)
+            });
+            self.is_bound = is_bound.collect::<Result<_>>()?;
+        }
+        self.evaluate_gaps()
+    }
+
+    fn complete_chatter(
+        &mut self,
+        stop: usize,
+        left: f64,
+        recorder: &mut dyn Recorder,
+    ) -> Result<()> {
+        self.complete(stop, left, recorder)
+    }
+
+    fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {
+        recorder.begin_segment(SegmentKind::Chatter, &[stop]);
+        self.record_no_step(None, recorder);
+        Ok(())
+    }
+}
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Present for Integrated<'_, S, D, P> {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn phase(&self) -> f64 {
+        wrapped(self.clock.angle() + self.phase)
+    }
+
+    fn physical(&self) -> (DVector<f64>, DVector<f64>) {
+        parted(self.x.slice())
+    }
+
+    fn work_of_flight(&self) -> usize {
+        FLIGHT * self.n().pow(2)
+    }
+}

@@ -1,0 +1,22 @@
+//! A scene with its stops as a hybrid system (theory 8, 9): smooth motion, contacts, impacts, stops that are held; in closed form or
+//! integrated. Whoever moves a scene uses this.
+
+pub(crate) mod chatter;
+pub(crate) mod clock;
+mod closed_form;
+mod flow;
+mod integrated;
+mod maps;
+pub(crate) mod recorder;
+mod segment;
+pub(crate) mod system;
+
+pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, constrained_motions, joined};
+pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
+pub(crate) use integrated::{
+    InSteps, IntegratedFlow, IntegratedMaps, OrbitStep, Pendulum, SeriesStep, Taylor, has_series,
+    series_order,
+};
+pub(crate) use maps::{HybridMaps, project_onto};
+pub use segment::{Graze, SegmentKind};
+pub(crate) use system::{GapSizes, GapState, HybridSystem, NormalImpact, Present};

@@ -1,0 +1,54 @@
+//! What a hybrid system hands on of the motion that it passes through: arcs, in segments, and touches. What is kept of them is not
+//! its business.
+
+use crate::hybrid::clock::Clock;
+use crate::hybrid::segment::{Graze, SegmentKind};
+use nalgebra::DVector;
+
+/// What a recorder wants to be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Wanted {
+    /// Impacts and touches.
+    pub events: bool,
+    /// The motion between them.
+    pub arcs: bool,
+}
+
+impl Wanted {
+    /// Whether nothing is but the end of a run.
+    #[inline]
+    pub fn is_nothing(self) -> bool {
+        !(self.events || self.arcs)
+    }
+}
+
+/// The span of an arc.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ArcSpan {
+    pub start: Clock,
+    pub span: f64,
+    /// The time at which the run ends with it, if it does.
+    pub last: Option<f64>,
+}
+
+/// The motion on an arc, in the form in which its flow knows it.
+pub(crate) trait ArcMotion {
+    /// Position and velocity a time after the start.
+    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>);
+    /// Adds the numbers from which the motion can be had again.
+    fn write(&self, numbers: &mut Vec<f64>);
+}
+
+/// Takes note of a motion as it is passed through.
+pub(crate) trait Recorder {
+    /// What it wants to be told.
+    fn wanted(&self) -> Wanted;
+    /// Begins a segment, with the stops in contact; the arcs that follow are its.
+    fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]);
+    /// Whether it wants an arc, which ends at a time.
+    fn wants_arc(&self, end: f64, last: Option<f64>) -> bool;
+    /// An arc of the motion.
+    fn arc(&mut self, span: ArcSpan, motion: &mut dyn ArcMotion);
+    /// A touch.
+    fn graze(&mut self, graze: Graze);
+}

@@ -1,0 +1,46 @@
+//! The parts of a motion that meets stops.
+
+use crate::error::{Error, Result};
+
+/// What a part of a trajectory is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SegmentKind {
+    /// Free motion.
+    Flight,
+    /// The end of an infinite sequence of impacts that accumulate at a finite time.
+    Chatter,
+    /// Lasting contact.
+    Stick,
+}
+
+impl SegmentKind {
+    const ALL: [Self; 3] = [Self::Flight, Self::Chatter, Self::Stick];
+
+    /// The name used in Python.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flight => "flight",
+            Self::Chatter => "chatter",
+            Self::Stick => "stick",
+        }
+    }
+
+    /// The kind of a name.
+    pub(crate) fn from_name(name: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.name() == name)
+            .ok_or_else(|| Error::bad_value("segment", name, "there is no such kind"))
+    }
+}
+
+/// A touch without impact: a gap whose minimum lies within its rounding of zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Graze {
+    /// Time \[s\].
+    pub time: f64,
+    /// The stop.
+    pub stop: usize,
+    /// How far the stop is passed; negative where it is not quite reached.
+    pub depth: f64,
+}

@@ -1,0 +1,162 @@
+//! What a hybrid system is to those that follow its motion: gaps with their derivatives, contacts, accelerations, impacts, the stops
+//! that are held. Each subject is a trait of its own.
+
+use crate::error::Result;
+use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::Recorder;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// A gap and its time derivatives under free motion, at one instant.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GapState {
+    pub gap: f64,
+    /// Opening speed.
+    pub speed: f64,
+    pub acceleration: f64,
+    /// The third derivative where it costs nothing.
+    pub jerk: Option<f64>,
+    /// Size of the terms of the gap.
+    pub size: f64,
+}
+
+/// A gap and its speed, each with the size of its terms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GivenGap {
+    pub gap: (f64, f64),
+    pub speed: (f64, f64),
+}
+
+/// The largest sizes seen of a gap on a flight.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GapSizes {
+    /// Of its terms, whose rounding is that of the gap.
+    pub terms: f64,
+    /// Of the clearance and the way to it, which the tolerances are about: parts of a motion may be larger, and cancel.
+    pub reach: f64,
+}
+
+/// The impact of one stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NormalImpact {
+    /// Normal speed towards the stop before, not negative.
+    pub approach: f64,
+    /// Normal speed away from it after: restitution times approach, the law itself, which a sum over the struck state has
+    /// only to rounding.
+    pub departure: f64,
+    pub impulse: f64,
+}
+
+/// The gaps of the present state.
+pub(crate) trait Gaps {
+    /// Evaluates every gap where the motion is now.
+    fn evaluate_gaps(&mut self) -> Result<()>;
+    /// The gap of a stop as it was evaluated last.
+    fn gap(&self, stop: usize) -> GapState;
+    /// A gap and its speed at a position and velocity as they were given, before the rounding of the system's own state.
+    fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap>;
+    /// What rounding leaves unknown of a gap as it was evaluated last: within it a touch is no impact, and another stop is reached
+    /// at the same instant.
+    fn rounding(&self, stop: usize) -> f64;
+    /// Distance from zero within which a start is in contact, for a gap whose terms have the given size (theory 8).
+    fn margin(&self, stop: usize, size: f64) -> f64;
+    /// What the user's tolerances allow as an error of a gap whose terms have the given size (theory 9); an integrator's
+    /// margin is ten times it.
+    fn tolerance(&self, stop: usize, size: f64) -> f64 {
+        0.1 * self.margin(stop, size)
+    }
+    /// The largest sizes of a gap seen on the last flight.
+    fn flight_sizes(&self, stop: usize) -> GapSizes;
+    /// Size of the terms of a normal velocity.
+    fn speed_size(&self, stop: usize) -> f64;
+}
+
+/// How the stops act on the motion where it is now.
+pub(crate) trait Contacts {
+    /// Number of stops.
+    fn n_stops(&self) -> usize;
+    /// The restitution coefficient of a stop.
+    fn restitution(&self, stop: usize) -> f64;
+    /// The normals of some stops, as columns.
+    fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
+    /// `N^T B` of some stops.
+    fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
+    /// Whether an impact on one of two stops changes the normal velocity at the other.
+    fn is_coupled(&self, one: usize, other: usize) -> bool;
+    /// Whether two stops are at one place: they are reached together.
+    fn is_at_place_of(&self, one: usize, other: usize) -> bool;
+    /// Whether those held keep the gap of another stop as it is.
+    fn is_bound(&self, stop: usize) -> bool;
+}
+
+/// The accelerations of gaps, and derivatives beyond.
+pub(crate) trait Accelerations {
+    /// The accelerations of some gaps in free motion, to as many digits as forces have that cancel exactly.
+    fn free_accelerations(&self, stops: &[usize]) -> DVector<f64>;
+    /// Size of the terms of the accelerations of some gaps.
+    fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>>;
+    /// What the system's own numbers leave unknown of the acceleration of a gap, beside the rounding of its terms.
+    fn acceleration_lost(&self, _stop: usize) -> f64 {
+        0.0
+    }
+    /// Time derivatives of some orders, from the second on, of the gaps of some stops while others are held, and what rounding leaves
+    /// unknown of each; those of the orders that the system can tell, and that say more.
+    fn gap_derivatives(
+        &mut self,
+        stops: &[usize],
+        held: &[usize],
+        orders: Range<usize>,
+    ) -> Result<Vec<Vec<[f64; 2]>>>;
+    /// The third derivative of a gap in free motion.
+    fn free_jerk(&mut self, stop: usize) -> Result<f64>;
+    /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of the release of another may leave of
+    /// none.
+    fn left_at_release(&self) -> f64;
+    /// Third derivatives of gaps below this part of what others do to them are zero.
+    fn steady(&self) -> f64;
+}
+
+/// What changes the state at one instant.
+pub(crate) trait Impacts {
+    /// The impact of one stop.
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact>;
+    /// Pushes the motion away from a stop: the velocity changes by `-b` times the impulse.
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()>;
+    /// Moves the motion onto some stops, along their reactions; its velocity stays.
+    fn put_on(&mut self, stops: &[usize]) -> Result<()>;
+    /// Moves the motion onto a stop by as little as rounding left it below, along its reaction. Steps stay where their tolerance puts
+    /// them.
+    fn raise(&mut self, _stop: usize) -> Result<()> {
+        Ok(())
+    }
+    /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
+    fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()>;
+    /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes to the end of the
+    /// infinite sequence, where the gap and its speed are zero, or as far on the way there as time is left. The gaps must have been
+    /// evaluated.
+    fn complete_chatter(
+        &mut self,
+        stop: usize,
+        left: f64,
+        recorder: &mut dyn Recorder,
+    ) -> Result<()>;
+    /// Records the end of impacts that lose speed, in no time, as a segment of chatter.
+    fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()>;
+}
+
+/// Where the motion is.
+pub(crate) trait Present {
+    /// The present time.
+    fn clock(&self) -> Clock;
+    /// The forcing phase now.
+    fn phase(&self) -> f64;
+    /// Position and velocity now.
+    fn physical(&self) -> (DVector<f64>, DVector<f64>);
+    /// Operations that a flight of few steps is, in the units of a watch.
+    fn work_of_flight(&self) -> usize;
+}
+
+/// A system with its stops where its motion is now.
+pub(crate) trait HybridSystem: Gaps + Contacts + Accelerations + Impacts + Present {}
+
+impl<T: Gaps + Contacts + Accelerations + Impacts + Present + ?Sized> HybridSystem for T {}

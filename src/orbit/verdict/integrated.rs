@@ -1,0 +1,190 @@
+//! What the rules of contact say along flights that are integrated (theory 5, 6).
+
+use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
+use crate::error::Result;
+use crate::hybrid::{IntegratedMaps, OrbitStep, SegmentKind};
+use crate::impact::Impact;
+use crate::model::are_coupled;
+use crate::orbit::course::{Course, struck};
+use crate::orbit::flights::Flight;
+use crate::orbit::pattern::Pattern;
+use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
+use crate::orbit::verdict::judge::judge_impacts;
+use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
+
+/// Margin within which a gap counts as touching, relative to the motion's size: what the flights are known to.
+const MARGIN: f64 = 1e-10;
+
+/// Judges flights that are integrated.
+pub(crate) struct IntegratedJudge<'a> {
+    pub maps: &'a IntegratedMaps,
+}
+
+impl IntegratedJudge<'_> {
+    /// Judges the impacts, every gap along every flight, and the contact forces of what is held.
+    pub fn admissibility(
+        &self,
+        flights: &[(f64, Vec<OrbitStep>)],
+        courses: &[Course],
+        pattern: &[Vec<usize>],
+        impacts: &[Impact],
+        rate: f64,
+    ) -> Result<Admissibility> {
+        let mut found = Admissibility::default();
+        let sizes: Vec<f64> = (0..self.maps.contacts.len())
+            .map(|stop| self.size(stop, flights))
+            .collect::<Result<_>>()?;
+        judge_impacts(impacts, |stop| MARGIN * sizes[stop] * rate, &mut found);
+        let mut instants = pattern.iter();
+        for ((start, steps), course) in flights.iter().zip(courses) {
+            let next = if course.is_struck {
+                instants.next()
+            } else {
+                None
+            };
+            let begins: &[usize] = next.map_or(&[], |instant| instant);
+            if course.kind == SegmentKind::Chatter {
+                continue;
+            }
+            self.search_forces(course.held(), *start, steps, &mut found)?;
+            for (stop, &size) in sizes.iter().enumerate() {
+                let order = match course.released {
+                    Some(released) if released == stop => 3,
+                    _ => usize::from(begins.contains(&stop)),
+                };
+                let (held, margin) = (course.held(), MARGIN * size);
+                if !held.contains(&stop) && !self.is_low_bounce(steps, stop, margin)? {
+                    self.search((*start, steps), (stop, order), held, margin, &mut found)?;
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// Whether a flight stays within the margin of a stop between two contacts with it.
+    fn is_low_bounce(&self, steps: &[OrbitStep], stop: usize, margin: f64) -> Result<bool> {
+        let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
+            return Ok(false);
+        };
+        let gap = |x: &[f64]| -> Result<[f64; 2]> {
+            let (q, v) = x.split_at(x.len() / 2);
+            let value = self.maps.contacts[stop].surface.along(q, v, v, 0.0)?;
+            Ok([value.gap, value.speed])
+        };
+        let (start, end) = (gap(&first.dense.at(0.0))?, gap(&last.dense.at(last.h))?);
+        let span: f64 = steps.iter().map(|step| step.h).sum();
+        Ok(is_low_bounce(start, end, span, margin))
+    }
+
+    /// Searches the contact forces of the stops held for the worst pull, on the quartic through five values of each step.
+    fn search_forces(
+        &self,
+        held: &[usize],
+        start: f64,
+        steps: &[OrbitStep],
+        found: &mut Admissibility,
+    ) -> Result<()> {
+        if held.is_empty() {
+            return Ok(());
+        }
+        let mut along = Vec::with_capacity(steps.len());
+        for step in steps {
+            let mut nodes = Vec::with_capacity(5);
+            for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                let at = self.maps.moment(start).after(step.start + part * step.h);
+                nodes.push(self.maps.forces(held, at, &step.dense.at(part * step.h))?);
+            }
+            along.push((start + step.start, step.h, nodes));
+        }
+        for (k, &stop) in held.iter().enumerate() {
+            let of_stop: Vec<_> = along
+                .iter()
+                .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k])))
+                .collect();
+            judge_force(stop, &of_stop, MARGIN, found);
+        }
+        Ok(())
+    }
+
+    /// Whether an impact on one of two stops changes the normal velocity at the other, at an instant that hits both.
+    pub fn is_coupled(&self, a: usize, b: usize, flights: &[Flight], pattern: &Pattern) -> bool {
+        let starts = struck(flights.iter().map(|flight| &flight.course));
+        let hits = pattern.instants().iter().zip(starts);
+        let mut both = hits.filter(|(instant, _)| instant.contains(&a) && instant.contains(&b));
+        both.any(|(_, k)| {
+            let flight = &flights[k];
+            let q: Vec<f64> = flight.after.iter().map(|z| z[0]).collect();
+            are_coupled(
+                &self.maps.contacts[a],
+                &self.maps.contacts[b],
+                &self.maps.system,
+                &q,
+            )
+        })
+    }
+
+    /// The size of the motion along one gap.
+    fn size(&self, stop: usize, flights: &[(f64, Vec<OrbitStep>)]) -> Result<f64> {
+        let mut size = 0.0f64;
+        for step in flights.iter().flat_map(|(_, steps)| steps) {
+            let x = step.dense.at(0.0);
+            let (q, v) = x.split_at(x.len() / 2);
+            let value = self.maps.contacts[stop].surface.along(q, v, v, 0.0)?;
+            size = size.max(value.size);
+        }
+        Ok(size)
+    }
+
+    fn search(
+        &self,
+        (start, steps): (f64, &[OrbitStep]),
+        (stop, first_order): (usize, usize),
+        held: &[usize],
+        margin: f64,
+        found: &mut Admissibility,
+    ) -> Result<()> {
+        let surface = &self.maps.contacts[stop].surface;
+        let ends = |t: f64, x: &[f64], h: f64| -> Result<[f64; 3]> {
+            let a = self.maps.rate_of(held, self.maps.moment(t), x)?;
+            let (q, v) = x.split_at(x.len() / 2);
+            let value = surface.along(q, v, &a, h)?;
+            Ok([value.gap, value.speed, value.acceleration])
+        };
+        // What the flights are known to is the rounding of an orbit.
+        let judged = Judgement {
+            rounding: margin,
+            error: 0.0,
+        };
+        for (i, step) in steps.iter().enumerate() {
+            let t = start + step.start;
+            let order = if i == 0 { first_order } else { 0 };
+            let known = EndValues::new(
+                ends(t, &step.dense.at(0.0), step.h)?,
+                ends(t + step.h, &step.dense.at(step.h), step.h)?,
+                step.h,
+                order,
+            );
+            if known.are_clear(order, margin) {
+                continue;
+            }
+            let quintic = Quintic::new(&known);
+            let mut touches = Vec::new();
+            let along = quintic.first_contact(order, judged, &mut touches);
+            let (x, depth) = quintic.lowest();
+            if along != Along::Clear && depth > margin {
+                found.keep_worst(Breach {
+                    stop,
+                    time: t + x * step.h,
+                    depth,
+                    rule: Rule::Passed,
+                });
+            }
+            found.touches.extend(touches.iter().map(|&(x, gap)| Touch {
+                stop,
+                time: t + x * step.h,
+                gap,
+            }));
+        }
+        Ok(())
+    }
+}

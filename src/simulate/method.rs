@@ -1,0 +1,125 @@
+//! The methods of a simulation: their names, the one that fits, and what each is made of.
+
+use crate::error::{Error, Result};
+use crate::hybrid::has_series;
+use crate::model::Scene;
+
+/// How the flights are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// The least machinery that is exact for the scene: closed-form flights for a linear one.
+    #[default]
+    Auto,
+    /// Closed-form flights; linear scenes only.
+    Exact,
+    /// Taylor series whose order grows with the tolerance's digits; pendulums with large motions.
+    Taylor,
+    /// The Dormand-Prince pair of orders 5 and 4; any scene.
+    Rk45,
+    /// The method of order 8 of Dormand and Prince, with dense output of order 7; any scene, tight tolerances.
+    Dop853,
+}
+
+impl Method {
+    /// Every method with its name.
+    const ALL: [(Self, &str); 5] = [
+        (Self::Auto, "auto"),
+        (Self::Exact, "exact"),
+        (Self::Taylor, "taylor"),
+        (Self::Rk45, "rk45"),
+        (Self::Dop853, "dop853"),
+    ];
+
+    /// The name used in Python.
+    pub fn name(self) -> &'static str {
+        let own = Self::ALL.iter().find(|(method, _)| *method == self);
+        own.map_or("auto", |(_, name)| name)
+    }
+
+    /// The method of a name, in any letter case.
+    ///
+    /// # Errors
+    /// A name that no method has.
+    pub fn from_name(name: &str) -> Result<Self> {
+        let known = Self::ALL
+            .iter()
+            .find(|(_, own)| own.eq_ignore_ascii_case(name));
+        known.map(|(method, _)| *method).ok_or_else(|| {
+            let names: Vec<String> = Self::ALL
+                .iter()
+                .map(|(_, own)| format!("\"{own}\""))
+                .collect();
+            let rule = format!("it must be one of {}", names.join(", "));
+            Error::bad_value("method", format!("{name:?}"), rule)
+        })
+    }
+
+    /// The method that will run: the least machinery that is exact for the scene.
+    pub(crate) fn chosen_for(self, scene: &Scene) -> Self {
+        match self {
+            Self::Auto if scene.linear_system("simulate").is_ok() => Self::Exact,
+            Self::Auto if has_series(scene) => Self::Taylor,
+            Self::Auto => Self::Rk45,
+            asked => asked,
+        }
+    }
+}
+
+/// Runs a block of code with the type of a state of so many coordinates: an array for those numbers that are named.
+macro_rules! with_state {
+    ($n_dof:expr, [$($n:literal),*], $state:ident => $body:expr) => {
+        match $n_dof {
+            $($n => {
+                type $state = [f64; 2 * $n];
+                $body
+            })*
+            _ => {
+                type $state = Vec<f64>;
+                $body
+            }
+        }
+    };
+}
+pub(crate) use with_state;
+
+/// Runs a block of code with what makes runs in the steps of a method, and the degree of their polynomials: the pair of Dormand and
+/// Prince for every kind of motion by its type, since its steps are little work, the others for any motion.
+macro_rules! with_steps {
+    ($method:expr, $motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {{
+        use $crate::flow::steps::{Dop853, DormandPrince};
+        use $crate::model::{SceneMotion, with_linear};
+        use $crate::simulate::with_steps;
+        match ($method, $motion) {
+            ($crate::simulate::Method::Dop853, any) => {
+                with_steps!(@by Dop853, any, [1, 2], $scene, $options, $make => $body)
+            }
+            (_, SceneMotion::Full(linear)) => with_linear!(linear, motion => {
+                with_steps!(@by DormandPrince, motion, [1, 2], $scene, $options, $make => $body)
+            }),
+            (_, SceneMotion::Diagonal(linear)) => with_linear!(linear, motion => {
+                with_steps!(@by DormandPrince, motion, [], $scene, $options, $make => $body)
+            }),
+            (_, SceneMotion::DoublePendulum(motion)) => {
+                with_steps!(@by DormandPrince, motion, [2], $scene, $options, $make => $body)
+            }
+            (_, SceneMotion::DrivenDoublePendulum(motion)) => {
+                with_steps!(@by DormandPrince, motion, [2], $scene, $options, $make => $body)
+            }
+            (_, SceneMotion::Chain(motion)) => {
+                with_steps!(@by DormandPrince, motion, [], $scene, $options, $make => $body)
+            }
+            (_, SceneMotion::Nonlinear(motion)) => {
+                with_steps!(@by DormandPrince, motion, [1, 2], $scene, $options, $make => $body)
+            }
+        }
+    }};
+    (@by $steps:ident, $motion:ident, $sizes:tt, $scene:expr, $options:expr, $make:ident => $body:expr) => {
+        $crate::simulate::with_state!(
+            $crate::model::Dynamics::n_dof($motion), $sizes, State => {
+                let $make = || $crate::simulate::Run::stepped::<State, _, $steps<State>>($motion, $scene, $options);
+                $body
+            }
+        )
+    };
+}
+pub(crate) use with_steps;
