@@ -21,7 +21,7 @@ MOST_PARAMETERS = 6
 
 def code_of(path):
     """Return the code of a file."""
-    text = path.read_text().split("#[cfg(test)]")[0]
+    text = re.split(r"#!?\[cfg\(test\)\]", path.read_text())[0]
     lines = (line for line in text.splitlines() if line.strip() and not line.strip().startswith("//"))
     return "\n".join(lines) + "\n"
 

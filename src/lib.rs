@@ -17,6 +17,7 @@ mod linalg;
 pub mod modal;
 pub mod model;
 pub mod orbit;
+mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod quantity;

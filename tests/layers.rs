@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 12] = [
+const LAYERS: [&[&str]; 13] = [
     &["error", "quantity", "linalg", "watch"],
     &["model"],
     &["modal"],
@@ -14,6 +14,7 @@ const LAYERS: [&[&str]; 12] = [
     &["flow"],
     &["contact"],
     &["hybrid"],
+    &["path"],
     &["simulate"],
     &["orbit"],
     &["sweep"],

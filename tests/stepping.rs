@@ -11,13 +11,25 @@ use vibroimpact::{
     PaperOptions, Scene, Side, SimulateOptions, Status, Stop, Trajectory, paper_scene, simulate,
 };
 
-fn rk45(rtol: f64) -> SimulateOptions {
+/// Every method of steps, the least order that is seen of it over decades of tolerance, and by how many tolerances its error may
+/// exceed what a step is allowed: Radau's estimate is of a lower order than its end, and is allowed a power of the tolerance.
+const METHODS: [(Method, f64, f64); 3] = [
+    (Method::Rk45, 4.7, 1.0),
+    (Method::Dop853, 7.5, 1.0),
+    (Method::Radau, 4.7, 40.0),
+];
+
+fn steps(method: Method, rtol: f64) -> SimulateOptions {
     SimulateOptions {
-        method: Method::Rk45,
+        method,
         rtol,
         atol: 1e-3 * rtol,
         ..Default::default()
     }
+}
+
+fn rk45(rtol: f64) -> SimulateOptions {
+    steps(Method::Rk45, rtol)
 }
 
 fn exact(rtol: f64) -> SimulateOptions {
@@ -148,7 +160,8 @@ fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
     // wall, that is deeper than two tolerances, which are left to the error of the motion itself: 26 depths below each of 8 peaks, at
     // every tolerance.
     let peaks = peaks();
-    for exponent in 3..=12 {
+    let cases = METHODS.iter().flat_map(|of| (3..=12).map(move |k| (of, k)));
+    for (&(method, _, off), exponent) in cases {
         let rtol = 10f64.powi(-exponent);
         let mut due = 0;
         for &(time, height) in &peaks[..8] {
@@ -157,12 +170,12 @@ fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
                 let wall = height - depth;
                 let options = SimulateOptions {
                     max_impacts: Some(1),
-                    ..rk45(rtol)
+                    ..steps(method, rtol)
                 };
-                let deep = 0.2 * margin(rtol, wall);
+                let deep = 0.2 * off * margin(rtol, wall);
                 let over = excursions(&peaks, wall);
                 let run = resonant(wall).run((0.0, time + 4.0), &options);
-                let label = format!("rtol {rtol:e}, peak at {time}, depth {depth:e}");
+                let label = format!("{method:?} {rtol:e}, peak at {time}, depth {depth:e}");
                 if let Some((_, until)) = over.iter().find(|x| x.0 > deep && x.1 < time + 4.0) {
                     due += 1;
                     let hit = run.impacts().first().map(|impact| impact.time);
@@ -170,7 +183,7 @@ fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
                 }
             }
         }
-        if exponent >= 9 {
+        if exponent >= 9 && off == 1.0 {
             assert_eq!(due, 208);
         }
     }
@@ -180,15 +193,17 @@ fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
 fn the_margin_is_small() {
     // At rtol 1e-8 every contact deeper than 1e-6 of the height is an impact.
     let peaks = peaks();
-    for &(time, height) in &peaks[..8] {
-        for factor in [1.0, 1.3, 2.0, 5.0] {
-            let wall = height * (1.0 - 1e-6 * factor);
-            let options = SimulateOptions {
-                max_impacts: Some(1),
-                ..rk45(1e-8)
-            };
-            let run = resonant(wall).run((0.0, time + 3.0), &options);
-            assert_eq!(run.impacts().len(), 1, "{time} {factor}");
+    for (method, ..) in METHODS {
+        for &(time, height) in &peaks[..8] {
+            for factor in [1.0, 1.3, 2.0, 5.0] {
+                let wall = height * (1.0 - 1e-6 * factor);
+                let options = SimulateOptions {
+                    max_impacts: Some(1),
+                    ..steps(method, 1e-8)
+                };
+                let run = resonant(wall).run((0.0, time + 3.0), &options);
+                assert_eq!(run.impacts().len(), 1, "{method:?} {time} {factor}");
+            }
         }
     }
 }
@@ -204,9 +219,12 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 }
 
 #[test]
-fn the_end_is_of_order_five_with_impacts_in_between() {
+fn the_end_is_of_the_order_of_its_method_with_impacts_in_between() {
     // The error of the last state against the mean step, over five decades of tolerance.
-    for linear in [true, false] {
+    for (linear, (method, least, _)) in [true, false]
+        .into_iter()
+        .flat_map(|linear| METHODS.map(|of| (linear, of)))
+    {
         let case = pendulums(linear);
         let span = (0.0, 60.0);
         let truth = if linear {
@@ -218,14 +236,14 @@ fn the_end_is_of_order_five_with_impacts_in_between() {
         let points: Vec<(f64, f64)> = (0..11)
             .map(|step| {
                 let rtol = 10f64.powf(-5.0 - 0.5 * f64::from(step));
-                let run = case.run(span, &rk45(rtol));
+                let run = case.run(span, &steps(method, rtol));
                 assert_eq!(run.impacts().len(), truth.impacts().len());
                 let h = span.1 / run.stats().n_steps as f64;
                 (h.ln(), apart(&end(&run), &end(&truth)).ln())
             })
             .collect();
         let order = slope(&points);
-        assert!(order >= 4.7, "linear {linear}: {order}");
+        assert!(order >= least, "linear {linear}, {method:?}: {order}");
     }
 }
 
@@ -340,6 +358,7 @@ fn steps_agree_with_exact_flights_impact_by_impact() {
     for k in 0..number("VIBROIMPACT_CASES", 200) {
         let case = random_case(&mut random);
         let rtol = 10f64.powf(random.between(-10.0, -5.0));
+        let (method, _, off) = METHODS[k % METHODS.len()];
         let span = (0.0, 12.0);
         let fine: Vec<f64> = (0..=6000).map(|i| f64::from(i) * 0.002).collect();
         let limited = |options: SimulateOptions| SimulateOptions {
@@ -349,7 +368,7 @@ fn steps_agree_with_exact_flights_impact_by_impact() {
         let options = limited(SimulateOptions {
             t_eval: Some(fine),
             keep: Keep::Impacts,
-            ..rk45(rtol)
+            ..steps(method, rtol)
         });
         let run = case.run(span, &options);
         let truth = case.run(span, &limited(exact(rtol)));
@@ -357,14 +376,16 @@ fn steps_agree_with_exact_flights_impact_by_impact() {
         let scale = 1.0 + case.v0.amax();
         all += truth.impacts().len();
         for (j, amplification) in condition.iter().enumerate() {
-            let allowed = 10.0 * rtol * scale * (1.0 + amplification);
+            let allowed = 10.0 * off * rtol * scale * (1.0 + amplification);
             let a = &truth.impacts()[j];
             let close = truth.impacts().get(j + 1);
             let close = close.is_some_and(|b| b.stop != a.stop && b.time - a.time < allowed);
             if allowed > 1e-3 || a.approach < 1e-5 || close {
                 break;
             }
-            let label = format!("case {k}, impact {j}, rtol {rtol:e}, condition {amplification:e}");
+            let label = format!(
+                "case {k}, impact {j}, {method:?}, rtol {rtol:e}, condition {amplification:e}"
+            );
             let Some(b) = run.impacts().get(j) else {
                 panic!("{label}: missing at {} {}", a.time, run.message());
             };
@@ -381,11 +402,11 @@ fn steps_agree_with_exact_flights_impact_by_impact() {
                 let normal = plane.normal_vector(q.len(), "stop").expect("valid");
                 let terms = normal.component_mul(&q).abs().sum() + plane.clearance();
                 let margin = 10.0 * (1e-3 * rtol * normal.abs().sum() + rtol * terms);
-                assert!(*gap >= -margin, "case {k}: {gap:e} at {time}");
+                assert!(*gap >= -off * margin, "case {k}: {gap:e} at {time}");
             }
         }
     }
-    assert!(10 * compared >= 8 * all, "{compared} of {all}");
+    assert!(4 * compared >= 3 * all, "{compared} of {all}");
 }
 
 // --- laws --------------------------------------------------------------------------------------------------------------
@@ -397,13 +418,16 @@ fn elastic_motion_keeps_its_energy_and_can_be_reversed() {
     let (m, k) = (rows([2.0, 0.5, 0.5, 1.0]), rows([5.0, -1.0, -1.0, 3.0]));
     let energy = |q: &DVector<f64>, v: &DVector<f64>| 0.5 * (v.dot(&(&m * v)) + q.dot(&(&k * q)));
     let at_start = energy(&case.q0, &case.v0);
-    for rtol in [1e-6, 1e-9, 1e-12] {
-        let run = case.run((0.0, 30.0), &rk45(rtol));
+    let cases = METHODS
+        .iter()
+        .flat_map(|of| [1e-6, 1e-9, 1e-12].map(|rtol| (of, rtol)));
+    for (&(method, _, off), rtol) in cases {
+        let run = case.run((0.0, 30.0), &steps(method, rtol));
         assert!(run.impacts().len() > 10);
         let (q, v) = run.last();
         assert!(
-            (energy(q, v) / at_start - 1.0).abs() < 100.0 * rtol,
-            "{rtol:e}"
+            (energy(q, v) / at_start - 1.0).abs() < 100.0 * off * rtol,
+            "{method:?} {rtol:e}"
         );
         let scene = case.scene.clone();
         let back = Case {
@@ -411,27 +435,37 @@ fn elastic_motion_keeps_its_energy_and_can_be_reversed() {
             q0: q.clone(),
             v0: -v,
         };
-        let back = back.run((0.0, 30.0), &rk45(rtol));
+        let back = back.run((0.0, 30.0), &steps(method, rtol));
         assert_eq!(back.impacts().len(), run.impacts().len());
         let (q, v) = back.last();
         let error = (q - &case.q0).amax().max((v + &case.v0).amax());
-        assert!(error < 1000.0 * rtol, "{rtol:e}: {error:e}");
+        assert!(
+            error < 1000.0 * off * rtol,
+            "{method:?} {rtol:e}: {error:e}"
+        );
     }
 }
 
 #[test]
 fn a_run_cut_in_two_is_one() {
-    for linear in [true, false] {
+    let cases = METHODS
+        .iter()
+        .flat_map(|of| [true, false].map(|linear| (of, linear)));
+    for (&(method, _, off), linear) in cases {
         let case = pendulums(linear);
-        let whole = case.run((0.0, 60.0), &rk45(1e-9));
+        let options = steps(method, 1e-9);
+        let whole = case.run((0.0, 60.0), &options);
         for cut in [1.0, 17.3, 31.0, 59.9] {
-            let first = case.run((0.0, cut), &rk45(1e-9));
+            let first = case.run((0.0, cut), &options);
             let scene = case.scene.clone();
             let (q0, v0) = (first.last().0.clone(), first.last().1.clone());
-            let rest = Case { scene, q0, v0 }.run((cut, 60.0), &rk45(1e-9));
+            let rest = Case { scene, q0, v0 }.run((cut, 60.0), &options);
             let count = first.impacts().len() + rest.impacts().len();
-            assert_eq!(count, whole.impacts().len(), "{cut}");
-            assert!(apart(&end(&rest), &end(&whole)) < 1e-8, "{cut}");
+            assert_eq!(count, whole.impacts().len(), "{method:?} {cut}");
+            assert!(
+                apart(&end(&rest), &end(&whole)) < 1e-8 * off,
+                "{method:?} {cut}"
+            );
         }
     }
 }
@@ -440,18 +474,23 @@ fn a_run_cut_in_two_is_one() {
 fn what_is_asked_for_does_not_change_the_motion() {
     let case = pendulums(false);
     let span = (0.0, 50.0);
-    let whole = case.run(span, &rk45(1e-7));
     let times: Vec<f64> = (0..=333).map(|i| f64::from(i) * 50.0 / 333.0).collect();
-    for keep in [Keep::Motion, Keep::Impacts, Keep::Final] {
+    let cases = METHODS
+        .iter()
+        .flat_map(|of| [Keep::Motion, Keep::Impacts, Keep::Final].map(|keep| (of.0, keep)));
+    for (method, keep) in cases {
+        let whole = case.run(span, &steps(method, 1e-7));
         for t_eval in [None, Some(vec![]), Some(times.clone()), Some(vec![50.0])] {
             let options = SimulateOptions {
                 keep,
                 t_eval: t_eval.clone(),
-                ..rk45(1e-7)
+                ..steps(method, 1e-7)
             };
             let run = case.run(span, &options);
             assert_eq!(end(&run), end(&whole));
-            assert_eq!(run.stats(), whole.stats());
+            // A dense output may take evaluations of its own.
+            let steps = |run: &Trajectory| (run.stats().n_steps, run.stats().n_flights);
+            assert_eq!(steps(&run), steps(&whole));
             if keep != Keep::Final {
                 assert_eq!(run.impacts(), whole.impacts());
             }
@@ -473,8 +512,14 @@ fn what_is_asked_for_does_not_change_the_motion() {
 
 #[test]
 fn the_sides_of_an_impact_follow_its_law() {
+    METHODS
+        .into_iter()
+        .for_each(|of| sides_follow_the_law(of.0));
+}
+
+fn sides_follow_the_law(method: Method) {
     let case = pendulums(true);
-    let run = case.run((0.0, 50.0), &rk45(1e-9));
+    let run = case.run((0.0, 50.0), &steps(method, 1e-9));
     for impact in run.impacts() {
         let (q, before) = run.state(impact.time, ImpactSide::Before).expect("kept");
         let (same, after) = run.state(impact.time, ImpactSide::After).expect("kept");
@@ -486,7 +531,7 @@ fn the_sides_of_an_impact_follow_its_law() {
     }
     let options = SimulateOptions {
         t_eval: Some(run.impacts().iter().map(|impact| impact.time).collect()),
-        ..rk45(1e-9)
+        ..steps(method, 1e-9)
     };
     let (_, _, v) = case
         .run((0.0, 50.0), &options)
@@ -533,20 +578,22 @@ fn a_start_on_the_stop_strikes_or_leaves_it() {
             v0: dvector![v],
         }
     };
-    let down = ball(-1.0).run((0.0, 1.2), &rk45(1e-9));
-    let times: Vec<f64> = down.impacts().iter().map(|impact| impact.time).collect();
-    assert!(times.len() == 2 && times[0] == 0.0 && (times[1] - 1.0).abs() < 1e-12);
-    assert!((down.impacts()[1].approach - 0.5).abs() < 1e-12);
-    for v in [1.0, 1e-3, 1e-6] {
-        // Higher and lower than the margin alike, the flight ends after 2 v, once it is seen to go on below the margin.
-        let options = SimulateOptions {
-            max_impacts: Some(1),
-            ..rk45(1e-9)
-        };
-        let up = ball(v).run((0.0, 2.0 * v + 1e-4), &options);
-        assert_eq!(up.impacts().len(), 1, "{v:e}");
-        assert!((up.impacts()[0].time / (2.0 * v) - 1.0).abs() < 1e-9);
-        assert!((up.impacts()[0].approach / v - 1.0).abs() < 1e-9);
+    for (method, ..) in METHODS {
+        let down = ball(-1.0).run((0.0, 1.2), &steps(method, 1e-9));
+        let times: Vec<f64> = down.impacts().iter().map(|impact| impact.time).collect();
+        assert!(times.len() == 2 && times[0] == 0.0 && (times[1] - 1.0).abs() < 1e-12);
+        assert!((down.impacts()[1].approach - 0.5).abs() < 1e-12);
+        for v in [1.0, 1e-3, 1e-6] {
+            // Higher and lower than the margin alike, the flight ends after 2 v, once it is seen to go on below the margin.
+            let options = SimulateOptions {
+                max_impacts: Some(1),
+                ..steps(method, 1e-9)
+            };
+            let up = ball(v).run((0.0, 2.0 * v + 1e-4), &options);
+            assert_eq!(up.impacts().len(), 1, "{v:e}");
+            assert!((up.impacts()[0].time / (2.0 * v) - 1.0).abs() < 1e-9);
+            assert!((up.impacts()[0].approach / v - 1.0).abs() < 1e-9);
+        }
     }
 }
 
@@ -568,14 +615,18 @@ fn counts_are_those_of_the_pair() {
 #[test]
 fn a_motion_that_blows_up_ends() {
     // q'' = w^2 q grows beyond the doubles; the span is as long as it pleases.
-    for w in [10.0f64, 1e4, 1e8] {
+    let cases = METHODS
+        .iter()
+        .flat_map(|of| [10.0f64, 1e4, 1e8].map(|w| (of.0, w)));
+    for (method, w) in cases {
         let scene = oscillator(0.0, -w * w, Forcing::Unforced, None);
         let case = Case {
             scene,
             q0: dvector![1.0],
             v0: dvector![0.0],
         };
-        match simulate(&case.scene, &case.q0, &case.v0, (0.0, 1e6), &rk45(1e-6)) {
+        let options = steps(method, 1e-6);
+        match simulate(&case.scene, &case.q0, &case.v0, (0.0, 1e6), &options) {
             Ok(run) => {
                 assert_eq!(run.status(), Status::StepUnderflow, "{w:e}");
                 assert!(end(&run).iter().all(|x| x.is_finite()), "{w:e}");

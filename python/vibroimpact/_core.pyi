@@ -53,7 +53,7 @@ _Forcing: TypeAlias = Harmonic | BaseMotion
 _Stop: TypeAlias = Stop | Wall | NonlinearStop
 _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
-_Method: TypeAlias = Literal["auto", "exact", "rk45", "taylor"]
+_Method: TypeAlias = Literal["auto", "exact", "taylor", "rk45", "dop853", "radau"]
 _Keep: TypeAlias = Literal["motion", "impacts", "final"]
 _Cells: TypeAlias = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_], _FloatArray]
 
@@ -363,6 +363,8 @@ class Orbit:
     @property
     def segments(self) -> NDArray[np.void]: ...
     @property
+    def energy(self) -> Energy: ...
+    @property
     def coefficients(self) -> Coefficients | None: ...
     @property
     def is_admissible(self) -> bool | None: ...
@@ -419,6 +421,7 @@ class Stats:
 class Energy:
     def __new__(
         cls,
+        t: ArrayLike,
         kinetic: ArrayLike,
         potential: ArrayLike,
         forcing_work: ArrayLike,
@@ -427,6 +430,8 @@ class Energy:
         balance: ArrayLike,
     ) -> Energy: ...
     def __getnewargs__(self) -> tuple[NDArray[np.float64], ...]: ...
+    @property
+    def t(self) -> _FloatArray: ...
     @property
     def kinetic(self) -> _FloatArray: ...
     @property

@@ -294,7 +294,7 @@ def simulate_many(
         Positions and velocities at the start, one row each.
     t_span : pair of float
         Start and end [s].
-    method : {"auto", "exact", "rk45", "taylor"}, default "auto"
+    method : {"auto", "exact", "taylor", "rk45", "dop853", "radau"}, default "auto"
         As for ``simulate``, in any letter case.
     rtol, atol, max_impacts
         As for ``simulate``.

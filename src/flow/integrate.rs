@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::steps::control::Controller;
-use crate::flow::steps::{Start, Stepper, Tolerance};
+use crate::flow::steps::{StepStart, Stepper, Tolerance};
 use crate::model::{DIFFERENCE, Dynamics, Moment};
 
 /// A first step, in parts of the span; the controller finds the right one soon.
@@ -21,16 +21,16 @@ pub(crate) fn integrate<P: Stepper<Vec<f64>>, D: Dynamics>(
     mut kept: Option<&mut Vec<KeptStep<P::Dense>>>,
 ) -> Result<()> {
     let mut stepper = P::new(dynamics.n_dof(), tolerance);
-    let mut controller = Controller::new(P::CONTROL);
+    let mut controller = Controller::default();
     let (mut done, mut h) = (0.0, FIRST_PART * span);
-    stepper.begin(dynamics, Start { at, x: state })?;
+    stepper.begin(dynamics, StepStart { at, x: state })?;
     for _ in 0..MOST_STEPS {
         if done >= span {
             return Ok(());
         }
         let is_last = h >= 0.999 * (span - done);
         let step = if is_last { span - done } else { h };
-        let start = Start {
+        let start = StepStart {
             at: at.after(done),
             x: state,
         };
@@ -39,7 +39,7 @@ pub(crate) fn integrate<P: Stepper<Vec<f64>>, D: Dynamics>(
         } else {
             f64::INFINITY
         };
-        let verdict = controller.judge(step, error);
+        let verdict = controller.judge(stepper.control(), step, error);
         h = verdict.next;
         if !verdict.is_accepted {
             if done + h == done {
@@ -55,8 +55,11 @@ pub(crate) fn integrate<P: Stepper<Vec<f64>>, D: Dynamics>(
             });
         }
         state.clone_from(stepper.end());
-        stepper.go_on();
         done = if is_last { span } else { done + step };
+        if !stepper.go_on() {
+            let at = at.after(done);
+            stepper.begin(dynamics, StepStart { at, x: state })?;
+        }
     }
     Err(Error::NoConvergence {
         stage: "the integration of a flight",

@@ -4,6 +4,8 @@
 pub(crate) mod chatter;
 pub(crate) mod clock;
 mod closed_form;
+#[cfg(test)]
+mod contract;
 mod flow;
 mod integrated;
 mod maps;
@@ -14,8 +16,8 @@ pub(crate) mod system;
 pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, constrained_motions, joined};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
 pub(crate) use integrated::{
-    InSteps, IntegratedFlow, IntegratedMaps, OrbitStep, Pendulum, SeriesStep, Taylor, has_series,
-    series_order,
+    InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum, SeriesStep, Taylor,
+    has_series, series_order,
 };
 pub(crate) use maps::{HybridMaps, project_onto};
 pub use segment::{Graze, SegmentKind};

@@ -1,8 +1,10 @@
 //! What a hybrid system hands on of the motion that it passes through: arcs, in segments, and touches. What is kept of them is not
 //! its business.
 
+use crate::flow::steps::{Dense, DenseOutput, State};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::segment::{Graze, SegmentKind};
+use crate::modal::Pair;
 use nalgebra::DVector;
 
 /// What a recorder wants to be told.
@@ -31,12 +33,30 @@ pub(crate) struct ArcSpan {
     pub last: Option<f64>,
 }
 
+/// What can be written as the numbers from which it can be had again.
+pub(crate) trait Written {
+    /// Adds the numbers.
+    fn write(&self, numbers: &mut Vec<f64>);
+}
+
 /// The motion on an arc, in the form in which its flow knows it.
-pub(crate) trait ArcMotion {
+pub(crate) trait ArcMotion: Written {
     /// Position and velocity a time after the start.
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>);
-    /// Adds the numbers from which the motion can be had again.
-    fn write(&self, numbers: &mut Vec<f64>);
+}
+
+/// Modal pairs.
+impl Written for [Pair] {
+    fn write(&self, numbers: &mut Vec<f64>) {
+        numbers.extend(self.iter().flatten());
+    }
+}
+
+/// A step.
+impl<S: State, const P: usize> Written for Dense<S, P> {
+    fn write(&self, numbers: &mut Vec<f64>) {
+        DenseOutput::write(self, numbers);
+    }
 }
 
 /// Takes note of a motion as it is passed through.

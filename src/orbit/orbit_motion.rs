@@ -3,11 +3,13 @@
 
 use crate::error::Result;
 use crate::flow::steps::{Dense, DenseOutput};
-use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
+use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, with_flow};
 use crate::hybrid::HybridMaps;
 use crate::hybrid::SegmentKind;
+use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{ClosedFormMaps, constrained_motions, joined};
-use crate::hybrid::{IntegratedMaps, OrbitStep};
+use crate::hybrid::{IntegratedMaps, OrbitDense, OrbitStep};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::orbit::course::{Course, struck};
@@ -20,6 +22,7 @@ use crate::orbit::verdict::admissibility::Admissibility;
 use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::integrated::IntegratedJudge;
 use crate::orbit::verdict::judge::Judge;
+use crate::path::{Evaluator, Path, PathParts};
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -31,7 +34,7 @@ pub(crate) enum OrbitMotion {
     Modal {
         modal: Arc<ModalScene>,
         /// Made when first asked for, and shared by the copies of the orbit.
-        flow: Arc<OnceLock<SceneFlow>>,
+        flow: Arc<OnceLock<Arc<SceneFlow>>>,
         /// The motions while stops are held.
         held: Vec<Arc<ConstrainedMotion>>,
     },
@@ -46,6 +49,13 @@ pub(crate) enum OrbitMotion {
 pub(crate) fn paired(state: &DVector<f64>) -> Vec<Pair> {
     let (q, v) = state.as_slice().split_at(state.len() / 2);
     q.iter().zip(v).map(|(&q, &v)| [q, v]).collect()
+}
+
+/// An arc of an orbit, from a time on.
+fn arc_span(frequency: f64, start: f64, span: f64) -> ArcSpan {
+    let start = Clock::new(start, frequency);
+    let last = None;
+    ArcSpan { start, span, last }
 }
 
 /// The straight line between two states as one step.
@@ -111,37 +121,56 @@ impl OrbitMotion {
         }
     }
 
-    /// Position and velocity a time after the start of flight k.
-    pub fn along(
-        &self,
-        phase: f64,
-        k: usize,
-        flight: &Flight,
-        local: f64,
-    ) -> (DVector<f64>, DVector<f64>) {
+    /// One period as a path, its end closed by the start of the next.
+    pub fn path(&self, phase: f64, flights: &[Flight]) -> Path {
+        let period = flights.iter().map(|flight| flight.span).sum();
+        let mut parts = PathParts::default();
         match self {
-            Self::Modal { modal, flow, held } => {
-                let angle = modal.frequency * flight.start + phase;
-                let stops = &flight.course.stops;
-                if let Some(constrained) = held.iter().find(|motion| motion.stops == *stops) {
-                    let (q, v) = modal.form.to_physical(&flight.after);
-                    return constrained.carry(angle, local, &q, &v);
+            Self::Modal { modal, .. } => {
+                for flight in flights {
+                    let arc = arc_span(modal.frequency, flight.start, flight.span);
+                    parts.begin(flight.course.kind, &flight.course.stops);
+                    parts.push(arc, flight.after.as_slice());
                 }
-                let mut state = flight.after.clone();
-                let flow = flow.get_or_init(|| modal.flow());
-                with_flow!(flow, f => carry(f, angle, local, &mut state));
-                modal.form.to_physical(&state)
-            }
-            Self::Stepped { steps, .. } => {
-                let all = &steps[k].1;
-                let index = all.partition_point(|s| s.start <= local).max(1) - 1;
-                let x = all.get(index).map_or_else(
-                    || unpaired(&flight.after).as_slice().to_vec(),
-                    |step| step.dense.at((local - step.start).min(step.h)),
+                parts.begin(SegmentKind::Flight, &[]);
+                parts.push(
+                    arc_span(modal.frequency, period, 0.0),
+                    flights[0].after.as_slice(),
                 );
-                let (q, v) = x.split_at(x.len() / 2);
-                (DVector::from_column_slice(q), DVector::from_column_slice(v))
             }
+            Self::Stepped { motion, steps } => {
+                for (flight, (start, steps)) in flights.iter().zip(steps.iter()) {
+                    parts.begin(flight.course.kind, &flight.course.stops);
+                    for step in steps {
+                        let arc = arc_span(motion.frequency, start + step.start, step.h);
+                        parts.push(arc, &step.dense);
+                    }
+                }
+                let first = unpaired(&flights[0].after);
+                parts.begin(SegmentKind::Flight, &[]);
+                let closed = arc_span(motion.frequency, period, 0.0);
+                parts.push(closed, &line(1.0, &first, &first).dense);
+            }
+        }
+        Path {
+            evaluator: self.evaluator(phase),
+            parts,
+            span: (0.0, period),
+            n_dof: flights[0].after.len(),
+        }
+    }
+
+    fn evaluator(&self, phase: f64) -> Evaluator {
+        match self {
+            Self::Modal { modal, flow, held } => Evaluator::Exact {
+                modal: Arc::clone(modal),
+                flow: Arc::clone(flow.get_or_init(|| Arc::new(modal.flow()))),
+                held: held.clone(),
+                phase,
+            },
+            Self::Stepped { .. } => Evaluator::Steps {
+                degree: OrbitDense::DEGREE,
+            },
         }
     }
 
@@ -151,8 +180,8 @@ impl OrbitMotion {
         let Self::Modal { modal, flow, .. } = self else {
             return None;
         };
-        let flow = flow.get_or_init(|| modal.flow());
-        with_flow!(flow, f => Carrier::new(modal, f).lost(pattern, phase, flights))
+        let flow = flow.get_or_init(|| Arc::new(modal.flow()));
+        with_flow!(&**flow, f => Carrier::new(modal, f).lost(pattern, phase, flights))
     }
 
     /// The impacts of a period, instant by instant.

@@ -12,8 +12,8 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
+use crate::path::{Energy, Path, Segment, energy_along};
 use crate::quantity::room_for;
-use crate::simulate::Segment;
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -32,6 +32,7 @@ pub struct PeriodicOrbit {
     phase: f64,
     flights: Vec<Flight>,
     impacts: Vec<Impact>,
+    path: OnceLock<Path>,
     admissibility: OnceLock<Admissibility>,
     violation: OnceLock<Option<Violation>>,
     stability: OnceLock<Stability>,
@@ -70,6 +71,7 @@ impl PeriodicOrbit {
             phase,
             flights,
             impacts,
+            path: OnceLock::new(),
             admissibility: OnceLock::new(),
             violation: OnceLock::new(),
             stability: OnceLock::new(),
@@ -119,23 +121,16 @@ impl PeriodicOrbit {
     /// The parts of one period, counted from the first impact, as those of a trajectory: flights from impact to impact, the
     /// rest of impacts that accumulate, lasting contact (each stop in contact has a row).
     pub fn segments(&self) -> Vec<Segment> {
-        let mut all = Vec::with_capacity(self.flights.len());
-        for flight in &self.flights {
+        let rows = |flight: &'_ Flight| {
             let whole = Segment {
                 kind: flight.course.kind,
                 stop: None,
                 start: flight.start,
                 end: flight.start + flight.span,
             };
-            if flight.course.stops.is_empty() {
-                all.push(whole);
-            }
-            all.extend(flight.course.stops.iter().map(|&stop| Segment {
-                stop: Some(stop),
-                ..whole
-            }));
-        }
-        all
+            whole.rows(&flight.course.stops).collect::<Vec<_>>()
+        };
+        self.flights.iter().flat_map(rows).collect()
     }
 
     /// Position right after the first impact, shape `(n,)`.
@@ -177,8 +172,31 @@ impl PeriodicOrbit {
             .rposition(|f| f.start <= local)
             .unwrap_or(0);
         let flight = &self.flights[k];
-        self.motion
-            .along(self.phase, k, flight, local - flight.start)
+        self.path().state_along(k, local - flight.start)
+    }
+
+    /// One period as a path.
+    fn path(&self) -> &Path {
+        self.path
+            .get_or_init(|| self.motion.path(self.phase, &self.flights))
+    }
+
+    /// The energy ledger of one period, from right after the first impact to right after it a period later; what the forcing brought
+    /// is then what was lost.
+    ///
+    /// # Errors
+    /// A system given by functions without its mass matrix or its potential.
+    pub fn energy(&self) -> Result<Energy> {
+        self.energy_checked(&mut || ControlFlow::Continue(()))
+    }
+
+    /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
+    pub fn energy_checked(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
+        let points = self.path().points()?;
+        energy_along(self.path(), &self.scene, &points, &mut Watch::new(observer))
     }
 
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads

@@ -8,6 +8,7 @@ use crate::python::model::PyScene;
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::pattern::{out_pattern, pattern, shown};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
+use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
 use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
@@ -162,6 +163,22 @@ impl PyOrbit {
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_segments(py, &self.0.segments())
+    }
+
+    /// The energy ledger of one period, from right after the first impact to right after it a period later (``t``, both sides of each
+    /// impact): what the forcing brought is then what was lost in dampers and at impacts. Of a NonlinearSystem as for a trajectory.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A NonlinearSystem without ``mass`` or ``potential``.
+    #[getter]
+    fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
+        let orbit = &self.0;
+        let energy = interrupt::run(py, false, |observe| {
+            orbit.energy_checked(&mut || observe(0.0))
+        })?;
+        Ok(PyEnergy(energy))
     }
 
     /// Coefficients a, b, A, B of the paper's (14) in the shapes of ``modes``; None where the modes are complex

@@ -82,7 +82,7 @@ impl PyStats {
     }
 }
 
-/// Energies along a trajectory, arrays of shape (m,), one entry for each of its times ``t``.
+/// Energies along a motion, arrays of shape (m,), one entry for each of the times ``t``: those of a trajectory, or one period of an orbit.
 ///
 /// ``balance`` is what does not add up: kinetic + potential - forcing_work + damping_loss + impact_loss, less its value at
 /// the start; zero but for the tolerance of the integration.
@@ -93,6 +93,7 @@ pub(crate) struct PyEnergy(pub Energy);
 impl PyEnergy {
     #[new]
     fn new(
+        t: &Bound<'_, PyAny>,
         kinetic: &Bound<'_, PyAny>,
         potential: &Bound<'_, PyAny>,
         forcing_work: &Bound<'_, PyAny>,
@@ -100,19 +101,20 @@ impl PyEnergy {
         impact_loss: &Bound<'_, PyAny>,
         balance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let kinetic = vector("kinetic", kinetic)?;
+        let time = vector("t", t)?;
         let values = |name, value| -> PyResult<Vec<f64>> {
             let values = vector(name, value)?;
-            finite_vector(name, &values, kinetic.len())?;
+            finite_vector(name, &values, time.len())?;
             Ok(values.as_slice().to_vec())
         };
         Ok(Self(Energy {
+            kinetic: values("kinetic", kinetic)?,
             potential: values("potential", potential)?,
             forcing_work: values("forcing_work", forcing_work)?,
             damping_loss: values("damping_loss", damping_loss)?,
             impact_loss: values("impact_loss", impact_loss)?,
             balance: values("balance", balance)?,
-            kinetic: kinetic.as_slice().to_vec(),
+            time: time.as_slice().to_vec(),
         }))
     }
 
@@ -120,6 +122,7 @@ impl PyEnergy {
         PyTuple::new(
             py,
             [
+                self.t(py),
                 self.kinetic(py),
                 self.potential(py),
                 self.forcing_work(py),
@@ -128,6 +131,12 @@ impl PyEnergy {
                 self.balance(py),
             ],
         )
+    }
+
+    /// The times [s].
+    #[getter]
+    fn t<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.time.clone().into_pyarray(py)
     }
 
     /// Kinetic energy.

@@ -64,10 +64,12 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 ///     Position and velocity at the start.
 /// t_span : pair of float
 ///     Start and end [s].
-/// method : {"auto", "exact", "rk45", "taylor"}, default "auto"
-///     "exact": closed-form flights, linear scenes only; "rk45": the Runge-Kutta pair of orders 5 and 4 of Dormand and
-///     Prince, any scene; "taylor": Taylor series whose order grows with the digits asked for, a DoublePendulum or a
-///     PendulumChain with stops and walls; "auto": the first of exact, taylor, rk45 that the scene allows. Any letter case.
+/// method : {"auto", "exact", "taylor", "rk45", "dop853", "radau"}, default "auto"
+///     "exact": closed-form flights, linear scenes only; "taylor": Taylor series whose order grows with the digits asked for, a
+///     DoublePendulum or a PendulumChain with stops and walls; any scene: "rk45", the Runge-Kutta pair of orders 5 and 4 of Dormand
+///     and Prince; "dop853", their method of order 8; "radau", the implicit Radau IIA method of order 5, for stiff motions.
+///     "auto": exact or taylor where the scene allows it; else dop853 for rtol below 1e-7 and rk45 above, and radau from the
+///     step on at which the motion is found stiff, as ``message`` says. Any letter case.
 /// rtol, atol : float, default 1e-9, 1e-12
 ///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With every method
 ///     they say when impacts that accumulate are completed, and set the margin of a start, ``10 (atol |n|_1 + rtol * size)``:
@@ -101,7 +103,10 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// In exact flights each next impact is provably the first one: the gap is followed by cubics with a bound on what they
 /// leave out. Steps of the pair [1]_ carry each gap along as the quintic that has its value, speed and acceleration at both
 /// ends: every contact of the quintic is found, and reached by a step of its own, as is a minimum that the quintic cannot tell
-/// from a contact. Along a Taylor series the gap is a polynomial with the same proof as in exact flights.
+/// from a contact. The longer steps of dop853 [2]_ and radau [3]_ are searched on the same quintic, with its distance from their own
+/// polynomial as its error. radau uses the ``jacobian`` of a NonlinearSystem where there is one; its polynomial inside a step is
+/// known to its estimate of the error alone, so that samples at rtol = 1e-11 are off by tens of tolerances where contacts and the end
+/// are not. Along a Taylor series the gap is a polynomial with the same proof as in exact flights.
 ///
 /// A stop that the computed motion passes by more than the rounding of the gap is hit, however slowly; no tolerance has a say. A
 /// minimum within that rounding is a graze, in ``grazes`` and no impact, and so is a gap that stays within it. Of steps the
@@ -118,6 +123,8 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// References
 /// ----------
 /// .. [1] J. R. Dormand and P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comp. Appl. Math. 6 (1980) 19.
+/// .. [2] E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.10.
+/// .. [3] E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II", Springer 1996, section IV.8.
 ///
 /// Examples
 /// --------

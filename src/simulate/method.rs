@@ -1,8 +1,10 @@
 //! The methods of a simulation: their names, the one that fits, and what each is made of.
 
 use crate::error::{Error, Result};
+use crate::flow::steps::{Dop853, DormandPrince, Switching};
 use crate::hybrid::has_series;
-use crate::model::Scene;
+use crate::model::{Scene, System};
+use nalgebra::DVector;
 
 /// How the flights are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,16 +20,19 @@ pub enum Method {
     Rk45,
     /// The method of order 8 of Dormand and Prince, with dense output of order 7; any scene, tight tolerances.
     Dop853,
+    /// The implicit Radau IIA method of order 5; any scene, stiff motions.
+    Radau,
 }
 
 impl Method {
     /// Every method with its name.
-    const ALL: [(Self, &str); 5] = [
+    const ALL: [(Self, &str); 6] = [
         (Self::Auto, "auto"),
         (Self::Exact, "exact"),
         (Self::Taylor, "taylor"),
         (Self::Rk45, "rk45"),
         (Self::Dop853, "dop853"),
+        (Self::Radau, "radau"),
     ];
 
     /// The name used in Python.
@@ -54,14 +59,32 @@ impl Method {
         })
     }
 
-    /// The method that will run: the least machinery that is exact for the scene.
+    /// The method that will run: the least machinery that is exact for the scene; `Auto` where that is steps, of the method that
+    /// fits their tolerance, and of the implicit one from where the motion is found stiff.
     pub(crate) fn chosen_for(self, scene: &Scene) -> Self {
         match self {
             Self::Auto if scene.linear_system("simulate").is_ok() => Self::Exact,
             Self::Auto if has_series(scene) => Self::Taylor,
-            Self::Auto => Self::Rk45,
             asked => asked,
         }
+    }
+}
+
+/// Refuses a Jacobian of a system given by functions that is not that of its acceleration at a start, where a method uses it.
+///
+/// # Errors
+/// A Jacobian of another shape, not finite or wrong; what the functions report.
+pub(crate) fn check_jacobian(
+    method: Method,
+    scene: &Scene,
+    t: f64,
+    (q, v): (&DVector<f64>, &DVector<f64>),
+) -> Result<()> {
+    match (method, scene.system()) {
+        (Method::Radau | Method::Auto, System::Nonlinear(system)) => {
+            system.check_jacobian(t, q.as_slice(), v.as_slice())
+        }
+        _ => Ok(()),
     }
 }
 
@@ -82,16 +105,33 @@ macro_rules! with_state {
 }
 pub(crate) use with_state;
 
-/// Runs a block of code with what makes runs in the steps of a method, and the degree of their polynomials: the pair of Dormand and
-/// Prince for every kind of motion by its type, since its steps are little work, the others for any motion.
+/// A method of few stages to this relative tolerance, one of high order below it.
+pub(crate) const TIGHT: f64 = 1e-7;
+
+/// The steps of `Auto` for tight and for loose tolerances.
+pub(crate) type TightSteps<S> = Switching<S, Dop853<S>, 7>;
+pub(crate) type LooseSteps<S> = Switching<S, DormandPrince<S>, 4>;
+
+/// Runs a block of code with what makes runs in the steps of a method: the pair of Dormand and Prince for every kind of motion by
+/// its type, since its steps are little work, the others for any motion.
 macro_rules! with_steps {
     ($method:expr, $motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {{
-        use $crate::flow::steps::{Dop853, DormandPrince};
+        use $crate::flow::steps::{Dop853, DormandPrince, Radau};
         use $crate::model::{SceneMotion, with_linear};
+        use $crate::simulate::method::{LooseSteps, TIGHT, TightSteps};
         use $crate::simulate::with_steps;
         match ($method, $motion) {
-            ($crate::simulate::Method::Dop853, any) => {
+            (Method::Dop853, any) => {
                 with_steps!(@by Dop853, any, [1, 2], $scene, $options, $make => $body)
+            }
+            (Method::Radau, any) => {
+                with_steps!(@by Radau, any, [1, 2], $scene, $options, $make => $body)
+            }
+            (Method::Auto, any) if $options.rtol < TIGHT => {
+                with_steps!(@by TightSteps, any, [1, 2], $scene, $options, $make => $body)
+            }
+            (Method::Auto, any) => {
+                with_steps!(@by LooseSteps, any, [1, 2], $scene, $options, $make => $body)
             }
             (_, SceneMotion::Full(linear)) => with_linear!(linear, motion => {
                 with_steps!(@by DormandPrince, motion, [1, 2], $scene, $options, $make => $body)

@@ -1,11 +1,8 @@
 //! From a scene to a trajectory: flights, contacts, impacts (theory 8, 9).
 
 mod batch;
-mod energy;
 mod event_loop;
-mod fading;
-mod kept;
-mod method;
+pub(crate) mod method;
 mod options;
 mod plan;
 mod record;
@@ -16,8 +13,8 @@ mod saved_rules;
 mod trajectory;
 
 pub use crate::hybrid::{Graze, SegmentKind};
+pub use crate::path::{Energy, ImpactSide, Samples, Segment};
 pub(crate) use batch::Batch;
-pub use energy::Energy;
 pub(crate) use event_loop::RATIO_TOL;
 pub use method::Method;
 pub(crate) use method::{with_state, with_steps};
@@ -26,4 +23,4 @@ pub use plan::plan;
 pub(crate) use run::{Done, Run, with_series};
 pub use run::{simulate, simulate_checked};
 pub use saved::SavedTrajectory;
-pub use trajectory::{ImpactSide, Samples, Segment, Trajectory};
+pub use trajectory::Trajectory;

@@ -35,7 +35,9 @@ fn machinery(scene: &Scene) -> Result<String> {
             );
             (steps, "the series")
         } else {
-            let steps = "Runge-Kutta steps of orders 5 and 4".to_owned();
+            let steps =
+                "Runge-Kutta steps of order 8, implicit ones of order 5 where the motion is stiff"
+                    .to_owned();
             (steps, "the interpolant")
         };
         let stops = contacts_along(scene, course);

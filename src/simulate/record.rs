@@ -3,9 +3,8 @@
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
-use crate::simulate::kept::{Kept, Piece};
+use crate::path::{PathParts, Samples};
 use crate::simulate::options::{Keep, SimulateOptions};
-use crate::simulate::trajectory::Samples;
 use crate::watch::is_broken_off;
 use nalgebra::DMatrix;
 
@@ -14,7 +13,7 @@ pub(crate) struct Record {
     pub keep: Keep,
     pub impacts: Vec<Impact>,
     grazes: Vec<Graze>,
-    kept: Option<Kept>,
+    kept: Option<PathParts>,
     samples: Option<Sampler>,
 }
 
@@ -39,7 +38,7 @@ impl Record {
             keep: options.keep,
             impacts: Vec::new(),
             grazes: Vec::new(),
-            kept: (options.keep == Keep::Motion).then(Kept::default),
+            kept: (options.keep == Keep::Motion).then(PathParts::default),
             samples: options.t_eval.as_ref().map(sampler),
         }
     }
@@ -71,7 +70,7 @@ impl Record {
     }
 
     /// The samples taken, fewer than asked for where the run ended early.
-    pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>, Option<Kept>) {
+    pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>, Option<PathParts>) {
         let taken = |mut s: Sampler| {
             s.times.truncate(s.next);
             (
@@ -111,11 +110,7 @@ impl Recorder for Record {
 
     fn arc(&mut self, arc: ArcSpan, motion: &mut dyn ArcMotion) {
         if let Some(kept) = &mut self.kept {
-            kept.pieces.push(Piece {
-                clock: arc.start,
-                span: arc.span,
-            });
-            motion.write(&mut kept.numbers);
+            kept.push(arc, motion);
         }
         self.sample(arc, motion);
     }

@@ -6,10 +6,10 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
-use crate::simulate::kept::{Kept, KeptSegment, Machinery, Piece};
+use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::saved::{SavedMotion, SavedTrajectory};
-use crate::simulate::saved_rules::{check, check_finite, check_pieces};
+use crate::simulate::saved_rules::{check, check_arcs, check_finite};
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ impl Trajectory {
     /// The trajectory as plain numbers.
     pub fn save(&self) -> SavedTrajectory {
         let s = self.stats;
-        let reading = |f: &Piece| {
+        let reading = |f: &PathArc| {
             let [time, rest] = f.clock.reading();
             [time, rest, f.span]
         };
@@ -50,16 +50,17 @@ impl Trajectory {
                 self.last.0.as_slice().to_vec(),
                 self.last.1.as_slice().to_vec(),
             ),
-            motion: self.kept.as_ref().map(|kept| {
-                let named = |s: &KeptSegment| (s.kind.name().to_owned(), s.stops.clone(), s.first);
+            motion: self.path.as_ref().map(|path| {
+                let parts = &path.parts;
+                let named = |s: &PathSegment| (s.kind.name().to_owned(), s.stops.clone(), s.first);
                 (
-                    kept.pieces.iter().map(reading).collect(),
-                    kept.numbers.clone(),
-                    kept.segments.iter().map(named).collect(),
-                    match self.machinery {
-                        Machinery::Exact { .. } => 0,
-                        Machinery::Steps { degree } => degree,
-                        Machinery::Series { order } => order,
+                    parts.arcs.iter().map(reading).collect(),
+                    parts.numbers.clone(),
+                    parts.segments.iter().map(named).collect(),
+                    match path.evaluator {
+                        Evaluator::Exact { .. } => 0,
+                        Evaluator::Steps { degree } => degree,
+                        Evaluator::Series { order } => order,
                     },
                 )
             }),
@@ -77,25 +78,26 @@ impl Trajectory {
         // Without a motion nothing asks what would move it.
         let order = saved.motion.as_ref().map_or(1, |motion| motion.3);
         let frequency = scene.forcing().frequency().unwrap_or(0.0);
-        let mut machinery = if order >= LEAST_SERIES {
-            Machinery::Series { order }
+        let mut evaluator = if order >= LEAST_SERIES {
+            Evaluator::Series { order }
         } else if order > 0 {
-            Machinery::Steps { degree: order }
+            Evaluator::Steps { degree: order }
         } else {
             let timed = TimedScene::of(scene, "a trajectory")?;
-            Machinery::Exact {
+            Evaluator::Exact {
                 modal: Arc::clone(&timed.modal),
                 flow: Arc::clone(&timed.flow),
                 held: Vec::new(),
+                phase: 0.0,
             }
         };
         let clock = Clock::new(0.0, frequency);
-        let width = |kind| machinery.width(kind, n);
+        let width = |kind| evaluator.width(kind, n);
         let kept = saved
             .motion
             .map(|motion| kept(clock, saved.span, motion, width))
             .transpose()?;
-        if let (Machinery::Exact { modal, held, .. }, Some(kept)) = (&mut machinery, &kept) {
+        if let (Evaluator::Exact { modal, held, .. }, Some(kept)) = (&mut evaluator, &kept) {
             for segment in &kept.segments {
                 let stops = &segment.stops;
                 if !stops.is_empty()
@@ -110,9 +112,13 @@ impl Trajectory {
         let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
         Ok(Self {
             scene: scene.clone(),
-            machinery,
+            path: kept.map(|parts| Path {
+                evaluator,
+                parts,
+                span: saved.span,
+                n_dof: n,
+            }),
             span: saved.span,
-            kept,
             impacts: saved
                 .impacts
                 .into_iter()
@@ -152,15 +158,15 @@ impl Trajectory {
 fn kept(
     clock: Clock,
     span: (f64, f64),
-    (pieces, numbers, segments, _): SavedMotion,
+    (arcs, numbers, segments, _): SavedMotion,
     width: impl Fn(SegmentKind) -> usize,
-) -> Result<Kept> {
+) -> Result<PathParts> {
     let mut offset = 0;
     let ends = segments.iter().skip(1).map(|next| next.2);
-    let ends: Vec<usize> = ends.chain([pieces.len()]).collect();
+    let ends: Vec<usize> = ends.chain([arcs.len()]).collect();
     let mut segment = |((name, stops, first), end): (&(String, Vec<usize>, usize), &usize)| {
         let kind = SegmentKind::from_name(name)?;
-        let kept = KeptSegment {
+        let kept = PathSegment {
             kind,
             stops: stops.clone(),
             first: *first,
@@ -172,7 +178,7 @@ fn kept(
     };
     let segments = segments.iter().zip(&ends).map(&mut segment);
     let segments = segments.collect::<Result<Vec<_>>>()?;
-    if offset != numbers.len() || (segments.is_empty() && !pieces.is_empty()) {
+    if offset != numbers.len() || (segments.is_empty() && !arcs.is_empty()) {
         let found = format!("{} numbers", numbers.len());
         return Err(Error::bad_shape(
             "saved motion",
@@ -181,10 +187,10 @@ fn kept(
         ));
     }
     check_finite("the motion", numbers.iter())?;
-    let kept = Kept {
-        pieces: pieces
+    let kept = PathParts {
+        arcs: arcs
             .iter()
-            .map(|&[time, rest, span]| Piece {
+            .map(|&[time, rest, span]| PathArc {
                 clock: clock.set([time, rest]),
                 span,
             })
@@ -192,6 +198,6 @@ fn kept(
         segments,
         numbers,
     };
-    check_pieces(&kept, span)?;
+    check_arcs(&kept, span)?;
     Ok(kept)
 }

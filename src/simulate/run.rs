@@ -9,10 +9,10 @@ use crate::hybrid::{
 };
 use crate::linalg::singular::overflow;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
+use crate::path::{Evaluator, Path};
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::event_loop::{Ending, EventLoop};
-use crate::simulate::kept::Machinery;
-use crate::simulate::method::{Method, with_steps};
+use crate::simulate::method::{Method, check_jacobian, with_steps};
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use crate::simulate::trajectory::Trajectory;
@@ -24,9 +24,10 @@ use std::sync::Arc;
 ///
 /// A linear scene flies in closed form from impact to impact; each next impact is provably the first one. A pendulum with
 /// large motions follows its Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap
-/// is a polynomial, with the same proof. Other scenes are integrated by the Dormand-Prince pair of orders 5 and 4
-/// (`Method::Rk45`); every contact on its interpolant is found, and reached by a step of its own, as is a minimum of a gap that
-/// the interpolant cannot tell from a contact. Impacts that accumulate are completed, stops that stay in contact are held and let
+/// is a polynomial, with the same proof. Other scenes are integrated by the method of order 8 of Dormand and Prince
+/// (`Method::Dop853`), or by their pair of orders 5 and 4 (`Method::Rk45`) for loose tolerances, and by the implicit Radau IIA method
+/// of order 5 (`Method::Radau`) from where the motion is found stiff; every contact on the interpolant of a step is found, and reached
+/// by a step of its own, as is a minimum of a gap that the interpolant cannot tell from a contact. Impacts that accumulate are completed, stops that stay in contact are held and let
 /// go by their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
 ///
 /// A stop that the computed motion passes by more than the rounding of the gap is hit, however slowly; a minimum within that is
@@ -39,7 +40,8 @@ use std::sync::Arc;
 /// `Method::Exact` for a nonlinear scene or `Method::Taylor` for one without series, a motion that grows beyond the doubles.
 ///
 /// # References
-/// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19; A. Jorba and M. Zou,
+/// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19; E. Hairer, S. P. Norsett and G. Wanner,
+/// Solving Ordinary Differential Equations I, section II.10, and II, section IV.8, for the methods of order 8 and 5; A. Jorba and M. Zou,
 /// Experimental Mathematics 14 (2005) 99, for steps and orders of Taylor series.
 ///
 /// # Examples
@@ -88,7 +90,7 @@ pub fn simulate_checked(
         Error::bad_value("t_span", format!("{t_span:?}"), rule)
     };
     let flown = fly(scene, (q0, v0), t_span, options, observer);
-    let (machinery, done) = flown.map_err(|e| if e == overflow() { beyond() } else { e })?;
+    let (evaluator, done) = flown.map_err(|e| if e == overflow() { beyond() } else { e })?;
     if !(done.last.0.iter().chain(&done.last.1)).all(|x| x.is_finite()) {
         return Err(beyond());
     }
@@ -101,9 +103,13 @@ pub fn simulate_checked(
     Ok(Trajectory {
         scene: scene.clone(),
         last: done.last,
-        machinery,
+        path: kept.map(|parts| Path {
+            evaluator,
+            parts,
+            span: (t_span.0, time),
+            n_dof: scene.n_dof(),
+        }),
         span: (t_span.0, time),
-        kept,
         impacts,
         grazes,
         samples,
@@ -120,20 +126,21 @@ fn fly(
     t_span: (f64, f64),
     options: &SimulateOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<(Machinery, Done)> {
+) -> Result<(Evaluator, Done)> {
     let method = options.method.chosen_for(scene);
     Ok(match method {
-        Method::Auto | Method::Exact => {
+        Method::Exact => {
             let timed = TimedScene::of(scene, "simulate with method=\"exact\"")?;
             let TimedScene { modal, flow, .. } = &*timed;
             let phase = scene.forcing().phase();
             let done = with_flow!(&**flow, f => {
                 Run::exact(f, &timed, phase, options).run(q0, v0, t_span, observer)
             })?;
-            let exact = Machinery::Exact {
+            let exact = Evaluator::Exact {
                 modal: Arc::clone(modal),
                 flow: Arc::clone(flow),
                 held: done.held.clone(),
+                phase: 0.0,
             };
             (exact, done)
         }
@@ -143,14 +150,15 @@ fn fly(
                 make().run(q0, v0, t_span, observer)
             })?;
             let order = series_order(options.rtol);
-            (Machinery::Series { order }, done)
+            (Evaluator::Series { order }, done)
         }
         steps => {
+            check_jacobian(steps, scene, t_span.0, (q0, v0))?;
             let motion = SceneMotion::new(scene);
             with_steps!(steps, &motion, scene, options, make => {
                 let mut run = make();
                 let degree = run.flow.degree();
-                (Machinery::Steps { degree }, run.run(q0, v0, t_span, observer)?)
+                (Evaluator::Steps { degree }, run.run(q0, v0, t_span, observer)?)
             })
         }
     })

@@ -1,6 +1,6 @@
 //! Trajectories as plain numbers, from which they can be made again without running them: for pickling and files.
 
-use crate::simulate::trajectory::Samples;
+use crate::path::Samples;
 
 /// A trajectory as plain numbers.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::flow::taylor::MOST_ORDER;
 use crate::hybrid::SegmentKind;
 use crate::model::Scene;
-use crate::simulate::kept::{Kept, Piece};
+use crate::path::{PathArc, PathParts};
 use crate::simulate::saved::SavedTrajectory;
 
 /// Rounding of a time counted in periods, relative to the largest of a run.
@@ -128,8 +128,8 @@ pub(super) fn check(scene: &Scene, saved: &SavedTrajectory) -> Result<()> {
 }
 
 /// The pieces of a motion follow each other in time from the start of a run to its end, and its segments divide them.
-pub(super) fn check_pieces(kept: &Kept, (start, end): (f64, f64)) -> Result<()> {
-    let (pieces, segments) = (&kept.pieces, &kept.segments);
+pub(super) fn check_arcs(kept: &PathParts, (start, end): (f64, f64)) -> Result<()> {
+    let (pieces, segments) = (&kept.arcs, &kept.segments);
     let starts_of_segments: Vec<usize> = segments.iter().map(|s| s.first).collect();
     if pieces.is_empty()
         || starts_of_segments.first() != Some(&0)
@@ -144,7 +144,7 @@ pub(super) fn check_pieces(kept: &Kept, (start, end): (f64, f64)) -> Result<()> 
     }
     let slack = TIME_TOL * start.abs().max(end.abs());
     let mut last = start;
-    for Piece { clock, span } in pieces {
+    for PathArc { clock, span } in pieces {
         let begins = clock.time();
         // A span or a time that is no number breaks these too.
         let follows = (begins - last).abs() <= slack && *span >= 0.0 && span.is_finite();

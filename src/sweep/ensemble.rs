@@ -5,6 +5,7 @@ use crate::flow::steps::State;
 use crate::flow::{TimedScene, registers, with_flow};
 use crate::hybrid::{AnyLoop, IntegratedFlow, Pendulum, Taylor};
 use crate::model::{Dynamics, Scene, SceneMotion};
+use crate::simulate::method::check_jacobian;
 use crate::simulate::{
     Batch, Done, Keep, Method, Run, SimulateOptions, Status, with_series, with_steps,
 };
@@ -102,7 +103,7 @@ pub fn simulate_many(
         k
     ];
     match options.method.chosen_for(scene) {
-        Method::Auto | Method::Exact => {
+        Method::Exact => {
             let timed = TimedScene::of(scene, "simulate_many with method=\"exact\"")?;
             let phase = scene.forcing().phase();
             with_flow!(&*timed.flow, f => {
@@ -121,6 +122,10 @@ pub fn simulate_many(
             })?;
         }
         steps => {
+            if k > 0 {
+                let of = |rows: &DMatrix<f64>| rows.row(0).transpose();
+                check_jacobian(steps, scene, t_span.0, (&of(q0), &of(v0)))?;
+            }
             let motion = SceneMotion::new(scene);
             with_steps!(steps, &motion, scene, options, make => {
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)

@@ -11,7 +11,7 @@ import vibroimpact as vi
 def test_the_ledger_balances_through_impacts_chatter_and_contact():
     system = vi.LinearSystem([1.0], [0.1], [1.0])
     scene = vi.Scene(system, vi.Harmonic([1.0], 0.3), vi.Stop(0, 0.2, 0.6))
-    for method in ("exact", "rk45"):
+    for method in ("exact", "rk45", "dop853", "radau"):
         run = vi.simulate(scene, [0.0], [0.0], (0, 100), method=method)
         assert {"flight", "chatter", "stick"} == set(run.segments["kind"])
         energy = run.energy
@@ -19,6 +19,42 @@ def test_the_ledger_balances_through_impacts_chatter_and_contact():
         largest = max(np.abs(getattr(energy, name)).max() for name in ("kinetic", "forcing_work", "damping_loss", "impact_loss"))
         assert np.abs(energy.balance).max() < 1e-8 * largest
         np.testing.assert_allclose(energy.kinetic, 0.5 * run.v[:, 0] ** 2, atol=1e-14)
+
+
+def ledger_of_a_period(orbit):
+    energy = orbit.energy
+    assert energy.t[0] == 0 and energy.t[-1] == pytest.approx(orbit.period, rel=1e-12)
+    stored = energy.kinetic + energy.potential
+    size = max(energy.kinetic.max(), energy.impact_loss[-1], abs(energy.forcing_work[-1]))
+    assert stored[-1] == pytest.approx(stored[0], abs=1e-9 * size)
+    assert energy.forcing_work[-1] == pytest.approx(energy.damping_loss[-1] + energy.impact_loss[-1], abs=1e-9 * size)
+    return energy
+
+
+def test_what_the_forcing_brings_in_a_period_is_lost_in_it():
+    linear = vi.periodic_orbits(vi.paper_scene(kind=3), pattern=[1], n_periods=2)[0]
+    energy = ledger_of_a_period(linear)
+    # The loss at an impact by its own speeds: m (v-^2 - v+^2)/2 over the mobility along the normal.
+    system, impacts = linear.scene.system, linear.impacts
+    mobility = np.linalg.inv(system.mass)
+    along = [mobility[i, i] for i in impacts["stop"]]
+    lost = (impacts["speed_before"] ** 2 - impacts["speed_after"] ** 2) / 2 / np.array(along)
+    assert energy.impact_loss[-1] == pytest.approx(lost.sum(), rel=1e-9)
+    # Two periods of a trajectory along it bring twice as much.
+    run = vi.simulate(linear.scene, linear.q0, linear.v0, (0, 2.5 * linear.period))
+    t, work = run.energy.t, run.energy.forcing_work
+    at = [work[np.searchsorted(t, k * linear.period)] for k in (1, 2)]
+    assert at[1] - at[0] == pytest.approx(energy.forcing_work[-1], rel=1e-6)
+    ledger_of_a_period(vi.find_orbit(vi.paper_scene(kind=3, linear=False), linear))
+
+
+def test_a_period_with_chatter_and_lasting_contact_has_its_ledger():
+    system = vi.LinearSystem([1.0], [0.1], [1.0])
+    scene = vi.Scene(system, vi.Harmonic([1.0], 0.3), vi.Stop(0, 0.2, 0.6))
+    run = vi.simulate(scene, [0.0], [0.0], (0, 200))
+    orbit = vi.find_orbit(scene, run)
+    assert {"flight", "chatter", "stick"} <= set(orbit.segments["kind"])
+    ledger_of_a_period(orbit)
 
 
 def test_the_ledger_needs_the_motion_and_forces_that_can_be_told_apart():

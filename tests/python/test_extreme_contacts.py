@@ -11,8 +11,8 @@ import vibroimpact as vi
 # A million impacts in each method where the environment asks for them.
 IMPACTS = int(os.environ.get("VIBROIMPACT_IMPACTS", "20000"))
 TIGHT = {"rtol": 1e-13, "atol": 1e-15}
-LINEAR = pytest.mark.parametrize("method", ["exact", "rk45"])
-EVERY = pytest.mark.parametrize("method", ["exact", "rk45", "taylor"])
+LINEAR = pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau"])
+EVERY = pytest.mark.parametrize("method", ["exact", "taylor", "rk45", "dop853", "radau"])
 
 
 def body(method, stops=(), damping=0.0, forcing=None):
@@ -341,7 +341,7 @@ def test_a_damped_body_that_stops_before_the_wall_or_hits_it_at_last(method):
     assert run.impacts["speed_before"].tolist() == [pytest.approx(1e-3, rel=1e-12)]
 
 
-@pytest.mark.parametrize("method", ["exact", "rk45"])
+@pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau"])
 def test_a_start_at_rest_pressed_onto_a_stop_is_no_impact(method):
     """Under forcing a velocity of zero is a difference: what rounding leaves of it strikes nothing."""
     system = vi.LinearSystem([[1.0, 0.2], [0.2, 0.7]], [[0.03, -0.01], [-0.01, 0.02]], [[3.0, -1.0], [-1.0, 2.0]])
@@ -353,7 +353,7 @@ def test_a_start_at_rest_pressed_onto_a_stop_is_no_impact(method):
         assert run.final[0][0] == pytest.approx(0.1, abs=1e-15)
 
 
-@pytest.mark.parametrize("method", ["rk45", "taylor"])
+@pytest.mark.parametrize("method", ["taylor", "rk45", "dop853", "radau"])
 def test_a_link_whose_contact_force_falls_through_zero_without_slope_is_let_go(method):
     """Held at the vertical it feels s = (sin p)'' of the other, p = 2 asin(k sn t), less A sin wt: odd, from t^3 on."""
     v, w, before, after = 1.0, 3.0, 1.0, 0.5
@@ -381,7 +381,7 @@ def test_a_link_whose_contact_force_falls_through_zero_without_slope_is_let_go(m
     assert np.concatenate(run.final) == pytest.approx(expected, abs=1e-10)
 
 
-@pytest.mark.parametrize("method", ["exact", "rk45"])
+@pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau"])
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-11, 1e-13])
 @pytest.mark.parametrize("restitution", [0.1, 0.5, 0.99])
 def test_a_ball_comes_to_rest_at_its_time_whatever_the_tolerance(restitution, rtol, method):

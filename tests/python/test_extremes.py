@@ -139,7 +139,7 @@ def test_a_linear_motion_is_its_matrix_exponential(case, method):
         assert np.abs(part - whole).max() <= bound * np.abs(whole).max()
 
 
-@pytest.mark.parametrize("method", ["exact", "rk45"])
+@pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau"])
 @pytest.mark.parametrize("periods", [1e9, -1e9, 12345678.9])
 def test_the_phase_of_a_force_is_exact_after_a_billion_periods(periods, method):
     scene = mode(0.01, force=(0.8, 1.7, 0.3))
@@ -149,7 +149,7 @@ def test_the_phase_of_a_force_is_exact_after_a_billion_periods(periods, method):
     assert np.abs(np.concatenate(run.final) - truth(scene, *ONE, span)).max() < 1e-11
 
 
-@pytest.mark.parametrize("method", ["taylor", "rk45"])
+@pytest.mark.parametrize("method", ["taylor", "rk45", "dop853", "radau"])
 @pytest.mark.parametrize("periods", [1e9, -1e9, 12345678.9])
 def test_a_pendulum_does_not_feel_how_many_periods_are_over(periods, method):
     w, phase = 1.7, 0.3
@@ -196,7 +196,7 @@ def extrapolated(rate, state, length, steps=12, columns=12):
     return np.array([float(y) for y in x])
 
 
-PENDULUM = pytest.mark.parametrize("method", ["taylor", "rk45"])
+PENDULUM = pytest.mark.parametrize("method", ["taylor", "rk45", "dop853", "radau"])
 
 
 @PENDULUM

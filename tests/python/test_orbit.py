@@ -379,7 +379,7 @@ class TestSpeeds:
             assert not np.signbit(after[0])
             assert np.allclose(-orbit.v0, after, rtol=0, atol=1e-12)
 
-    @pytest.mark.parametrize("method", ["exact", "rk45"])
+    @pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau"])
     @pytest.mark.parametrize("restitution", [0.0, 0.6])
     def test_a_trajectory_too(self, method, restitution):
         system = vi.LinearSystem(1.0, 0.1, 1.0)

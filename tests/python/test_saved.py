@@ -59,6 +59,8 @@ def objects():
         ("held", PUSHED, (0, 0), {}),
         ("series", LARGE, ([0, 0], [0, 0.1]), {}),
         ("steps", LARGE, ([0, 0], [0, 0.1]), {"method": "rk45"}),
+        ("long steps", LARGE, ([0, 0], [0, 0.1]), {"method": "dop853"}),
+        ("implicit steps", LARGE, ([0, 0], [0, 0.1]), {"method": "radau"}),
         ("functions", DUFFING, (0, 1), {}),
         ("samples", LARGE, ([0, 0], [0, 0.1]), {"t_eval": [0.0, 3.0], "keep": "final"}),
         ("impacts", PAIR, ([0, 0], [0, 0.1]), {"keep": "impacts"}),

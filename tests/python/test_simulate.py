@@ -284,7 +284,7 @@ class TestTrajectory:
         sampled = vi.simulate(BALL, 1.0, 0.0, (0, 3), t_eval=[0.0, time, 3.0])
         assert sampled.v[1, 0] == pytest.approx(E * speed, rel=1e-12)
 
-    @pytest.mark.parametrize("method", ["exact", "rk45"])
+    @pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau"])
     def test_an_impact_that_ends_a_run_has_two_sides(self, method):
         run = vi.simulate(BALL, 1.0, 0.0, (0, 30), method=method, max_impacts=2)
         end, speed = run.impacts["time"][-1], run.impacts["speed_before"][-1]
@@ -471,7 +471,7 @@ class TestTrajectory:
 class TestEnd:
     @pytest.mark.parametrize("keep", ["motion", "impacts", "final"])
     @pytest.mark.parametrize("max_impacts", [None, 5])
-    @pytest.mark.parametrize("method", ["exact", "rk45", "taylor"])
+    @pytest.mark.parametrize("method", ["exact", "taylor", "rk45", "dop853", "radau"])
     def test_a_run_goes_on_where_it_ended(self, keep, max_impacts, method):
         scene = vi.paper_scene(kind=3, clearance=0.05, linear=method != "taylor")
         options = {"method": method, "rtol": 1e-12}

@@ -1,4 +1,4 @@
-"""The energy ledger of a trajectory over time: what is stored, what the forcing brought, what dampers and impacts took."""
+"""The energy ledger of a motion over time: what is stored, what the forcing brought, what dampers and impacts took."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibroimpact.plot._axes import axes_or_new, draw_legend, label_axis, next_line_style, with_defaults
-from vibroimpact.plot._data import FloatArray, Trajectory
+from vibroimpact.plot._data import FloatArray, Orbit, Trajectory
 from vibroimpact.plot._sampling import unseen_jumps
 
 #: Attribute of the ledger, its name in the legend, whether an impact makes it jump.
@@ -20,8 +20,8 @@ CURVES = (
 )
 
 
-def energy(data: Trajectory, ax: Axes | None = None, **line: Any) -> Axes:
-    """Draw the energy ledger of a trajectory over time.
+def energy(data: Trajectory | Orbit, ax: Axes | None = None, **line: Any) -> Axes:
+    """Draw the energy ledger of a trajectory, or of one period of an orbit, over time.
 
     What is stored, kinetic + potential, is what was stored at the start, and the work of the forcing, less what was lost in
     dampers and at impacts. Where the trajectory has both sides of an impact the lines step down or up at its time; where
@@ -29,8 +29,8 @@ def energy(data: Trajectory, ax: Axes | None = None, **line: Any) -> Axes:
 
     Parameters
     ----------
-    data : Trajectory
-        A trajectory with ``keep="motion"``; its ledger is taken at its times ``t``.
+    data : Trajectory or Orbit
+        A trajectory with ``keep="motion"``, its ledger at its times ``t``; or an orbit, from right after its first impact on.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
     **line
@@ -44,7 +44,7 @@ def energy(data: Trajectory, ax: Axes | None = None, **line: Any) -> Axes:
     Raises
     ------
     ValueError
-        If `data` is not a trajectory, has not kept its motion, or has no ledger (a system given by functions).
+        If `data` is no trajectory and no orbit, has not kept its motion, or has no ledger (a system given by functions).
 
     Notes
     -----
@@ -60,8 +60,8 @@ def energy(data: Trajectory, ax: Axes | None = None, **line: Any) -> Axes:
     """
     ledger = getattr(data, "energy", None)
     if ledger is None:
-        raise ValueError(f"data must be a trajectory, with keep='motion', got {type(data).__name__}")
-    t = np.asarray(data.t, dtype=float)
+        raise ValueError(f"data must be a trajectory, with keep='motion', or an orbit, got {type(data).__name__}")
+    t = np.asarray(ledger.t, dtype=float)
     breaks = unseen_jumps(t, np.unique(data.impacts["time"]))
     is_new = ax is None
     ax = axes_or_new(ax)

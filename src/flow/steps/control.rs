@@ -21,8 +21,6 @@ pub(crate) struct StepControl {
     pub most: f64,
     /// A step that could grow by less than this factor stays as it is: what it was made with can be used again.
     pub kept_below: f64,
-    /// A stiffness above this says that stability holds the step down.
-    pub stability: f64,
 }
 
 /// What one trial step led to.
@@ -36,7 +34,6 @@ pub(crate) struct StepVerdict {
 /// A PI controller and a test for stiffness.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
-    control: StepControl,
     /// Logarithm of the error of the step before.
     last_error: f64,
     was_rejected: bool,
@@ -46,11 +43,9 @@ pub(crate) struct Controller {
     pub is_stiff: bool,
 }
 
-impl Controller {
-    /// A controller of a method's steps.
-    pub fn new(control: StepControl) -> Self {
+impl Default for Controller {
+    fn default() -> Self {
         Self {
-            control,
             last_error: LEAST_ERROR.ln(),
             was_rejected: false,
             stiff: 0,
@@ -58,9 +53,11 @@ impl Controller {
             is_stiff: false,
         }
     }
+}
 
+impl Controller {
     /// Judges a step of length h by its error in units of the tolerance; an error that is no number is a rejection.
-    pub fn judge(&mut self, h: f64, error: f64) -> StepVerdict {
+    pub fn judge(&mut self, control: StepControl, h: f64, error: f64) -> StepVerdict {
         let StepControl {
             order,
             beta,
@@ -68,7 +65,7 @@ impl Controller {
             most,
             kept_below,
             ..
-        } = self.control;
+        } = control;
         let exponent = 1.0 / f64::from(order) - 0.75 * beta;
         if error <= 1.0 {
             let size = error.max(1e-10).ln();
@@ -96,9 +93,9 @@ impl Controller {
         }
     }
 
-    /// Takes note of the quotient that tells stiffness.
-    pub fn note_stiffness(&mut self, quotient: f64) {
-        if quotient > self.control.stability {
+    /// Takes note of a step that stability limits, or not.
+    pub fn note_stiffness(&mut self, is_limited: bool) {
+        if is_limited {
             self.sound = 0;
             self.stiff += 1;
             self.is_stiff |= self.stiff == STIFF_STEPS;
@@ -135,35 +132,48 @@ pub(crate) fn trial_step(state: f64, rate: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::steps::{DormandPrince, Stepper};
 
-    fn controller() -> Controller {
-        Controller::new(<DormandPrince<[f64; 2]> as Stepper<[f64; 2]>>::CONTROL)
-    }
+    const CONTROL: StepControl = StepControl {
+        order: 5,
+        beta: 0.04,
+        least: 0.2,
+        most: 10.0,
+        kept_below: 1.2,
+    };
 
     #[test]
     fn steps_shrink_when_rejected_and_grow_when_accurate() {
-        let mut control = controller();
-        let bad = control.judge(1.0, 32.0);
+        let mut control = Controller::default();
+        let bad = control.judge(CONTROL, 1.0, 32.0);
         assert!(!bad.is_accepted && bad.next < 0.55 && bad.next > 0.4);
-        let nan = control.judge(1.0, f64::NAN);
+        let nan = control.judge(CONTROL, 1.0, f64::NAN);
         assert!(!nan.is_accepted && nan.next == 0.2);
         // Right after a rejection a step does not grow.
-        assert!(control.judge(1.0, 1e-3).next <= 1.0);
-        assert!(control.judge(1.0, 1e-3).next > 1.0);
-        assert!(control.judge(1.0, 0.0).next <= 10.0);
+        assert!(control.judge(CONTROL, 1.0, 1e-3).next <= 1.0);
+        assert!(control.judge(CONTROL, 1.0, 1e-3).next > 1.0);
+        assert!(control.judge(CONTROL, 1.0, 0.0).next <= 10.0);
+    }
+
+    #[test]
+    fn a_step_that_would_grow_little_is_kept() {
+        let mut control = Controller::default();
+
+        let grown = |error: f64| Controller::default().judge(CONTROL, 1.0, error).next;
+        assert_eq!(grown(0.05), 1.0);
+        assert!(grown(0.01) > 1.2 && grown(0.9) < 1.0);
+        assert!(control.judge(CONTROL, 2.0, 0.05).next == 2.0);
     }
 
     #[test]
     fn stiffness_is_said_after_fifteen_limited_steps() {
-        let mut control = controller();
+        let mut control = Controller::default();
         for step in 0..20 {
-            control.note_stiffness(4.0);
+            control.note_stiffness(true);
             assert_eq!(control.is_stiff, step >= 14);
         }
-        let mut sound = controller();
+        let mut sound = Controller::default();
         for step in 0..1000 {
-            sound.note_stiffness(if step % 8 == 0 { 4.0 } else { 1.0 });
+            sound.note_stiffness(step % 8 == 0);
         }
         assert!(!sound.is_stiff);
     }

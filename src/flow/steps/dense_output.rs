@@ -76,6 +76,20 @@ impl<S: State, const P: usize> DenseOutput<S> for Dense<S, P> {
     }
 }
 
+impl<S: State, const P: usize> Dense<S, P> {
+    /// The same polynomial with coefficients up to a higher degree Q, which are zero.
+    pub fn raised<const Q: usize>(self) -> Dense<S, Q> {
+        let Self { start, c, h } = self;
+        let len = start.slice().len();
+        let mut all = c.into_iter();
+        Dense {
+            c: std::array::from_fn(|_| all.next().unwrap_or_else(|| S::zeros(len))),
+            start,
+            h,
+        }
+    }
+}
+
 impl<const P: usize> Dense<Vec<f64>, P> {
     /// The state a time s after the start of the step.
     pub fn at(&self, s: f64) -> Vec<f64> {

@@ -2,15 +2,18 @@
 //! (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.5, II.6 and II.10).
 
 use crate::error::Result;
-use crate::flow::steps::control::StepControl;
+use crate::flow::steps::control::{Controller, StepControl};
 use crate::flow::steps::dense_output::Dense;
 use crate::flow::steps::dop853_tableau::{
     ALL_STAGES, DENSE, ERROR_3, ERROR_5, NODES, ROWS, STAGES,
 };
 use crate::flow::steps::state::{State, rate, square_distance, weighted_sum};
-use crate::flow::steps::stepper::{Start, StepEnds, Stepper, Tolerance};
+use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::model::Dynamics;
 use std::cmp::Ordering;
+
+/// A stiffness above this says that stability holds the step down: the limit of the method on the real axis.
+const STABLE: f64 = 6.1;
 
 /// The method, with the step last taken.
 #[derive(Debug, Clone)]
@@ -67,7 +70,7 @@ impl<S: State> Dop853<S> {
     fn extend<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        Start { at, x }: Start<'_, S>,
+        StepStart { at, x }: StepStart<'_, S>,
         h: f64,
     ) -> Result<()> {
         if !self.is_extended {
@@ -78,6 +81,17 @@ impl<S: State> Dop853<S> {
             self.is_extended = true;
         }
         Ok(())
+    }
+
+    /// Hairer's quotient `h |f(y13) - f(y12)|/|y13 - y12|` of the end and the last stage before it, which are at one time.
+    fn stiffness(&self, h: f64) -> f64 {
+        let rates = square_distance(&self.stages[STAGES], &self.stages[STAGES - 1]);
+        let states = square_distance(&self.end, &self.trial);
+        if states > 0.0 {
+            h.abs() * (rates / states).sqrt()
+        } else {
+            0.0
+        }
     }
 }
 
@@ -104,14 +118,7 @@ impl<S: State> StepEnds<S> for Dop853<S> {
 }
 
 impl<S: State> Stepper<S> for Dop853<S> {
-    const CONTROL: StepControl = StepControl {
-        order: 8,
-        beta: 0.0,
-        least: 0.333,
-        most: 6.0,
-        kept_below: 1.0,
-        stability: 6.1,
-    };
+    const NAMES: &'static [&'static str] = &["dop853"];
 
     const HAS_QUINTIC: bool = false;
 
@@ -129,7 +136,7 @@ impl<S: State> Stepper<S> for Dop853<S> {
         }
     }
 
-    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>) -> Result<()> {
+    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>) -> Result<()> {
         self.n_rhs += 1;
         let drive = dynamics.drive(start.at);
         rate(dynamics, drive, start.x, &mut self.stages[0])
@@ -140,7 +147,7 @@ impl<S: State> Stepper<S> for Dop853<S> {
     fn step<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        Start { at, x }: Start<'_, S>,
+        StepStart { at, x }: StepStart<'_, S>,
         h: f64,
     ) -> Result<bool> {
         self.is_extended = false;
@@ -167,7 +174,7 @@ impl<S: State> Stepper<S> for Dop853<S> {
     fn error<D: Dynamics>(
         &mut self,
         _dynamics: &D,
-        start: Start<'_, S>,
+        start: StepStart<'_, S>,
         h: f64,
         tolerance: Tolerance,
     ) -> Result<f64> {
@@ -186,7 +193,7 @@ impl<S: State> Stepper<S> for Dop853<S> {
     fn dense<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        start: Start<'_, S>,
+        start: StepStart<'_, S>,
         h: f64,
     ) -> Result<Dense<S, 7>> {
         self.extend(dynamics, start, h)?;
@@ -208,19 +215,23 @@ impl<S: State> Stepper<S> for Dop853<S> {
         Ok(Dense { start, c, h })
     }
 
-    fn go_on(&mut self) {
+    fn go_on(&mut self) -> bool {
         self.stages.swap(0, STAGES);
+        true
     }
 
-    /// Hairer's quotient `h |f(y13) - f(y12)|/|y13 - y12|` of the end and the last stage before it, which are at one time.
-    fn stiffness(&self, h: f64) -> f64 {
-        let rates = square_distance(&self.stages[STAGES], &self.stages[STAGES - 1]);
-        let states = square_distance(&self.end, &self.trial);
-        if states > 0.0 {
-            h.abs() * (rates / states).sqrt()
-        } else {
-            0.0
+    fn control(&self) -> StepControl {
+        StepControl {
+            order: 8,
+            beta: 0.0,
+            least: 0.333,
+            most: 6.0,
+            kept_below: 1.0,
         }
+    }
+
+    fn accept(&mut self, h: f64, controller: &mut Controller) {
+        controller.note_stiffness(self.stiffness(h) > STABLE);
     }
 }
 
@@ -277,18 +288,18 @@ mod tests {
     /// The pendulum at the time 4, from its Taylor series with 30 digits.
     const PENDULUM_AT_4: [f64; 2] = [-1.307_445_435_662_217, 0.608_670_070_357_097_3];
 
-    fn start<S>(x: &S, frequency: f64, time: f64) -> Start<'_, S> {
+    fn start<S>(x: &S, frequency: f64, time: f64) -> StepStart<'_, S> {
         let angle = frequency * time;
         let at = Moment {
             time,
             angle,
             frequency,
         };
-        Start { at, x }
+        StepStart { at, x }
     }
 
     /// A stepper after a step from a start.
-    fn stepped<S: State>(dynamics: &impl Dynamics, start: Start<'_, S>, h: f64) -> Dop853<S> {
+    fn stepped<S: State>(dynamics: &impl Dynamics, start: StepStart<'_, S>, h: f64) -> Dop853<S> {
         let mut stepper = Dop853::new(dynamics.n_dof(), TOLERANCE);
         stepper.begin(dynamics, start).expect("a rate");
         assert!(stepper.step(dynamics, start, h).expect("rates"));
@@ -296,7 +307,12 @@ mod tests {
     }
 
     /// The states after equal steps from the time 0.
-    fn motion<S: State>(dynamics: &impl Dynamics, first: Start<'_, S>, h: f64, n: u32) -> Vec<S> {
+    fn motion<S: State>(
+        dynamics: &impl Dynamics,
+        first: StepStart<'_, S>,
+        h: f64,
+        n: u32,
+    ) -> Vec<S> {
         let mut stepper = Dop853::new(dynamics.n_dof(), TOLERANCE);
         stepper.begin(dynamics, first).expect("a rate");
         let mut states = vec![first.x.clone()];

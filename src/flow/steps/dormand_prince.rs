@@ -1,12 +1,15 @@
 //! The Dormand-Prince pair of orders 5 and 4 on `q'' = a(t, q, v)`, with its quartic dense output (theory 8).
 
 use crate::error::Result;
-use crate::flow::steps::control::StepControl;
+use crate::flow::steps::control::{Controller, StepControl};
 use crate::flow::steps::dense_output::Dense;
 use crate::flow::steps::state::{State, rate, square_distance, weighted_sum};
-use crate::flow::steps::stepper::{Start, StepEnds, Stepper, Tolerance};
+use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::flow::steps::tableau::{DENSE, ERROR, NODES, ROWS, STAGES};
 use crate::model::Dynamics;
+
+/// A stiffness above this says that stability holds the step down: the limit of the method on the real axis.
+const STABLE: f64 = 3.25;
 
 /// The pair, with the step last taken.
 #[derive(Debug, Clone)]
@@ -43,6 +46,17 @@ impl<S: State> DormandPrince<S> {
         }
         rate(dynamics, drive, target, &mut next[0])
     }
+
+    /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`.
+    fn stiffness(&self, h: f64) -> f64 {
+        let rates = square_distance(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
+        let states = square_distance(&self.end, &self.trial);
+        if states > 0.0 {
+            h.abs() * (rates / states).sqrt()
+        } else {
+            0.0
+        }
+    }
 }
 
 impl<S: State> StepEnds<S> for DormandPrince<S> {
@@ -68,14 +82,7 @@ impl<S: State> StepEnds<S> for DormandPrince<S> {
 }
 
 impl<S: State> Stepper<S> for DormandPrince<S> {
-    const CONTROL: StepControl = StepControl {
-        order: 5,
-        beta: 0.04,
-        least: 0.2,
-        most: 10.0,
-        kept_below: 1.0,
-        stability: 3.25,
-    };
+    const NAMES: &'static [&'static str] = &["rk45"];
 
     const HAS_QUINTIC: bool = true;
 
@@ -92,7 +99,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         }
     }
 
-    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>) -> Result<()> {
+    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>) -> Result<()> {
         self.n_rhs += 1;
         let drive = dynamics.drive(start.at);
         rate(dynamics, drive, start.x, &mut self.stages[0])
@@ -103,7 +110,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
     fn step<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        Start { at, x }: Start<'_, S>,
+        StepStart { at, x }: StepStart<'_, S>,
         h: f64,
     ) -> Result<bool> {
         let drive_at = |node: f64| dynamics.drive(at.after(node * h));
@@ -123,7 +130,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
     fn error<D: Dynamics>(
         &mut self,
         _dynamics: &D,
-        start: Start<'_, S>,
+        start: StepStart<'_, S>,
         h: f64,
         tolerance: Tolerance,
     ) -> Result<f64> {
@@ -135,7 +142,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
     fn dense<D: Dynamics>(
         &mut self,
         _dynamics: &D,
-        Start { x, .. }: Start<'_, S>,
+        StepStart { x, .. }: StepStart<'_, S>,
         h: f64,
     ) -> Result<Dense<S, 4>> {
         let mut c: [S; 4] = std::array::from_fn(|_| S::zeros(x.slice().len()));
@@ -156,18 +163,22 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         Ok(Dense { start, c, h })
     }
 
-    fn go_on(&mut self) {
+    fn go_on(&mut self) -> bool {
         self.stages.swap(0, STAGES - 1);
+        true
     }
 
-    /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`.
-    fn stiffness(&self, h: f64) -> f64 {
-        let rates = square_distance(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
-        let states = square_distance(&self.end, &self.trial);
-        if states > 0.0 {
-            h.abs() * (rates / states).sqrt()
-        } else {
-            0.0
+    fn control(&self) -> StepControl {
+        StepControl {
+            order: 5,
+            beta: 0.04,
+            least: 0.2,
+            most: 10.0,
+            kept_below: 1.0,
         }
+    }
+
+    fn accept(&mut self, h: f64, controller: &mut Controller) {
+        controller.note_stiffness(self.stiffness(h) > STABLE);
     }
 }

@@ -1,16 +1,22 @@
-//! Methods of integration, step by step: a method is one file and implements [`Stepper`].
+//! Methods of integration, step by step: a method is a file, or a folder, and implements [`Stepper`].
 
+#[cfg(test)]
+mod contract;
 pub(crate) mod control;
 pub(crate) mod dense_output;
 mod dop853;
 mod dop853_tableau;
 mod dormand_prince;
+mod radau;
 pub(crate) mod state;
 mod stepper;
+mod switching;
 mod tableau;
 
 pub(crate) use dense_output::{Dense, DenseOutput};
 pub(crate) use dop853::Dop853;
 pub(crate) use dormand_prince::DormandPrince;
+pub(crate) use radau::Radau;
 pub(crate) use state::State;
-pub(crate) use stepper::{Start, Stepper, Tolerance};
+pub(crate) use stepper::{StepStart, Stepper, Tolerance};
+pub(crate) use switching::Switching;

@@ -1,7 +1,7 @@
 //! What an integration method is to everybody else: one step on `q'' = a(t, q, v)`, its error, its dense output (theory 8).
 
 use crate::error::Result;
-use crate::flow::steps::control::StepControl;
+use crate::flow::steps::control::{Controller, StepControl};
 use crate::flow::steps::dense_output::DenseOutput;
 use crate::flow::steps::state::State;
 use crate::model::{Dynamics, Moment};
@@ -34,18 +34,18 @@ impl Tolerance {
 
 /// Where a step begins.
 #[derive(Debug)]
-pub(crate) struct Start<'a, S> {
+pub(crate) struct StepStart<'a, S> {
     pub at: Moment,
     pub x: &'a S,
 }
 
-impl<S> Clone for Start<'_, S> {
+impl<S> Clone for StepStart<'_, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S> Copy for Start<'_, S> {}
+impl<S> Copy for StepStart<'_, S> {}
 
 /// What is known of the step last taken.
 pub(crate) trait StepEnds<S> {
@@ -63,8 +63,8 @@ pub(crate) trait StepEnds<S> {
 /// An integration method, step by step. A step is taken from a start whose rate is known, by [`begin`](Self::begin) or because it
 /// is the end of the step before; it can be taken again, with another length.
 pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
-    /// How the length of the next step follows from the error of the last.
-    const CONTROL: StepControl;
+    /// Its name, and that of the method to which it gives over where the motion is stiff, if it does.
+    const NAMES: &'static [&'static str];
     /// Whether a quintic through value, slope and curvature at both ends of a step is as near to the motion as the dense output.
     const HAS_QUINTIC: bool;
     /// The motion on a step.
@@ -73,14 +73,14 @@ pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
     /// A stepper of n degrees of freedom.
     fn new(n_dof: usize, tolerance: Tolerance) -> Self;
     /// Makes a state the start of the next step.
-    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>) -> Result<()>;
+    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>) -> Result<()>;
     /// Takes a step of length h; false where there is none, since its equations have no solution nearby.
-    fn step<D: Dynamics>(&mut self, dynamics: &D, start: Start<'_, S>, h: f64) -> Result<bool>;
+    fn step<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<bool>;
     /// The error of the step last taken, in units of the tolerance (root mean square).
     fn error<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        start: Start<'_, S>,
+        start: StepStart<'_, S>,
         h: f64,
         tolerance: Tolerance,
     ) -> Result<f64>;
@@ -88,13 +88,13 @@ pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
     fn dense<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        start: Start<'_, S>,
+        start: StepStart<'_, S>,
         h: f64,
     ) -> Result<Self::Dense>;
-    /// Makes the end of the step last taken the start of the next one.
-    fn go_on(&mut self);
-    /// A measure of stiffness that is large, beside [`StepControl::stability`], where stability holds the step down, not accuracy.
-    fn stiffness(&self, _h: f64) -> f64 {
-        0.0
-    }
+    /// Makes the end of the step last taken the start of the next one; false where that must begin anew, by another method.
+    fn go_on(&mut self) -> bool;
+    /// How the length of the next step follows from the error of the last.
+    fn control(&self) -> StepControl;
+    /// Takes note of a step of length h that was accepted: of whether stability holds it down, not accuracy.
+    fn accept(&mut self, _h: f64, _controller: &mut Controller) {}
 }

@@ -5,7 +5,7 @@ use crate::contact::next::{ContactSearch, Grazed};
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
 use crate::hybrid::clock::Clock;
-use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder};
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::modal::Pair;
 use nalgebra::DVector;
@@ -20,18 +20,20 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
     whole: Vec<Pair>,
 }
 
+impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
+    fn write(&self, numbers: &mut Vec<f64>) {
+        let mut whole = Vec::new();
+        self.flow.leave(self.state, &mut whole);
+        numbers.extend(whole.iter().flatten());
+    }
+}
+
 impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         let mut there = self.state.to_vec();
         self.search.forward(&mut there, local);
         self.flow.leave(&there, &mut self.whole);
         self.scene.form.to_physical(&self.whole)
-    }
-
-    fn write(&self, numbers: &mut Vec<f64>) {
-        let mut whole = Vec::new();
-        self.flow.leave(self.state, &mut whole);
-        numbers.extend(whole.iter().flatten());
     }
 }
 
@@ -44,14 +46,16 @@ pub(super) struct ConstrainedArc<'s> {
     pub whole: Vec<Pair>,
 }
 
+impl Written for ConstrainedArc<'_> {
+    fn write(&self, numbers: &mut Vec<f64>) {
+        numbers.extend(self.whole.iter().flatten());
+    }
+}
+
 impl ArcMotion for ConstrainedArc<'_> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         self.motion
             .carry(self.angle, local, self.start.0, self.start.1)
-    }
-
-    fn write(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self.whole.iter().flatten());
     }
 }
 

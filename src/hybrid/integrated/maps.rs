@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
-use crate::flow::steps::{Dense, DormandPrince, Tolerance};
+use crate::flow::steps::{DormandPrince, Stepper, Tolerance};
 use crate::hybrid::maps::{HybridMaps, project_onto};
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, contacts, reaction_weights,
@@ -18,9 +18,11 @@ const TOLERANCE: Tolerance = Tolerance {
 };
 
 /// The method of the flights of an orbit.
-type Method = DormandPrince<Vec<f64>>;
+type OrbitMethod = DormandPrince<Vec<f64>>;
 /// A step of it.
-pub(crate) type OrbitStep = KeptStep<Dense<Vec<f64>, 4>>;
+pub(crate) type OrbitStep = KeptStep<OrbitDense>;
+/// The motion on it.
+pub(crate) type OrbitDense = <OrbitMethod as Stepper<Vec<f64>>>::Dense;
 
 /// A scene whose flights are integrated, from a forcing phase.
 #[derive(Debug, Clone)]
@@ -71,7 +73,7 @@ impl IntegratedMaps {
         let mut x: Vec<f64> = state.iter().copied().collect();
         let mut steps = Vec::new();
         let (at, motion) = (self.moment(start), self.constrained(held));
-        integrate::<Method, _>(&motion, at, span, TOLERANCE, &mut x, Some(&mut steps))?;
+        integrate::<OrbitMethod, _>(&motion, at, span, TOLERANCE, &mut x, Some(&mut steps))?;
         Ok(steps)
     }
 
@@ -141,7 +143,7 @@ impl HybridMaps for IntegratedMaps {
             dynamics: &motion,
             count: deviations.ncols(),
         };
-        integrate::<Method, _>(&dynamics, at, span, TOLERANCE, &mut x, None)?;
+        integrate::<OrbitMethod, _>(&dynamics, at, span, TOLERANCE, &mut x, None)?;
         parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
         Ok(())
     }

@@ -16,7 +16,7 @@ mod steps;
 mod system;
 
 pub(crate) use flow::IntegratedFlow;
-pub(crate) use maps::{IntegratedMaps, OrbitStep};
+pub(crate) use maps::{IntegratedMaps, OrbitDense, OrbitStep};
 pub(crate) use pendulum::{Pendulum, has_series, series_order};
 pub(crate) use series::{SeriesStep, Taylor};
 pub(crate) use steps::InSteps;

@@ -3,10 +3,10 @@
 use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::steps::control::Controller;
-use crate::flow::steps::{DenseOutput, Start, State, Stepper, Tolerance};
+use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{Arrival, Counts};
-use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder};
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
 use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, contacts};
 use crate::watch::Watch;
@@ -51,8 +51,8 @@ pub(crate) struct Integrated<'a, S, D, P> {
     pub(super) grazes: Vec<Graze>,
     /// The largest size of the terms of each gap seen on the present flight.
     pub(super) extents: Vec<f64>,
-    /// Evaluations of the right-hand side by the stepper before the run.
-    pub(super) rhs_before: usize,
+    /// When the motion was found stiff, if it was.
+    pub(super) stiff_from: Option<f64>,
     /// Series made.
     pub(super) n_series: usize,
     pub(super) n_steps: usize,
@@ -83,7 +83,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             phase: scene.forcing().phase(),
             tolerance,
             stepper: P::new(n, tolerance),
-            controller: Controller::new(P::CONTROL),
+            controller: Controller::default(),
             h: None,
             is_begun: false,
             x: S::zeros(2 * n),
@@ -93,7 +93,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             places: OnceCell::new(),
             grazes: Vec::new(),
             extents: Vec::new(),
-            rhs_before: 0,
+            stiff_from: None,
             n_series: 0,
             n_steps: 0,
             n_gap_evaluations: 0,
@@ -107,13 +107,13 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// Takes a step from the present state, whose rate is known; false where there is none.
     pub(super) fn step<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<bool> {
         let (at, x) = (self.moment(), &self.x);
-        self.stepper.step(dynamics, Start { at, x }, h)
+        self.stepper.step(dynamics, StepStart { at, x }, h)
     }
 
     /// The dense output of the step last taken.
     pub(super) fn dense<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<P::Dense> {
         let (at, x) = (self.moment(), &self.x);
-        self.stepper.dense(dynamics, Start { at, x }, h)
+        self.stepper.dense(dynamics, StepStart { at, x }, h)
     }
 
     pub(super) fn n(&self) -> usize {
@@ -183,14 +183,16 @@ struct StepArc<Q, S> {
     x: S,
 }
 
+impl<S: State, Q: DenseOutput<S>> Written for StepArc<Q, S> {
+    fn write(&self, numbers: &mut Vec<f64>) {
+        self.dense.write(numbers);
+    }
+}
+
 impl<S: State, Q: DenseOutput<S>> ArcMotion for StepArc<Q, S> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         self.dense.state(local, self.x.slice_mut());
         parted(self.x.slice())
-    }
-
-    fn write(&self, numbers: &mut Vec<f64>) {
-        self.dense.write(numbers);
     }
 }
 
@@ -208,11 +210,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
         self.clock = self.clock.at(t);
         self.began = self.clock;
-        self.controller = Controller::new(P::CONTROL);
-        (self.h, self.is_begun) = (None, false);
+        self.controller = Controller::default();
+        self.stepper = P::new(self.n(), self.tolerance);
+        (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.held.clear();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, 0, 0);
-        self.rhs_before = self.stepper.n_rhs();
     }
 
     /// Whether no stop is held.
@@ -235,15 +237,22 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     pub(super) fn counts(&self) -> Counts {
         Counts {
-            n_rhs: self.stepper.n_rhs() - self.rhs_before + self.n_series,
+            n_rhs: self.stepper.n_rhs() + self.n_series,
             n_steps: self.n_steps,
             n_gap_evaluations: self.n_gap_evaluations,
         }
     }
 
     pub(super) fn remarks(&self) -> String {
-        let stiff = if self.controller.is_stiff { STIFF } else { "" };
-        format!("{stiff}{}", uncertain(self.scene))
+        let steps = match (P::NAMES, self.stiff_from) {
+            ([first, then, ..], Some(t)) => {
+                format!("; steps of {first}, from t = {t} on, where the motion is stiff, of {then}")
+            }
+            ([first, _, ..], None) => format!("; steps of {first}"),
+            (_, Some(_)) => STIFF.to_owned(),
+            _ => String::new(),
+        };
+        steps + &uncertain(self.scene)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::flow::steps::{DormandPrince, State, Stepper};
 use crate::flow::{BatchMotion, PendulumSeries, SeriesOf, write_series};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::Arrival;
-use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder};
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, Links, Scene, contacts};
@@ -101,17 +101,19 @@ struct SeriesArc<'s> {
     span: f64,
 }
 
+impl Written for SeriesArc<'_> {
+    fn write(&self, numbers: &mut Vec<f64>) {
+        let unit = if self.span > 0.0 { self.span } else { 1.0 };
+        let motion = self.series.motion(0);
+        write_series(unit, |link| motion.angle(link), self.n, numbers);
+    }
+}
+
 impl ArcMotion for SeriesArc<'_> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         let mut x = vec![0.0; 2 * self.n];
         self.series.state(local, &mut x);
         parted(&x)
-    }
-
-    fn write(&self, numbers: &mut Vec<f64>) {
-        let unit = if self.span > 0.0 { self.span } else { 1.0 };
-        let motion = self.series.motion(0);
-        write_series(unit, |link| motion.angle(link), self.n, numbers);
     }
 }
 

@@ -7,7 +7,7 @@ use super::release::ForceEvent;
 use super::scene::Integrated;
 use crate::error::Result;
 use crate::flow::steps::control::{first_step, trial_step};
-use crate::flow::steps::{DenseOutput, Start, State, Stepper, Tolerance};
+use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
@@ -81,7 +81,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             return Ok(());
         }
         let (at, x) = (self.moment(), &self.x);
-        self.stepper.begin(dynamics, Start { at, x })?;
+        self.stepper.begin(dynamics, StepStart { at, x })?;
         self.is_begun = true;
         self.take_gaps()
     }
@@ -97,7 +97,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let rate = self.stepper.start_rate().clone();
         let (d0, d1) = (size(self, self.x.slice()), size(self, rate.slice()));
         let trial = trial_step(d0, d1).min(span);
-        self.step(dynamics, trial)?;
+        if !self.step(dynamics, trial)? {
+            return Ok(trial);
+        }
         let change: Vec<f64> = self
             .stepper
             .end_rate()
@@ -106,7 +108,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             .zip(rate.slice())
             .map(|(a, b)| (a - b) / trial)
             .collect();
-        Ok(first_step(P::CONTROL.order, trial, d1, size(self, &change)))
+        Ok(first_step(
+            self.stepper.control().order,
+            trial,
+            d1,
+            size(self, &change),
+        ))
     }
 
     /// The gaps at the end of the step last taken, of length h.
@@ -194,11 +201,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let error = if self.step(dynamics, h)? {
             let (at, x, attainable) = (self.moment(), &self.x, self.attainable());
             self.stepper
-                .error(dynamics, Start { at, x }, h, attainable)?
+                .error(dynamics, StepStart { at, x }, h, attainable)?
         } else {
             f64::INFINITY
         };
-        let verdict = self.controller.judge(h, error);
+        let verdict = self.controller.judge(self.stepper.control(), h, error);
         if !verdict.is_accepted {
             self.h = Some(verdict.next);
             return Ok(Trial::Rejected);
@@ -242,8 +249,21 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     #[inline]
     fn accept(&mut self, h: f64, next: f64) {
         self.h = Some(next);
-        self.controller.note_stiffness(self.stepper.stiffness(h));
+        self.stepper.accept(h, &mut self.controller);
+        if self.controller.is_stiff && self.stiff_from.is_none() {
+            self.stiff_from = Some(self.clock.after(h).time());
+        }
         self.n_steps += 1;
+    }
+
+    /// Goes on from the end of the step last taken, which is the present state.
+    #[inline]
+    fn go_on<E: Dynamics>(&mut self, dynamics: &E) -> Result<()> {
+        if !self.stepper.go_on() {
+            self.is_begun = false;
+            self.begin(dynamics)?;
+        }
+        Ok(())
     }
 
     /// A segment along some equations of motion where there is no stop, and nothing to keep of it but its end.
@@ -262,7 +282,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 Trial::Accepted { h, next, is_last } => {
                     self.accept(h, next);
                     self.arrive(h);
-                    self.stepper.go_on();
+                    self.go_on(dynamics)?;
                     if is_last {
                         return Ok(Arrival::End);
                     }
@@ -289,7 +309,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     self.accept(h, next);
                     self.record(dynamics, h, None, recorder)?;
                     self.arrive(h);
-                    self.stepper.go_on();
+                    self.go_on(dynamics)?;
                     if is_last {
                         return Ok(());
                     }
@@ -412,8 +432,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 self.record(dynamics, h, is_last.then_some(last), recorder)?;
             }
             self.arrive(h);
-            self.stepper.go_on();
             self.advance_gaps();
+            self.go_on(dynamics)?;
             orders = None;
             if is_last {
                 break Arrival::End;

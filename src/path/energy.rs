@@ -1,16 +1,15 @@
-//! The energy ledger of a trajectory (theory 9): what is stored, what the forcing brought, what dampers and impacts took.
-//! The powers are integrated along the motion that was kept, by Gauss's rule on each piece.
+//! The energy ledger of a motion that is kept (theory 9): what is stored, what the forcing brought, what dampers and impacts took.
+//! The powers are integrated along the motion that was kept, by Gauss's rule on each arc.
 
 use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
-use crate::model::{Contact, Dynamics, Energetics, Moment, SceneMotion, contacts};
-use crate::simulate::fading::Fading;
-use crate::simulate::trajectory::Point;
-use crate::simulate::trajectory::Trajectory;
+use crate::model::{Contact, Dynamics, Energetics, Moment, Scene, SceneMotion, contacts};
+use crate::path::drawing::Point;
+use crate::path::fading::Fading;
+use crate::path::path::Path;
 use crate::watch::Watch;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Nodes and weights of Gauss's rule of six points on [0, 1].
@@ -25,9 +24,11 @@ const GAUSS: [(f64, f64); 6] = [
 /// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
 const STRETCH: f64 = 0.5;
 
-/// Energies along a trajectory, one entry for each of its times.
+/// Energies along a motion, one entry for each of some times.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Energy {
+    /// The times: those of a trajectory's samples; one period of an orbit, both sides of each impact.
+    pub time: Vec<f64>,
     /// Kinetic energy.
     pub kinetic: Vec<f64>,
     /// Potential energy, zero at q = 0.
@@ -57,28 +58,23 @@ struct Works {
 /// The state of motion at one time.
 type PositionVelocity = (DVector<f64>, DVector<f64>);
 
-impl Trajectory {
-    /// The energy ledger at the times of [`Trajectory::samples`].
-    ///
-    /// # Errors
-    /// A trajectory that does not keep its motion; a system given by functions without its mass matrix or its potential.
-    pub fn energy(&self) -> Result<Energy> {
-        self.energy_checked(&mut || ControlFlow::Continue(()))
-    }
-
-    /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
-    ///
-    /// # Errors
-    /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
-    pub fn energy_checked(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
-        let points = self.points()?;
-        let motion = SceneMotion::new(self.scene());
-        Ledger::new(self, &motion)?.fill(&points, &mut Watch::new(observer))
-    }
+/// The energy ledger at some points of a path of a scene.
+///
+/// # Errors
+/// A system given by functions without its mass matrix or its potential; `Error::Interrupted` from the watch.
+pub(crate) fn energy_along(
+    path: &Path,
+    scene: &Scene,
+    points: &[Point],
+    watch: &mut Watch<'_>,
+) -> Result<Energy> {
+    let motion = SceneMotion::new(scene);
+    Ledger::new(path, scene, &motion)?.fill(points, watch)
 }
 
 struct Ledger<'a> {
-    trajectory: &'a Trajectory,
+    path: &'a Path,
+    scene: &'a Scene,
     dynamics: &'a SceneMotion,
     energetics: Energetics,
     contacts: Arc<Vec<Contact>>,
@@ -89,40 +85,41 @@ struct Ledger<'a> {
 }
 
 impl<'a> Ledger<'a> {
-    fn new(trajectory: &'a Trajectory, dynamics: &'a SceneMotion) -> Result<Self> {
-        let scene = trajectory.scene();
+    fn new(path: &'a Path, scene: &'a Scene, dynamics: &'a SceneMotion) -> Result<Self> {
         Ok(Self {
-            trajectory,
+            path,
+            scene,
             dynamics,
             energetics: Energetics::new(scene)?,
             contacts: Arc::new(contacts(scene)),
             phase: scene.forcing().phase(),
-            fading: Fading::new(trajectory.machinery()),
+            fading: Fading::new(&path.evaluator),
             work: 8 * scene.n_dof(),
         })
     }
 
     fn fill(&self, points: &[Point], watch: &mut Watch<'_>) -> Result<Energy> {
         let mut energy = Energy::default();
-        let (mut works, mut piece, mut local) = (Works::default(), 0, 0.0);
+        let (mut works, mut arc, mut local) = (Works::default(), 0, 0.0);
         let mut start = None;
         for point in points {
-            while piece < point.piece {
-                let span = self.trajectory.piece_span(piece);
-                self.integrate(piece, (local, span), &mut works, watch)?;
-                let before = self.trajectory.state_in(piece, span);
-                let after = self.trajectory.state_in(piece + 1, 0.0);
+            while arc < point.arc {
+                let span = self.path.arc(arc).span;
+                self.integrate(arc, (local, span), &mut works, watch)?;
+                let before = self.path.state_in(arc, span);
+                let after = self.path.state_in(arc + 1, 0.0);
                 works.contact += self.jump_loss(&before, &after)?;
-                (piece, local) = (piece + 1, 0.0);
+                (arc, local) = (arc + 1, 0.0);
             }
-            self.integrate(piece, (local, point.local), &mut works, watch)?;
+            self.integrate(arc, (local, point.local), &mut works, watch)?;
             local = point.local;
-            let (q, v) = self.trajectory.state_in(piece, local);
+            let (q, v) = self.path.state_in(arc, local);
             let (kinetic, potential) = (
                 self.energetics.kinetic(&q, &v)?,
                 self.energetics.potential(&q)?,
             );
             let sum = kinetic + potential - works.forcing + works.damping + works.contact;
+            energy.time.push(point.time);
             energy.kinetic.push(kinetic);
             energy.potential.push(potential);
             energy.forcing_work.push(works.forcing);
@@ -133,23 +130,23 @@ impl<'a> Ledger<'a> {
         Ok(energy)
     }
 
-    /// Kinetic energy lost between the end of a piece and the start of the next.
+    /// Kinetic energy lost between the end of a arc and the start of the next.
     fn jump_loss(&self, before: &PositionVelocity, after: &PositionVelocity) -> Result<f64> {
         let jump = &before.1 - &after.1;
         let mean = (&before.1 + &after.1) * 0.5;
         self.energetics.inertial_work(&after.0, &mean, &jump)
     }
 
-    /// Adds the works along a part of a piece.
+    /// Adds the works along a part of a arc.
     fn integrate(
         &self,
-        piece: usize,
+        arc: usize,
         (from, to): (f64, f64),
         works: &mut Works,
         watch: &mut Watch<'_>,
     ) -> Result<()> {
-        let (kind, stops) = self.trajectory.kind_of(piece);
-        let clock = self.trajectory.piece_clock(piece);
+        let (kind, stops) = self.path.kind_of(arc);
+        let clock = self.path.arc(arc).clock;
         let rates = self.fading.of(stops);
         let mut start = from;
         while start < to {
@@ -161,7 +158,7 @@ impl<'a> Ledger<'a> {
                 for (node, weight) in GAUSS {
                     watch.work(self.work)?;
                     let s = start + stretch * (k as f64 + node);
-                    let (q, v) = self.trajectory.state_in(piece, s);
+                    let (q, v) = self.path.state_in(arc, s);
                     let at = clock.after(s).moment(self.phase);
                     let w = weight * stretch;
                     works.forcing += w * self.energetics.forcing_power(at, &q, &v);
@@ -196,7 +193,7 @@ impl<'a> Ledger<'a> {
     ) -> Result<f64> {
         let held = ConstrainedDynamics {
             dynamics: self.dynamics,
-            system: self.trajectory.scene().system(),
+            system: self.scene.system(),
             contacts: Arc::clone(&self.contacts),
             stops: stops.to_vec(),
         };

@@ -2,7 +2,7 @@
 
 use crate::flow::ModalScene;
 use crate::modal::Form;
-use crate::simulate::kept::Machinery;
+use crate::path::evaluator::Evaluator;
 
 /// Decay, as an exponent, after which nothing is left of a part of the motion beside its own first size: `e^-45 < 3e-20`.
 const DIED_OUT: f64 = 45.0;
@@ -15,8 +15,8 @@ pub(crate) struct Fading<'a> {
 
 impl<'a> Fading<'a> {
     /// Those of exact flights; a step of an integrator is never longer than what it follows.
-    pub fn new(machinery: &'a Machinery) -> Self {
-        let Machinery::Exact { modal, held, .. } = machinery else {
+    pub fn new(evaluator: &'a Evaluator) -> Self {
+        let Evaluator::Exact { modal, held, .. } = evaluator else {
             return Self {
                 free: Rates::default(),
                 held: Vec::new(),

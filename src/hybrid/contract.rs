@@ -1,0 +1,248 @@
+#![cfg(test)]
+//! What every [`HybridSystem`] must keep: one linear scene in closed form and integrated says the same of its gaps, contacts, forces and
+//! impacts, and comes to the same events.
+
+use crate::flow::steps::{Dop853, DormandPrince, Radau, Stepper, Tolerance};
+use crate::flow::{TimedScene, with_flow};
+use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
+use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
+use crate::hybrid::{
+    Arrival, ClosedForm, ClosedFormMaps, Graze, HybridFlow, HybridMaps, HybridSystem, InSteps,
+    IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
+};
+use crate::model::{Harmonic, LinearSystem, Scene, SceneMotion, Side, Stop};
+use crate::watch::Watch;
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use std::ops::ControlFlow;
+
+const PHASE: f64 = 0.4;
+const TIGHT: Tolerance = Tolerance {
+    relative: 1e-12,
+    absolute: 1e-14,
+};
+
+/// Two coupled masses under a force, a stop on either side of the first and one across both.
+fn scene() -> Scene {
+    let system = LinearSystem::new(
+        dmatrix![1.0, 0.3; 0.3, 0.8],
+        dmatrix![0.2, -0.1; -0.1, 0.3],
+        dmatrix![2.0, -1.0; -1.0, 1.5],
+    );
+    let force = dvector![1.5.into(), 0.5.into()];
+    let forcing = Harmonic::new(force, 1.3, PHASE).expect("valid");
+    let stops = vec![
+        Stop::new(0, 0.5, 0.6).expect("valid"),
+        Stop::new(0, 0.4, 0.8).expect("valid").on_side(Side::Lower),
+        Stop::new(dvector![0.6, -0.8], 0.7, 0.7).expect("valid"),
+    ];
+    Scene::new(system.expect("valid"), forcing, stops).expect("valid")
+}
+
+/// What was recorded: the kinds of segments, the ends of arcs and the state in their middle.
+#[derive(Default)]
+struct Notes {
+    kinds: Vec<(SegmentKind, Vec<usize>)>,
+    ends: Vec<f64>,
+    middles: Vec<f64>,
+}
+
+impl Recorder for Notes {
+    fn wanted(&self) -> Wanted {
+        Wanted {
+            events: true,
+            arcs: true,
+        }
+    }
+
+    fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]) {
+        self.kinds.push((kind, stops.to_vec()));
+    }
+
+    fn wants_arc(&self, _end: f64, _last: Option<f64>) -> bool {
+        true
+    }
+
+    fn arc(&mut self, span: ArcSpan, motion: &mut dyn ArcMotion) {
+        let mut numbers = Vec::new();
+        motion.write(&mut numbers);
+        assert!(!numbers.is_empty());
+        self.ends.push(span.start.after(span.span).time());
+        let (q, v) = motion.state(0.5 * span.span);
+        self.middles = q.iter().chain(v.iter()).copied().collect();
+    }
+
+    fn graze(&mut self, _graze: Graze) {}
+}
+
+/// The numbers of a system where it is.
+fn facts<Y: HybridSystem + ?Sized>(system: &mut Y) -> Vec<f64> {
+    system.evaluate_gaps().expect("regular");
+    let (q, v) = system.physical();
+    let stops: Vec<usize> = (0..system.n_stops()).collect();
+    let mut facts: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
+    for &stop in &stops {
+        let gap = system.gap(stop);
+        let given = system.given_gap(stop, &q, &v).expect("regular");
+        assert!((given.gap.0 - gap.gap).abs() < 1e-13 && (given.speed.0 - gap.speed).abs() < 1e-13);
+        assert!(system.rounding(stop) < 1e-13 && system.tolerance(stop, 1.0) > 0.0);
+        assert!(system.margin(stop, 1.0) >= system.tolerance(stop, 1.0));
+        facts.extend([gap.gap, gap.speed, gap.acceleration]);
+        facts.extend([
+            system.restitution(stop),
+            f64::from(u8::from(system.is_bound(stop))),
+        ]);
+        facts.push(system.free_jerk(stop).expect("regular"));
+        for &other in &stops {
+            facts.push(f64::from(u8::from(system.is_coupled(stop, other))));
+            facts.push(f64::from(u8::from(system.is_at_place_of(stop, other))));
+        }
+    }
+    facts.extend(system.normals(&stops).expect("regular").iter());
+    facts.extend(system.delassus(&stops).expect("regular").iter());
+    facts.extend(system.free_accelerations(&stops).iter());
+    for held in [&[][..], &[0], &[2]] {
+        let beside = [1usize];
+        let derivatives = system.gap_derivatives(&beside, held, 2..4);
+        for order in derivatives.expect("regular").iter().take(2) {
+            facts.extend(order.iter().map(|[value, _]| *value));
+        }
+    }
+    facts.extend([system.clock().time(), system.phase()]);
+    facts
+}
+
+/// What happens to a scene that is struck, held, and let go again: the numbers all along.
+fn course<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<f64> {
+    let mut notes = Notes::default();
+    let (q, v) = (dvector![0.1, -0.3], dvector![0.7, 0.4]);
+    flow.start(&q, &v, 0.3);
+    let mut all = facts(flow.system());
+    // To the first contact.
+    let mut go_on = || ControlFlow::Continue(());
+    let mut watch = Watch::new(&mut go_on);
+    let arrival = flow.advance_to_event(&[0, 0, 0], 5.0, 5.3, &mut notes, &mut watch);
+    let Arrival::Contact { stop } = arrival.expect("regular") else {
+        panic!("no contact")
+    };
+    all.push(stop as f64);
+    let system = flow.system();
+    assert!(system.gap(stop).gap.abs() < 1e-10 && system.gap(stop).speed < 0.0);
+    let impact = system.strike(stop).expect("regular");
+    let e = system.restitution(stop);
+    assert!((impact.departure - e * impact.approach).abs() < 1e-15);
+    all.extend([impact.approach, impact.impulse]);
+    all.extend(facts(system));
+    assert!((system.gap(stop).speed - impact.departure).abs() < 1e-12);
+    // A push is the law of one impulse.
+    let before = system.physical().1;
+    system.push(stop, 0.25).expect("regular");
+    let pushed = (before - system.physical().1).norm();
+    system.push(stop, -0.25).expect("regular");
+    all.push(pushed);
+    // Held, it is on the stop at rest, and stays.
+    system.set_active_contacts(&[stop]).expect("regular");
+    all.extend(facts(system));
+    let gap = system.gap(stop);
+    assert!(gap.gap.abs() < 1e-14 && gap.speed.abs() < 1e-14);
+    let mut go_on = || ControlFlow::Continue(());
+    let mut watch = Watch::new(&mut go_on);
+    let mut orders = vec![0; 3];
+    orders[stop] = 0;
+    let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut watch);
+    match arrival.expect("regular") {
+        Arrival::Release { stop } => all.push(10.0 + stop as f64),
+        Arrival::Contact { stop } => all.push(20.0 + stop as f64),
+        other => panic!("{other:?}"),
+    }
+    let system = flow.system();
+    all.push(system.clock().time());
+    system.set_active_contacts(&[]).expect("regular");
+    all.extend(facts(system));
+    let kinds: Vec<_> = notes.kinds.iter().map(|(kind, _)| *kind).collect();
+    assert_eq!(kinds, [SegmentKind::Flight, SegmentKind::Stick]);
+    assert_eq!(notes.kinds[1].1, [stop]);
+    assert!((notes.ends[notes.ends.len() - 1] - system.clock().time()).abs() < 1e-12);
+    all
+}
+
+fn integrated<P: Stepper<[f64; 4]>>(scene: &Scene) -> Vec<f64> {
+    let motion = SceneMotion::new(scene);
+    let mut flow = IntegratedFlow::new(&motion, scene, TIGHT, InSteps::<P>::new());
+    course(&mut flow)
+}
+
+#[test]
+fn both_systems_keep_the_contract() {
+    let scene = scene();
+    let timed = TimedScene::of(&scene, "the test").expect("linear");
+    let exact = with_flow!(&*timed.flow, f => {
+        course(&mut ClosedForm::new(f, &timed, PHASE, Tolerance::USUAL))
+    });
+    for (name, found, allowed) in [
+        ("rk45", integrated::<DormandPrince<[f64; 4]>>(&scene), 1e-7),
+        ("dop853", integrated::<Dop853<[f64; 4]>>(&scene), 1e-7),
+        ("radau", integrated::<Radau<[f64; 4]>>(&scene), 1e-6),
+    ] {
+        assert_eq!(found.len(), exact.len(), "{name}");
+        for (k, (a, b)) in found.iter().zip(&exact).enumerate() {
+            assert!(
+                (a - b).abs() < allowed * (1.0 + b.abs()),
+                "{name} {k}: {a} {b}"
+            );
+        }
+    }
+}
+
+/// The numbers of the maps of a state, and of deviations from it.
+fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
+    let state = dvector![0.1, -0.3, 0.7, 0.4];
+    let mut all = Vec::new();
+    for held in [&[][..], &[0], &[2]] {
+        let mut x = state.clone();
+        project_onto(maps, held, &mut x).expect("regular");
+        all.extend(x.iter());
+        all.extend(maps.rate(held, 0.7, &x).expect("regular").iter());
+        let mut deviations = DMatrix::identity(4, 4);
+        maps.flow(held, (0.7, 1.9), &mut x, &mut deviations)
+            .expect("regular");
+        all.extend(x.iter());
+        // Deviations are those of motions that keep their contacts.
+        if held.is_empty() {
+            all.extend(deviations.iter());
+        }
+    }
+    for stops in [&[0][..], &[2], &[0, 2]] {
+        let (mut x, mut deviations) = (state.clone(), DMatrix::identity(4, 4));
+        all.extend(
+            maps.impact(stops, &mut x, &mut deviations)
+                .expect("regular"),
+        );
+        all.extend(x.iter().chain(deviations.iter()));
+    }
+    for stop in 0..3 {
+        let (gap, gradient) = maps.gap(stop, &state).expect("regular");
+        let rate: DVector<f64> = maps.rate(&[], 0.7, &state).expect("regular");
+        let acceleration = maps.gap_acceleration(stop, &state, &rate);
+        all.extend([gap, maps.restitution(stop), acceleration.expect("regular")]);
+        all.extend(gradient.iter());
+        all.extend(maps.reaction(stop, &state).expect("regular").iter());
+    }
+    all
+}
+
+#[test]
+fn both_systems_have_the_same_maps() {
+    let scene = scene();
+    let modal = crate::flow::ModalScene::new(&scene, "the test").expect("linear");
+    let sets = [vec![0], vec![2]];
+    let held = crate::hybrid::constrained_motions(&modal, sets.iter().map(Vec::as_slice));
+    // The modes have the force's own phase: time zero of the maps is that of the scene.
+    let closed = maps_of(&ClosedFormMaps::new(&modal, 0.0, held.expect("regular")));
+    let stepped = maps_of(&IntegratedMaps::new(&scene, PHASE));
+    assert_eq!(closed.len(), stepped.len());
+    for (k, (a, b)) in closed.iter().zip(&stepped).enumerate() {
+        assert!((a - b).abs() < 1e-9 * (1.0 + b.abs()), "{k}: {a} {b}");
+    }
+    assert!(Clock::new(0.0, 1.3).angle() == 0.0);
+}

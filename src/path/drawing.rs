@@ -1,0 +1,148 @@
+//! Where a motion is drawn, and the motion there.
+
+use crate::error::{Error, Result};
+use crate::modal::Form;
+use crate::path::evaluator::Evaluator;
+use crate::path::parts::PathArc;
+use crate::path::path::Path;
+use crate::quantity::room_for;
+use crate::watch::is_broken_off;
+use nalgebra::DMatrix;
+
+/// Points drawn in one flight at the most.
+const MOST_POINTS: usize = 200;
+/// Points drawn in all, but for both sides of each impact, and positions at them: as many as any figure shows.
+const POINTS_IN_ALL: usize = 1_000_000;
+const NUMBERS_IN_ALL: usize = 100_000_000;
+/// Points drawn in one step of an integrator.
+const POINTS_PER_STEP: usize = 4;
+/// Points drawn in one radian of the fastest motion.
+const POINTS_PER_RADIAN: f64 = 8.0;
+
+/// A point of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub time: f64,
+    pub arc: usize,
+    pub local: f64,
+}
+
+/// Times, positions and velocities, shapes `(m,)`, `(m, n)`, `(m, n)`.
+pub type Samples = (Vec<f64>, DMatrix<f64>, DMatrix<f64>);
+
+impl Path {
+    /// Where times are on the path.
+    pub fn points_at(&self, times: &[f64]) -> Vec<Point> {
+        let at = |&time: &f64| {
+            let (_, arc) = self.arc_at(time);
+            let local = self.arc(arc).local(time);
+            Point { time, arc, local }
+        };
+        times.iter().map(at).collect()
+    }
+
+    /// Points for drawing: both sides of each impact, at most 200 a flight, fewer where these would be more than a million.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` where the caller's work is broken off.
+    pub fn points(&self) -> Result<Vec<Point>> {
+        let parts = &self.parts;
+        let rate = self.fastest_rate();
+        let count = parts.segments.len();
+        let in_all = POINTS_IN_ALL.min(NUMBERS_IN_ALL / self.n_dof);
+        let drawn = (in_all / count.max(1)).clamp(2, MOST_POINTS);
+        let mut points: Vec<Point> = Vec::new();
+        for segment in 0..count {
+            if is_broken_off() {
+                return Err(Error::Interrupted);
+            }
+            let arcs = parts.arcs_of(segment);
+            let Some(&first) = parts.arcs[arcs.clone()].first() else {
+                continue;
+            };
+            let span: f64 = parts.arcs[arcs.clone()].iter().map(|p| p.span).sum();
+            let wanted = (span * rate * POINTS_PER_RADIAN).ceil() + 1.0;
+            let by_steps = (POINTS_PER_STEP * arcs.len()) as f64 + 1.0;
+            let wanted = if self.is_stepped() { by_steps } else { wanted };
+            // A flight of no length is a side of an impact: one point.
+            let most = if span > 0.0 { drawn } else { 1 };
+            let count = (wanted.max(2.0) as usize).min(most);
+            let (mut arc, mut before) = (arcs.start, 0.0);
+            for k in 0..count - 1 {
+                let s = span * k as f64 / (count - 1) as f64;
+                while arc + 1 < arcs.end && s > before + parts.arcs[arc].span {
+                    before += parts.arcs[arc].span;
+                    arc += 1;
+                }
+                points.push(Point {
+                    time: first.clock.after(s).time(),
+                    arc,
+                    local: (s - before).clamp(0.0, parts.arcs[arc].span),
+                });
+            }
+            // The end is the start of the next segment to the bit, which a sum of steps is not.
+            let (last, PathArc { clock, span }) = (arcs.end - 1, parts.arcs[arcs.end - 1]);
+            points.push(Point {
+                time: clock.after(span).time(),
+                arc: last,
+                local: span,
+            });
+        }
+        // The ends are those asked for, whatever rounding makes of a time counted in periods.
+        let ends = points.first().zip(points.last());
+        if let Some((first, last)) = ends.map(|(a, b)| (a.time, b.time)) {
+            for point in &mut points {
+                if point.time == first {
+                    point.time = self.span.0;
+                } else if point.time == last {
+                    point.time = self.span.1;
+                }
+            }
+        }
+        Ok(points)
+    }
+
+    /// The motion at some points.
+    ///
+    /// # Errors
+    /// More points than there is room for; `Error::Interrupted` where the caller's work is broken off.
+    pub fn samples(&self, points: &[Point]) -> Result<Samples> {
+        let (m, n) = (points.len(), self.n_dof);
+        room_for("the motion at its points", m, 2 * n)?;
+        let (mut q, mut v) = (DMatrix::zeros(m, n), DMatrix::zeros(m, n));
+        for (i, point) in points.iter().enumerate() {
+            if is_broken_off() {
+                return Err(Error::Interrupted);
+            }
+            let (position, velocity) = self.state_in(point.arc, point.local);
+            q.set_row(i, &position.transpose());
+            v.set_row(i, &velocity.transpose());
+        }
+        Ok((points.iter().map(|p| p.time).collect(), q, v))
+    }
+
+    fn is_stepped(&self) -> bool {
+        !matches!(self.evaluator, Evaluator::Exact { .. })
+    }
+
+    /// The fastest of the forcing and the free oscillations of a linear scene.
+    fn fastest_rate(&self) -> f64 {
+        let Evaluator::Exact { modal, .. } = &self.evaluator else {
+            return 0.0;
+        };
+        let free = match &modal.form.form {
+            Form::Blocks(blocks) => blocks
+                .iter()
+                .flat_map(|b| b.roots())
+                .map(|l| l.im.abs())
+                .fold(0.0, f64::max),
+            Form::Dense(m) => m.norm(),
+        };
+        let rate = free.max(modal.frequency);
+        if rate > 0.0 {
+            rate
+        } else {
+            MOST_POINTS as f64 / (self.span.1 - self.span.0).max(f64::MIN_POSITIVE)
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! What makes a motion of the numbers of its arcs.
+
+use crate::flow::steps::dense_output::{written_state, written_width};
+use crate::flow::{
+    ConstrainedMotion, ModalScene, SceneFlow, carry, read_series, series_width, with_flow,
+};
+use crate::hybrid::SegmentKind;
+use crate::hybrid::clock::Clock;
+use crate::modal::Pair;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// What makes a motion of the numbers of its arcs.
+#[derive(Debug, Clone)]
+pub(crate) enum Evaluator {
+    /// Exact flights: the numbers are the modal pairs at the start of the arc.
+    Exact {
+        modal: Arc<ModalScene>,
+        flow: Arc<SceneFlow>,
+        /// The motions while stops were held.
+        held: Vec<Arc<ConstrainedMotion>>,
+        /// The forcing phase at time zero, where the modes do not have it.
+        phase: f64,
+    },
+    /// Steps: the numbers are the step's length and its dense output, polynomials of a degree.
+    Steps { degree: usize },
+    /// Taylor series of the velocities to an order: the numbers are the unit of time and the coefficients of the positions
+    /// in it, one after the other for each. Chatter and lasting contact are Runge-Kutta steps.
+    Series { order: usize },
+}
+
+/// Degree of the steps beside series.
+const QUARTIC: usize = 4;
+
+impl Evaluator {
+    /// How many numbers an arc of a segment has for n degrees of freedom.
+    pub fn width(&self, kind: SegmentKind, n: usize) -> usize {
+        match self {
+            Self::Exact { .. } => 2 * n,
+            Self::Series { order } if kind == SegmentKind::Flight => series_width(*order, n),
+            Self::Steps { degree } => written_width(*degree, n),
+            Self::Series { .. } => written_width(QUARTIC, n),
+        }
+    }
+
+    /// Position and velocity a time after the start of an arc of a segment.
+    pub fn state(
+        &self,
+        (kind, stops): (SegmentKind, &[usize]),
+        clock: Clock,
+        numbers: &[f64],
+        local: f64,
+    ) -> (DVector<f64>, DVector<f64>) {
+        match self {
+            Self::Exact {
+                modal,
+                flow,
+                held,
+                phase,
+            } => {
+                let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
+                let angle = clock.angle() + phase;
+                let is_holding = |s: &&Arc<ConstrainedMotion>| s.stops == stops;
+                if let Some(constrained) = held.iter().find(is_holding) {
+                    let (q, v) = modal.form.to_physical(&state);
+                    return constrained.carry(angle, local, &q, &v);
+                }
+                with_flow!(&**flow, f => carry(f, angle, local, &mut state));
+                modal.form.to_physical(&state)
+            }
+            Self::Series { order } if kind == SegmentKind::Flight => {
+                read_series(numbers, *order, local)
+            }
+            Self::Steps { degree } => parted(&written_state(numbers, *degree, local)),
+            Self::Series { .. } => parted(&written_state(numbers, QUARTIC, local)),
+        }
+    }
+}
+
+/// Position and velocity of a state.
+fn parted(x: &[f64]) -> (DVector<f64>, DVector<f64>) {
+    let (q, v) = x.split_at(x.len() / 2);
+    (DVector::from_column_slice(q), DVector::from_column_slice(v))
+}

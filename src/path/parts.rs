@@ -1,0 +1,84 @@
+//! What a motion is kept as: arcs that follow each other in time, grouped in segments, and for each arc the numbers from which it can
+//! be had at any of its times.
+
+use crate::hybrid::SegmentKind;
+use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::{ArcSpan, Written};
+
+/// One arc: its clock and span.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PathArc {
+    pub clock: Clock,
+    pub span: f64,
+}
+
+impl PathArc {
+    /// How far along it a time is, as the doubles that a user sees: at its start, the start.
+    pub fn local(&self, t: f64) -> f64 {
+        if t == self.clock.time() {
+            return 0.0;
+        }
+        self.clock.until(self.clock.at(t)).clamp(0.0, self.span)
+    }
+}
+
+/// A segment: its kind, the stops in contact and its first arc.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PathSegment {
+    pub kind: SegmentKind,
+    pub stops: Vec<usize>,
+    pub first: usize,
+    /// Where the numbers of its arcs begin.
+    pub offset: usize,
+}
+
+/// The motion that `keep` asks for.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PathParts {
+    pub arcs: Vec<PathArc>,
+    pub segments: Vec<PathSegment>,
+    /// The numbers of each arc, one after the other, as many for each of a segment.
+    pub numbers: Vec<f64>,
+}
+
+impl PathParts {
+    /// Begins a segment.
+    pub fn begin(&mut self, kind: SegmentKind, stops: &[usize]) {
+        self.segments.push(PathSegment {
+            kind,
+            stops: stops.to_vec(),
+            first: self.arcs.len(),
+            offset: self.numbers.len(),
+        });
+    }
+
+    /// Adds an arc.
+    pub fn push(&mut self, span: ArcSpan, motion: &(impl Written + ?Sized)) {
+        self.arcs.push(PathArc {
+            clock: span.start,
+            span: span.span,
+        });
+        motion.write(&mut self.numbers);
+    }
+
+    /// The segment that an arc belongs to.
+    pub fn segment_of(&self, arc: usize) -> &PathSegment {
+        let later = self.segments.partition_point(|s| s.first <= arc);
+        &self.segments[later - 1]
+    }
+
+    /// The numbers of an arc of a segment, so many for each.
+    pub fn numbers_of(&self, segment: &PathSegment, arc: usize, width: usize) -> &[f64] {
+        let start = segment.offset + (arc - segment.first) * width;
+        &self.numbers[start..start + width]
+    }
+
+    /// The arcs of a segment.
+    pub fn arcs_of(&self, segment: usize) -> std::ops::Range<usize> {
+        let end = self
+            .segments
+            .get(segment + 1)
+            .map_or(self.arcs.len(), |next| next.first);
+        self.segments[segment].first..end
+    }
+}

@@ -1,0 +1,132 @@
+//! A motion that is kept: arcs in time, and what evaluates them; of a trajectory, or one period of an orbit.
+
+use crate::error::{Error, Result};
+use crate::hybrid::SegmentKind;
+use crate::path::evaluator::Evaluator;
+use crate::path::parts::{PathArc, PathParts};
+use crate::path::segments::{ImpactSide, Segment};
+use nalgebra::DVector;
+
+/// A motion that is kept.
+#[derive(Debug, Clone)]
+pub(crate) struct Path {
+    pub evaluator: Evaluator,
+    pub parts: PathParts,
+    pub span: (f64, f64),
+    pub n_dof: usize,
+}
+
+impl Path {
+    /// The parts of the motion, each once, with the stops in contact.
+    pub fn segments(&self) -> Vec<(Segment, &[usize])> {
+        let parts = &self.parts;
+        let within = |time: f64| time.clamp(self.span.0, self.span.1);
+        let mut all = Vec::with_capacity(parts.segments.len());
+        for (k, segment) in parts.segments.iter().enumerate() {
+            let range = parts.arcs_of(k);
+            let (arcs, next) = (&parts.arcs[range.clone()], parts.arcs.get(range.end));
+            let (Some(first), Some(last)) = (arcs.first(), arcs.last()) else {
+                continue;
+            };
+            // A flight of no length is a side of an impact, but where there is nothing else.
+            let is_last = k + 1 == parts.segments.len() && all.is_empty();
+            let is_side = arcs.iter().all(|p| p.span == 0.0) && !is_last;
+            if segment.stops.is_empty() && is_side {
+                continue;
+            }
+            // A part ends where the next one begins, to the last digit.
+            let end = next.map_or_else(|| last.clock.after(last.span), |next| next.clock);
+            let whole = Segment {
+                kind: segment.kind,
+                stop: None,
+                start: within(first.clock.time()),
+                end: within(end.time()),
+            };
+            all.push((whole, segment.stops.as_slice()));
+        }
+        // The last one ends with the run, of which its clock knows the time to rounding.
+        if let Some((last, _)) = all.last_mut() {
+            last.end = self.span.1;
+        }
+        all
+    }
+
+    /// Position and velocity at a time inside the span. What is left of impacts that accumulate (a segment `Chatter`) is given as
+    /// motion with the stop held: its velocity is off the true one, which jumps without end there, by no more than the speed of
+    /// the first impact left out, along the stop's reaction.
+    ///
+    /// # Errors
+    /// A time outside the span.
+    pub fn state(&self, t: f64, side: ImpactSide) -> Result<(DVector<f64>, DVector<f64>)> {
+        let parts = &self.parts;
+        let (start, end) = self.span;
+        let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
+        if !(start - slack..=end + slack).contains(&t) {
+            return Err(Error::bad_value(
+                "t",
+                t,
+                format!("it must lie in the span [{start}, {end}] of the trajectory"),
+            ));
+        }
+        let start_of = |index: usize| parts.arcs[index].clock.time();
+        let (now, mut index) = self.arc_at(t);
+        if side == ImpactSide::Before {
+            // Stops hit one after the other at one instant leave arcs of no length: go back to the first.
+            while index > 0 && start_of(index) == now {
+                index -= 1;
+                if start_of(index) < now {
+                    return Ok(self.state_in(index, parts.arcs[index].span));
+                }
+            }
+        }
+        Ok(self.state_in(index, parts.arcs[index].local(t)))
+    }
+
+    /// The last arc that begins no later than a time, and that time on the clock of the arcs, whose ends may be off those of
+    /// the span by rounding.
+    pub fn arc_at(&self, t: f64) -> (f64, usize) {
+        let parts = &self.parts;
+        let ends = (parts.arcs[0], parts.arcs[parts.arcs.len() - 1]);
+        let t = if t >= self.span.1 && t > self.span.0 {
+            ends.1.clock.after(ends.1.span).time()
+        } else if t <= self.span.0 {
+            ends.0.clock.time()
+        } else {
+            t
+        };
+        let first_later = parts.arcs.partition_point(|p| p.clock.time() <= t);
+        (t, first_later.max(1) - 1)
+    }
+
+    /// Position and velocity a time after the start of an arc.
+    pub fn state_in(&self, arc: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
+        let segment = self.parts.segment_of(arc);
+        let width = self.evaluator.width(segment.kind, self.n_dof);
+        let numbers = self.parts.numbers_of(segment, arc, width);
+        let of = (segment.kind, segment.stops.as_slice());
+        self.evaluator
+            .state(of, self.parts.arcs[arc].clock, numbers, local)
+    }
+
+    /// Position and velocity a time after the start of a segment.
+    pub fn state_along(&self, segment: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
+        let range = self.parts.arcs_of(segment);
+        let arcs = &self.parts.arcs[range.clone()];
+        let start = arcs[0].clock;
+        let within = |arc: &PathArc| start.until(arc.clock) <= local;
+        let k = arcs.partition_point(within).max(1) - 1;
+        let rest = local - start.until(arcs[k].clock);
+        self.state_in(range.start + k, rest.min(arcs[k].span))
+    }
+
+    /// An arc.
+    pub fn arc(&self, arc: usize) -> PathArc {
+        self.parts.arcs[arc]
+    }
+
+    /// The kind of the segment of an arc, and the stops in contact.
+    pub fn kind_of(&self, arc: usize) -> (SegmentKind, &[usize]) {
+        let segment = self.parts.segment_of(arc);
+        (segment.kind, &segment.stops)
+    }
+}
