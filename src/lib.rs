@@ -2,10 +2,11 @@
 //!
 //! # How the crate is laid out
 //!
-//! Each folder uses those before it in this list, never those after: `error`, `quantity`, `linalg`, `watch`; [`model`]: what is
-//! analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth motion; `contact`:
-//! where the next impact is; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]: maps and
-//! ensembles. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
+//! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
+//! `watch`; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth
+//! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: a scene with its stops, in closed
+//! form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]:
+//! maps and ensembles. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
 //! `docs/theory.md`: "theory 5" in a comment is its section 5.
 
 mod contact;
@@ -23,6 +24,7 @@ mod python;
 pub mod quantity;
 pub mod simulate;
 pub mod sweep;
+mod tolerance;
 mod watch;
 
 pub use error::{Error, Result};

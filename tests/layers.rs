@@ -6,7 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 13] = [
+const LAYERS: [&[&str]; 14] = [
+    &["tolerance"],
     &["error", "quantity", "linalg", "watch"],
     &["model"],
     &["modal"],

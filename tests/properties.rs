@@ -13,7 +13,7 @@ use vibroimpact::{
     ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
     Reaction, Scene, Side, SimulateOptions, Stop, SweepOptions, Trajectory, Wall, WallSide,
     audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix, simulate,
-    simulate_checked,
+    simulate_observed,
 };
 
 fn config() -> ProptestConfig {
@@ -504,7 +504,7 @@ proptest! {
                 ..Default::default()
             };
             let end = start + span;
-            if let Ok(run) = simulate_checked(&scene, &q, &v, (start, end), &hostile_options, &mut few) {
+            if let Ok(run) = simulate_observed(&scene, &q, &v, (start, end), &hostile_options, &mut few) {
                 let (q, v) = run.last();
                 prop_assert!(is_finite(q) && is_finite(v), "{}", run.message());
             }
@@ -517,7 +517,7 @@ proptest! {
             let is_slow = q.iter().chain(&v).all(|x| x.abs() < 1e3) && start.abs() < 1e3;
             if is_moderate(&scene)
                 && is_slow
-                && let Ok(run) = simulate_checked(&scene, &q, &v, (start, end), &options, &mut few)
+                && let Ok(run) = simulate_observed(&scene, &q, &v, (start, end), &options, &mut few)
             {
                 check_trajectory(&scene, &run);
             }

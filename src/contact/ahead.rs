@@ -16,7 +16,7 @@ pub(crate) enum Ahead {
     Unknown,
 }
 
-/// Over a step that starts with an open gap; `rounding` is that of the gap, asked for where it does not stay above `clear`, which is
+/// Over a step that root_orders with an open gap; `rounding` is that of the gap, asked for where it does not stay above `clear`, which is
 /// no less.
 #[inline]
 pub(crate) fn from_open(jet: &Jet, step: f64, clear: f64, rounding: impl FnOnce() -> f64) -> Ahead {
@@ -75,7 +75,7 @@ fn near_stop(jet: &Jet, step: f64, rounding: f64) -> Ahead {
     }
 }
 
-/// Over a step that starts on the stop, with a root of the given order, or a higher one, at its start; `rounding` is that of the
+/// Over a step that root_orders on the stop, with a root of the given order, or a higher one, at its start; `rounding` is that of the
 /// gap.
 pub(crate) fn from_contact(jet: &Jet, order: usize, step: f64, rounding: f64) -> Ahead {
     let deflated = jet.deflated(order);

@@ -22,8 +22,8 @@ impl Lowest {
     /// Where the gap is too flat for its parabola to say where it turns, the place stays what it was; so it does where a step from it
     /// leads up, from a curvature of rounding.
     pub fn sharpened<F: LinearFlow>(mut self, flow: &F, gap: &GapRow, from: &[Pair]) -> Self {
-        let mut look = Look::new(flow, from);
-        let mut jet = look.at(self.time, gap);
+        let mut evaluator = GapEvaluator::new(flow, from);
+        let mut jet = evaluator.at(self.time, gap);
         for _ in 0..STEPS {
             let step = -0.5 * jet.c[1] / jet.c[2];
             let is_parabola = jet.c[2] > 0.0 && (jet.c[3] * step).abs() < jet.c[2];
@@ -36,7 +36,7 @@ impl Lowest {
                 let gap = jet.value(step);
                 return Self { time, gap };
             }
-            jet = look.at(time, gap);
+            jet = evaluator.at(time, gap);
             let there = jet.c[0];
             if there > self.gap + rounding.max(gap.rounding(&jet)) {
                 return self;
@@ -48,7 +48,7 @@ impl Lowest {
 }
 
 /// Looks at a gap at any time of a flight, each time from the state at its start.
-pub(crate) struct Look<'a, F: LinearFlow> {
+pub(crate) struct GapEvaluator<'a, F: LinearFlow> {
     flow: &'a F,
     from: &'a [Pair],
     propagator: F::Propagator,
@@ -56,7 +56,7 @@ pub(crate) struct Look<'a, F: LinearFlow> {
     derivatives: Vec<Derivatives>,
 }
 
-impl<'a, F: LinearFlow> Look<'a, F> {
+impl<'a, F: LinearFlow> GapEvaluator<'a, F> {
     pub fn new(flow: &'a F, from: &'a [Pair]) -> Self {
         Self {
             flow,

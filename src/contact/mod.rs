@@ -3,6 +3,7 @@
 pub(crate) mod ahead;
 pub(crate) mod bracket;
 pub(crate) mod curvature;
+pub(crate) mod first_root;
 pub(crate) mod lowest;
 pub(crate) mod next;
 pub(crate) mod polynomial;

@@ -3,12 +3,15 @@
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
-use crate::contact::lowest::{Look, Lowest};
-use crate::contact::walk::{PropagatorLevels, ROUNDING, STEPS_PER_LOOK};
+use crate::contact::first_root::{FirstEvent, FirstRoot};
+use crate::contact::lowest::{GapEvaluator, Lowest};
+use crate::contact::walk::{PropagatorLevels, STEPS_PER_LOOK};
+use crate::error::Result;
 use crate::flow::jet::Jet;
 use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
 use crate::modal::Pair;
 use crate::quantity::larger;
+use crate::tolerance::GAP_ROUNDING;
 use crate::watch::Watch;
 
 /// A touch without impact: stop, time since the start of the flight, gap.
@@ -40,20 +43,6 @@ impl Grazed {
             self
         }
     }
-}
-
-/// What ends the search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Next {
-    /// No impact before the end of the span.
-    End,
-    /// A stop is reached, within the span or in the step that leaves it; the time since the start of the flight, to the
-    /// accuracy of a cubic.
-    Contact { stop: usize, time: f64 },
-    /// The steps became too short to go on.
-    Stalled { stop: usize, time: f64 },
-    /// The watch said to stop.
-    Interrupted,
 }
 
 /// Evaluations of the motion spent on one impact time.
@@ -90,7 +79,7 @@ struct Followed {
 impl Followed {
     fn new(row: GapRow) -> Self {
         Self {
-            clear: ROUNDING.max(row.relative_rounding()),
+            clear: GAP_ROUNDING.max(row.relative_rounding()),
             row,
             jet: Jet::default(),
             order: 0,
@@ -192,7 +181,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     }
 
     /// Takes the jets of every gap at a state.
-    pub fn look(&mut self, state: &[Pair]) {
+    pub fn evaluate(&mut self, state: &[Pair]) {
         self.n_gap_evaluations += self.gaps.len();
         self.flow.derivatives(state, &mut self.derivatives);
         for gap in &mut self.gaps {
@@ -245,17 +234,21 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         }
     }
 
-    /// The next contact within `span` of the state, at which the search must have looked. `starts[i]` is the order of the
-    /// root of gap i at the start, zero for an open gap.
+    /// The next contact within `span` of the state, or in the step that leaves it, to the accuracy of a cubic; undecided where the steps
+    /// became too short to go on. The search must have looked at the state; `root_orders[i]` is the order of the root of gap i there, zero
+    /// for an open gap.
+    ///
+    /// # Errors
+    /// `Error::Interrupted` from the watch.
     pub fn next(
         &mut self,
         start: &[Pair],
-        starts: &[usize],
+        root_orders: &[usize],
         span: f64,
         grazes: &mut Vec<Grazed>,
         watch: &mut Watch<'_>,
-    ) -> Next {
-        for (gap, &order) in self.gaps.iter_mut().zip(starts) {
+    ) -> Result<FirstEvent> {
+        for (gap, &order) in self.gaps.iter_mut().zip(root_orders) {
             gap.depart(order);
         }
         self.active.clear();
@@ -275,7 +268,8 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                     Err(stop) => {
                         grazes.truncate(noted);
                         if self.level == self.levels.deepest || time + step == time {
-                            return Next::Stalled { stop, time };
+                            let root = FirstRoot::Undecided { at: time };
+                            return Ok(FirstEvent { stop, root });
                         }
                         self.level += 1;
                     }
@@ -283,24 +277,23 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             };
             if let Some((stop, at)) = reached {
                 grazes.retain(|g| g.time < time + at);
-                return Next::Contact {
-                    stop,
-                    time: time + at,
+                let root = FirstRoot::Crossing {
+                    at: time + at,
+                    passed: self.gaps[stop].bracket.passed,
                 };
+                return Ok(FirstEvent { stop, root });
             }
             time += step;
             let made = self.levels.advance(self.flow, self.level, &mut self.state);
-            if made.is_some_and(|work| watch.work(work).is_err()) {
-                return Next::Interrupted;
+            if let Some(work) = made {
+                watch.work(work)?;
             }
             if self.level == first_level {
                 self.level = self.levels.above(self.level);
             }
             steps += 1;
             if steps.is_multiple_of(STEPS_PER_LOOK) {
-                if watch.work(STEPS_PER_LOOK * self.state.len()).is_err() {
-                    return Next::Interrupted;
-                }
+                watch.work(STEPS_PER_LOOK * self.state.len())?;
                 self.leave_out();
             }
             self.n_gap_evaluations += self.active.len();
@@ -317,10 +310,10 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             };
             // What rests there comes no further.
             if time >= span && (time >= 2.0 * span || !self.active.iter().any(is_reached)) {
-                return Next::End;
+                return Ok(FirstEvent::NONE);
             }
         }
-        Next::End
+        Ok(FirstEvent::NONE)
     }
 
     /// Notes the touch of a gap that turned within rounding of zero, in a step that could not tell on which side of its end: the
@@ -352,7 +345,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         active.retain(|&stop| {
             let gap = &gaps[stop];
             let (least, size) = gap.row.least(norms);
-            let is_beyond_reach = least > ROUNDING * size && gap.order_here == 0;
+            let is_beyond_reach = least > GAP_ROUNDING * size && gap.order_here == 0;
             !is_beyond_reach
         });
     }
@@ -365,7 +358,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         step: f64,
         time: f64,
         grazes: &mut Vec<Grazed>,
-    ) -> Result<Option<(usize, f64)>, usize> {
+    ) -> std::result::Result<Option<(usize, f64)>, usize> {
         let mut earliest: Option<(usize, f64)> = None;
         for &stop in &self.active {
             let followed = &mut self.gaps[stop];
@@ -392,10 +385,10 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
                 // From rest at zero all terms grow from zero.
-                followed.late = ROUNDING * jet.remainder(soon);
+                followed.late = GAP_ROUNDING * jet.remainder(soon);
                 let rounding = rounding.max(followed.late);
                 let rounding = rounding.max(gap.rounding(jet));
-                let clear = rounding.max(ROUNDING * jet.size);
+                let clear = rounding.max(GAP_ROUNDING * jet.size);
                 ahead = from_open(&jet.only(LATE), step, clear, || rounding);
             }
             if let Ahead::Dips { near } = ahead {
@@ -498,7 +491,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
-            self.look(arrived);
+            self.evaluate(arrived);
             let mut jet = self.gaps[stop].jet;
             let gap = jet.c[0];
             jet.c[0] -= bracket.floor;
@@ -542,7 +535,7 @@ fn at_bottom<F: LinearFlow>(
     between: [f64; 2],
     near: f64,
 ) -> (Option<Lowest>, Ahead) {
-    let (lowest, jet) = Look::new(flow, start).bottom(gap, between, near);
+    let (lowest, jet) = GapEvaluator::new(flow, start).bottom(gap, between, near);
     let rounding = gap.rounding(&jet);
     if lowest.gap < -rounding {
         let back = (-lowest.gap / jet.c[2]).sqrt();

@@ -2,6 +2,7 @@
 //! Bernstein form says at once where there is no contact; elsewhere its extrema part it into monotone pieces, so that
 //! nothing between two samples is missed. A known root at the start is divided out.
 
+use crate::contact::first_root::FirstRoot;
 use crate::contact::roots::{SIZE, bracketed_root, derivative, roots, value};
 
 /// `sum c_k x^k`, `0 <= x <= 1` along the step.
@@ -63,17 +64,6 @@ impl EndValues {
         let floor = if order == 0 { floor } else { 0.0 };
         bernstein[order.min(SIZE - 1)..].iter().all(|b| *b > floor)
     }
-}
-
-/// What the gap does along a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Along {
-    /// No contact.
-    Clear,
-    /// The stop is reached at x, and passed at a later part of the step.
-    Contact { x: f64, passed: f64 },
-    /// A minimum is nearer to zero than the interpolation is to the motion.
-    Lowest { x: f64 },
 }
 
 /// How a minimum of the gap is judged.
@@ -180,14 +170,14 @@ impl Quintic {
         )
     }
 
-    /// The first contact, a root of the given order at the start divided out, and the touches before it; or the first minimum
-    /// that only the motion itself can judge.
+    /// The first contact, a root of the given order at the start divided out, and the touches before it; undecided at the first
+    /// minimum that is nearer to zero than the interpolation is to the motion.
     pub fn first_contact(
         &self,
         order: usize,
         judgement: Judgement,
         touches: &mut Vec<(f64, f64)>,
-    ) -> Along {
+    ) -> FirstRoot {
         let order = order.min(SIZE - 1);
         let rounding = judgement.rounding;
         let c = &self.c[order..];
@@ -199,7 +189,7 @@ impl Quintic {
             let is_minimum = right < 1.0 && there < before;
             let doubt = judgement.doubt(right);
             if is_minimum && gap.abs() <= rounding + doubt && doubt > 0.5 * rounding {
-                return Along::Lowest { x: right };
+                return FirstRoot::Undecided { at: right };
             }
             if gap < -rounding {
                 let x = if before > 0.0 {
@@ -207,20 +197,24 @@ impl Quintic {
                 } else {
                     left
                 };
-                return Along::Contact { x, passed: right };
+                return FirstRoot::Crossing {
+                    at: x,
+                    passed: right,
+                };
             }
             if is_minimum && gap <= rounding {
                 touches.push((right, gap));
             }
             left = right;
         }
-        Along::Clear
+        FirstRoot::None
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::first_root::FirstRoot;
     use crate::contact::roots::from_roots;
 
     #[test]
@@ -265,7 +259,7 @@ mod tests {
         assert!(worst < 64.0 * h.powi(6) / 720.0 / 64.0 * 1.01, "{worst:e}");
     }
 
-    fn judged(p: &Quintic, order: usize, error: f64) -> (Along, usize) {
+    fn judged(p: &Quintic, order: usize, error: f64) -> (FirstRoot, usize) {
         let mut touches = Vec::new();
         let judgement = Judgement {
             rounding: 1e-15,
@@ -284,20 +278,24 @@ mod tests {
             let p = Quintic::new(&ends);
             let (along, touches) = judged(&p, 0, 0.0);
             if depth > 0.0 {
-                let Along::Contact { x, passed } = along else {
+                let FirstRoot::Crossing { at: x, passed } = along else {
                     panic!("{depth}: {along:?}")
                 };
                 let error = 1e-15 / depth.sqrt();
                 assert!((x - (0.4 - depth.sqrt())).abs() < error && (passed - 0.4).abs() < 1e-9);
             } else {
-                assert_eq!(along, Along::Clear);
+                assert_eq!(along, FirstRoot::None);
                 assert_eq!(touches, usize::from(depth == 0.0));
             }
             assert!(!ends.are_clear(0, 1e-6), "{depth}");
             // Where the interpolation may be off by more, the motion has to say.
             let (along, _) = judged(&p, 0, 1e-10);
             let is_open = depth.abs() < 1e-9;
-            assert_eq!(matches!(along, Along::Lowest { .. }), is_open, "{depth}");
+            assert_eq!(
+                matches!(along, FirstRoot::Undecided { .. }),
+                is_open,
+                "{depth}"
+            );
         }
         let high = EndValues::new([1.0, 0.1, 0.0], [1.2, 0.3, 0.1], 0.5, 0);
         assert!(high.are_clear(0, 0.5));
@@ -310,14 +308,15 @@ mod tests {
             let start = [1e-17, v, -1.0];
             let ends = EndValues::new(start, f(1.0), 1.0, 1);
             assert!(!ends.are_clear(1, 0.0));
-            let (Along::Contact { x, .. }, 0) = judged(&Quintic::new(&ends), 1, 0.0) else {
+            let (FirstRoot::Crossing { at: x, .. }, 0) = judged(&Quintic::new(&ends), 1, 0.0)
+            else {
                 panic!("{v}")
             };
             assert!((x / (2.0 * v) - 1.0).abs() < 1e-7 + 1e-15 / v, "{x} {v}");
         }
         let rising = EndValues::new([0.0, 1.0, 0.0], [1.0, 1.0, 0.0], 1.0, 1);
         assert!(rising.are_clear(1, 0.0));
-        assert_eq!(judged(&Quintic::new(&rising), 1, 0.0), (Along::Clear, 0));
+        assert_eq!(judged(&Quintic::new(&rising), 1, 0.0), (FirstRoot::None, 0));
     }
 
     #[test]

@@ -2,11 +2,13 @@
 //! start, with all higher terms in the remainder (theory 8).
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
-use crate::contact::walk::ROUNDING;
+use crate::contact::first_root::FirstRoot;
+
+use crate::flow::BatchMotion;
 use crate::flow::jet::Jet;
 use crate::flow::taylor::ROWS;
-use crate::flow::{BatchMotion, TERM_ROUNDINGS};
 use crate::model::Surface;
+use crate::tolerance::{GAP_ROUNDING, TERM_ROUNDINGS};
 
 /// Shortest part of a step that is looked at.
 const SHORTEST: f64 = f64::EPSILON;
@@ -31,24 +33,6 @@ pub(crate) struct GapSeries {
     len: usize,
     /// Size of the terms of the gap at the start.
     pub size: f64,
-}
-
-/// What ended a search along one step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum SeriesEnd {
-    /// The stop is reached at a time, to rounding.
-    Contact { at: f64 },
-    /// No part of the step was short enough to tell contact from none.
-    Stalled { at: f64 },
-}
-
-impl SeriesEnd {
-    /// The time of the end.
-    pub fn at(self) -> f64 {
-        match self {
-            Self::Contact { at } | Self::Stalled { at } => at,
-        }
-    }
 }
 
 /// What a gap is made of: `constant - sum weight_i x_i` over angles of links or their sines.
@@ -250,7 +234,7 @@ impl GapSeries {
         order: usize,
         span: f64,
         touches: &mut Vec<(f64, f64)>,
-    ) -> Option<SeriesEnd> {
+    ) -> FirstRoot {
         let rounding = self.rounding();
         let shortest = span * SHORTEST;
         let (mut order, mut at, mut step) = (order.min(3), 0.0, span);
@@ -260,23 +244,28 @@ impl GapSeries {
             let ahead = if order > 0 {
                 from_contact(&jet, order, step, self.rounding())
             } else {
-                from_open(&jet, step, rounding.max(ROUNDING * jet.size), || rounding)
+                from_open(&jet, step, rounding.max(GAP_ROUNDING * jet.size), || {
+                    rounding
+                })
             };
             match ahead {
                 Ahead::Clear => {}
                 Ahead::Dips { near } => {
                     let (bottom, gap, reached) = self.bottom(near, step);
                     if gap < -rounding {
+                        let passed = at + bottom;
                         let at = at + self.root(order, reached, bottom);
-                        return Some(SeriesEnd::Contact { at });
+                        return FirstRoot::Crossing { at, passed };
                     }
                     if gap <= rounding {
                         touches.push((at + bottom, gap));
                     }
                 }
                 Ahead::Reached { at: guess, passed } => {
-                    let at = at + self.root(order, guess, passed);
-                    return Some(SeriesEnd::Contact { at });
+                    let start = at;
+                    let at = start + self.root(order, guess, passed);
+                    let passed = start + passed;
+                    return FirstRoot::Crossing { at, passed };
                 }
                 Ahead::Rests => {
                     let is_noted = touches.last().is_some_and(|(t, _)| *t >= at - step);
@@ -284,7 +273,7 @@ impl GapSeries {
                         touches.push((at, jet.c[0]));
                     }
                 }
-                Ahead::Unknown if step <= shortest => return Some(SeriesEnd::Stalled { at }),
+                Ahead::Unknown if step <= shortest => return FirstRoot::Undecided { at },
                 Ahead::Unknown => {
                     step *= 0.5;
                     continue;
@@ -292,7 +281,7 @@ impl GapSeries {
             }
             at += step;
             if at >= span {
-                return None;
+                return FirstRoot::None;
             }
             self.advance(step);
             order = 0;
@@ -306,7 +295,7 @@ mod tests {
     use super::*;
     use crate::contact::roots::from_roots;
 
-    fn search(c: &[f64], order: usize, span: f64) -> (Option<SeriesEnd>, Vec<(f64, f64)>) {
+    fn search(c: &[f64], order: usize, span: f64) -> (FirstRoot, Vec<(f64, f64)>) {
         let mut touches = Vec::new();
         let course = GapSeries::of(c, 1.0).first_contact(order, span, &mut touches);
         (course, touches)
@@ -331,7 +320,7 @@ mod tests {
                 .filter(|r| *r > 0.0)
                 .fold(f64::INFINITY, f64::min);
             let (course, touches) = search(&from_roots(&roots, scale), 0, 1.0);
-            let Some(SeriesEnd::Contact { at }) = course else {
+            let FirstRoot::Crossing { at, .. } = course else {
                 panic!("{roots:?} {course:?}")
             };
             assert!((at - first).abs() < 1e-9, "{roots:?} {at}");
@@ -349,7 +338,7 @@ mod tests {
                 let (course, touches) = search(&c, 0, 1.0);
                 let case = format!("{place} {depth}: {course:?} {touches:?}");
                 if depth > 0.0 {
-                    let Some(SeriesEnd::Contact { at }) = course else {
+                    let FirstRoot::Crossing { at, .. } = course else {
                         panic!("{case}")
                     };
                     // Near its minimum the gap is known to rounding, and its root to that over the slope.
@@ -357,7 +346,7 @@ mod tests {
                     let error = 4e-15 / depth.sqrt() + 3.0 * depth;
                     assert!((at - wanted).abs() < error, "{case}");
                 } else {
-                    assert_eq!(course, None, "{case}");
+                    assert_eq!(course, FirstRoot::None, "{case}");
                     // A touch where the span ends belongs to what follows.
                     let is_inside = depth == 0.0 && place < 1.0;
                     assert_eq!(touches.len(), usize::from(is_inside), "{case}");
@@ -372,7 +361,7 @@ mod tests {
             // The next contact is at 2 speed, but for the quintic.
             let c = [1e-17, speed, -0.5, 0.0, 0.0, 0.3];
             let (course, _) = search(&c, 1, 1.0);
-            let Some(SeriesEnd::Contact { at }) = course else {
+            let FirstRoot::Crossing { at, .. } = course else {
                 assert!(speed > 0.4, "{speed} {course:?}");
                 continue;
             };
@@ -381,8 +370,14 @@ mod tests {
             assert!(at < 2.2 * speed);
         }
         let (course, _) = search(&[0.0, 0.0, 1.0, -1.0], 2, 1.5);
-        assert_eq!(course, Some(SeriesEnd::Contact { at: 1.0 }));
-        assert_eq!(search(&[0.0, 1.0, 0.2, -0.3], 1, 1.0).0, None);
+        assert_eq!(
+            course,
+            FirstRoot::Crossing {
+                at: 1.0,
+                passed: 1.5
+            }
+        );
+        assert_eq!(search(&[0.0, 1.0, 0.2, -0.3], 1, 1.0).0, FirstRoot::None);
     }
 
     #[test]
@@ -402,12 +397,12 @@ mod tests {
                 .map(|k| f64::from(k) / 4000.0)
                 .find(|t| value(*t) < -1e-9);
             match (course, sampled) {
-                (Some(SeriesEnd::Contact { at }), Some(t)) => {
+                (FirstRoot::Crossing { at, .. }, Some(t)) => {
                     contacts += 1;
                     assert!(at <= t && value(at).abs() < 1e-13, "{at} {t}");
                 }
-                (Some(SeriesEnd::Contact { at }), None) => assert!(value(at).abs() < 1e-13),
-                (None, None) => {}
+                (FirstRoot::Crossing { at, .. }, None) => assert!(value(at).abs() < 1e-13),
+                (FirstRoot::None, None) => {}
                 other => panic!("{other:?} {c:?}"),
             }
         }
@@ -419,7 +414,7 @@ mod tests {
         // 1 - 1e-12 - t + t^5/100 at a time behind its root, at one before it, and rising.
         let c = [1.0 - 1e-12, -1.0, 0.0, 0.0, 0.0, 0.01];
         let gap = GapSeries::of(&c, 1.0);
-        let Some(SeriesEnd::Contact { at }) = search(&c, 0, 2.0).0 else {
+        let FirstRoot::Crossing { at, .. } = search(&c, 0, 2.0).0 else {
             panic!("it is reached")
         };
         let found = gap.passed_before(at + 1e-12).expect("it is passed");
@@ -431,6 +426,6 @@ mod tests {
     #[test]
     fn what_is_no_number_is_no_proof() {
         let (course, _) = search(&[1.0, f64::NAN, 0.0, 0.0], 0, 1.0);
-        assert!(matches!(course, Some(SeriesEnd::Stalled { .. })));
+        assert!(matches!(course, FirstRoot::Undecided { .. }));
     }
 }

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::flow::jet::Shape;
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
+use crate::tolerance::GAP_ROUNDING;
 use crate::watch::Watch;
 
 /// Halvings from the longest step to such a one that the exponent of a double has room for.
@@ -20,8 +21,6 @@ const USUAL_DEPTH: usize = 12;
 const MOST_UNPROVED: usize = 64;
 /// Steps after which a stop out of reach is looked for: damping takes stops out of reach during a flight.
 pub(crate) const STEPS_PER_LOOK: usize = 16;
-/// Rounding of a gap, relative to the size of its terms.
-pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// Propagators for steps of a level, each half the one before, made when first asked for.
 pub(crate) struct PropagatorLevels<F: LinearFlow> {
@@ -137,19 +136,27 @@ impl FlightCheck {
 
 /// How far a violation is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Effort {
+pub(crate) struct StopDepth {
     /// A violation deeper than this ends the search.
     pub enough: f64,
     /// Relative error that its depth may have; the margin decides where that is finer.
     pub depth_error: f64,
 }
 
-impl Effort {
+impl StopDepth {
     /// The deepest point, as well as it can be known.
     pub const FULL: Self = Self {
         enough: f64::INFINITY,
         depth_error: 0.0,
     };
+}
+
+/// What is searched of a flight: its span, the margin within which a gap counts as zero, how far a violation is followed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sought {
+    pub span: f64,
+    pub margin: f64,
+    pub effort: StopDepth,
 }
 
 /// Searches a flight of a known span for the lowest value of one gap; every value above the margin is passed over by
@@ -163,8 +170,11 @@ pub(crate) fn check_flight<F: LinearFlow>(
     levels: &mut PropagatorLevels<F>,
     gap: &GapRow,
     state: &mut [Pair],
-    span: f64,
-    (margin, effort): (f64, Effort),
+    Sought {
+        span,
+        margin,
+        effort,
+    }: Sought,
     watch: &mut Watch<'_>,
 ) -> Result<FlightCheck> {
     let mut derivatives = Vec::with_capacity(state.len());
@@ -196,7 +206,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         let floor = match check.violation {
             Some(lowest) if lowest.gap < -effort.enough => return Ok(check),
             Some(lowest) => lowest.gap,
-            None => ROUNDING * jet.size,
+            None => GAP_ROUNDING * jet.size,
         };
         let mut step;
         let mut refined = false;
@@ -222,7 +232,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
                         // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
                         let is_contact = time == 0.0
                             && jet.c[0] <= margin
-                            && jet.c[0] - value <= ROUNDING * jet.size;
+                            && jet.c[0] - value <= GAP_ROUNDING * jet.size;
                         let is_clear = is_contact || value - error > margin;
                         let is_sharp =
                             is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
@@ -269,6 +279,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::FlowRows;
     use crate::flow::Quantity;
     use crate::flow::block::BlockFlow;
     use crate::flow::drive::Undriven;
@@ -283,16 +294,19 @@ mod tests {
         let mut levels = PropagatorLevels::new(&flow);
         levels.longest = longest.unwrap_or(levels.longest);
         let mut state = Vec::new();
-        flow.enter(&[[0.0, -1.0]], 0.0, &mut state);
+        flow.from_modal(&[[0.0, -1.0]], 0.0, &mut state);
         let go_on = &mut || ControlFlow::Continue(());
-        let judged = (1e-12, Effort::FULL);
+        let sought = Sought {
+            span: 6.0,
+            margin: 1e-12,
+            effort: StopDepth::FULL,
+        };
         check_flight(
             &flow,
             &mut levels,
             &gap,
             &mut state,
-            6.0,
-            judged,
+            sought,
             &mut Watch::new(go_on),
         )
         .expect("not interrupted")

@@ -4,8 +4,8 @@
 use crate::flow::drive::Alone;
 use crate::flow::drive::Drive;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::LinearFlow;
 use crate::flow::linear::softest_rate;
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
 use crate::linalg::plane::{plus, times};
 use crate::modal::{Block, Pair, Propagation};
 use nalgebra::Complex;
@@ -105,7 +105,7 @@ fn third_derivative_growth(block: Block, is_free: bool, softest: f64) -> f64 {
 impl<D: Drive> LinearFlow for BlockFlow<D> {
     type Propagator = BlockPropagator<D>;
 
-    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         // A pair more than there are blocks: that of the forcing.
         state.reserve(whole.len() + 1);
@@ -113,7 +113,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         state.extend(D::stored(self.drive.phasor(angle)));
     }
 
-    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>) {
+    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>) {
         whole.clear();
         whole.extend_from_slice(&state[..self.parts.len()]);
     }
@@ -155,7 +155,9 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
             *place = u;
         }
     }
+}
 
+impl<D: Drive> FlowRows for BlockFlow<D> {
     #[inline]
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
         let (blocks, forcing) = state.split_at(self.parts.len());
@@ -256,7 +258,9 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         // The phasor of the forcing, where there is one, turns on the unit circle.
         norms.extend(state[self.parts.len()..].iter().map(|_| 1.0));
     }
+}
 
+impl<D: Drive> FlowRates for BlockFlow<D> {
     fn longest_step(&self) -> f64 {
         self.longest_step
     }

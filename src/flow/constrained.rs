@@ -2,21 +2,19 @@
 //! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
 
 use crate::error::{Error, Result};
-use crate::flow::derivative::{CANCELLED, LinearEquations, solve_columns};
+use crate::flow::derivative::{LinearEquations, solve_columns};
 use crate::flow::gap_row::Quantity;
-use crate::flow::linear::carry;
+use crate::flow::linear::propagate;
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
-use crate::linalg::rank::{self, DEPENDENT};
+use crate::linalg::rank;
 use crate::modal::{Form, ModalForm, Pair, pairs};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
+use crate::tolerance::{CANCELLED, DEPENDENT, ORTHOGONAL_TOL};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix};
 use std::sync::OnceLock;
-
-/// A product of a reaction direction and a free direction below this, relative to both, is zero.
-const ORTHOGONAL_TOL: f64 = 1e-12;
 
 const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 
@@ -138,7 +136,7 @@ impl ConstrainedMotion {
     }
 
     /// Position and velocity a time after others, from a forcing angle.
-    pub fn carry(
+    pub fn propagate(
         &self,
         angle: f64,
         span: f64,
@@ -146,12 +144,12 @@ impl ConstrainedMotion {
         v: &DVector<f64>,
     ) -> (DVector<f64>, DVector<f64>) {
         let mut state = self.reduce(q, v);
-        with_flow!(&self.flow, f => carry(f, angle, span, &mut state));
+        with_flow!(&self.flow, f => propagate(f, angle, span, &mut state));
         self.lift(&state)
     }
 
     /// Carries deviations of (q, v), of which the smaller system sees its own part, over a span.
-    pub fn carry_deviations(&self, span: f64, deviations: &mut DMatrix<f64>) {
+    pub fn propagate_deviations(&self, span: f64, deviations: &mut DMatrix<f64>) {
         let (n, count) = (self.free.nrows(), deviations.ncols());
         let m = self.free.ncols();
         let mut seen = DMatrix::zeros(2 * m, count);

@@ -2,8 +2,8 @@
 //! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::LinearFlow;
 use crate::flow::linear::softest_rate;
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::modal::Pair;
@@ -91,13 +91,13 @@ impl DenseFlow {
 impl LinearFlow for DenseFlow {
     type Propagator = DMatrix<f64>;
 
-    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         state.extend_from_slice(whole);
         state.push([angle.cos(), angle.sin()]);
     }
 
-    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>) {
+    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>) {
         whole.clear();
         whole.extend_from_slice(&state[..self.matrix.nrows() / 2]);
     }
@@ -122,7 +122,9 @@ impl LinearFlow for DenseFlow {
             *pair = [row(first), row(first + 1)];
         }
     }
+}
 
+impl FlowRows for DenseFlow {
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
         let m = self.matrix.nrows();
         let z: Vec<f64> = state[..m / 2].iter().flatten().copied().collect();
@@ -211,7 +213,9 @@ impl LinearFlow for DenseFlow {
         norms.clear();
         norms.resize(self.matrix.nrows() / 2 + 1, f64::INFINITY);
     }
+}
 
+impl FlowRates for DenseFlow {
     fn longest_step(&self) -> f64 {
         self.longest_step
     }

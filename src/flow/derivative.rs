@@ -2,11 +2,9 @@
 
 use crate::flow::modal_scene::ModalScene;
 use crate::model::LinearSystem;
+use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;
-
-/// What is left of terms of a sum below this part of their sizes is rounding.
-pub(crate) const CANCELLED: f64 = 1e-14;
 
 /// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P is what the contact forces of stops that are held
 /// leave of an acceleration; none where nothing is held.

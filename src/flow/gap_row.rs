@@ -4,12 +4,8 @@
 use crate::flow::jet::Jet;
 use crate::modal::Pair;
 use crate::quantity::larger;
+use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
 use nalgebra::Complex;
-
-/// Rounding of a gap relative to the size of its terms (theory 8).
-pub(crate) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
-/// The same relative to the sum of the sizes of all parts of the motion in it, where the rows are as good.
-const SUM_ROUNDINGS: f64 = 4.0 * f64::EPSILON;
 
 /// A quantity of the whole motion, `constant - row.z - Re(forcing e^{i angle})`: a gap, or a contact force.
 #[derive(Debug, Clone)]

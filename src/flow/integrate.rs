@@ -12,7 +12,7 @@ const FIRST_PART: f64 = 1e-3;
 const MOST_STEPS: usize = 10_000_000;
 
 /// Integrates from a state `(q, v)` by a method, whose steps are added to those `kept`, if any are.
-pub(crate) fn integrate<P: Stepper<Vec<f64>>, D: Dynamics>(
+pub(crate) fn integrate<P: Stepper<Vec<f64>, Choice: Default>, D: Dynamics>(
     dynamics: &D,
     at: Moment,
     span: f64,
@@ -20,7 +20,7 @@ pub(crate) fn integrate<P: Stepper<Vec<f64>>, D: Dynamics>(
     state: &mut Vec<f64>,
     mut kept: Option<&mut Vec<KeptStep<P::Dense>>>,
 ) -> Result<()> {
-    let mut stepper = P::new(dynamics.n_dof(), tolerance);
+    let mut stepper = P::new(dynamics.n_dof(), tolerance, P::Choice::default());
     let mut controller = Controller::default();
     let (mut done, mut h) = (0.0, FIRST_PART * span);
     stepper.begin(dynamics, StepStart { at, x: state })?;

@@ -6,20 +6,24 @@ use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::modal::Pair;
 
 /// Smooth motion of a linear system.
-pub(crate) trait LinearFlow {
+pub(crate) trait LinearFlow: FlowRows + FlowRates {
     /// Everything needed to go forward by one fixed time.
     type Propagator: Default;
 
     /// The flow's state for the whole motion in modal pairs at a forcing angle.
-    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>);
+    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>);
     /// The whole motion in modal pairs.
-    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>);
+    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>);
     /// Puts a state's forcing at an angle that is known better than by adding up steps.
     fn set_angle(&self, state: &mut [Pair], angle: f64);
     /// Fills the propagator for a time.
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator);
     /// Moves a state forward.
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]);
+}
+
+/// What gaps and other quantities are made of along a flow.
+pub(crate) trait FlowRows {
     /// The derivatives of a state.
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>);
     /// A quantity of the whole motion as one of the flow's state.
@@ -28,6 +32,10 @@ pub(crate) trait LinearFlow {
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair>;
     /// The norm of each pair of a state, which bounds a gap for all times by [`GapRow::least`].
     fn norms(&self, state: &[Pair], norms: &mut Vec<f64>);
+}
+
+/// How fast a flow changes.
+pub(crate) trait FlowRates {
     /// The longest step for which the remainders of the jets hold.
     fn longest_step(&self) -> f64;
     /// Whether they hold for steps of any length.
@@ -66,11 +74,11 @@ pub(crate) fn forward<F: LinearFlow>(
 }
 
 /// Carries a whole motion over a span of time from a forcing angle.
-pub(crate) fn carry<F: LinearFlow>(flow: &F, angle: f64, span: f64, whole: &mut Vec<Pair>) {
+pub(crate) fn propagate<F: LinearFlow>(flow: &F, angle: f64, span: f64, whole: &mut Vec<Pair>) {
     let (mut propagator, mut state) = (F::Propagator::default(), Vec::new());
-    flow.enter(whole, angle, &mut state);
+    flow.from_modal(whole, angle, &mut state);
     forward(flow, &mut propagator, &mut state, span);
-    flow.leave(&state, whole);
+    flow.to_modal_pairs(&state, whole);
 }
 
 /// Rates slower than this part of the fastest change nothing while anything else does.
@@ -109,7 +117,7 @@ pub(crate) mod contract {
         };
         let entered = |whole: &[Pair]| {
             let mut state = Vec::new();
-            flow.enter(whole, 0.4, &mut state);
+            flow.from_modal(whole, 0.4, &mut state);
             state
         };
         let at = |t: f64| {
@@ -119,7 +127,7 @@ pub(crate) mod contract {
         };
         let whole = |state: &[Pair]| {
             let mut whole = Vec::new();
-            flow.leave(state, &mut whole);
+            flow.to_modal_pairs(state, &mut whole);
             whole
         };
         let close = |a: &[Pair], b: &[Pair], tolerance: f64| {

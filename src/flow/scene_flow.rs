@@ -70,7 +70,7 @@ pub(crate) use with_flow;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::carry;
+    use crate::flow::propagate;
     use nalgebra::Complex;
 
     /// `y'' + k y = 1 + cos(w t)` from rest: the equilibrium lies at 1/k, far beyond what the motion reaches.
@@ -82,7 +82,7 @@ mod tests {
             let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
             let flow = block_flow(&[block], vec![[0.0, 1.0]], force.to_vec(), w);
             let mut z = vec![[0.0, 0.0]];
-            with_flow!(&flow, flow => carry(flow, 0.0, t, &mut z));
+            with_flow!(&flow, flow => propagate(flow, 0.0, t, &mut z));
             // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines
             let r = f64::sqrt(k);
             let loaded = 2.0 * (0.5 * r * t).sin().powi(2) / k;

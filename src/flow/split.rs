@@ -6,17 +6,10 @@ use crate::flow::block::BlockFlow;
 use crate::flow::block::BlockPropagator;
 use crate::flow::drive::Undriven;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::LinearFlow;
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
 use crate::modal::{Block, Pair, Response};
+use crate::tolerance::{NEAR_RESONANCE, RIGID};
 use nalgebra::Complex;
-
-/// A resonance is near where `|(i w - l_1)(i w - l_2)|` is below this times `w^2 + |l_1 l_2|`: the steady response and the
-/// free motion would cancel in more than two digits.
-const NEAR_RESONANCE: f64 = 1e-2;
-
-/// Roots below this part of the fastest are those of a rigid body, which slow forcing moves along whatever its motion is: its
-/// steady response has no scale of its own.
-const RIGID: f64 = 1e-9;
 
 /// The flow without its forcing, enlarged by the rotation that stands for it.
 #[derive(Debug, Clone)]
@@ -77,7 +70,7 @@ impl SplitFlow {
 impl LinearFlow for SplitFlow {
     type Propagator = BlockPropagator<Undriven>;
 
-    fn enter(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         let (sin, cos) = angle.sin_cos();
         let u = [cos, sin];
         state.clear();
@@ -89,7 +82,7 @@ impl LinearFlow for SplitFlow {
         state.push(u);
     }
 
-    fn leave(&self, state: &[Pair], whole: &mut Vec<Pair>) {
+    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>) {
         whole.clear();
         if let Some((&u, free)) = state.split_last() {
             whole.extend(free.iter().enumerate().map(|(j, z)| {
@@ -114,7 +107,9 @@ impl LinearFlow for SplitFlow {
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]) {
         self.flow.advance(propagator, state);
     }
+}
 
+impl FlowRows for SplitFlow {
     #[inline]
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
         self.flow.derivatives(state, derivatives);
@@ -159,7 +154,9 @@ impl LinearFlow for SplitFlow {
     fn norms(&self, state: &[Pair], norms: &mut Vec<f64>) {
         self.flow.norms(state, norms);
     }
+}
 
+impl FlowRates for SplitFlow {
     fn longest_step(&self) -> f64 {
         self.flow.longest_step()
     }
@@ -197,9 +194,9 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::carry;
     use crate::flow::drive::{HarmonicDrive, Loaded};
     use crate::flow::linear::contract;
+    use crate::flow::propagate;
 
     const BLOCKS: [Block; 3] = [
         Block::Oscillator { w2: 2.0, eta: 0.1 },
@@ -229,8 +226,8 @@ mod tests {
         let start = vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]];
         for t in [0.1, 1.0, 7.0] {
             let (mut a, mut b) = (start.clone(), start.clone());
-            carry(&split, 0.4, t, &mut a);
-            carry(&whole, 0.4, t, &mut b);
+            propagate(&split, 0.4, t, &mut a);
+            propagate(&whole, 0.4, t, &mut b);
             for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
                 assert!((a - b).abs() < 1e-14, "{a} {b}");
             }
@@ -244,7 +241,7 @@ mod tests {
         // At rest under the load at -50; the motion about it reaches 0.4.
         let split = SplitFlow::new(&[block], &[[0.0, -200.0]], 0.8, &force).expect("no resonance");
         let (mut state, mut norms) = (Vec::new(), Vec::new());
-        split.enter(&[[-49.8, 0.1]], 0.0, &mut state);
+        split.from_modal(&[[-49.8, 0.1]], 0.0, &mut state);
         split.norms(&state, &mut norms);
         let least = |clearance: f64| {
             split

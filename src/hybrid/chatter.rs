@@ -28,11 +28,9 @@ use crate::error::{Error, Result};
 use crate::hybrid::maps::{HybridMaps, project_onto};
 use crate::impact::CompleteChatter;
 use crate::model::DIFFERENCE;
+use crate::tolerance::CHATTER_DEPTH;
 use nalgebra::{DMatrix, DVector};
 
-/// What is left of the gap when the rest of the impacts is taken at once, relative to the motion's size: below what an orbit
-/// closes to.
-const DEPTH: f64 = 2.5e-13;
 /// Impacts after which there is no end of them in sight: e = 0.9999 has 150 000.
 const MOST_BOUNCES: usize = 1_000_000;
 /// Newton steps to the next contact of a round.
@@ -113,7 +111,7 @@ pub(crate) fn complete<M: HybridMaps>(
             speed,
             acceleration,
         };
-        if rest.residual() <= DEPTH * size {
+        if rest.residual() <= CHATTER_DEPTH * size {
             break;
         }
         let before = y.state.clone();

@@ -3,10 +3,8 @@
 use crate::error::{Error, Result};
 use crate::linalg::{eigen, rank};
 use crate::quantity::{finite_square, finite_vector};
+use crate::tolerance::AUDIT_TOL;
 use nalgebra::{Cholesky, DMatrix, DVector};
-
-/// Relative deviation that counts as rounding.
-const AUDIT_TOL: f64 = 1e-9;
 
 /// What [`audit_recovery`] found.
 #[derive(Debug, Clone, PartialEq)]

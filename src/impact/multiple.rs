@@ -5,12 +5,11 @@
 use crate::error::{Error, Result};
 use crate::linalg::complementarity;
 use crate::quantity::{Restitution, finite_square, finite_vector};
+use crate::tolerance::IMPACT_ROUNDING;
 use nalgebra::{DMatrix, DVector};
 
 /// Rounds before all restitution is given up.
 const MAX_ROUNDS: usize = 100;
-/// Rounding of a sum of a few products, relative to the size of its terms.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Slacks to which the law is solved: (1 + e) gamma is known to twice that of gamma; as much again leaves a feasible problem room.
 const SOLVED: f64 = 4.0;
@@ -247,7 +246,7 @@ impl ImpactState {
 /// What rounding may make of `G p`: eps times `|n_i| |b_j| p_j`, lengths in the norm where G is their product.
 fn rounding(g: &DMatrix<f64>, p: &DVector<f64>) -> DVector<f64> {
     let lengths = g.diagonal().map(f64::sqrt);
-    let size = lengths.dot(p) * ROUNDING;
+    let size = lengths.dot(p) * IMPACT_ROUNDING;
     lengths * size
 }
 

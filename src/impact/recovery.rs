@@ -2,9 +2,10 @@
 //! `N^T P = -E N^T` whatever the reaction directions.
 
 use crate::error::{Error, Result};
-use crate::linalg::rank::{self, DEPENDENT};
+use crate::linalg::rank;
 use crate::model::{ContactGeometry, Scene};
 use crate::quantity::room_for;
+use crate::tolerance::DEPENDENT;
 use nalgebra::{DMatrix, DVector};
 
 /// `(N^T B)^-1 (I + E)` for the stops hit: what turns approach speeds into impulses, shape `(k, k)`.

@@ -3,10 +3,9 @@
 
 use crate::linalg::lemke;
 use crate::linalg::small::eliminate;
+use crate::tolerance::DEPENDENT_ACTIVE;
 use nalgebra::{DMatrix, DVector};
 
-/// Pivots up to this, relative to the scaled matrix, are rounding: its columns are dependent.
-pub(super) const DEPENDENT_TOL: f64 = 1e-14;
 /// What `M x + q` may miss zero by, relative to the size of its terms: by rounding; by rounding of an ill-conditioned M; by
 /// columns that count as dependent but are not, since a pivot is the square of the angle between normals. Tried in turn.
 pub(super) const ROUNDINGS: [f64; 3] = [1e-14, 1e-11, 1e-7];
@@ -98,7 +97,7 @@ impl Complementarity {
         if !eliminate(
             &mut work.matrix,
             &mut work.right,
-            DEPENDENT_TOL * self.m.amax(),
+            DEPENDENT_ACTIVE * self.m.amax(),
         ) {
             return None;
         }

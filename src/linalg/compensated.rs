@@ -1,6 +1,7 @@
 //! Sums of products as if in twice the precision (T. Ogita, S. M. Rump, S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955): what a
 //! slow mode of a stiff system is made of cancels in doubles.
 
+use crate::tolerance::ENTRY_ROUNDINGS;
 use nalgebra::{DMatrix, DVector};
 
 /// `sum x_i y_i`, rounded once but for `n^2 eps^2` of the sum of the sizes.
@@ -19,9 +20,6 @@ pub(crate) fn dot(x: impl Iterator<Item = f64>, y: impl Iterator<Item = f64>) ->
 
 /// A form whose terms are larger than its value by less than this is summed in doubles.
 const LOSS: f64 = 1e3;
-
-/// Units in the last place by which the entries of a matrix that was assembled from few parts are off.
-const ENTRY_ROUNDINGS: f64 = 4.0;
 
 /// The values `x_j.A x_j` of a form at the columns of a matrix.
 pub(crate) fn quadratic(a: &DMatrix<f64>, columns: &DMatrix<f64>) -> DVector<f64> {

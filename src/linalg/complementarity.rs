@@ -1,8 +1,9 @@
 //! Small linear complementarity problems: `0 <= x perp w = M x + q >= 0`, each `x_i w_i = 0`, scaled, solved on an active set;
 //! of several solutions the one of least norm.
 
-use crate::linalg::active_set::{Complementarity, ComplementarySolution, DEPENDENT_TOL, ROUNDINGS};
+use crate::linalg::active_set::{Complementarity, ComplementarySolution, ROUNDINGS};
 use crate::linalg::rank;
+use crate::tolerance::DEPENDENT_ACTIVE;
 use nalgebra::{DMatrix, DVector};
 
 /// Solves `0 <= x perp w = M x + q >= 0` where `q_i` is known up to `slack_i`: `w_i` that near zero is zero, and where the
@@ -83,7 +84,7 @@ fn least_norm(
         return None;
     }
     let part = problem.m.select_rows(&tight).select_columns(&tight);
-    let tolerance = DEPENDENT_TOL * part.amax();
+    let tolerance = DEPENDENT_ACTIVE * part.amax();
     let mut null = rank::solve(&part, &DVector::zeros(tight.len()), tolerance)
         .ok()?
         .null_space;

@@ -2,10 +2,9 @@
 //! the path of `w = M x + q + z 1` from a large z to z = 0. Ties are broken lexicographically, so the path cannot cycle.
 //! R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), sections 4.4 and 4.9.
 
+use crate::tolerance::TIE_TOL;
 use nalgebra::DMatrix;
 
-/// Ratios that differ by no more than this are tied.
-const TIE_TOL: f64 = 1e-12;
 /// Pivots per unknown: paths of problems from mechanics take one or two.
 const PIVOTS_EACH: usize = 50;
 

@@ -3,11 +3,8 @@
 
 use crate::error::Result;
 use crate::linalg::singular::{Singular, overflow};
+use crate::tolerance::DEPENDENT;
 use nalgebra::{DMatrix, DVector};
-
-/// Singular values below this part of the largest entry of a matrix of directions, or of their products, are zero: the
-/// directions depend on each other.
-pub(crate) const DEPENDENT: f64 = 1e-12;
 
 /// All solutions of `A x = b`: `particular + null_space c`.
 #[derive(Debug, Clone)]

@@ -5,21 +5,10 @@ use crate::error::Result;
 use crate::linalg::eigen;
 use crate::modal::block::Block;
 use crate::model::LinearSystem;
+use crate::tolerance::{
+    DEFECTIVE_CONDITION, REAL_ROOT_TOL, SPLIT_ZERO_ROOT, STANDS_STILL, ZERO_ROOT,
+};
 use nalgebra::{Complex, DMatrix, DVector};
-
-/// Condition number of a root above which the matrix counts as defective: the modes lose that factor of the digits, the
-/// matrix exponential does not.
-const DEFECTIVE_CONDITION: f64 = 1e3;
-/// Imaginary parts below this, relative to the largest root, are rounding.
-const REAL_ROOT_TOL: f64 = 1e-12;
-/// Roots below this part of the largest are zero.
-const ZERO: f64 = 1e-12;
-/// Roots between that and this part of the largest are a double one at zero, of a body that nothing holds, which rounding has
-/// split: their vectors are known to half the digits.
-const SPLIT_ZERO: f64 = 1e-7;
-
-/// Real roots below this part of the largest are zero but for rounding: what moves along them stays where it is.
-const STANDS: f64 = 1e-14;
 
 /// `x = V z` with z in uncoupled blocks, `z = W x`; x = (q, v).
 #[derive(Debug, Clone)]
@@ -74,7 +63,7 @@ impl ComplexModes {
         let largest = roots.iter().fold(0.0f64, |m, z| m.max(z.norm()));
         let is_split = |z: &Complex<f64>| {
             let part = z.norm() / largest;
-            part > ZERO && part < SPLIT_ZERO
+            part > ZERO_ROOT && part < SPLIT_ZERO_ROOT
         };
         if roots.iter().any(is_split) {
             return Ok(None);
@@ -145,7 +134,7 @@ fn real_blocks(
     }
     for two in reals.chunks(2) {
         let &[i, j] = two else { return None };
-        let stands = |k: usize| roots[k].norm() <= STANDS * largest;
+        let stands = |k: usize| roots[k].norm() <= STANDS_STILL * largest;
         let root = |k: usize| if stands(k) { 0.0 } else { roots[k].re };
         blocks.push(Block::Decays {
             roots: [root(i), root(j)],

@@ -3,10 +3,8 @@
 use crate::error::Result;
 use crate::linalg::{compensated, eigen};
 use crate::model::LinearSystem;
+use crate::tolerance::PROPORTIONAL_TOL;
 use nalgebra::{DMatrix, DVector};
-
-/// Off-diagonal entries of the modal damping below this, relative to its largest entry, are rounding.
-const PROPORTIONAL_TOL: f64 = 1e-12;
 
 /// M-orthonormal mode shapes, ascending in frequency; for a diagonal system each mode is one coordinate.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! The stops of a scene as contacts of a motion: gap, its time derivatives, normal, reaction, at any position (theory 1, 2).
 
 use crate::error::Result;
-use crate::linalg::rank::{self, DEPENDENT};
+use crate::linalg::rank;
 use crate::model::constraint::Constraint;
 use crate::model::dynamics::solve_mass_at;
 use crate::model::nonlinear_stop::NonlinearStop;
@@ -10,6 +10,7 @@ use crate::model::scene::Scene;
 use crate::model::stop::Side;
 use crate::model::stop::WallSide;
 use crate::model::system::System;
+use crate::tolerance::{DEPENDENT, SAFE_PIVOT};
 use nalgebra::{DMatrix, DVector};
 
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
@@ -255,10 +256,6 @@ pub(crate) fn are_coupled(a: &Contact, b: &Contact, system: &System, q: &[f64]) 
     };
     sees(a, b) || sees(b, a)
 }
-
-/// Where no pivot of a Delassus matrix is below this part of the largest, elimination is as good as singular values, and leaves
-/// alone what does not depend on the rest.
-const SAFE_PIVOT: f64 = 1e-8;
 
 /// The weights w of reactions whose sum has given parts along the normals, `(N^T B) w = parts`; of many the least.
 pub(crate) fn reaction_weights(

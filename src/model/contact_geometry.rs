@@ -4,6 +4,7 @@ use crate::model::linear::LinearSystem;
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
 use crate::model::stop::{Side, Stop};
+use crate::tolerance::ONE_PLACE;
 use nalgebra::{DMatrix, DVector};
 
 /// The stops of a linear scene as columns: `gap = c - N^T q`, an impact moves the velocity along B.
@@ -18,9 +19,6 @@ pub(crate) struct ContactGeometry {
     /// Restitution coefficients, shape `(k,)`.
     pub restitutions: DVector<f64>,
 }
-
-/// Roundings up to which planes are at one place.
-const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
 
 /// For each stop the first one at its place: a plane whose normal and clearance are those of the other but for a factor. Those are
 /// reached together, whatever rounding leaves of their gaps.

@@ -3,10 +3,8 @@
 
 use crate::error::{Error, Result};
 use crate::quantity::{finite_square, finite_vector};
+use crate::tolerance::SYMMETRY_TOL;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, DVectorViewMut, Dyn};
-
-/// Relative asymmetry up to which a matrix counts as symmetric.
-const SYMMETRY_TOL: f64 = 1e-12;
 
 /// A coefficient matrix: dense, or the diagonal of one.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::model::difference::derivative;
 use crate::model::linear::{Coefficient, LinearSystem};
 use crate::quantity::{finite_square, room_for};
+use crate::tolerance::{EQUILIBRIUM_TOL, ROUGH_JACOBIAN, WRONG_JACOBIAN};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::any::Any;
 use std::fmt;
@@ -13,12 +14,6 @@ use std::sync::Arc;
 const PROBES: [f64; 3] = [0.0, 1.0, std::f64::consts::SQRT_2];
 /// Numbers that a step of an integrator takes for each coordinate, roughly: its stages and dense output.
 const NUMBERS_OF_A_STEP: usize = 32;
-/// Part of its size by which an entry of a given derivative may differ from a difference.
-const WRONG: f64 = 1e-3;
-/// Error of a difference, relative to the largest entry of its column.
-const ROUGH: f64 = 1e-6;
-/// The distance in q, in units of the coordinates, within which an equilibrium counts as the one at q = 0.
-const EQUILIBRIUM_TOL: f64 = 1e-12;
 
 /// Equations of motion `q'' = a(t, q, v)`, and what may be known beside them. The functions must be pure: the same
 /// arguments give the same values.
@@ -296,9 +291,10 @@ impl NonlinearSystem {
                 Err(Error::NoConvergence { .. }) => continue,
                 found => found?,
             };
-            let rounding = ROUGH * column.amax().max(found.amax());
+            let rounding = ROUGH_JACOBIAN * column.amax().max(found.amax());
             for (i, (&given, &found)) in column.iter().zip(found.iter()).enumerate() {
-                if (given - found).abs() > WRONG * given.abs().max(found.abs()) + rounding {
+                if (given - found).abs() > WRONG_JACOBIAN * given.abs().max(found.abs()) + rounding
+                {
                     let rule = format!(
                         "a difference gives {found} at t = {t}, q = {q:?}, v = {v:?}: it must be the derivative of acceleration[{i}] \
                          by entry {j} of (q, v)"

@@ -3,10 +3,8 @@
 use crate::model::constraint::Constraint;
 use crate::model::scene::Scene;
 use crate::model::stop::WallSide;
+use crate::tolerance::ROOM_ROUNDING;
 use nalgebra::DVector;
-
-/// Rounding of a sum, relative to its terms, and of the angle between opposite normals.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A rule `n.x <= c` on the coordinates, or on the horizontal place of a bob.
 enum Bound {
@@ -28,7 +26,7 @@ fn between(one: &Bound, other: &Bound) -> Option<(f64, f64)> {
         (Bound::Position(n, c), Bound::Position(m, d)) => {
             // The length of n in that of m.
             let factor = n.norm() / m.norm();
-            let is_opposite = (n + m * factor).amax() <= ROUNDING * n.amax();
+            let is_opposite = (n + m * factor).amax() <= ROOM_ROUNDING * n.amax();
             is_opposite.then_some((c + factor * d, c.abs() + (factor * d).abs()))
         }
         (Bound::Bob(i, WallSide::Right, right), Bound::Bob(j, WallSide::Left, left))
@@ -57,7 +55,7 @@ pub(crate) fn overlaps(scene: &Scene) -> Vec<(usize, usize, f64)> {
                 .zip(other.as_ref())
                 .and_then(|(one, other)| between(one, other));
             if let Some((room, size)) = room
-                && room < -ROUNDING * size
+                && room < -ROOM_ROUNDING * size
             {
                 found.push((i, j, -room));
             }

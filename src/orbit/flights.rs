@@ -1,7 +1,7 @@
 //! What an orbit is made of: its flights, and what a solver found beside them.
 
 use crate::modal::Pair;
-use crate::orbit::course::Course;
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::pattern::Pattern;
 
 /// One flight of an orbit, in modal pairs.
@@ -15,7 +15,7 @@ pub(crate) struct Flight {
     /// The state at its end, before the impacts there.
     pub before_next: Vec<Pair>,
     /// What it is.
-    pub course: Course,
+    pub mode: ContactMode,
 }
 
 impl Flight {

@@ -3,7 +3,7 @@
 use crate::flow::{ModalScene, along};
 use crate::impact::{Impact, wrapped};
 use crate::modal::Pair;
-use crate::orbit::course::struck;
+use crate::orbit::contact_mode::struck;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use std::convert::Infallible;
@@ -35,7 +35,7 @@ pub(crate) fn impacts_by<E>(
 ) -> std::result::Result<Vec<Impact>, E> {
     let mut impacts = Vec::with_capacity(impulses.len());
     let mut impulses = impulses.iter();
-    let starts = struck(flights.iter().map(|flight| &flight.course));
+    let starts = struck(flights.iter().map(|flight| &flight.mode));
     for (instant, k) in pattern.instants().iter().zip(starts) {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
         for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {

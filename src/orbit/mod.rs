@@ -1,7 +1,7 @@
 //! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
 
 mod closed_form;
-mod course;
+mod contact_mode;
 mod flights;
 mod free;
 mod impacts;
@@ -27,8 +27,8 @@ pub use orbits::{Family, Orbits, Verdict};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
 pub use saved::{Saved, SavedCourse};
-pub use search::{periodic_orbits, periodic_orbits_checked};
-pub use shooting::find::{find_orbit, find_orbit_checked};
+pub use search::{periodic_orbits, periodic_orbits_observed};
+pub use shooting::find::{find_orbit, find_orbit_observed};
 pub use shooting::guess::Guess;
 pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};

@@ -12,7 +12,7 @@ use crate::hybrid::{ClosedFormMaps, constrained_motions, joined};
 use crate::hybrid::{IntegratedMaps, OrbitDense, OrbitStep};
 use crate::impact::Impact;
 use crate::modal::Pair;
-use crate::orbit::course::{Course, struck};
+use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
 use crate::orbit::pattern::Pattern;
@@ -75,7 +75,7 @@ fn unpaired(state: &[Pair]) -> DVector<f64> {
 impl OrbitMotion {
     /// The modal flights of a linear scene, along which stops may be held.
     pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
-        let stops = flights.iter().map(|flight| flight.course.stops.as_slice());
+        let stops = flights.iter().map(|flight| flight.mode.stops.as_slice());
         let held = constrained_motions(&modal, stops)?;
         Ok(Self::Modal {
             modal,
@@ -90,10 +90,10 @@ impl OrbitMotion {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);
             // The rest of impacts that accumulate is a line.
-            let steps = if flight.course.kind == SegmentKind::Chatter {
+            let steps = if flight.mode.kind == SegmentKind::Chatter {
                 vec![line(flight.span, &state, &end)]
             } else {
-                motion.steps(flight.course.held(), span, &state)?
+                motion.steps(flight.mode.held(), span, &state)?
             };
             Ok((flight.start, steps))
         };
@@ -129,7 +129,7 @@ impl OrbitMotion {
             Self::Modal { modal, .. } => {
                 for flight in flights {
                     let arc = arc_span(modal.frequency, flight.start, flight.span);
-                    parts.begin(flight.course.kind, &flight.course.stops);
+                    parts.begin(flight.mode.kind, &flight.mode.stops);
                     parts.push(arc, flight.after.as_slice());
                 }
                 parts.begin(SegmentKind::Flight, &[]);
@@ -140,7 +140,7 @@ impl OrbitMotion {
             }
             Self::Stepped { motion, steps } => {
                 for (flight, (start, steps)) in flights.iter().zip(steps.iter()) {
-                    parts.begin(flight.course.kind, &flight.course.stops);
+                    parts.begin(flight.mode.kind, &flight.mode.stops);
                     for step in steps {
                         let arc = arc_span(motion.frequency, start + step.start, step.h);
                         parts.push(arc, &step.dense);
@@ -226,10 +226,11 @@ impl OrbitMotion {
             }
             Self::Stepped { motion, steps } => {
                 let period: f64 = flights.iter().map(|f| f.span).sum();
-                let courses: Vec<Course> = flights.iter().map(|f| f.course.clone()).collect();
+                let modes_of_contact: Vec<ContactMode> =
+                    flights.iter().map(|f| f.mode.clone()).collect();
                 let rate = TAU / period;
                 let judge = IntegratedJudge { maps: motion };
-                judge.admissibility(steps, &courses, pattern.instants(), impacts, rate)
+                judge.admissibility(steps, &modes_of_contact, pattern.instants(), impacts, rate)
             }
         }
     }
@@ -248,7 +249,14 @@ impl OrbitMotion {
                 let motion = ClosedFormMaps::new(modal, phase, held.clone());
                 let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
                 let states = |pairs: &[Pair]| joined(&modal.form.to_physical(pairs));
-                of_legs(&motion, pattern, flights, states, found, is_coupled, watch)
+                over_flights(
+                    &motion,
+                    (pattern, flights),
+                    states,
+                    found,
+                    is_coupled,
+                    watch,
+                )
             }
             Self::Modal { modal, .. } => {
                 stability(modal, pattern.instants(), phase, flights, found, watch)
@@ -256,9 +264,8 @@ impl OrbitMotion {
             Self::Stepped { motion, .. } => {
                 let judge = IntegratedJudge { maps: motion };
                 let is_coupled = |a: usize, b: usize| judge.is_coupled(a, b, flights, pattern);
-                of_legs(
-                    &**motion, pattern, flights, unpaired, found, is_coupled, watch,
-                )
+                let along = (pattern, flights);
+                over_flights(&**motion, along, unpaired, found, is_coupled, watch)
             }
         }
     }
@@ -266,16 +273,16 @@ impl OrbitMotion {
 
 /// Whether an orbit holds stops, or has impacts that accumulate.
 fn has_lasting_contact(flights: &[Flight]) -> bool {
-    flights.iter().any(|flight| flight.course != Course::FREE)
+    flights
+        .iter()
+        .any(|flight| flight.mode != ContactMode::FREE)
 }
 
 /// Of each instant the stops that were not held before it.
 fn newly_struck(pattern: &Pattern, flights: &[Flight]) -> Vec<Vec<usize>> {
-    let starts = struck(flights.iter().map(|flight| &flight.course));
+    let starts = struck(flights.iter().map(|flight| &flight.mode));
     let each = pattern.instants().iter().zip(starts).map(|(instant, k)| {
-        let before = flights[(k + flights.len() - 1) % flights.len()]
-            .course
-            .held();
+        let before = flights[(k + flights.len() - 1) % flights.len()].mode.held();
         let new = instant
             .iter()
             .copied()
@@ -295,10 +302,9 @@ fn struck_free(pattern: &Pattern, flights: &[Flight], impacts: &[Impact]) -> Vec
 }
 
 /// Multipliers from flights and instants as the shooting has them.
-fn of_legs<M: HybridMaps>(
+fn over_flights<M: HybridMaps>(
     motion: &M,
-    pattern: &Pattern,
-    flights: &[Flight],
+    (pattern, flights): (&Pattern, &[Flight]),
     state: impl Fn(&[Pair]) -> DVector<f64>,
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
@@ -314,7 +320,7 @@ fn of_legs<M: HybridMaps>(
             start: f.start,
             end: f.start + f.span,
             state: state(&f.after),
-            course: &f.course,
+            mode: &f.mode,
         })
         .collect();
     over_orders(&new, |order| {

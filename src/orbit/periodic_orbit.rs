@@ -123,12 +123,12 @@ impl PeriodicOrbit {
     pub fn segments(&self) -> Vec<Segment> {
         let rows = |flight: &'_ Flight| {
             let whole = Segment {
-                kind: flight.course.kind,
+                kind: flight.mode.kind,
                 stop: None,
                 start: flight.start,
                 end: flight.start + flight.span,
             };
-            whole.rows(&flight.course.stops).collect::<Vec<_>>()
+            whole.rows(&flight.mode.stops).collect::<Vec<_>>()
         };
         self.flights.iter().flat_map(rows).collect()
     }
@@ -187,14 +187,14 @@ impl PeriodicOrbit {
     /// # Errors
     /// A system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
-        self.energy_checked(&mut || ControlFlow::Continue(()))
+        self.energy_observed(&mut || ControlFlow::Continue(()))
     }
 
     /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
     ///
     /// # Errors
     /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
-    pub fn energy_checked(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
+    pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
         let points = self.path().points()?;
         energy_along(self.path(), &self.scene, &points, &mut Watch::new(observer))
     }
@@ -202,7 +202,7 @@ impl PeriodicOrbit {
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
     /// to lasting contact.
     pub fn coefficients(&self) -> Option<Coefficients> {
-        if self.flights[0].course.kind != SegmentKind::Flight {
+        if self.flights[0].mode.kind != SegmentKind::Flight {
             return None;
         }
         coefficients(
@@ -242,7 +242,7 @@ impl PeriodicOrbit {
     ///
     /// # Errors
     /// `Error::Interrupted` when the observer breaks off.
-    pub fn is_admissible_checked(
+    pub fn is_admissible_observed(
         &self,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<bool>> {
@@ -266,14 +266,14 @@ impl PeriodicOrbit {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn stability(&self) -> Result<&Stability> {
-        self.stability_checked(&mut || ControlFlow::Continue(()))
+        self.stability_observed(&mut || ControlFlow::Continue(()))
     }
 
     /// [`stability`](Self::stability), asking `observer` from time to time whether to go on.
     ///
     /// # Errors
     /// As [`stability`](Self::stability); `Error::Interrupted` when the observer breaks off.
-    pub fn stability_checked(
+    pub fn stability_observed(
         &self,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<&Stability> {

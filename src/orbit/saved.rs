@@ -6,15 +6,13 @@ use crate::hybrid::IntegratedMaps;
 use crate::hybrid::SegmentKind;
 use crate::modal::Pair;
 use crate::model::Scene;
-use crate::orbit::course::Course;
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::tolerance::PERIOD_TOL;
 use std::sync::Arc;
-
-/// Rounding of a sum of flights against the periods of the forcing, relative.
-const PERIOD_TOL: f64 = 1e-6;
 
 /// An orbit as plain numbers, from which it can be made again: spans of its flights, modal states (after, then before the
 /// next instant, flight by flight), impulses.
@@ -81,7 +79,10 @@ impl PeriodicOrbit {
                 span: *span,
                 after,
                 before_next,
-                course: saved.courses.get(k).map_or(Course::FREE, restored_course),
+                mode: saved
+                    .courses
+                    .get(k)
+                    .map_or(ContactMode::FREE, restored_course),
             });
             start += span;
         }
@@ -159,7 +160,7 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
     let begun = if courses.is_empty() {
         spans.len()
     } else {
-        courses.iter().filter(|course| course.2).count()
+        courses.iter().filter(|mode| mode.2).count()
     };
     // A period without instants is one flight, which begins with none.
     let n_instants = pattern.instants().len();
@@ -187,17 +188,17 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
 }
 
 fn saved_course(flight: &Flight) -> SavedCourse {
-    let Course {
+    let ContactMode {
         kind,
         stops,
         is_struck,
         released,
-    } = flight.course.clone();
+    } = flight.mode.clone();
     (kind, stops, is_struck, released)
 }
 
-fn restored_course((kind, stops, is_struck, released): &SavedCourse) -> Course {
-    Course {
+fn restored_course((kind, stops, is_struck, released): &SavedCourse) -> ContactMode {
+    ContactMode {
         kind: *kind,
         stops: stops.clone(),
         is_struck: *is_struck,

@@ -48,14 +48,14 @@ use std::ops::ControlFlow;
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Orbits> {
-    periodic_orbits_checked(scene, pattern, options, &mut || ControlFlow::Continue(()))
+    periodic_orbits_observed(scene, pattern, options, &mut || ControlFlow::Continue(()))
 }
 
 /// [`periodic_orbits`], asking `observer` from time to time whether to go on.
 ///
 /// # Errors
 /// As [`periodic_orbits`]; `Error::Interrupted` when the observer breaks off.
-pub fn periodic_orbits_checked(
+pub fn periodic_orbits_observed(
     scene: &Scene,
     pattern: &Pattern,
     options: &OrbitOptions,

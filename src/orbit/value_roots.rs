@@ -3,6 +3,7 @@
 //! (`isolate.rs`), but it follows the function where it is steep or bends, and says where it could not decide.
 
 use crate::error::Result;
+use crate::tolerance::{SAME_PLACE, VALUE_ROUNDING};
 use std::cell::Cell;
 
 /// Cells to begin with.
@@ -15,10 +16,6 @@ const DEEPEST_GAP: u32 = 10;
 const MOST_VALUES: usize = 20_000;
 /// Second differences count this often, for what they may be between the places at which they are known.
 const SAFETY: f64 = 2.0;
-/// A value this small is rounding.
-const ROUNDING: f64 = 1e-13;
-/// The ends of neighbouring cells are one place but for this part of the ends of the interval.
-const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
 /// Values in a cell.
 const NODES: usize = 5;
 
@@ -59,7 +56,7 @@ fn judge(y: [f64; NODES]) -> SubintervalVerdict {
     let spread = second.iter().copied().fold(f64::NEG_INFINITY, f64::max)
         - second.iter().copied().fold(f64::INFINITY, f64::min);
     let size = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
-    if size <= 10.0 * ROUNDING {
+    if size <= 10.0 * VALUE_ROUNDING {
         return SubintervalVerdict::Rounding;
     }
     // Where the function bends alike all over the cell, or hardly, the second differences tell how far it may leave a chord.
@@ -70,7 +67,7 @@ fn judge(y: [f64; NODES]) -> SubintervalVerdict {
     let (mut quarters, mut places) = (Vec::new(), Vec::new());
     for (quarter, ends) in y.windows(2).enumerate() {
         let (a, b) = (ends[0], ends[1]);
-        let is_at_place = a.abs().min(b.abs()) <= ROUNDING;
+        let is_at_place = a.abs().min(b.abs()) <= VALUE_ROUNDING;
         if is_at_place || a * b < 0.0 {
             // The function is monotone on the quarter: its root, at an end too, is simple and the only one.
             if (b - a).abs() <= room {

@@ -2,7 +2,7 @@
 
 use crate::flow::steps::dense_output::{written_state, written_width};
 use crate::flow::{
-    ConstrainedMotion, ModalScene, SceneFlow, carry, read_series, series_width, with_flow,
+    ConstrainedMotion, ModalScene, SceneFlow, propagate, read_series, series_width, with_flow,
 };
 use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
@@ -34,6 +34,7 @@ const QUARTIC: usize = 4;
 
 impl Evaluator {
     /// How many numbers an arc of a segment has for n degrees of freedom.
+    #[inline]
     pub fn width(&self, kind: SegmentKind, n: usize) -> usize {
         match self {
             Self::Exact { .. } => 2 * n,
@@ -44,6 +45,7 @@ impl Evaluator {
     }
 
     /// Position and velocity a time after the start of an arc of a segment.
+    #[inline]
     pub fn state(
         &self,
         (kind, stops): (SegmentKind, &[usize]),
@@ -63,9 +65,9 @@ impl Evaluator {
                 let is_holding = |s: &&Arc<ConstrainedMotion>| s.stops == stops;
                 if let Some(constrained) = held.iter().find(is_holding) {
                     let (q, v) = modal.form.to_physical(&state);
-                    return constrained.carry(angle, local, &q, &v);
+                    return constrained.propagate(angle, local, &q, &v);
                 }
-                with_flow!(&**flow, f => carry(f, angle, local, &mut state));
+                with_flow!(&**flow, f => propagate(f, angle, local, &mut state));
                 modal.form.to_physical(&state)
             }
             Self::Series { order } if kind == SegmentKind::Flight => {

@@ -84,6 +84,7 @@ impl Path {
 
     /// The last arc that begins no later than a time, and that time on the clock of the arcs, whose ends may be off those of
     /// the span by rounding.
+    #[inline]
     pub fn arc_at(&self, t: f64) -> (f64, usize) {
         let parts = &self.parts;
         let ends = (parts.arcs[0], parts.arcs[parts.arcs.len() - 1]);
@@ -99,6 +100,7 @@ impl Path {
     }
 
     /// Position and velocity a time after the start of an arc.
+    #[inline]
     pub fn state_in(&self, arc: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
         let segment = self.parts.segment_of(arc);
         let width = self.evaluator.width(segment.kind, self.n_dof);

@@ -94,7 +94,7 @@ pub(crate) fn find_orbit(
     };
     let scene = &scene.0;
     let found = interrupt::run(py, false, |observe| {
-        orbit::find_orbit_checked(scene, guess, n_periods, &mut || observe(0.0))
+        orbit::find_orbit_observed(scene, guess, n_periods, &mut || observe(0.0))
     })?;
     Ok(PyOrbit(found))
 }

@@ -3,6 +3,8 @@
 
 // What `help()` shows is numpydoc: its sections have names, types and exceptions bare, where Rust wants backticks.
 #![allow(clippy::doc_markdown)]
+// Bound functions have the arguments of the Python signature.
+#![allow(clippy::too_many_arguments)]
 
 mod argument;
 mod array;

@@ -29,7 +29,7 @@ impl PyOrbit {
     /// The orbit, judged: searched for violations on the first call, which may be long.
     fn judged(&self, py: Python<'_>) -> PyResult<&PeriodicOrbit> {
         interrupt::run(py, false, |observe| {
-            self.0.is_admissible_checked(&mut || observe(0.0))
+            self.0.is_admissible_observed(&mut || observe(0.0))
         })?;
         Ok(&self.0)
     }
@@ -37,7 +37,7 @@ impl PyOrbit {
     /// The orbit's stability, computed on the first call, which may be long.
     fn decided(&self, py: Python<'_>) -> PyResult<&Stability> {
         interrupt::run(py, false, |observe| {
-            self.0.stability_checked(&mut || observe(0.0))
+            self.0.stability_observed(&mut || observe(0.0))
         })
     }
 
@@ -176,7 +176,7 @@ impl PyOrbit {
     fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
         let orbit = &self.0;
         let energy = interrupt::run(py, false, |observe| {
-            orbit.energy_checked(&mut || observe(0.0))
+            orbit.energy_observed(&mut || observe(0.0))
         })?;
         Ok(PyEnergy(energy))
     }

@@ -282,7 +282,7 @@ pub(crate) fn periodic_orbits(
     };
     let core = &scene.0;
     let orbits = interrupt::run(py, false, |observe| {
-        orbit::periodic_orbits_checked(core, &pattern, &options, &mut || observe(0.0))
+        orbit::periodic_orbits_observed(core, &pattern, &options, &mut || observe(0.0))
     })?;
     PyOrbits::wrap(py, orbits)
 }

@@ -164,7 +164,7 @@ pub(crate) fn simulate(
     let model = &scene.0;
     let length = t_span.1 - t_span.0;
     let core = interrupt::run(py, progress, |observe| {
-        core::simulate_checked(model, &q0, &v0, t_span, &options, &mut |t| {
+        core::simulate_observed(model, &q0, &v0, t_span, &options, &mut |t| {
             observe((t - t_span.0) / length)
         })
     })?;

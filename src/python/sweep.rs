@@ -169,7 +169,7 @@ pub(crate) fn _existence_tile<'py>(
     let cells = interrupt::run_asking(py, false, ask.as_ref(), |observe| {
         let axes = (&q.x, &q.y);
         let observer = &mut |p| observe(fraction(p));
-        sweep::existence_tile_checked(model, &q.pattern, axes, q.n_periods, range, observer)
+        sweep::existence_tile_observed(model, &q.pattern, axes, q.n_periods, range, observer)
     })?;
     Ok(out_cells(py, &cells))
 }
@@ -186,7 +186,7 @@ pub(crate) fn _existence_at(
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
     let cell = interrupt::run_asking(py, false, ask.as_ref(), |observe| {
-        sweep::existence_at_checked(model, &pattern, n_periods, &mut || observe(0.0))
+        sweep::existence_at_observed(model, &pattern, n_periods, &mut || observe(0.0))
     })?;
     Ok((
         cell.n_orbits,

@@ -178,7 +178,7 @@ impl PyTrajectory {
     fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
         let core = &self.core;
         let energy = interrupt::run(py, false, |observe| {
-            core.energy_checked(&mut || observe(0.0))
+            core.energy_observed(&mut || observe(0.0))
         })?;
         Ok(PyEnergy(energy))
     }

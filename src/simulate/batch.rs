@@ -102,7 +102,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         lanes[0].run.flow.free.search.pendulum().expand(series);
         let mut spans = [0.0; K];
         for (m, (span, lane)) in spans.iter_mut().zip(lanes.iter_mut()).enumerate() {
-            *span = lane.look_along(series.motion(m));
+            *span = lane.search_along(series.motion(m));
         }
         series.states(&spans, |link, m, state| {
             if spans[m] > 0.0 {
@@ -173,7 +173,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
     }
 
     /// The length of the next step along its series, zero if it is not in free flight.
-    fn look_along<const K: usize>(&mut self, motion: BatchMotion<'_, K>) -> f64 {
+    fn search_along<const K: usize>(&mut self, motion: BatchMotion<'_, K>) -> f64 {
         let Some(flight) = &mut self.flight else {
             return 0.0;
         };
@@ -181,7 +181,9 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         let IntegratedFlow { free, system } = flow;
         let orders = flight.is_new.then_some(events.root_orders.as_slice());
         let (goal, record) = (flight.goal, &mut self.record);
-        flight.step = free.search.look_along(system, motion, orders, goal, record);
+        flight.step = free
+            .search
+            .search_along(system, motion, orders, goal, record);
         flight.is_new = false;
         flight.step.as_ref().map_or(0.0, |step| step.span)
     }

@@ -7,7 +7,7 @@ mod settle;
 mod strike;
 
 use crate::contact::next::LATE;
-use crate::contact::walk::ROUNDING;
+
 use crate::error::{Error, Result, digits};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
@@ -16,28 +16,18 @@ use crate::impact::CompleteChatter;
 use crate::quantity::larger;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
+use crate::tolerance::{
+    CHATTER_SAFETY, GAP_ROUNDING, GIVEN_ROUNDING, LOST_FLIGHT, MOST_LEFT, MOST_SUNK, RATIO_TOL,
+    TIME_ROUNDING,
+};
 use crate::watch::Watch;
 use at_once::{AtOnce, is_one_instant};
 use nalgebra::DVector;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-/// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
-const MOST_LEFT: f64 = 100.0;
-/// Roundings of the time of a flight, in which a gap moves on by its speed.
-const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// Roundings of a gap or a speed at the start.
-const GIVEN_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Events at one instant, without an impact, after which there will be no end of them.
 const MOST_EVENTS_AT_ONCE: usize = 64;
-/// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
-pub(crate) const RATIO_TOL: f64 = 0.05;
-/// What is left of accumulating impacts is up to so many times its estimate.
-const SAFETY: f64 = 4.0;
-/// Flights that rise by fewer times what is left below zero are low.
-const MOST_SUNK: f64 = 1e4;
-/// A flight that rises by no more than so many roundings of the gap has lost the digits of its speed.
-const LOW: f64 = 2.5;
 
 /// How a run ended.
 pub(crate) struct Ending {
@@ -435,10 +425,10 @@ impl EventLoop {
             stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
         });
         // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
-        let is_low =
-            chatter.height_by_acceleration() < LOW * ROUNDING * self.sizes[reached] * -pull;
+        let is_low = chatter.height_by_acceleration()
+            < LOST_FLIGHT * GAP_ROUNDING * self.sizes[reached] * -pull;
         let span = chatter.span();
-        let is_due = (SAFETY * residual < tolerance || is_low) && regular;
+        let is_due = (CHATTER_SAFETY * residual < tolerance || is_low) && regular;
         if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
             return Ok(false);
         }
@@ -450,7 +440,7 @@ impl EventLoop {
             let drift = other.speed.min(0.0) + chatter.kick(share);
             let bend =
                 0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
-            if other.gap + span * (drift + bend) - SAFETY * share * residual <= 0.0 {
+            if other.gap + span * (drift + bend) - CHATTER_SAFETY * share * residual <= 0.0 {
                 return Ok(false);
             }
         }
@@ -462,7 +452,7 @@ impl EventLoop {
 /// would close by its acceleration.
 fn least_speed<Y: HybridSystem + ?Sized>(system: &Y, stop: usize, state: GapState) -> f64 {
     let fall = (2.0 * state.acceleration.abs() * state.size).sqrt();
-    ROUNDING * larger(system.speed_size(stop), fall)
+    GAP_ROUNDING * larger(system.speed_size(stop), fall)
 }
 
 impl Unresolved {

@@ -1,7 +1,7 @@
 //! The methods of a simulation: their names, the one that fits, and what each is made of.
 
 use crate::error::{Error, Result};
-use crate::flow::steps::{Dop853, DormandPrince, Switching};
+use crate::flow::steps::chosen::StepChoice;
 use crate::hybrid::has_series;
 use crate::model::{Scene, System};
 use nalgebra::DVector;
@@ -70,6 +70,18 @@ impl Method {
     }
 }
 
+impl Method {
+    /// What is chosen of the steps that any motion takes; none for the pair, whose steps are made for each kind of motion.
+    pub(crate) fn choice(self) -> Option<StepChoice> {
+        match self {
+            Self::Dop853 => Some(StepChoice::Dop853),
+            Self::Radau => Some(StepChoice::Radau),
+            Self::Auto => Some(StepChoice::Fitting),
+            Self::Rk45 | Self::Exact | Self::Taylor => None,
+        }
+    }
+}
+
 /// Refuses a Jacobian of a system given by functions that is not that of its acceleration at a start, where a method uses it.
 ///
 /// # Errors
@@ -105,58 +117,44 @@ macro_rules! with_state {
 }
 pub(crate) use with_state;
 
-/// A method of few stages to this relative tolerance, one of high order below it.
-pub(crate) const TIGHT: f64 = 1e-7;
-
-/// The steps of `Auto` for tight and for loose tolerances.
-pub(crate) type TightSteps<S> = Switching<S, Dop853<S>, 7>;
-pub(crate) type LooseSteps<S> = Switching<S, DormandPrince<S>, 4>;
-
 /// Runs a block of code with what makes runs in the steps of a method: the pair of Dormand and Prince for every kind of motion by
 /// its type, since its steps are little work, the others for any motion.
 macro_rules! with_steps {
     ($method:expr, $motion:expr, $scene:expr, $options:expr, $make:ident => $body:expr) => {{
-        use $crate::flow::steps::{Dop853, DormandPrince, Radau};
+        use $crate::flow::steps::DormandPrince;
+        use $crate::flow::steps::chosen::ChosenSteps;
         use $crate::model::{SceneMotion, with_linear};
-        use $crate::simulate::method::{LooseSteps, TIGHT, TightSteps};
         use $crate::simulate::with_steps;
-        match ($method, $motion) {
-            (Method::Dop853, any) => {
-                with_steps!(@by Dop853, any, [1, 2], $scene, $options, $make => $body)
+        match ($method.choice(), $motion) {
+            (Some(choice), any) => {
+                with_steps!(@by ChosenSteps, choice, any, [1, 2], $scene, $options, $make => $body)
             }
-            (Method::Radau, any) => {
-                with_steps!(@by Radau, any, [1, 2], $scene, $options, $make => $body)
-            }
-            (Method::Auto, any) if $options.rtol < TIGHT => {
-                with_steps!(@by TightSteps, any, [1, 2], $scene, $options, $make => $body)
-            }
-            (Method::Auto, any) => {
-                with_steps!(@by LooseSteps, any, [1, 2], $scene, $options, $make => $body)
-            }
-            (_, SceneMotion::Full(linear)) => with_linear!(linear, motion => {
-                with_steps!(@by DormandPrince, motion, [1, 2], $scene, $options, $make => $body)
+            (None, SceneMotion::Full(linear)) => with_linear!(linear, motion => {
+                with_steps!(@by DormandPrince, (), motion, [1, 2], $scene, $options, $make => $body)
             }),
-            (_, SceneMotion::Diagonal(linear)) => with_linear!(linear, motion => {
-                with_steps!(@by DormandPrince, motion, [], $scene, $options, $make => $body)
+            (None, SceneMotion::Diagonal(linear)) => with_linear!(linear, motion => {
+                with_steps!(@by DormandPrince, (), motion, [], $scene, $options, $make => $body)
             }),
-            (_, SceneMotion::DoublePendulum(motion)) => {
-                with_steps!(@by DormandPrince, motion, [2], $scene, $options, $make => $body)
+            (None, SceneMotion::DoublePendulum(motion)) => {
+                with_steps!(@by DormandPrince, (), motion, [2], $scene, $options, $make => $body)
             }
-            (_, SceneMotion::DrivenDoublePendulum(motion)) => {
-                with_steps!(@by DormandPrince, motion, [2], $scene, $options, $make => $body)
+            (None, SceneMotion::DrivenDoublePendulum(motion)) => {
+                with_steps!(@by DormandPrince, (), motion, [2], $scene, $options, $make => $body)
             }
-            (_, SceneMotion::Chain(motion)) => {
-                with_steps!(@by DormandPrince, motion, [], $scene, $options, $make => $body)
+            (None, SceneMotion::Chain(motion)) => {
+                with_steps!(@by DormandPrince, (), motion, [], $scene, $options, $make => $body)
             }
-            (_, SceneMotion::Nonlinear(motion)) => {
-                with_steps!(@by DormandPrince, motion, [1, 2], $scene, $options, $make => $body)
+            (None, SceneMotion::Nonlinear(motion)) => {
+                with_steps!(@by DormandPrince, (), motion, [1, 2], $scene, $options, $make => $body)
             }
         }
     }};
-    (@by $steps:ident, $motion:ident, $sizes:tt, $scene:expr, $options:expr, $make:ident => $body:expr) => {
+    (@by $steps:ident, $choice:expr, $motion:ident, $sizes:tt, $scene:expr, $options:expr, $make:ident => $body:expr) => {
         $crate::simulate::with_state!(
             $crate::model::Dynamics::n_dof($motion), $sizes, State => {
-                let $make = || $crate::simulate::Run::stepped::<State, _, $steps<State>>($motion, $scene, $options);
+                let $make = || {
+                    $crate::simulate::Run::stepped::<State, _, $steps<State>>($motion, $scene, $options, $choice)
+                };
                 $body
             }
         )

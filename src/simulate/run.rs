@@ -62,7 +62,7 @@ pub fn simulate(
     t_span: (f64, f64),
     options: &SimulateOptions,
 ) -> Result<Trajectory> {
-    simulate_checked(scene, q0, v0, t_span, options, &mut |_| {
+    simulate_observed(scene, q0, v0, t_span, options, &mut |_| {
         ControlFlow::Continue(())
     })
 }
@@ -72,7 +72,7 @@ pub fn simulate(
 ///
 /// # Errors
 /// As [`simulate()`]; `Error::Interrupted` when the observer breaks off.
-pub fn simulate_checked(
+pub fn simulate_observed(
     scene: &Scene,
     q0: &DVector<f64>,
     v0: &DVector<f64>,
@@ -89,7 +89,7 @@ pub fn simulate_checked(
         let rule = "the motion grows beyond the largest number in it";
         Error::bad_value("t_span", format!("{t_span:?}"), rule)
     };
-    let flown = fly(scene, (q0, v0), t_span, options, observer);
+    let flown = run_by_method(scene, (q0, v0), t_span, options, observer);
     let (evaluator, done) = flown.map_err(|e| if e == overflow() { beyond() } else { e })?;
     if !(done.last.0.iter().chain(&done.last.1)).all(|x| x.is_finite()) {
         return Err(beyond());
@@ -120,7 +120,7 @@ pub fn simulate_checked(
 }
 
 /// Simulates by the method that fits.
-fn fly(
+fn run_by_method(
     scene: &Scene,
     (q0, v0): (&DVector<f64>, &DVector<f64>),
     t_span: (f64, f64),
@@ -224,8 +224,9 @@ impl<'a> Run<'a, ()> {
         dynamics: &'a D,
         scene: &'a Scene,
         options: &'a SimulateOptions,
-    ) -> Run<'a, IntegratedFlow<'a, S, D, InSteps<P>>> {
-        let flow = IntegratedFlow::new(dynamics, scene, options.tolerance(), InSteps::new());
+        choice: P::Choice,
+    ) -> Run<'a, IntegratedFlow<'a, S, D, InSteps<P::Choice, P>>> {
+        let flow = IntegratedFlow::new(dynamics, scene, options.tolerance(), InSteps::new(choice));
         Run::of(flow, options, scene.n_dof())
     }
 

@@ -7,9 +7,7 @@ use crate::hybrid::SegmentKind;
 use crate::model::Scene;
 use crate::path::{PathArc, PathParts};
 use crate::simulate::saved::SavedTrajectory;
-
-/// Rounding of a time counted in periods, relative to the largest of a run.
-const TIME_TOL: f64 = 1e-9;
+use crate::tolerance::TIME_TOL;
 
 /// Refuses a part of what was saved.
 fn refused(part: &str, found: impl ToString, rule: &str) -> Error {

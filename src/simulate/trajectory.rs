@@ -151,14 +151,14 @@ impl Trajectory {
     /// # Errors
     /// A trajectory that does not keep its motion; a system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
-        self.energy_checked(&mut || ControlFlow::Continue(()))
+        self.energy_observed(&mut || ControlFlow::Continue(()))
     }
 
     /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
     ///
     /// # Errors
     /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
-    pub fn energy_checked(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
+    pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
         let (path, points) = (self.path()?, self.points()?);
         energy_along(path, &self.scene, &points, &mut Watch::new(observer))
     }

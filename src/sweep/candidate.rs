@@ -1,18 +1,14 @@
 //! The orbits of one cell of a map before their order is known, judged as far as that asks.
 
-use crate::contact::walk::Effort;
+use crate::contact::walk::StopDepth;
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
 use crate::orbit::{
     Admissibility, Judge, Pattern, Ruling, Solution, largest_multiplier, list_impacts,
 };
+use crate::tolerance::{DISTINCT, ROUGH_MULTIPLIER};
 use crate::watch::Watch;
-
-/// Relative error of the depth of a violation that is good enough to tell two of them apart.
-const ROUGH: f64 = 1e-3;
-/// Relative difference of two depths above which a rough error does not change their order.
-const DISTINCT: f64 = 1e-2;
 
 /// One orbit of a cell, as far as a map needs it.
 pub(super) struct Candidate {
@@ -41,7 +37,7 @@ impl Candidate {
     pub fn judge(
         &mut self,
         judge: &mut Judge<'_>,
-        effort: Effort,
+        effort: StopDepth,
         watch: &mut Watch<'_>,
     ) -> Result<()> {
         let flights = std::slice::from_ref(&self.solution.flight);
@@ -97,9 +93,9 @@ pub(super) fn judge_all(
     for candidate in candidates.iter_mut() {
         candidate.judge(
             &mut judge,
-            Effort {
+            StopDepth {
                 enough: least * (1.0 + DISTINCT),
-                depth_error: ROUGH,
+                depth_error: ROUGH_MULTIPLIER,
             },
             watch,
         )?;
@@ -117,7 +113,7 @@ pub(super) fn judge_all(
         .any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1])
     {
         for candidate in candidates {
-            candidate.judge(&mut judge, Effort::FULL, watch)?;
+            candidate.judge(&mut judge, StopDepth::FULL, watch)?;
         }
     }
     Ok(())

@@ -6,7 +6,7 @@ use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{
     OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given, decides,
-    period, periodic_orbits_checked, ranking,
+    period, periodic_orbits_observed, ranking,
 };
 use crate::quantity::room_for;
 use crate::sweep::candidate::{Candidate, judge_all};
@@ -193,14 +193,14 @@ pub fn existence_tile(
     cells: Range<usize>,
 ) -> Result<Vec<ExistenceCell>> {
     let observer = &mut |_| ControlFlow::Continue(());
-    existence_tile_checked(scene, pattern, (x, y), n_periods, cells, observer)
+    existence_tile_observed(scene, pattern, (x, y), n_periods, cells, observer)
 }
 
 /// [`existence_tile`], asking `observer` from time to time, with the cells done, whether to go on.
 ///
 /// # Errors
 /// As [`existence_tile`]; `Error::Interrupted` when the observer breaks off.
-pub fn existence_tile_checked(
+pub fn existence_tile_observed(
     scene: &Scene,
     pattern: &Pattern,
     (x, y): (&Axis, &Axis),
@@ -233,14 +233,14 @@ pub fn existence_tile_checked(
 /// # Errors
 /// As [`periodic_orbits`](crate::periodic_orbits), but for motions that doubles do not hold: they count as no orbit.
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
-    existence_at_checked(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
+    existence_at_observed(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
 }
 
 /// [`existence_at`], asking `observer` from time to time whether to go on.
 ///
 /// # Errors
 /// As [`existence_at`]; `Error::Interrupted` when the observer breaks off.
-pub fn existence_at_checked(
+pub fn existence_at_observed(
     scene: &Scene,
     pattern: &Pattern,
     n_periods: usize,
@@ -255,11 +255,11 @@ pub fn existence_at_checked(
         let modal = ModalScene::new(scene, "existence_map")?;
         return one_instant(&modal, pattern, n_periods, &mut Watch::new(observer));
     }
-    let found = in_doubles(periodic_orbits_checked(scene, pattern, &options, observer))?;
+    let found = in_doubles(periodic_orbits_observed(scene, pattern, &options, observer))?;
     let Some((orbits, first)) = found.as_ref().and_then(|o| Some((o, o.first()?))) else {
         return Ok(EMPTY);
     };
-    let stability = first.stability_checked(observer)?;
+    let stability = first.stability_observed(observer)?;
     Ok(ExistenceCell {
         n_orbits: count(orbits.len()),
         is_admissible: first.is_admissible() == Some(true),
@@ -364,7 +364,7 @@ impl<'a> Sweep<'a> {
         let Some(scene) = in_doubles(moved)? else {
             return Ok(EMPTY);
         };
-        existence_at_checked(&scene, self.pattern, self.n_periods, go_on)
+        existence_at_observed(&scene, self.pattern, self.n_periods, go_on)
     }
 }
 

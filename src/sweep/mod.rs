@@ -8,7 +8,7 @@ mod tiles;
 
 pub use ensemble::{Ensemble, simulate_many};
 pub use existence::{
-    Axis, ExistenceCell, ExistenceMap, existence_at, existence_at_checked, existence_map,
-    existence_tile, existence_tile_checked,
+    Axis, ExistenceCell, ExistenceMap, existence_at, existence_at_observed, existence_map,
+    existence_tile, existence_tile_observed,
 };
 pub use tiles::{Progress, SweepOptions};

@@ -7,9 +7,9 @@ import vibroimpact as vi
 STEPS = ["rk45", "dop853", "radau"]
 
 
-def duffing(cubic=1.0, damping=0.2, *, jacobian=None, stop=1.1, force=0.5):
+def duffing(cubic=1.0, damping=0.2, *, jacobian=None, stop=0.6, force=0.8):
     """An oscillator with a cubic spring against a stop."""
-    system = vi.NonlinearSystem(1, lambda t, q, v: -q - cubic * q**3 - damping * v, jacobian=jacobian)
+    system = vi.NonlinearSystem(1, lambda t, q, v: -q - cubic * q**3 - damping * v, mass=[[1.0]], jacobian=jacobian)
     stops = [] if stop is None else [vi.Stop(0, stop, 0.7)]
     return vi.Scene(system, vi.Harmonic([force], 1.3), stops)
 

@@ -37,9 +37,9 @@ FAULTS = [
         "release",
         "a stop whose gap is drawn open stays held",
         "src/simulate/event_loop/settle.rs",
-        "                Release::Leaves => self.starts[stop] = 2,\n",
+        "                Release::Leaves => self.root_orders[stop] = 2,\n",
         '                Release::Leaves if crate::has_fault("release") => shares.push((i, force.force)),\n'
-        "                Release::Leaves => self.starts[stop] = 2,\n",
+        "                Release::Leaves => self.root_orders[stop] = 2,\n",
     ),
     Fault(
         "root",
@@ -54,7 +54,7 @@ FAULTS = [
     Fault(
         "impact",
         "an impact changes the velocity of the highest mode with the wrong sign",
-        "src/simulate/exact.rs",
+        "src/hybrid/closed_form/system.rs",
         "        for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {\n"
         "            *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));\n"
         "        }\n",
@@ -79,9 +79,9 @@ FAULTS = [
         "stale force",
         "stops that stay when one is let go keep the motion, and the forces, of those held before",
         "src/simulate/event_loop/settle.rs",
-        "        mover.hold(&self.held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
+        "        system.set_active_contacts(&self.held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
         '        if self.held.is_empty() || !crate::has_fault("stale force") {\n'
-        "            mover.hold(&self.held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
+        "            system.set_active_contacts(&self.held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
     ),
     Fault(
         "saltation",

@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
-use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate_checked};
+use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate_observed};
 
 /// After this time a run of the library counts as endless.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -34,7 +34,7 @@ pub fn library(case: &Case, scene: &Scene) -> Result<Trajectory, Difference> {
             }
         };
         let run = catch_unwind(AssertUnwindSafe(|| {
-            simulate_checked(&scene, &q0, &v0, case.span, &case.options(), &mut observer)
+            simulate_observed(&scene, &q0, &v0, case.span, &case.options(), &mut observer)
         }));
         let _ = sender.send(run);
     });

@@ -30,10 +30,10 @@ CALLS = {
 # Functions of the library by what they are for, whose instructions are counted. Code that the compiler has put into its
 # callers is counted with those: what is found is a lower bound.
 MACHINERY = {
-    "search for contacts": re.compile(r"vibroimpact::contact::|stepping::contact|::take_gaps|model::contact"),
-    "release of held stops": re.compile(r"stepping::release|simulate::held|flow::constrained"),
+    "search for contacts": re.compile(r"vibroimpact::contact::|integrated::contact|::take_gaps|model::contact"),
+    "release of held stops": re.compile(r"integrated::release|flow::constrained"),
     "impacts": re.compile(r"vibroimpact::impact::|event_loop::(strike|settle)|::collide$"),
-    "integrator": re.compile(r"flow::runge_kutta|flow::step_size|pendulum_series|flow::taylor"),
+    "integrator": re.compile(r"flow::steps|pendulum_series|flow::taylor"),
     "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::shaking"),
     "clock, for Ctrl-C": re.compile(r"python::interrupt|Timespec|clock_gettime"),
 }

@@ -2,14 +2,15 @@
 //! What every [`Stepper`] must keep, whoever it is.
 
 use crate::error::Result;
+use crate::flow::steps::chosen::{ChosenSteps, StepChoice};
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::dense_output::DenseOutput;
 use crate::flow::steps::dop853::Dop853;
 use crate::flow::steps::dormand_prince::DormandPrince;
+use crate::flow::steps::example::BogackiShampine;
 use crate::flow::steps::radau::Radau;
 use crate::flow::steps::state::State;
 use crate::flow::steps::stepper::{StepStart, Stepper, Tolerance};
-use crate::flow::steps::switching::Switching;
 use crate::model::{Dynamics, Moment};
 
 /// A driven pendulum and an oscillator beside it, `q'' = -sin q - 0.1 v + 0.5 cos t`, `p'' = -k p - c v`.
@@ -60,8 +61,13 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A run over a span under control: the end, and the number of steps.
-fn run<S: State, P: Stepper<S>>(dynamics: &Pair, x: &S, span: f64) -> (S, usize) {
-    let (mut stepper, mut controller) = (P::new(2, TOLERANCE), Controller::default());
+fn run<S: State, P: Stepper<S>>(
+    choice: P::Choice,
+    dynamics: &Pair,
+    x: &S,
+    span: f64,
+) -> (S, usize) {
+    let (mut stepper, mut controller) = (P::new(2, TOLERANCE, choice), Controller::default());
     let (mut x, mut done, mut h, mut count) = (x.clone(), 0.0, 1e-3, 0);
     let begin = |stepper: &mut P, done: f64, x: &S| {
         let at = moment(done);
@@ -96,12 +102,16 @@ fn run<S: State, P: Stepper<S>>(dynamics: &Pair, x: &S, span: f64) -> (S, usize)
     (x, count)
 }
 
-fn keeps_the_contract<P: Stepper<[f64; 4]>, V: Stepper<Vec<f64>>>() {
-    let (name, h) = (P::NAMES[0], 0.05);
+fn keeps_the_contract<C: Copy, P, V>(name: &str, choice: C)
+where
+    P: Stepper<[f64; 4], Choice = C>,
+    V: Stepper<Vec<f64>, Choice = C>,
+{
+    let h = 0.05;
     let x = START;
     let at = moment(0.7);
     let start = StepStart { at, x: &x };
-    let mut stepper = P::new(2, TOLERANCE);
+    let mut stepper = P::new(2, TOLERANCE, choice);
     stepper.begin(&SOFT, start).expect("a rate");
     // The rate at the start is that of the state, and stays so when steps are taken again.
     let rate = |x: &[f64], at: Moment| {
@@ -136,9 +146,17 @@ fn keeps_the_contract<P: Stepper<[f64; 4]>, V: Stepper<Vec<f64>>>() {
         let read = super::dense_output::written_state(&numbers, degree, 0.3 * length);
         assert_eq!(read, state, "{name}");
     }
-    // The error is that of a step taken again, and of no step it is infinite or large.
-    let error = stepper.error(&SOFT, start, h, TOLERANCE).expect("rates");
-    assert!(error.is_finite() && error < 1.0, "{name}: {error}");
+    // The error is that of the step last taken, and less for a shorter one.
+    let mut error_of = |length: f64| {
+        assert!(stepper.step(&SOFT, start, length).expect("rates"), "{name}");
+        let error = stepper.error(&SOFT, start, length, TOLERANCE);
+        error.expect("rates")
+    };
+    let (long, short) = (error_of(h), error_of(0.5 * h));
+    assert!(
+        long.is_finite() && 4.0 * short < long,
+        "{name}: {long} {short}"
+    );
     // A step of no length ends where it begins.
     assert!(stepper.step(&SOFT, start, 0.0).expect("rates"), "{name}");
     assert_eq!(*stepper.end(), x, "{name}");
@@ -155,7 +173,7 @@ fn keeps_the_contract<P: Stepper<[f64; 4]>, V: Stepper<Vec<f64>>>() {
         x: &middle,
     };
     assert!(stepper.step(&SOFT, next, h).expect("rates"), "{name}");
-    let mut fresh = P::new(2, TOLERANCE);
+    let mut fresh = P::new(2, TOLERANCE, choice);
     fresh.begin(&SOFT, next).expect("a rate");
     assert!(fresh.step(&SOFT, next, h).expect("rates"), "{name}");
     assert!(apart(stepper.end(), fresh.end()) < 1e-9, "{name}");
@@ -168,10 +186,10 @@ fn keeps_the_contract<P: Stepper<[f64; 4]>, V: Stepper<Vec<f64>>>() {
     let is_allowed = is_taken && error <= 1.0;
     assert!(!is_allowed, "{name}");
     // Runs to the tolerance, in arrays and vectors alike.
-    let (end, count) = run::<_, P>(&SOFT, &START, 10.0);
-    let (same, again) = run::<_, V>(&SOFT, &START.to_vec(), 10.0);
+    let (end, count) = run::<_, P>(choice, &SOFT, &START, 10.0);
+    let (same, again) = run::<_, V>(choice, &SOFT, &START.to_vec(), 10.0);
     assert_eq!((end.to_vec(), count), (same, again), "{name}");
-    let (fine, _) = run::<_, Dop853<[f64; 4]>>(&SOFT, &START, 10.0);
+    let (fine, _) = run::<_, Dop853<[f64; 4]>>((), &SOFT, &START, 10.0);
     let off = apart(&end, &fine);
     assert!(off < 1e2 * TOLERANCE.relative, "{name}: {off:e}");
 }
@@ -179,17 +197,15 @@ fn keeps_the_contract<P: Stepper<[f64; 4]>, V: Stepper<Vec<f64>>>() {
 #[test]
 fn every_method_keeps_the_contract() {
     type Array = [f64; 4];
-    keeps_the_contract::<DormandPrince<Array>, DormandPrince<Vec<f64>>>();
-    keeps_the_contract::<Dop853<Array>, Dop853<Vec<f64>>>();
-    keeps_the_contract::<Radau<Array>, Radau<Vec<f64>>>();
-    keeps_the_contract::<
-        Switching<Array, DormandPrince<Array>, 4>,
-        Switching<Vec<f64>, DormandPrince<Vec<f64>>, 4>,
-    >();
-    keeps_the_contract::<
-        Switching<Array, Dop853<Array>, 7>,
-        Switching<Vec<f64>, Dop853<Vec<f64>>, 7>,
-    >();
+    type Vector = Vec<f64>;
+    keeps_the_contract::<_, DormandPrince<Array>, DormandPrince<Vector>>("rk45", ());
+    keeps_the_contract::<_, Dop853<Array>, Dop853<Vector>>("dop853", ());
+    keeps_the_contract::<_, Radau<Array>, Radau<Vector>>("radau", ());
+    keeps_the_contract::<_, BogackiShampine<Array>, BogackiShampine<Vector>>("example", ());
+    for choice in [StepChoice::Fitting, StepChoice::Dop853, StepChoice::Radau] {
+        let name = format!("{choice:?}");
+        keeps_the_contract::<_, ChosenSteps<Array>, ChosenSteps<Vector>>(&name, choice);
+    }
 }
 
 #[test]
@@ -199,11 +215,9 @@ fn a_stiff_motion_is_given_over() {
         stiffness: 1e8,
         damping: 2e4,
     };
-    let (explicit, many) = run::<_, DormandPrince<Array>>(&stiff, &START, 5.0);
-    let (implicit, few) = run::<_, Switching<Array, DormandPrince<Array>, 4>>(&stiff, &START, 5.0);
-    assert!(10 * few < many, "{few} {many}");
-    assert!(apart(&explicit, &implicit) < 1e-7);
-    let (implicit, few) = run::<_, Switching<Array, Dop853<Array>, 7>>(&stiff, &START, 5.0);
+    let (explicit, many) = run::<_, DormandPrince<Array>>((), &stiff, &START, 5.0);
+    let fitting = StepChoice::Fitting;
+    let (implicit, few) = run::<_, ChosenSteps<Array>>(fitting, &stiff, &START, 5.0);
     assert!(10 * few < many, "{few} {many}");
     assert!(apart(&explicit, &implicit) < 1e-7);
 }

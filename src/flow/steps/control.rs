@@ -57,6 +57,11 @@ impl Default for Controller {
 
 impl Controller {
     /// Judges a step of length h by its error in units of the tolerance; an error that is no number is a rejection.
+    #[allow(
+        clippy::inline_always,
+        reason = "the control of a method is known when its steps are compiled"
+    )]
+    #[inline(always)]
     pub fn judge(&mut self, control: StepControl, h: f64, error: f64) -> StepVerdict {
         let StepControl {
             order,

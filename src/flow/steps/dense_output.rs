@@ -110,11 +110,13 @@ fn nested(c: impl Fn(usize) -> f64, len: usize, x: f64, y: f64) -> f64 {
 }
 
 /// Numbers of a step of n degrees of freedom that was written.
+#[inline]
 pub(crate) fn written_width(degree: usize, n: usize) -> usize {
     1 + 2 * n * (1 + degree)
 }
 
 /// The state a time s after the start of a step that was written.
+#[inline]
 pub(crate) fn written_state(numbers: &[f64], degree: usize, s: f64) -> Vec<f64> {
     let (h, len) = (numbers[0], (numbers.len() - 1) / (1 + degree));
     let (start, c) = numbers[1..].split_at(len);

@@ -118,13 +118,12 @@ impl<S: State> StepEnds<S> for Dop853<S> {
 }
 
 impl<S: State> Stepper<S> for Dop853<S> {
-    const NAMES: &'static [&'static str] = &["dop853"];
-
     const HAS_QUINTIC: bool = false;
 
+    type Choice = ();
     type Dense = Dense<S, 7>;
 
-    fn new(n_dof: usize, _tolerance: Tolerance) -> Self {
+    fn new(n_dof: usize, _tolerance: Tolerance, _choice: ()) -> Self {
         let zeros = S::zeros(2 * n_dof);
         Self {
             stages: std::array::from_fn(|_| zeros.clone()),
@@ -182,11 +181,11 @@ impl<S: State> Stepper<S> for Dop853<S> {
         if !at_end.all(|x| x.is_finite()) {
             return Ok(f64::INFINITY);
         }
-        let ends = (start.x.slice(), self.end.slice());
+        let ends = (start.x, &self.end);
         weighted_sum::<S, STAGES>(&self.stages, &ERROR_5, &mut self.scratch);
-        let fifth = tolerance.norm(self.scratch.slice(), ends);
+        let fifth = tolerance.norm(&self.scratch, ends);
         weighted_sum::<S, STAGES>(&self.stages, &ERROR_3, &mut self.scratch);
-        let third = tolerance.norm(self.scratch.slice(), ends);
+        let third = tolerance.norm(&self.scratch, ends);
         Ok(h.abs() * combined(fifth, third))
     }
 
@@ -300,7 +299,7 @@ mod tests {
 
     /// A stepper after a step from a start.
     fn stepped<S: State>(dynamics: &impl Dynamics, start: StepStart<'_, S>, h: f64) -> Dop853<S> {
-        let mut stepper = Dop853::new(dynamics.n_dof(), TOLERANCE);
+        let mut stepper = Dop853::new(dynamics.n_dof(), TOLERANCE, ());
         stepper.begin(dynamics, start).expect("a rate");
         assert!(stepper.step(dynamics, start, h).expect("rates"));
         stepper
@@ -313,7 +312,7 @@ mod tests {
         h: f64,
         n: u32,
     ) -> Vec<S> {
-        let mut stepper = Dop853::new(dynamics.n_dof(), TOLERANCE);
+        let mut stepper = Dop853::new(dynamics.n_dof(), TOLERANCE, ());
         stepper.begin(dynamics, first).expect("a rate");
         let mut states = vec![first.x.clone()];
         for step in 0..n {

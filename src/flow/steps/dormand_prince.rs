@@ -82,13 +82,12 @@ impl<S: State> StepEnds<S> for DormandPrince<S> {
 }
 
 impl<S: State> Stepper<S> for DormandPrince<S> {
-    const NAMES: &'static [&'static str] = &["rk45"];
-
     const HAS_QUINTIC: bool = true;
 
+    type Choice = ();
     type Dense = Dense<S, 4>;
 
-    fn new(n_dof: usize, _tolerance: Tolerance) -> Self {
+    fn new(n_dof: usize, _tolerance: Tolerance, _choice: ()) -> Self {
         let zeros = S::zeros(2 * n_dof);
         Self {
             stages: std::array::from_fn(|_| zeros.clone()),
@@ -135,8 +134,8 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         tolerance: Tolerance,
     ) -> Result<f64> {
         weighted_sum::<S, STAGES>(&self.stages, &ERROR, &mut self.error);
-        let ends = (start.x.slice(), self.end.slice());
-        Ok(h.abs() * tolerance.norm(self.error.slice(), ends))
+        let ends = (start.x, &self.end);
+        Ok(h.abs() * tolerance.norm(&self.error, ends))
     }
 
     fn dense<D: Dynamics>(

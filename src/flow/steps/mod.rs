@@ -1,5 +1,6 @@
 //! Methods of integration, step by step: a method is a file, or a folder, and implements [`Stepper`].
 
+pub(crate) mod chosen;
 #[cfg(test)]
 mod contract;
 pub(crate) mod control;
@@ -7,16 +8,18 @@ pub(crate) mod dense_output;
 mod dop853;
 mod dop853_tableau;
 mod dormand_prince;
+#[cfg(test)]
+pub(crate) mod example;
 mod radau;
 pub(crate) mod state;
 mod stepper;
-mod switching;
 mod tableau;
 
 pub(crate) use dense_output::{Dense, DenseOutput};
+#[cfg(test)]
 pub(crate) use dop853::Dop853;
 pub(crate) use dormand_prince::DormandPrince;
+#[cfg(test)]
 pub(crate) use radau::Radau;
 pub(crate) use state::State;
 pub(crate) use stepper::{StepStart, Stepper, Tolerance};
-pub(crate) use switching::Switching;

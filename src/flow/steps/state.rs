@@ -38,7 +38,11 @@ impl State for Vec<f64> {
 }
 
 /// `sum_k c_k y_k` over the first K rates.
-#[inline]
+#[allow(
+    clippy::inline_always,
+    reason = "the weights of a caller are known when it is compiled: zeros are left out"
+)]
+#[inline(always)]
 pub(super) fn weighted_sum<S: State, const K: usize>(rates: &[S], weights: &[f64], sum: &mut S) {
     sum.slice_mut().fill(0.0);
     for k in 0..K {
@@ -67,6 +71,7 @@ pub(super) fn rate<S: State, D: Dynamics>(
 }
 
 /// The square of the distance of two states or rates.
+#[inline]
 pub(super) fn square_distance<S: State>(a: &S, b: &S) -> f64 {
     let pairs = a.slice().iter().zip(b.slice());
     pairs.map(|(a, b)| (a - b).powi(2)).sum()

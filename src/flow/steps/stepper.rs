@@ -21,10 +21,12 @@ impl Tolerance {
     };
 
     /// The root mean square of some numbers, each in units of what is allowed of the larger of two entries.
-    #[inline]
-    pub fn norm(self, numbers: &[f64], ends: (&[f64], &[f64])) -> f64 {
-        let mut sum = 0.0;
-        for (e, (x, end)) in numbers.iter().zip(ends.0.iter().zip(ends.1)) {
+    #[allow(clippy::inline_always, reason = "a part of every step")]
+    #[inline(always)]
+    pub fn norm<S: State>(self, numbers: &S, ends: (&S, &S)) -> f64 {
+        let (mut sum, numbers) = (0.0, numbers.slice());
+        let ends = ends.0.slice().iter().zip(ends.1.slice());
+        for (e, (x, end)) in numbers.iter().zip(ends) {
             let scale = self.absolute + self.relative * x.abs().max(end.abs());
             sum += (e / scale).powi(2);
         }
@@ -58,20 +60,24 @@ pub(crate) trait StepEnds<S> {
     fn end_rate(&self) -> &S;
     /// Evaluations of the right-hand side so far.
     fn n_rhs(&self) -> usize;
+    /// The name of the method that steps now, where it was chosen because it fits.
+    fn fitting(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// An integration method, step by step. A step is taken from a start whose rate is known, by [`begin`](Self::begin) or because it
 /// is the end of the step before; it can be taken again, with another length.
 pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
-    /// Its name, and that of the method to which it gives over where the motion is stiff, if it does.
-    const NAMES: &'static [&'static str];
     /// Whether a quintic through value, slope and curvature at both ends of a step is as near to the motion as the dense output.
     const HAS_QUINTIC: bool;
+    /// What there is to choose, nothing for most.
+    type Choice: Copy;
     /// The motion on a step.
     type Dense: DenseOutput<S>;
 
     /// A stepper of n degrees of freedom.
-    fn new(n_dof: usize, tolerance: Tolerance) -> Self;
+    fn new(n_dof: usize, tolerance: Tolerance, choice: Self::Choice) -> Self;
     /// Makes a state the start of the next step.
     fn begin<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>) -> Result<()>;
     /// Takes a step of length h; false where there is none, since its equations have no solution nearby.

@@ -23,7 +23,7 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
     fn write(&self, numbers: &mut Vec<f64>) {
         let mut whole = Vec::new();
-        self.flow.leave(self.state, &mut whole);
+        self.flow.to_modal_pairs(self.state, &mut whole);
         numbers.extend(whole.iter().flatten());
     }
 }
@@ -32,7 +32,7 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         let mut there = self.state.to_vec();
         self.search.forward(&mut there, local);
-        self.flow.leave(&there, &mut self.whole);
+        self.flow.to_modal_pairs(&there, &mut self.whole);
         self.scene.form.to_physical(&self.whole)
     }
 }
@@ -55,7 +55,7 @@ impl Written for ConstrainedArc<'_> {
 impl ArcMotion for ConstrainedArc<'_> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         self.motion
-            .carry(self.angle, local, self.start.0, self.start.1)
+            .propagate(self.angle, local, self.start.0, self.start.1)
     }
 }
 

@@ -3,23 +3,22 @@
 
 use super::arcs::{ConstrainedArc, reported};
 use super::system::{ClosedForm, is_before, is_within};
-use crate::contact::next::{ContactSearch, Grazed, LATE, Next, Seen};
-use crate::error::{Error, Result};
+use crate::contact::first_root::{FirstEvent, FirstRoot};
+use crate::contact::next::{ContactSearch, Grazed, LATE, Seen};
+use crate::error::Result;
 use crate::flow::jet::Jet;
-use crate::flow::{CANCELLED, ConstrainedMotion, GapRow, LinearFlow, with_flow};
+use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, with_flow};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{Gaps, Present};
 use crate::impact::{StopsAt, project};
 use crate::modal::Pair;
+use crate::tolerance::{CANCELLED, FLAT_FORCE};
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::Range;
 use std::sync::Arc;
-
-/// A contact force at zero: this small, relative to its terms.
-const FLAT: f64 = 1e-12;
 
 impl<F: LinearFlow> ClosedForm<'_, F> {
     /// The present position and velocity, moved onto some stops and without normal speeds.
@@ -84,7 +83,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
 
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
     #[cold]
-    pub(super) fn fly_held(
+    pub(super) fn advance_constrained(
         &mut self,
         motion: &ConstrainedMotion,
         orders: &[usize],
@@ -129,7 +128,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             let ends = (time, next.is_none().then_some(last));
             self.record_along(SegmentKind::Stick, ends, &mut arc, recorder);
         }
-        let (q, v) = motion.carry(angle, time, &q, &v);
+        let (q, v) = motion.propagate(angle, time, &q, &v);
         self.put((&q, &v), time);
         // The sums that gave the position were those of this flight.
         for (stop, rounding) in seen.roundings {
@@ -163,10 +162,10 @@ impl HeldFlight<'_> {
         watch: &mut Watch<'_>,
     ) -> Result<(Option<(HeldEvent, f64)>, Seen, Vec<Grazed>)> {
         let mut state = Vec::new();
-        flow.enter(&self.whole, self.angle, &mut state);
+        flow.from_modal(&self.whole, self.angle, &mut state);
         let (events, rows) = watched(flow, self.motion, (&self.whole, &state));
         let mut search = ContactSearch::new(flow, rows);
-        search.look(&state);
+        search.evaluate(&state);
         let orders: Vec<usize> = events
             .iter()
             .enumerate()
@@ -179,12 +178,13 @@ impl HeldFlight<'_> {
             })
             .collect();
         let mut grazed = Vec::new();
-        let found = match search.next(&state, &orders, span, &mut grazed, watch) {
-            Next::Interrupted => return Err(Error::Interrupted),
-            Next::End => None,
-            Next::Stalled { stop, time } => Some((stop, time)),
-            Next::Contact { stop, time } => {
-                Some(search.arrive(stop, time, &state, &mut Vec::new()))
+        let FirstEvent { stop: place, root } =
+            search.next(&state, &orders, span, &mut grazed, watch)?;
+        let found = match root {
+            FirstRoot::None => None,
+            FirstRoot::Undecided { at } => Some((place, at)),
+            FirstRoot::Crossing { at, .. } => {
+                Some(search.arrive(place, at, &state, &mut Vec::new()))
             }
         };
         // Forces that touch zero hold their stops.
@@ -238,7 +238,7 @@ fn watched<H: LinearFlow>(
         let row = flow.gap_row(force).known_to(CANCELLED).with_whole_turning();
         let lost = motion.lost(force, whole);
         let size = row.jet(&derivatives).size;
-        let is_flat = row.most(&norms) <= (FLAT * size).max(lost);
+        let is_flat = row.most(&norms) <= (FLAT_FORCE * size).max(lost);
         (!is_flat).then_some((HeldEvent::Release(stop), row))
     });
     forces.chain(gaps).unzip()
@@ -251,6 +251,6 @@ fn order_of_zero(jet: &Jet, rate: f64) -> usize {
         let unit: f64 = (0..k).fold(1.0, |unit, _| unit * rate);
         jet.c[k].abs() / unit
     });
-    let scale = FLAT * natural.iter().fold(jet.size, |size, c| size.max(*c));
+    let scale = FLAT_FORCE * natural.iter().fold(jet.size, |size, c| size.max(*c));
     natural.iter().position(|c| *c > scale).unwrap_or(LATE)
 }

@@ -1,7 +1,7 @@
 //! The maps of a linear scene: flights in closed form, free or with stops held.
 
 use crate::error::Result;
-use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, carry, with_flow};
+use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::HybridMaps;
 use crate::impact::impulse_matrix;
 use crate::model::along_reactions;
@@ -87,12 +87,12 @@ impl HybridMaps for ClosedFormMaps<'_> {
         if !held.is_empty() {
             let constrained = self.constrained(held);
             let (q, v) = halves(state);
-            *state = joined(&constrained.carry(self.angle(start), end - start, &q, &v));
-            constrained.carry_deviations(end - start, deviations);
+            *state = joined(&constrained.propagate(self.angle(start), end - start, &q, &v));
+            constrained.propagate_deviations(end - start, deviations);
             return Ok(());
         }
         let mut modal = self.modal(state);
-        with_flow!(&self.flow, f => carry(f, self.angle(start), end - start, &mut modal));
+        with_flow!(&self.flow, f => propagate(f, self.angle(start), end - start, &mut modal));
         *state = self.physical(&modal);
         if deviations.ncols() > 0 {
             let mut carried = &self.to_modal * &*deviations;

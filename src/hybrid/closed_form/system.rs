@@ -1,8 +1,9 @@
 //! Exact flights: a linear scene moved in closed form from contact to contact (theory 8).
 
-use crate::contact::next::{ContactSearch, Grazed, Next};
-use crate::contact::walk::{ROUNDING, STEPS_PER_LOOK};
-use crate::error::{Error, Result};
+use crate::contact::first_root::{FirstEvent, FirstRoot};
+use crate::contact::next::{ContactSearch, Grazed};
+use crate::contact::walk::STEPS_PER_LOOK;
+use crate::error::Result;
 use crate::flow::steps::Tolerance;
 use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, Quantity, TimedScene, along};
 use crate::hybrid::clock::Clock;
@@ -12,10 +13,11 @@ use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
 };
 use crate::impact::{CompleteChatter, put_onto_stops, wrapped};
-use crate::linalg::rank::DEPENDENT;
+
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
 use crate::quantity::{difference, larger, positive_part};
+use crate::tolerance::{DEPENDENT, GAP_ROUNDING, PLACED_ROUNDING};
 use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::cell::OnceCell;
@@ -37,9 +39,6 @@ impl Margin {
 
 /// A linear motion follows from its derivatives up to twice its coordinates, and those of its load and harmonic force.
 const ORDERS_OF_INPUT: usize = 4;
-
-/// Roundings of the terms of a gap where its state was taken from a position.
-const PLACED: f64 = 4.0 * f64::EPSILON;
 
 /// A linear scene in motion; one run after another, with its buffers.
 pub(crate) struct ClosedForm<'a, F: LinearFlow> {
@@ -91,7 +90,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             };
             stops.clone().map(width).collect()
         };
-        let margins = widths(10.0 * atol, 10.0 * rtol.max(ROUNDING));
+        let margins = widths(10.0 * atol, 10.0 * rtol.max(GAP_ROUNDING));
         let rebound =
             |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
         Self {
@@ -101,7 +100,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             phase,
             search: ContactSearch::new(flow, gaps.collect()),
             margins,
-            allowed: widths(tolerance.absolute, tolerance.relative.max(ROUNDING)),
+            allowed: widths(tolerance.absolute, tolerance.relative.max(GAP_ROUNDING)),
             held: Vec::new(),
             holding: None,
             velocity_rows: scene
@@ -121,7 +120,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
 
     pub(super) fn whole(&self, state: &[Pair]) -> Vec<Pair> {
         let mut whole = Vec::with_capacity(state.len());
-        self.flow.leave(state, &mut whole);
+        self.flow.to_modal_pairs(state, &mut whole);
         whole
     }
 
@@ -130,12 +129,12 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.clock = self.clock.after(span);
         let angle = self.clock.angle();
         self.flow
-            .enter(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+            .from_modal(&self.scene.form.to_modal(q, v), angle, &mut self.state);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());
         let unknown = gaps.map(|(clearance, normal)| {
             let terms = normal.iter().zip(q.iter()).map(|(n, q)| (n * q).abs());
-            PLACED * (clearance.abs() + terms.sum::<f64>())
+            PLACED_ROUNDING * (clearance.abs() + terms.sum::<f64>())
         });
         self.placed.clear();
         self.placed.extend(unknown);
@@ -165,7 +164,7 @@ pub(super) fn is_before(graze: &Grazed, from: Clock, (stop, time): (Option<usize
 
 impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
     fn evaluate_gaps(&mut self) -> Result<()> {
-        self.search.look(&self.state);
+        self.search.evaluate(&self.state);
         Ok(())
     }
 
@@ -305,7 +304,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     }
 
     fn left_at_release(&self) -> f64 {
-        10.0 * ROUNDING
+        10.0 * GAP_ROUNDING
     }
 
     fn steady(&self) -> f64 {
@@ -390,7 +389,7 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
         };
         let span = chatter.span().min(left);
         let (motion, (q, v)) = self.record_rest(stop, span, recorder)?;
-        let (q, v) = motion.carry(self.clock.angle(), span, &q, &v);
+        let (q, v) = motion.propagate(self.clock.angle(), span, &q, &v);
         self.put((&q, &v), span);
         self.evaluate_gaps()
     }
@@ -432,7 +431,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.clock = self.clock.at(t);
         let angle = self.clock.angle();
         let whole = self.scene.form.to_modal(q, v);
-        self.flow.enter(&whole, angle, &mut self.state);
+        self.flow.from_modal(&whole, angle, &mut self.state);
     }
 
     fn advance_to_event(
@@ -445,24 +444,21 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
     ) -> Result<Arrival> {
         if let Some(motion) = &self.holding {
             let motion = Arc::clone(motion);
-            return self.fly_held(&motion, orders, (span, last), recorder, watch);
+            return self.advance_constrained(&motion, orders, (span, last), recorder, watch);
         }
         self.grazed.clear();
-        let next = self
-            .search
-            .next(&self.state, orders, span, &mut self.grazed, watch);
-        match next {
-            Next::Interrupted => return Err(Error::Interrupted),
-            Next::End => {}
-            Next::Stalled { stop, time } => {
+        let FirstEvent { stop, root } =
+            self.search
+                .next(&self.state, orders, span, &mut self.grazed, watch)?;
+        match root {
+            FirstRoot::None => {}
+            FirstRoot::Undecided { at: time } => {
                 self.record(time, None, recorder);
                 self.go(time);
                 return Ok(Arrival::Stalled { stop });
             }
-            Next::Contact { stop, time } => {
-                let (stop, time) = self
-                    .search
-                    .arrive(stop, time, &self.state, &mut self.arrived);
+            FirstRoot::Crossing { at, .. } => {
+                let (stop, time) = self.search.arrive(stop, at, &self.state, &mut self.arrived);
                 let from = self.clock;
                 self.grazed
                     .retain(|graze| is_before(graze, from, (Some(stop), time)));

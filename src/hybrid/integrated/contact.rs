@@ -2,53 +2,27 @@
 
 use super::scene::{Integrated, MOST_POLISHES};
 use crate::contact::curvature::first_crossing;
-use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
+use crate::contact::first_root::{FirstEvent, FirstRoot};
+use crate::contact::polynomial::{EndValues, Judgement, Quintic};
 use crate::error::Result;
-use crate::flow::TERM_ROUNDINGS;
+
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::hybrid::segment::Graze;
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
+use crate::tolerance::{SAME_TOUCH, TERM_ROUNDINGS};
 use std::sync::Arc;
 
 /// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
 /// of second order: the velocity is then wrong by 5e-5 of the tolerance.
 const TAYLOR_PART: f64 = 1e-2;
 
-/// Touches nearer to each other than this part of the step are one.
-const SAME_TOUCH: f64 = 1e-6;
 /// A minimum is where the interpolation says, but for this part of the step.
 const LOWEST_NEAR: f64 = 0.25;
 
-/// What the gaps do along a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Found {
-    Nothing,
-    /// The earliest contact, at a part x of the step; the stop is passed at a later part of it.
-    Contact {
-        stop: usize,
-        x: f64,
-        passed: f64,
-    },
-    /// Before any contact, at a part x of the step, a minimum that the interpolation cannot tell from one.
-    Lowest {
-        stop: usize,
-        x: f64,
-    },
-}
-
-impl Found {
-    /// The part of the step at which it is.
-    fn x(self) -> f64 {
-        match self {
-            Self::Nothing => f64::INFINITY,
-            Self::Contact { x, .. } | Self::Lowest { x, .. } => x,
-        }
-    }
-}
-
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
-    /// The earliest contact along the step last taken, as a part of the step; touches before it are noted.
+    /// The earliest contact along the step last taken, as a part of the step, or before it a minimum that the interpolation cannot
+    /// tell from one; touches before that are noted.
     #[allow(
         clippy::inline_always,
         reason = "the innermost loop of flights with and without stops held"
@@ -59,8 +33,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         dynamics: &E,
         orders: Option<&[usize]>,
         h: f64,
-    ) -> Result<Found> {
-        let mut first = Found::Nothing;
+    ) -> Result<FirstEvent> {
+        let mut first = FirstEvent::NONE;
         let noted = self.grazes.len();
         for stop in 0..self.contacts.len() {
             if IS_HELD && self.is_bound[stop] {
@@ -82,13 +56,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             if is_clear && self.contacts[stop].surface.bounded().is_none() {
                 continue;
             }
-            let found = self.judge(dynamics, (stop, order), &ends, (is_clear, margin), h)?;
-            if found.x() < first.x() {
-                first = found;
-            }
+            let root = self.judge(dynamics, (stop, order), &ends, (is_clear, margin), h)?;
+            first.note(stop, root);
         }
-        if first != Found::Nothing {
-            let time = self.clock.after(first.x() * h).time();
+        if first.root != FirstRoot::None {
+            let time = self.clock.after(first.root.at() * h).time();
             let mut at = 0;
             self.grazes.retain(|graze| {
                 at += 1;
@@ -107,10 +79,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         ends: &EndValues,
         (is_clear, margin): (bool, f64),
         h: f64,
-    ) -> Result<Found> {
+    ) -> Result<FirstRoot> {
         let quintic = Quintic::new(ends);
         let along = if is_clear {
-            Along::Clear
+            FirstRoot::None
         } else {
             let size = self.gaps[stop].size.max(self.ahead[stop].size);
             let judgement = Judgement {
@@ -122,18 +94,14 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             self.note_touches(stop, h);
             // Of a stop left more slowly than a quintic tells it counts that it stays within the tolerance.
             let is_near = |x: f64| quintic.value(x).abs() <= self.tolerance(stop, size);
-            let is_late = order > 0 && matches!(along, Along::Lowest { .. });
+            let is_late = order > 0 && matches!(along, FirstRoot::Undecided { .. });
             if is_late && [0.0, 0.5, 1.0].into_iter().all(is_near) {
-                Along::Clear
+                FirstRoot::None
             } else {
                 along
             }
         };
-        Ok(match self.proved(dynamics, (stop, along), margin, h)? {
-            Along::Clear => Found::Nothing,
-            Along::Contact { x, passed } => Found::Contact { stop, x, passed },
-            Along::Lowest { x } => Found::Lowest { stop, x },
-        })
+        self.proved(dynamics, (stop, along), margin, h)
     }
 
     /// Notes the touches along the step last taken; one that was noted where the step before ended is the same.
@@ -152,23 +120,20 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     fn proved<E: Dynamics>(
         &mut self,
         dynamics: &E,
-        (stop, along): (usize, Along),
+        (stop, along): (usize, FirstRoot),
         margin: f64,
         h: f64,
-    ) -> Result<Along> {
+    ) -> Result<FirstRoot> {
         let contacts = Arc::clone(&self.contacts);
         let Some((nonlinear, curvature)) = contacts[stop].surface.bounded() else {
             return Ok(along);
         };
-        let until = match along {
-            Along::Contact { x, .. } | Along::Lowest { x } => x,
-            Along::Clear => 1.0,
-        };
+        let until = along.at().min(1.0);
         let dense = self.dense(dynamics, h)?;
         let path: Vec<Vec<f64>> = (0..self.n()).map(|i| dense.powers(i)).collect();
         // The path itself is known to the tolerance, a tenth of the margin.
         let found = first_crossing(nonlinear, curvature, &path, 0.1 * margin, until)?;
-        Ok(found.map_or(along, |x| Along::Contact { x, passed: 1.0 }))
+        Ok(found.map_or(along, |x| FirstRoot::Crossing { at: x, passed: 1.0 }))
     }
 
     /// The difference of the quintic to the dense output half-way.
@@ -213,7 +178,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             if !self.step(dynamics, s)? {
                 return Ok(None);
             }
-            self.look_ahead(h)?;
+            self.evaluate_gaps_ahead(h)?;
             let GapValue {
                 gap,
                 speed,
@@ -273,7 +238,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             if !self.step(dynamics, s)? {
                 return Ok(None);
             }
-            self.look_ahead(h)?;
+            self.evaluate_gaps_ahead(h)?;
             let GapValue {
                 speed,
                 acceleration,

@@ -24,7 +24,7 @@ pub(crate) struct IntegratedFlow<'a, S: State, D: Dynamics, F: FreeFlight<S, D>>
 impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> IntegratedFlow<'a, S, D, F> {
     /// A scene along its equations of motion.
     pub fn new(dynamics: &'a D, scene: &'a Scene, tolerance: Tolerance, free: F) -> Self {
-        let system = Integrated::new(dynamics, scene, tolerance);
+        let system = Integrated::new(dynamics, scene, tolerance, free.choice());
         Self { free, system }
     }
 

@@ -13,6 +13,9 @@ pub(crate) trait FreeFlight<S: State, D: Dynamics> {
     /// The steps of a motion with stops held.
     type Steps: Stepper<S>;
 
+    /// What is chosen of their method.
+    fn choice(&self) -> <Self::Steps as Stepper<S>>::Choice;
+
     /// Forgets the run before.
     fn reset(&mut self);
 

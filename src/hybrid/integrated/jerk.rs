@@ -1,25 +1,26 @@
 //! The second and third derivative of a gap of any scene while stops are held, the third by differences.
 
 use super::scene::Integrated;
-use crate::contact::walk::ROUNDING;
+
 use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Accelerations, Contacts};
 use crate::model::Dynamics;
+use crate::tolerance::GAP_ROUNDING;
 
 /// A time in which the motion changes by few digits, as a part of that in which it changes little.
 const SHORT: f64 = 1e-4;
 /// Rounding of a difference of accelerations, relative to the size of their terms.
-const JERK_ROUNDING: f64 = 10.0 * ROUNDING;
+const JERK_ROUNDING: f64 = 10.0 * GAP_ROUNDING;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
     pub(super) fn drawn(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
         let motion = self.motion_with(held.to_vec());
         let (_, acceleration) = self.bend(&motion, stop, self.x.slice(), self.clock)?;
-        let unknown = ROUNDING * self.acceleration_sizes(&[stop])?[0];
+        let unknown = GAP_ROUNDING * self.acceleration_sizes(&[stop])?[0];
         Ok([acceleration, unknown])
     }
 
@@ -53,7 +54,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let most = self.acceleration_sizes(&all)?;
         let most = most.into_iter().fold(0.0, f64::max);
         for (v, a) in shaken.slice_mut()[n..].iter_mut().zip(&a) {
-            *v += if *a == 0.0 { 0.0 } else { ROUNDING * most };
+            *v += if *a == 0.0 { 0.0 } else { GAP_ROUNDING * most };
         }
         let shaken = (bend(shaken.slice(), self.clock)?.1 - now).abs();
         let change = |step: f64| -> Result<f64> {

@@ -1,33 +1,20 @@
 //! Steps while stops are held: the contact forces along a step, and the step to the release of one.
 
 use super::scene::{Integrated, MOST_POLISHES};
+use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::Quartic;
-use crate::contact::walk::ROUNDING;
+
 use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::hybrid::system::{Accelerations, Contacts};
-use crate::linalg::rank::{DEPENDENT, pseudo_inverse};
+use crate::linalg::rank::pseudo_inverse;
 use crate::model::Dynamics;
+use crate::tolerance::{DEPENDENT, FORCE_TOL, GAP_ROUNDING};
 use std::sync::Arc;
 
-/// The quartic through a contact force is off by no more than this, relative to the force.
-const FORCE_TOL: f64 = 1e-4;
 /// The first secant of a force's zero ends at this part of its guess.
 const BESIDE: f64 = 0.99;
-
-/// What the contact forces do along a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum ForceEvent {
-    None,
-    /// One falls through zero, at a part x of the step.
-    At {
-        stop: usize,
-        x: f64,
-    },
-    /// The step is too long for the quartic.
-    Undecided,
-}
 
 impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// The motion while the stops are held that are now.
@@ -52,10 +39,11 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         held.forces(self.moment().after(s), q, v, &mut a)
     }
 
-    /// The first stop held whose contact force falls through zero along the step last taken: on the quartic through the
+    /// The first stop held whose contact force falls through zero along the step last taken, undecided where the step is too long
+    /// for that: on the quartic through the
     /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down. A force that
     /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
-    pub(super) fn release_along(&mut self, h: f64) -> Result<ForceEvent> {
+    pub(super) fn release_along(&mut self, h: f64) -> Result<FirstEvent> {
         let held = self.held_motion();
         let dense = self.dense(&held, h)?;
         let mut x = S::zeros(2 * self.n());
@@ -67,7 +55,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             .map(|k| forces(0.25 * f64::from(k)))
             .collect::<Result<_>>()?;
         let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
-        let mut first = ForceEvent::None;
+        let mut first = FirstEvent::NONE;
         for (k, &stop) in self.held.iter().enumerate() {
             let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
             let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
@@ -92,13 +80,13 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
                     continue;
                 }
                 if miss > unknown {
-                    return Ok(ForceEvent::Undecided);
+                    let root = FirstRoot::Undecided { at: 0.0 };
+                    return Ok(FirstEvent { stop, root });
                 }
             }
-            let is_later = |x: f64| matches!(first, ForceEvent::At { x: known, .. } if known <= x);
-            let falls = (depth > slack).then(|| force.first_fall().unwrap_or(0.0));
-            if let Some(x) = falls.filter(|&x| !is_later(x)) {
-                first = ForceEvent::At { stop, x };
+            if depth > slack {
+                let at = force.first_fall().unwrap_or(0.0);
+                first.note(stop, FirstRoot::Crossing { at, passed: 1.0 });
             }
         }
         Ok(first)
@@ -110,7 +98,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let delassus = self.delassus(&self.held)?;
         let forces = pseudo_inverse(&delassus, DEPENDENT * delassus.amax())?;
         let taken = sizes.iter().enumerate();
-        Ok(ROUNDING
+        Ok(GAP_ROUNDING
             * taken
                 .map(|(j, size)| forces[(k, j)].abs() * size)
                 .sum::<f64>())

@@ -1,6 +1,5 @@
 //! A scene that is integrated, where it is now.
 
-use crate::contact::walk::ROUNDING;
 use crate::error::Result;
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
@@ -9,9 +8,11 @@ use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
 use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::tolerance::GAP_ROUNDING;
 use crate::watch::Watch;
 use nalgebra::DVector;
 use std::cell::OnceCell;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 /// Steps taken again on the way to one contact: as many as halvings alone need.
@@ -21,7 +22,7 @@ pub(super) const MOST_POLISHES: usize = 60;
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
 
 /// A scene that is integrated; one run after another, with its buffers.
-pub(crate) struct Integrated<'a, S, D, P> {
+pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) dynamics: &'a D,
     pub(super) scene: &'a Scene,
     pub(super) contacts: Arc<Vec<Contact>>,
@@ -33,6 +34,8 @@ pub(crate) struct Integrated<'a, S, D, P> {
     pub(super) peak_forces: Vec<f64>,
     pub(super) phase: f64,
     pub(super) tolerance: Tolerance,
+    /// What was chosen of the method.
+    choice: P::Choice,
     pub(super) stepper: P,
     pub(super) controller: Controller,
     /// The step to take next; `None` before the first.
@@ -61,7 +64,12 @@ pub(crate) struct Integrated<'a, S, D, P> {
 
 impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// A scene along its equations of motion.
-    pub(super) fn new(dynamics: &'a D, scene: &'a Scene, tolerance: Tolerance) -> Self {
+    pub(super) fn new(
+        dynamics: &'a D,
+        scene: &'a Scene,
+        tolerance: Tolerance,
+        choice: P::Choice,
+    ) -> Self {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
@@ -82,7 +90,8 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             peak_forces: Vec::new(),
             phase: scene.forcing().phase(),
             tolerance,
-            stepper: P::new(n, tolerance),
+            choice,
+            stepper: P::new(n, tolerance, choice),
             controller: Controller::default(),
             h: None,
             is_begun: false,
@@ -148,7 +157,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// The margin of a gap.
     pub(super) fn margin_of(&self, gap: GapValue) -> f64 {
         let absolute = self.tolerance.absolute * gap.steepness;
-        10.0 * (absolute + self.tolerance.relative.max(ROUNDING) * gap.size)
+        10.0 * (absolute + self.tolerance.relative.max(GAP_ROUNDING) * gap.size)
     }
 
     /// A time over which the motion changes little: the step, or what it takes to move by the present state.
@@ -165,34 +174,36 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// Records a step from the present state as its dense output says.
     pub(super) fn record_dense(
         &self,
-        dense: P::Dense,
+        dense: &P::Dense,
         span: f64,
         last: Option<f64>,
         recorder: &mut dyn Recorder,
     ) {
-        let x = S::zeros(2 * self.n());
-        let start = self.clock;
-        recorder.arc(ArcSpan { start, span, last }, &mut StepArc { dense, x });
+        let (start, n) = (self.clock, self.n());
+        let state = PhantomData::<S>;
+        let mut arc = StepArc { dense, n, state };
+        recorder.arc(ArcSpan { start, span, last }, &mut arc);
     }
 }
 
 /// A step.
-struct StepArc<Q, S> {
-    dense: Q,
-    /// Room for a state.
-    x: S,
+struct StepArc<'d, Q, S> {
+    dense: &'d Q,
+    n: usize,
+    state: PhantomData<S>,
 }
 
-impl<S: State, Q: DenseOutput<S>> Written for StepArc<Q, S> {
+impl<S: State, Q: DenseOutput<S>> Written for StepArc<'_, Q, S> {
     fn write(&self, numbers: &mut Vec<f64>) {
         self.dense.write(numbers);
     }
 }
 
-impl<S: State, Q: DenseOutput<S>> ArcMotion for StepArc<Q, S> {
+impl<S: State, Q: DenseOutput<S>> ArcMotion for StepArc<'_, Q, S> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
-        self.dense.state(local, self.x.slice_mut());
-        parted(self.x.slice())
+        let mut x = S::zeros(2 * self.n);
+        self.dense.state(local, x.slice_mut());
+        parted(x.slice())
     }
 }
 
@@ -211,7 +222,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.clock = self.clock.at(t);
         self.began = self.clock;
         self.controller = Controller::default();
-        self.stepper = P::new(self.n(), self.tolerance);
+        self.stepper = P::new(self.n(), self.tolerance, self.choice);
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.held.clear();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, 0, 0);
@@ -244,13 +255,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     }
 
     pub(super) fn remarks(&self) -> String {
-        let steps = match (P::NAMES, self.stiff_from) {
-            ([first, then, ..], Some(t)) => {
-                format!("; steps of {first}, from t = {t} on, where the motion is stiff, of {then}")
+        let steps = match (self.stepper.fitting(), self.stiff_from) {
+            (Some(name), Some(t)) => {
+                format!("; from t = {t} on, where the motion is stiff, steps of {name}")
             }
-            ([first, _, ..], None) => format!("; steps of {first}"),
-            (_, Some(_)) => STIFF.to_owned(),
-            _ => String::new(),
+            (Some(name), None) => format!("; steps of {name}"),
+            (None, Some(_)) => STIFF.to_owned(),
+            (None, None) => String::new(),
         };
         steps + &uncertain(self.scene)
     }

@@ -4,7 +4,8 @@
 use super::free::FreeFlight;
 use super::pendulum::series_order;
 use super::scene::{Integrated, parted};
-use crate::contact::series::{GapSeries, GapTerms, SeriesEnd};
+use crate::contact::first_root::{FirstEvent, FirstRoot};
+use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
 use crate::flow::steps::{DormandPrince, State, Stepper};
 use crate::flow::{BatchMotion, PendulumSeries, SeriesOf, write_series};
@@ -53,6 +54,8 @@ impl Taylor {
 
 impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
     type Steps = DormandPrince<S>;
+
+    fn choice(&self) {}
 
     fn reset(&mut self) {
         self.search.before = None;
@@ -174,7 +177,7 @@ impl SeriesSearch {
         recorder: &mut dyn Recorder,
     ) -> Result<Option<Arrival>> {
         self.expand(system, series)?;
-        let Some(step) = self.look_along(system, series.motion(0), orders, end, recorder) else {
+        let Some(step) = self.search_along(system, series.motion(0), orders, end, recorder) else {
             return Ok(Some(Arrival::Underflow));
         };
         let is_last = matches!(step.arrival, Some(Arrival::End));
@@ -211,7 +214,7 @@ impl SeriesSearch {
 
     /// The next step along the series about the present state, towards the instant `end`; none where it would be too short for
     /// the time. `orders` as in `step_on`.
-    pub fn look_along<S: State, D: Dynamics, P: Stepper<S>, const K: usize>(
+    pub fn search_along<S: State, D: Dynamics, P: Stepper<S>, const K: usize>(
         &mut self,
         system: &mut Integrated<'_, S, D, P>,
         motion: BatchMotion<'_, K>,
@@ -232,18 +235,16 @@ impl SeriesSearch {
             Reach::TooShort => return None,
         };
         system.n_steps += 1;
-        let found = self.contact_along(system, motion, orders, h);
+        let FirstEvent { stop, root } = self.contact_along(system, motion, orders, h);
         if recorder.wanted().events {
             for graze in system.grazes.drain(..) {
                 recorder.graze(graze);
             }
         }
-        let (span, arrival) = match found {
-            None => (h, is_last.then_some(Arrival::End)),
-            Some((stop, SeriesEnd::Stalled { at })) => (at, Some(Arrival::Stalled { stop })),
-            Some((stop, SeriesEnd::Contact { at })) => {
-                (at.clamp(0.0, h), Some(Arrival::Contact { stop }))
-            }
+        let (span, arrival) = match root {
+            FirstRoot::None => (h, is_last.then_some(Arrival::End)),
+            FirstRoot::Undecided { at } => (at, Some(Arrival::Stalled { stop })),
+            FirstRoot::Crossing { at, .. } => (at.clamp(0.0, h), Some(Arrival::Contact { stop })),
         };
         Some(SeriesStep { span, arrival })
     }
@@ -289,37 +290,37 @@ impl SeriesSearch {
         motion: BatchMotion<'_, K>,
         orders: Option<&[usize]>,
         h: f64,
-    ) -> Option<(usize, SeriesEnd)> {
+    ) -> FirstEvent {
         system.grazes.clear();
         let mut gap = GapSeries::EMPTY;
-        let mut first = None;
+        let mut first = FirstEvent::NONE;
         let mut until = h;
         for stop in 0..self.gaps.len() {
             self.gaps[stop].along(motion, &mut gap);
             system.extents[stop] = system.extents[stop].max(gap.size);
             let order = orders.map_or(0, |orders| orders[stop]);
             system.touches.clear();
-            let reached = gap.first_contact(order, until, &mut system.touches);
+            let root = gap.first_contact(order, until, &mut system.touches);
             for &(at, gap) in &system.touches {
                 let time = system.clock.after(at).time();
                 let depth = -gap;
                 system.grazes.push(Graze { time, stop, depth });
             }
-            if let Some(reached) = reached {
+            if root != FirstRoot::None {
                 // A flight of one step is farthest from its stop half-way.
                 self.gaps[stop].along(motion, &mut gap);
-                let far = gap.value(0.5 * reached.at()).abs();
+                let far = gap.value(0.5 * root.at()).abs();
                 system.extents[stop] = system.extents[stop].max(far);
-                until = reached.at();
-                first = Some((stop, reached));
+                until = root.at();
+                first = FirstEvent { stop, root };
             }
         }
         system.n_gap_evaluations += system.contacts.len();
-        if let Some((stop, SeriesEnd::Contact { .. })) = first {
+        if let FirstRoot::Crossing { passed, .. } = first.root {
             // A stop that is passed when the one found is reached was reached before.
             let earlier = self.gaps.iter().enumerate().filter_map(|(other, terms)| {
                 let is_open = orders.is_none_or(|orders| orders[other] == 0);
-                if other == stop || !is_open {
+                if other == first.stop || !is_open {
                     return None;
                 }
                 terms.along(motion, &mut gap);
@@ -327,10 +328,11 @@ impl SeriesSearch {
             });
             if let Some((other, at)) = earlier.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 until = at;
-                first = Some((other, SeriesEnd::Contact { at }));
+                let root = FirstRoot::Crossing { at, passed };
+                first = FirstEvent { stop: other, root };
             }
         }
-        if first.is_some() {
+        if first.root != FirstRoot::None {
             let time = system.clock.after(until).time();
             system.grazes.retain(|graze| graze.time < time);
         }

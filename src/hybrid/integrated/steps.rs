@@ -1,10 +1,9 @@
 //! Flights in steps of the Dormand-Prince pair: free, or with stops held; each step is judged by its error, searched for
 //! contacts and for the release of what is held, and taken again to either.
 
-use super::contact::Found;
 use super::free::FreeFlight;
-use super::release::ForceEvent;
 use super::scene::Integrated;
+use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::error::Result;
 use crate::flow::steps::control::{first_step, trial_step};
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
@@ -21,12 +20,17 @@ use std::marker::PhantomData;
 /// Halvings of a step that cannot tell contact from none, before the interpolant decides.
 const MOST_HALVINGS: usize = 12;
 
-/// Free flights in steps of a method P.
-pub(crate) struct InSteps<P>(PhantomData<P>);
+/// Free flights in steps, by what is chosen of their method.
+pub(crate) struct InSteps<C, P> {
+    choice: C,
+    method: PhantomData<P>,
+}
 
-impl<P> InSteps<P> {
-    pub fn new() -> Self {
-        Self(PhantomData)
+impl<C, P> InSteps<C, P> {
+    /// Flights in steps of the method P.
+    pub fn new(choice: C) -> Self {
+        let method = PhantomData;
+        Self { choice, method }
     }
 }
 
@@ -42,8 +46,12 @@ enum Trial {
     TooShort,
 }
 
-impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P> {
+impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P::Choice, P> {
     type Steps = P;
+
+    fn choice(&self) -> P::Choice {
+        self.choice
+    }
 
     fn reset(&mut self) {}
 
@@ -118,7 +126,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// The gaps at the end of the step last taken, of length h.
     #[inline]
-    pub(super) fn look_ahead(&mut self, h: f64) -> Result<()> {
+    pub(super) fn evaluate_gaps_ahead(&mut self, h: f64) -> Result<()> {
         let n = self.n();
         let (q, v) = self.stepper.end().slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
@@ -131,7 +139,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
     /// begins with a rate of its own.
-    fn look_on_arrival(&mut self) -> Result<()> {
+    fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
         if !self.held.is_empty() {
             return self.evaluate_gaps();
         }
@@ -166,7 +174,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let clock = self.clock;
         if recorder.wants_arc(clock.after(s).time(), last) {
             let dense = self.dense(dynamics, s)?;
-            self.record_dense(dense, s, last, recorder);
+            self.record_dense(&dense, s, last, recorder);
         }
         Ok(())
     }
@@ -174,7 +182,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Records an arc of no length at the present state; `last` as in `record`.
     pub(super) fn record_no_step(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) {
         let still = <P as Stepper<S>>::Dense::line(&self.x, &self.x, 1.0);
-        self.record_dense(still, 0.0, last, recorder);
+        self.record_dense(&still, 0.0, last, recorder);
     }
 
     /// Tries the next step towards an instant: its length is what the step before left, and its error is judged.
@@ -368,32 +376,34 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 }
                 Trial::TooShort => break Arrival::Underflow,
             };
-            self.look_ahead(h)?;
+            self.evaluate_gaps_ahead(h)?;
             let undecided = halvings < MOST_HALVINGS;
-            let found = match self.contact_along::<E, IS_HELD>(dynamics, orders, h)? {
+            let FirstEvent { stop, root } =
+                self.contact_along::<E, IS_HELD>(dynamics, orders, h)?;
+            let found = match root {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
-                Found::Lowest { stop, x } if undecided => {
+                FirstRoot::Undecided { at } if undecided => {
                     halvings += 1;
-                    let lowest = self.descend(dynamics, stop, x * h, h)?;
+                    let lowest = self.descend(dynamics, stop, at * h, h)?;
                     self.h = Some(lowest.unwrap_or(0.5 * h));
                     continue;
                 }
-                Found::Lowest { .. } | Found::Nothing => None,
-                Found::Contact { stop, x, passed } => Some((stop, x, passed)),
+                FirstRoot::Undecided { .. } | FirstRoot::None => None,
+                FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };
-            let release = if IS_HELD {
+            let FirstEvent { stop, root } = if IS_HELD {
                 self.release_along(h)?
             } else {
-                ForceEvent::None
+                FirstEvent::NONE
             };
-            let released = match release {
-                ForceEvent::Undecided if undecided => {
+            let released = match root {
+                FirstRoot::Undecided { .. } if undecided => {
                     halvings += 1;
                     self.h = Some(0.5 * h);
                     continue;
                 }
-                ForceEvent::Undecided | ForceEvent::None => None,
-                ForceEvent::At { stop, x } => Some((stop, x)),
+                FirstRoot::Undecided { .. } | FirstRoot::None => None,
+                FirstRoot::Crossing { at, .. } => Some((stop, at)),
             };
             halvings = 0;
             self.accept(h, next);
@@ -425,7 +435,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 if IS_HELD {
                     self.settle(&self.held.clone())?;
                 }
-                self.look_on_arrival()?;
+                self.evaluate_gaps_on_arrival()?;
                 break Arrival::Contact { stop };
             }
             if is_recorded {

@@ -3,7 +3,7 @@
 use super::normal::dot;
 use super::scene::{Integrated, parted};
 use crate::error::Result;
-use crate::flow::TERM_ROUNDINGS;
+
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
@@ -17,6 +17,7 @@ use crate::model::{
     places,
 };
 use crate::quantity::positive_part;
+use crate::tolerance::TERM_ROUNDINGS;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 

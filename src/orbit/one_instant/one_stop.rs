@@ -6,13 +6,8 @@ use crate::flow::along;
 use crate::modal::Pair;
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::phases::{PhaseSolutions, chord};
+use crate::tolerance::{CLEAR_DIRECTION, CLEAR_RANK};
 use nalgebra::{DMatrix, DVector};
-
-/// Least singular value of the two rows, in units of order one, below which the decomposition decides instead; far
-/// above the tolerance of the rank.
-const CLEAR_RANK: f64 = 1e-4;
-/// Least part of the direction that moves the phase.
-const CLEAR_DIRECTION: f64 = 1e-6;
 
 type Row = [f64; 3];
 

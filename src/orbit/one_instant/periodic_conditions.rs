@@ -6,14 +6,10 @@
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
-use crate::linalg::rank::{self, DEPENDENT, SolutionSet};
+use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, Pair, times};
+use crate::tolerance::{DEPENDENT, RETAIN_BELOW};
 use nalgebra::{DMatrix, DVector};
-
-/// A mode whose `det(I - e^{A T})` is below this, relative to its size, keeps its two unknowns.
-const RETAIN_BELOW: f64 = 1e-4;
-/// Singular values below this, relative to the largest, are zero (theory 5).
-pub(crate) const RANK_TOL: f64 = 1e-10;
 
 /// The periodic conditions of one instant as linear forms in the unknowns `(p, resonant states, u)`.
 pub(crate) struct PeriodicConditions<'a> {

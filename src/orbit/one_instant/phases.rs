@@ -4,15 +4,12 @@
 use crate::error::Result;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
-use crate::orbit::one_instant::periodic_conditions::RANK_TOL;
+
+use crate::tolerance::{AT_FOLD, CONDITIONS_RANK, ON_CIRCLE};
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of a linear system above which it has no solution.
 pub(in crate::orbit) const SOLVABLE: f64 = 1e-11;
-/// How far from the unit circle a single point may be and count as on it: rounding alone.
-const ON_CIRCLE: f64 = 1e-12;
-/// The same for a double root, a fold: below the 1e-12 that must still be told apart.
-const AT_FOLD: f64 = 8.0 * f64::EPSILON;
 
 /// Where the solution set meets the circle.
 pub(crate) struct PhaseSolutions {
@@ -125,19 +122,22 @@ fn split(
     if m == 0 {
         return Ok((Vec::new(), null_space.clone()));
     }
-    let is_negligible = directions.amax() <= RANK_TOL * null_space.amax();
+    let is_negligible = directions.amax() <= CONDITIONS_RANK * null_space.amax();
     if is_negligible {
         return Ok((Vec::new(), null_space.clone()));
     }
-    let kernel =
-        crate::linalg::rank::solve(directions, &DVector::zeros(2), RANK_TOL * directions.amax())?
-            .null_space;
+    let kernel = crate::linalg::rank::solve(
+        directions,
+        &DVector::zeros(2),
+        CONDITIONS_RANK * directions.amax(),
+    )?
+    .null_space;
     let fixed = null_space * &kernel;
     // The orthogonal complement of the kernel.
     let complement = crate::linalg::rank::solve(
         &kernel.transpose(),
         &DVector::zeros(kernel.ncols()),
-        RANK_TOL,
+        CONDITIONS_RANK,
     )?;
     let moving = if kernel.ncols() == 0 {
         DMatrix::identity(m, m)

@@ -6,11 +6,9 @@ use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank;
 use crate::modal::Pair;
-use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, RANK_TOL, Rows};
+use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, Rows};
+use crate::tolerance::{CONDITIONS_RANK, CONSISTENT};
 use nalgebra::{DMatrix, DVector};
-
-/// Residual of the conditions, each in units of its own terms, up to which they agree.
-const CONSISTENT: f64 = 1e-11;
 
 impl PeriodicConditions<'_> {
     /// Takes the unknowns of a solution for given clearances anew for its phase, by least squares on the rows of these with each
@@ -35,7 +33,7 @@ impl PeriodicConditions<'_> {
         if !scaled.iter().chain(left.iter()).all(|x| x.is_finite()) {
             return Ok(());
         }
-        let set = rank::solve(&scaled, &left, RANK_TOL * scaled.amax())?;
+        let set = rank::solve(&scaled, &left, CONDITIONS_RANK * scaled.amax())?;
         if set.null_space.ncols() == 0 && set.residual <= CONSISTENT {
             for (x, factor) in x.iter_mut().zip(set.particular.iter()) {
                 *x *= factor;

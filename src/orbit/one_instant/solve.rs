@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::wrapped;
-use crate::orbit::course::Course;
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::one_stop;
 use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, Rows};
@@ -42,7 +42,7 @@ impl Solution {
                 span: period,
                 after,
                 before_next,
-                course: Course::FREE,
+                mode: ContactMode::FREE,
             },
             impulses,
         })

@@ -13,11 +13,9 @@ use crate::error::Result;
 use crate::hybrid::HybridMaps;
 use crate::hybrid::chatter::{Chatter, Timed, complete};
 use crate::model::DIFFERENCE;
-use crate::orbit::course::{Event, Leg};
+use crate::orbit::contact_mode::{ContactStage, Event};
 use nalgebra::{DMatrix, DVector};
 
-/// Largest scaled mismatch of what counts as closed.
-pub(super) const CLOSED: f64 = 1e-11;
 /// Newton steps before giving up.
 pub(super) const MOST_STEPS: usize = 60;
 
@@ -61,7 +59,7 @@ pub(crate) enum Clocked {
 /// One periodic problem.
 pub(crate) struct Shooting<'a, M> {
     pub motion: &'a M,
-    pub legs: &'a [Leg],
+    pub stages: &'a [ContactStage],
     pub clocked: Clocked,
 }
 
@@ -74,12 +72,12 @@ pub(super) struct Units {
 
 impl<M: HybridMaps> Shooting<'_, M> {
     fn event(&self, k: usize) -> &Event {
-        &self.legs[k % self.legs.len()].event
+        &self.stages[k % self.stages.len()].event
     }
 
     /// The stops held after instant k.
     pub(super) fn held(&self, k: usize) -> &[usize] {
-        &self.legs[k % self.legs.len()].held
+        &self.stages[k % self.stages.len()].held
     }
 
     /// The stops struck at instant k that were not held before it, whose gaps are conditions.
@@ -88,7 +86,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
             Event::Strike(stops) => stops,
             _ => &[],
         };
-        let before = self.held(k + self.legs.len() - 1);
+        let before = self.held(k + self.stages.len() - 1);
         stops.iter().copied().filter(|stop| !before.contains(stop))
     }
 
@@ -96,7 +94,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
     pub(super) fn n_times(&self) -> usize {
         match self.event(0) {
             Event::Nothing => 0,
-            _ => self.legs.len(),
+            _ => self.stages.len(),
         }
     }
 
@@ -184,7 +182,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
     pub(super) fn units(&self, state: &ShootingState) -> Result<Units> {
         let n = state.states[0].len() / 2;
         // Behind instants that end at rest the states may all be zero but for rounding; the ends of the flights are not.
-        let ends = if self.legs.iter().any(|leg| !leg.held.is_empty()) {
+        let ends = if self.stages.iter().any(|stage| !stage.held.is_empty()) {
             let end = |k: usize| Ok(self.flown(k, state)?.state);
             (0..state.states.len()).map(end).collect::<Result<_>>()?
         } else {

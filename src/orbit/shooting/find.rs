@@ -9,7 +9,7 @@ use crate::hybrid::project_onto;
 use crate::hybrid::{ClosedFormMaps, constrained_motions};
 use crate::impact::wrapped;
 use crate::model::{Scene, System, contacts};
-use crate::orbit::course::{Course, Event};
+use crate::orbit::contact_mode::{ContactMode, Event};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
@@ -67,14 +67,14 @@ pub fn find_orbit<'a>(
     guess: impl Into<Guess<'a>>,
     n_periods: Option<usize>,
 ) -> Result<PeriodicOrbit> {
-    find_orbit_checked(scene, guess, n_periods, &mut || ControlFlow::Continue(()))
+    find_orbit_observed(scene, guess, n_periods, &mut || ControlFlow::Continue(()))
 }
 
 /// [`find_orbit`], asking `observer` before each step of Newton's method whether to go on.
 ///
 /// # Errors
 /// As [`find_orbit`]; `Error::Interrupted` when the observer breaks off.
-pub fn find_orbit_checked<'a>(
+pub fn find_orbit_observed<'a>(
     scene: &Scene,
     guess: impl Into<Guess<'a>>,
     n_periods: Option<usize>,
@@ -96,7 +96,10 @@ pub fn find_orbit_checked<'a>(
     let n = scene.n_dof();
     room_for("shooting", 2 * n, 12 * n)?;
     let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
-    let held = constrained_motions(&modal, start.legs.iter().map(|leg| leg.held.as_slice()))?;
+    let held = constrained_motions(
+        &modal,
+        start.stages.iter().map(|stage| stage.held.as_slice()),
+    )?;
     let motion = ClosedFormMaps::new(&modal, scene.forcing().phase(), held);
     let (found, flight_ends) = shoot(&motion, &scene, &start, observer)?;
     let pairs = |state: &DVector<f64>| motion.modal(state);
@@ -135,7 +138,7 @@ fn shoot<M: HybridMaps>(
     };
     let shooting = Shooting {
         motion,
-        legs: &start.legs,
+        stages: &start.stages,
         clocked,
     };
     shooting.solve(first_loop(start, clocked), observer)
@@ -153,31 +156,31 @@ fn parts<M: HybridMaps>(
     let zero = found.times[0];
     let count = flight_ends.len();
     let (mut instants, mut impulses, mut flights) = (Vec::new(), Vec::new(), Vec::new());
-    let flight = |course: Course, (from, to): (f64, f64), after: &_, before_next: &_| Flight {
+    let flight = |mode: ContactMode, (from, to): (f64, f64), after: &_, before_next: &_| Flight {
         start: 0.0,
         span: to - from,
         after: pairs(after),
         before_next: pairs(before_next),
-        course,
+        mode,
     };
-    for (k, leg) in start.legs.iter().enumerate() {
+    for (k, stage) in start.stages.iter().enumerate() {
         let opening = &flight_ends[(k + count - 1) % count];
-        let mut course = Course {
+        let mut mode = ContactMode {
             kind: SegmentKind::Flight,
-            stops: leg.held.clone(),
+            stops: stage.held.clone(),
             is_struck: false,
             released: None,
         };
-        if !leg.held.is_empty() {
-            course.kind = SegmentKind::Stick;
+        if !stage.held.is_empty() {
+            mode.kind = SegmentKind::Stick;
         }
-        match &leg.event {
-            Event::Nothing => course.is_struck = leg.held.is_empty(),
-            Event::Release(stop) => course.released = Some(*stop),
+        match &stage.event {
+            Event::Nothing => mode.is_struck = stage.held.is_empty(),
+            Event::Release(stop) => mode.released = Some(*stop),
             Event::Strike(stops) => {
                 instants.push(stops.clone());
                 impulses.extend_from_slice(&opening.impulses);
-                course.is_struck = true;
+                mode.is_struck = true;
             }
             Event::Chatter(stop) => {
                 let chatter = opening.chatter.as_ref();
@@ -191,12 +194,12 @@ fn parts<M: HybridMaps>(
                     let span = (bounce.time, to);
                     instants.push(vec![*stop]);
                     impulses.push(bounce.impulse);
-                    flights.push(flight(Course::FREE, span, &bounce.after, before_next));
+                    flights.push(flight(ContactMode::FREE, span, &bounce.after, before_next));
                 }
                 // The rest is over in no time: it begins without normal speed.
                 let mut rest = chatter.last.clone();
                 project_onto(motion, &[*stop], &mut rest)?;
-                let remainder = Course {
+                let remainder = ContactMode {
                     kind: SegmentKind::Chatter,
                     stops: vec![*stop],
                     is_struck: false,
@@ -207,9 +210,9 @@ fn parts<M: HybridMaps>(
             }
         }
         let mut after = found.states[k].clone();
-        project_onto(motion, &leg.held, &mut after)?;
+        project_onto(motion, &stage.held, &mut after)?;
         let span = (found.starts[k], found.times[k + 1]);
-        flights.push(flight(course, span, &after, &flight_ends[k].before));
+        flights.push(flight(mode, span, &after, &flight_ends[k].before));
     }
     // The starts are the sums of the spans, as those of an orbit that was saved.
     let mut elapsed = 0.0;
@@ -237,8 +240,8 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
         return Err(Error::bad_value("guess", found, rule));
     }
     let mut struck = Vec::new();
-    for leg in &start.legs {
-        match &leg.event {
+    for stage in &start.stages {
+        match &stage.event {
             Event::Strike(stops) => struck.push(stops.clone()),
             Event::Chatter(stop) | Event::Release(stop) => struck.push(vec![*stop]),
             Event::Nothing => {}
@@ -246,12 +249,12 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
     }
     Pattern::new(struck)?.check(scene.stops().len())?;
     let contacts = contacts(scene);
-    for (k, leg) in start.legs.iter().enumerate() {
-        let Event::Strike(stops) = &leg.event else {
+    for (k, stage) in start.stages.iter().enumerate() {
+        let Event::Strike(stops) = &stage.event else {
             continue;
         };
-        let before = &start.legs[(k + start.legs.len() - 1) % start.legs.len()].held;
-        let mut caught = stops.iter().filter(|stop| leg.held.contains(stop));
+        let before = &start.stages[(k + start.stages.len() - 1) % start.stages.len()].held;
+        let mut caught = stops.iter().filter(|stop| stage.held.contains(stop));
         if let Some(&stop) =
             caught.find(|&&stop| !before.contains(&stop) && contacts[stop].restitution > 0.0)
         {

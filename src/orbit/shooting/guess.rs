@@ -6,18 +6,14 @@ use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::hybrid::joined;
 use crate::model::{Scene, contacts};
-use crate::orbit::course::{Event, Leg};
+use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::guess_instants::{Instant, impacts, lasting, unsupported};
-use crate::simulate::{ImpactSide, RATIO_TOL, Trajectory};
+use crate::simulate::{ImpactSide, Trajectory};
+use crate::tolerance::{AT_REST, RATIO_TOL, RETURNED};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
-/// A return as near as this, relative to the motion's size, is one; of a trajectory that has not settled so far the
-/// nearest return is taken.
-const RETURNED: f64 = 0.05;
-/// A state this small, relative to the motion, is one of rest: its rounding says nothing.
-const REST: f64 = 1e-9;
 /// Forcing periods in one period of the motion that are looked for in a trajectory.
 const MOST_PERIODS: usize = 64;
 
@@ -46,7 +42,7 @@ impl<'a> From<&'a Trajectory> for Guess<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Start {
     /// What happens at each instant, and what is held behind it; the first one is an impact, if there is any.
-    pub legs: Vec<Leg>,
+    pub stages: Vec<ContactStage>,
     /// Forcing periods in one period, 1 without forcing.
     pub n_periods: usize,
     /// The forcing phase at the first instant.
@@ -114,19 +110,19 @@ fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
     let mut found = Vec::new();
     let mut chatter = None;
     for flight in flights {
-        let course = &flight.course;
-        if course.kind == SegmentKind::Chatter {
-            chatter = Some((course.stops[0], flight.start));
+        let mode = &flight.mode;
+        if mode.kind == SegmentKind::Chatter {
+            chatter = Some((mode.stops[0], flight.start));
             continue;
         }
         let (mut time, mut approach) = (flight.start, 0.0);
-        let event = match (chatter.take(), course.released) {
+        let event = match (chatter.take(), mode.released) {
             (Some((stop, start)), _) => {
                 time = start;
                 Event::Chatter(stop)
             }
             (None, Some(stop)) => Event::Release(stop),
-            (None, None) => match struck.next().filter(|_| course.is_struck) {
+            (None, None) => match struck.next().filter(|_| mode.is_struck) {
                 None => Event::Nothing,
                 Some(stops) => {
                     let speeds = impacts.by_ref().take(stops.len());
@@ -140,7 +136,7 @@ fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
             start: flight.start,
             phase: 0.0,
             event,
-            held: course.held().to_vec(),
+            held: mode.held().to_vec(),
             approach,
             state: joined(&orbit.state(flight.start, false)),
         });
@@ -159,9 +155,9 @@ fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> St
         starts: round.iter().map(|i| part(i.start)).collect(),
         period,
         states: round.iter().map(|i| i.state.clone()).collect(),
-        legs: round
+        stages: round
             .into_iter()
-            .map(|Instant { event, held, .. }| Leg { event, held })
+            .map(|Instant { event, held, .. }| ContactStage { event, held })
             .collect(),
     }
 }
@@ -199,7 +195,7 @@ fn at_rest(instants: &[Instant], span: f64) -> [f64; 2] {
     };
     let approach = instants.iter().map(|instant| instant.approach);
     let (q, v) = (largest(0), approach.fold(largest(1), f64::max));
-    [q.max(v * span), v.max(q / span)].map(|size| REST * size)
+    [q.max(v * span), v.max(q / span)].map(|size| AT_REST * size)
 }
 
 /// How far two instants are from being the same one a number of periods later, relative to the motion's size.

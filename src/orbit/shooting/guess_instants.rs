@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::hybrid::joined;
 use crate::impact::Impact;
-use crate::orbit::course::Event;
+use crate::orbit::contact_mode::Event;
 use crate::simulate::{ImpactSide, Segment, Trajectory};
 use nalgebra::DVector;
 

@@ -4,16 +4,13 @@ use crate::error::{Error, Result};
 use crate::hybrid::HybridMaps;
 use crate::hybrid::chatter::Timed;
 use crate::linalg::rank;
-use crate::orbit::shooting::closure::{
-    CLOSED, FlightEnd, MOST_STEPS, Shooting, ShootingState, Units,
-};
+use crate::orbit::shooting::closure::{FlightEnd, MOST_STEPS, Shooting, ShootingState, Units};
+use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
 /// Halvings of a Newton step that does not bring the motion nearer to closing.
 const MOST_HALVINGS: i32 = 12;
-/// Singular values below this, relative to the largest entry, belong to directions in which the orbit may be changed.
-const FREE_DIRECTION: f64 = 1e-12;
 
 /// The equations linearised about a loop: `rows xi = right`, and every flight's corrections `states[k] (xi, 1)` and
 /// `starts[k] (xi, 1)`.
@@ -48,7 +45,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
             units = self.units(&current)?;
             steps += 1;
         }
-        if mismatch <= CLOSED {
+        if mismatch <= ORBIT_CLOSED {
             let flight_ends = self.flight_ends(&current, &units)?;
             return Ok((current, flight_ends));
         }
@@ -171,7 +168,11 @@ impl<M: HybridMaps> Shooting<'_, M> {
         units: &Units,
     ) -> Result<Option<(ShootingState, f64)>> {
         // What is closed is only polished.
-        let tries = if mismatch <= CLOSED { 1 } else { MOST_HALVINGS };
+        let tries = if mismatch <= ORBIT_CLOSED {
+            1
+        } else {
+            MOST_HALVINGS
+        };
         for halvings in 0..tries {
             let part = 0.5f64.powi(halvings);
             let moved = |times: &[f64], by: &[f64]| -> Vec<f64> {

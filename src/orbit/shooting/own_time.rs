@@ -3,13 +3,12 @@
 
 use crate::error::{Error, Result};
 use crate::model::{Change, NonlinearSystem, Scene, System};
+use crate::tolerance::REPEATS;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Parts of a period, with no simple ratio, at which the equations are compared.
 const PARTS: [f64; 7] = [0.0, 0.113, 0.271, 0.377, 0.519, 0.683, 0.857];
-/// What a period later may differ, relative to the acceleration.
-const REPEATS: f64 = 1e-9;
 
 fn acceleration(system: &NonlinearSystem, t: f64, state: &DVector<f64>) -> Result<Vec<f64>> {
     let (q, v) = state.as_slice().split_at(system.n_dof());

@@ -10,7 +10,7 @@ use crate::hybrid::HybridMaps;
 use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter::{Timed, finish};
 use crate::impact::saltation;
-use crate::orbit::course::Course;
+use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};
 
 /// One flight: its start, its end and its first state.
@@ -19,7 +19,7 @@ pub(crate) struct Flown<'a> {
     pub start: f64,
     pub end: f64,
     pub state: DVector<f64>,
-    pub course: &'a Course,
+    pub mode: &'a ContactMode,
 }
 
 /// The product over one period from just after the first instant, in (q, v). `order` has the stops of each instant one after
@@ -36,15 +36,15 @@ pub(crate) fn monodromy<M: HybridMaps>(
     let sizes = flights.iter().map(|flight| flight.state.amax());
     let size = sizes.fold(0.0, f64::max);
     for (k, flight) in flights.iter().enumerate() {
-        let next = flights[(k + 1) % flights.len()].course;
-        let course = flight.course;
-        if course.kind == SegmentKind::Chatter {
+        let next = flights[(k + 1) % flights.len()].mode;
+        let mode = flight.mode;
+        if mode.kind == SegmentKind::Chatter {
             let from = (flight.start, &before);
-            let stops = (course.stops[0], next.held());
+            let stops = (mode.stops[0], next.held());
             deviations = finished(motion, stops, size, from, deviations)?;
             continue;
         }
-        let held = course.held();
+        let held = mode.held();
         before.clone_from(&flight.state);
         motion.flow(
             held,

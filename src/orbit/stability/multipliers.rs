@@ -8,11 +8,10 @@ use crate::linalg::eigen;
 use crate::modal::Pair;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
+use crate::tolerance::MARGINAL;
 use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
-/// A largest modulus this close to 1 decides nothing.
-const MARGINAL: f64 = 1e-9;
 /// Stops hit together whose orders are all followed; their number grows as the factorial.
 const MOST_TOGETHER: usize = 5;
 

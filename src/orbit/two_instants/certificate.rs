@@ -2,9 +2,7 @@
 
 use crate::error::digits;
 use crate::orbit::two_instants::isolate::Enclosure;
-
-/// Part of the range that may stay undecided before the outcome says so first.
-const UNDECIDED: f64 = 0.01;
+use crate::tolerance::UNDECIDED_PART;
 
 /// The outcome of a search: its solutions, and what is known of all other flight times.
 pub(crate) struct Certificate {
@@ -34,7 +32,7 @@ impl Certificate {
             n => format!("{n} solutions"),
         };
         let width: f64 = self.open.iter().map(|b| b.high - b.low).sum();
-        if width > UNDECIDED * self.length {
+        if width > UNDECIDED_PART * self.length {
             let share = 100.0 * width / self.length;
             return format!(
                 "{solutions}; {share:.0} % of the flight times in {range} are undecided: the conditions hold there to rounding"

@@ -15,21 +15,14 @@ use crate::orbit::two_instants::polish::{
     Root, TwoInstantEquations, circle_starts, least_squares_start, polish,
 };
 use crate::orbit::two_instants::series::Series;
+use crate::tolerance::{
+    FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, TOGETHER, TRIVIAL_FLIGHT,
+};
 use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 
-/// Rounding of a determinant, relative to the sum of its products' sizes.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// A flight time this close to a trivial one, relative to T, is that one: far below, rounding rules.
-const TRIVIAL: f64 = 1e-6;
-/// Two roots this close, relative to T, and in phase, are one.
-const SAME: f64 = 1e-9;
-/// How far from an undecided stretch its roots may be, relative to T.
-const NEAR: f64 = 1e-8;
 /// Bisections of a bracket from which Newton's method went astray.
 const HALVINGS: usize = 30;
-/// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
-const TOGETHER: f64 = 1e-9;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
 pub(crate) struct FlightTimeSearch<'a> {
@@ -106,7 +99,7 @@ impl FlightTimeSearch<'_> {
             let series = *minors.det((1 << (n + 1)) - 1);
             return Sampled {
                 series,
-                floor: ROUNDING * series.size(),
+                floor: FLIGHT_TIME_ROUNDING * series.size(),
             };
         }
         let [det, over_sin, over_cos] = self.wanted_circle().map(|set| minors.det(set));
@@ -118,7 +111,9 @@ impl FlightTimeSearch<'_> {
         let square = Series::sum_of_products([(1.0, det, det)].into_iter());
         let series =
             Series::sum_of_products([(1.0, &unit, &squares), (-1.0, &one, &square)].into_iter());
-        let error = |s: &Series| (2.0 * s.bound() + ROUNDING * s.size()) * ROUNDING * s.size();
+        let error = |s: &Series| {
+            (2.0 * s.bound() + FLIGHT_TIME_ROUNDING * s.size()) * FLIGHT_TIME_ROUNDING * s.size()
+        };
         Sampled {
             series,
             floor: unit.bound() * (error(over_sin) + error(over_cos)) + error(det),
@@ -196,7 +191,7 @@ impl FlightTimeSearch<'_> {
             .collect();
         for bracket in &open {
             for root in self.solve(bracket, watch)? {
-                if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL) {
+                if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL_FLIGHT) {
                     self.keep(&mut roots, root);
                 }
             }
@@ -215,7 +210,7 @@ impl FlightTimeSearch<'_> {
             }
         }
         // Nearer to an end than this nothing is searched: the instants cannot be told apart.
-        roots.retain(|root| root.dt.min(self.period - root.dt) >= SAME * self.period);
+        roots.retain(|root| root.dt.min(self.period - root.dt) >= SAME_FLIGHT_TIME * self.period);
         let solved = roots.len();
         roots.retain(|root| !self.is_shorter(root));
         let repeats = solved > roots.len() || (splits && self.is_alike);
@@ -241,20 +236,21 @@ impl FlightTimeSearch<'_> {
     /// Where instants of one surface meet there is no orbit to find.
     fn is_trivial(&self, bracket: &Enclosure) -> bool {
         self.meets()
-            && (bracket.high < TRIVIAL * self.period || bracket.low > (1.0 - TRIVIAL) * self.period)
+            && (bracket.high < TRIVIAL_FLIGHT * self.period
+                || bracket.low > (1.0 - TRIVIAL_FLIGHT) * self.period)
     }
 
     /// Whether a root is an orbit of half the period, gone through twice.
     fn is_shorter(&self, root: &Root) -> bool {
         self.is_alike
             && self.n_periods.is_multiple_of(2)
-            && (root.dt - 0.5 * self.period).abs() <= TRIVIAL * self.period
+            && (root.dt - 0.5 * self.period).abs() <= TRIVIAL_FLIGHT * self.period
             && self.conditions.impulses_repeat(&root.x)
     }
 
     fn keep(&self, roots: &mut Vec<Root>, root: Root) {
         let is_known = roots.iter().any(|r| {
-            (r.dt - root.dt).abs() <= SAME * self.period
+            (r.dt - root.dt).abs() <= SAME_FLIGHT_TIME * self.period
                 && (&r.x - &root.x).amax() <= 1e-6 * root.x.amax()
         });
         if !is_known {
@@ -269,7 +265,7 @@ impl FlightTimeSearch<'_> {
 
     /// Whether a flight time belongs to an undecided bracket.
     fn is_near(&self, dt: f64, bracket: &Enclosure) -> bool {
-        let slack = 8.0 * (bracket.high - bracket.low) + NEAR * self.period;
+        let slack = 8.0 * (bracket.high - bracket.low) + NEAR_FLIGHT_TIME * self.period;
         dt > 0.0 && dt < self.period && dt >= bracket.low - slack && dt <= bracket.high + slack
     }
 
@@ -281,8 +277,8 @@ impl FlightTimeSearch<'_> {
         watch: &mut Watch<'_>,
     ) -> Result<Option<Root>> {
         let is_other = |dt: f64| {
-            self.is_meeting(dt, SAME)
-                || (splits && (dt - 0.5 * self.period).abs() < SAME * self.period)
+            self.is_meeting(dt, SAME_FLIGHT_TIME)
+                || (splits && (dt - 0.5 * self.period).abs() < SAME_FLIGHT_TIME * self.period)
         };
         let inside =
             |root: &Root| (bracket.low..=bracket.high).contains(&root.dt) && !is_other(root.dt);

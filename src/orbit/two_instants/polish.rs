@@ -4,14 +4,11 @@
 use crate::error::Result;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
+use crate::tolerance::{CONVERGED, NEARLY_SINGULAR};
 use nalgebra::{DMatrix, DVector};
 
 /// Newton steps.
 const ROUNDS: usize = 40;
-/// Misfit, relative to the unknowns, of a root.
-const CONVERGED: f64 = 1e-11;
-/// A smallest singular value below this, relative to the largest, leaves two starts.
-const NEARLY_SINGULAR: f64 = 1e-4;
 
 /// `matrix (x, -1) = 0` at one dt, and its derivative in dt times the unit of time.
 pub(crate) struct TwoInstantEquations {

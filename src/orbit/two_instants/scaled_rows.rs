@@ -7,9 +7,7 @@ use crate::orbit::two_instants::conditions::{Conditions, point};
 use crate::orbit::two_instants::green::{TimeCell, turned};
 use crate::orbit::two_instants::isolate::CellEnd;
 use crate::orbit::two_instants::series::{Entry, Series};
-
-/// Entries that vanish by symmetry are below this, relative to their terms.
-const SPLIT: f64 = 1e-13;
+use crate::tolerance::SPLIT_ROWS;
 
 impl Conditions<'_> {
     /// The factor by which the contact row of the first stop of the second instant repeats that of the first instant
@@ -118,7 +116,7 @@ impl Conditions<'_> {
         [1, 3].iter().all(|&row| {
             [0, 2, 3, 4]
                 .iter()
-                .all(|&c| half[row][c].c[0].abs() <= SPLIT * half[row][c].size)
+                .all(|&c| half[row][c].c[0].abs() <= SPLIT_ROWS * half[row][c].size)
         })
     }
 

@@ -4,9 +4,9 @@
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, along};
 use crate::impact::wrapped;
-use crate::linalg::rank::{self, DEPENDENT};
+use crate::linalg::rank;
 use crate::modal::Pair;
-use crate::orbit::course::Course;
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::refine::settle_speeds;
@@ -15,6 +15,7 @@ use crate::orbit::solutions::Solutions;
 use crate::orbit::two_instants::conditions::Conditions;
 use crate::orbit::two_instants::flight_time::FlightTimeSearch;
 use crate::orbit::two_instants::unseen::Unseen;
+use crate::tolerance::DEPENDENT;
 use crate::watch::Watch;
 use nalgebra::DVector;
 
@@ -167,14 +168,14 @@ fn flights(
             span: dt,
             after,
             before_next: before_later,
-            course: Course::FREE,
+            mode: ContactMode::FREE,
         },
         Flight {
             start: dt,
             span: period - dt,
             after: later,
             before_next: before_first,
-            course: Course::FREE,
+            mode: ContactMode::FREE,
         },
     ])
 }

@@ -2,7 +2,8 @@
 
 use crate::error::Result;
 use crate::linalg::rank::{self, SolutionSet};
-use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, RANK_TOL};
+use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
+use crate::tolerance::CONDITIONS_RANK;
 use nalgebra::{DMatrix, DVector};
 
 /// Units in which the conditions have entries of order one, so that neither a unit of measurement nor the rounding of a
@@ -29,7 +30,7 @@ impl Units {
             }
         }
         let b = rhs.component_mul(&self.rows);
-        let mut set = rank::solve(&a, &b, RANK_TOL)?;
+        let mut set = rank::solve(&a, &b, CONDITIONS_RANK)?;
         let scale = set.particular.norm() + b.norm().max(floor);
         set.residual = if scale > 0.0 {
             set.residual / scale

@@ -5,13 +5,9 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, Pair};
-use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, RANK_TOL};
+use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
+use crate::tolerance::{CONDITIONS_RANK, SOLVABLE, UNSEEN};
 use nalgebra::{DMatrix, DVector};
-
-/// A row's entries of a mode below this, relative to its largest, are rounding.
-const UNSEEN: f64 = 1e-13;
-/// Residual of the repetition above which there is none.
-const SOLVABLE: f64 = 1e-11;
 
 /// Such modes of a pattern.
 pub(crate) struct Unseen<'a> {
@@ -63,7 +59,7 @@ impl<'a> Unseen<'a> {
         let matrix = DMatrix::from_row_slice(2, 2, &[a, b * w, c / w, d]);
         let driven = self.driven(mode, self.period, u);
         let rhs = DVector::from_row_slice(&[driven[0] * w, driven[1]]);
-        let mut set = rank::solve(&matrix, &rhs, RANK_TOL * matrix.amax().max(1.0))?;
+        let mut set = rank::solve(&matrix, &rhs, CONDITIONS_RANK * matrix.amax().max(1.0))?;
         let force = self.scene.force[mode.0][1].norm() * self.period;
         let scale = set.particular.norm() + rhs.norm() + force;
         set.residual = if scale > 0.0 {

@@ -6,11 +6,8 @@ use crate::flow::{LinearFlow, ModalScene, along};
 use crate::modal::{Block, Form, Pair};
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
+use crate::tolerance::{CLOSING_ROUNDING, FLIGHTS_CLOSED};
 
-/// What an orbit misses its own beginning by, relative to its size, at the most: 1e-9 in any norm.
-const CLOSED: f64 = 3e-10;
-/// Rounding of a motion that grows, in units of its growth over a flight.
-const ROUNDING: f64 = 1e3 * f64::EPSILON;
 /// Part of the elastic speed, that of the same strain in free vibration, to which a velocity is known: of a motion near rest
 /// nothing is left but the rounding of its strain.
 const SLOW: f64 = 1e-4;
@@ -102,15 +99,15 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
     }
 
     /// Puts what a flight comes to after some time into `self.end`.
-    fn carry(&mut self, phase: f64, flight: &Flight, span: f64) {
+    fn propagate(&mut self, phase: f64, flight: &Flight, span: f64) {
         if span != self.span {
             self.flow.prepare(span, &mut self.propagator);
             self.span = span;
         }
         let angle = self.scene.frequency * flight.start + phase;
-        self.flow.enter(&flight.after, angle, &mut self.state);
+        self.flow.from_modal(&flight.after, angle, &mut self.state);
         self.flow.advance(&self.propagator, &mut self.state);
-        self.flow.leave(&self.state, &mut self.end);
+        self.flow.to_modal_pairs(&self.state, &mut self.end);
     }
 
     /// By how much the flights miss their ends, and the contacts their stops, relative to the size of the motion; of free
@@ -118,7 +115,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
     fn misfit(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
         let (mut missed, mut motion) = (Size::default(), Size::default());
         for flight in flights {
-            self.carry(phase, flight, flight.span);
+            self.propagate(phase, flight, flight.span);
             for (end, expected) in self.end.iter_mut().zip(&flight.before_next) {
                 *end = [end[0] - expected[0], end[1] - expected[1]];
             }
@@ -134,13 +131,13 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
         }
         missed.position = missed.position.max(self.gap(pattern, flights));
         let misfit = missed.relative_to(motion);
-        if misfit <= CLOSED {
+        if misfit <= FLIGHTS_CLOSED {
             return misfit;
         }
         // At the contacts the motion may be little beside what it is elsewhere.
         for flight in flights {
             for i in 1..POINTS {
-                self.carry(phase, flight, flight.span * i as f64 / POINTS as f64);
+                self.propagate(phase, flight, flight.span * i as f64 / POINTS as f64);
                 motion = motion.max(Size::of(self.scene, &self.end));
             }
         }
@@ -170,9 +167,9 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
 
 /// Whether a misfit is one of rounding, for flights of the given spans.
 fn is_closed(scene: &ModalScene, flights: &[Flight], misfit: f64) -> bool {
-    if misfit <= CLOSED {
+    if misfit <= FLIGHTS_CLOSED {
         return true;
     }
     let span: f64 = flights.iter().map(|f| f.span).sum();
-    misfit <= ROUNDING * (scene.form.fastest_growth() * span).exp()
+    misfit <= CLOSING_ROUNDING * (scene.form.fastest_growth() * span).exp()
 }

@@ -1,19 +1,18 @@
 //! What the rules of contact say along flights that are integrated (theory 5, 6).
 
-use crate::contact::polynomial::{Along, EndValues, Judgement, Quintic};
+use crate::contact::first_root::FirstRoot;
+use crate::contact::polynomial::{EndValues, Judgement, Quintic};
 use crate::error::Result;
 use crate::hybrid::{IntegratedMaps, OrbitStep, SegmentKind};
 use crate::impact::Impact;
 use crate::model::are_coupled;
-use crate::orbit::course::{Course, struck};
+use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::judge::judge_impacts;
 use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
-
-/// Margin within which a gap counts as touching, relative to the motion's size: what the flights are known to.
-const MARGIN: f64 = 1e-10;
+use crate::tolerance::INTEGRATED_MARGIN;
 
 /// Judges flights that are integrated.
 pub(crate) struct IntegratedJudge<'a> {
@@ -25,7 +24,7 @@ impl IntegratedJudge<'_> {
     pub fn admissibility(
         &self,
         flights: &[(f64, Vec<OrbitStep>)],
-        courses: &[Course],
+        modes_of_contact: &[ContactMode],
         pattern: &[Vec<usize>],
         impacts: &[Impact],
         rate: f64,
@@ -34,25 +33,29 @@ impl IntegratedJudge<'_> {
         let sizes: Vec<f64> = (0..self.maps.contacts.len())
             .map(|stop| self.size(stop, flights))
             .collect::<Result<_>>()?;
-        judge_impacts(impacts, |stop| MARGIN * sizes[stop] * rate, &mut found);
+        judge_impacts(
+            impacts,
+            |stop| INTEGRATED_MARGIN * sizes[stop] * rate,
+            &mut found,
+        );
         let mut instants = pattern.iter();
-        for ((start, steps), course) in flights.iter().zip(courses) {
-            let next = if course.is_struck {
+        for ((start, steps), mode) in flights.iter().zip(modes_of_contact) {
+            let next = if mode.is_struck {
                 instants.next()
             } else {
                 None
             };
             let begins: &[usize] = next.map_or(&[], |instant| instant);
-            if course.kind == SegmentKind::Chatter {
+            if mode.kind == SegmentKind::Chatter {
                 continue;
             }
-            self.search_forces(course.held(), *start, steps, &mut found)?;
+            self.search_forces(mode.held(), *start, steps, &mut found)?;
             for (stop, &size) in sizes.iter().enumerate() {
-                let order = match course.released {
+                let order = match mode.released {
                     Some(released) if released == stop => 3,
                     _ => usize::from(begins.contains(&stop)),
                 };
-                let (held, margin) = (course.held(), MARGIN * size);
+                let (held, margin) = (mode.held(), INTEGRATED_MARGIN * size);
                 if !held.contains(&stop) && !self.is_low_bounce(steps, stop, margin)? {
                     self.search((*start, steps), (stop, order), held, margin, &mut found)?;
                 }
@@ -101,14 +104,14 @@ impl IntegratedJudge<'_> {
                 .iter()
                 .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k])))
                 .collect();
-            judge_force(stop, &of_stop, MARGIN, found);
+            judge_force(stop, &of_stop, INTEGRATED_MARGIN, found);
         }
         Ok(())
     }
 
     /// Whether an impact on one of two stops changes the normal velocity at the other, at an instant that hits both.
     pub fn is_coupled(&self, a: usize, b: usize, flights: &[Flight], pattern: &Pattern) -> bool {
-        let starts = struck(flights.iter().map(|flight| &flight.course));
+        let starts = struck(flights.iter().map(|flight| &flight.mode));
         let hits = pattern.instants().iter().zip(starts);
         let mut both = hits.filter(|(instant, _)| instant.contains(&a) && instant.contains(&b));
         both.any(|(_, k)| {
@@ -171,7 +174,7 @@ impl IntegratedJudge<'_> {
             let mut touches = Vec::new();
             let along = quintic.first_contact(order, judged, &mut touches);
             let (x, depth) = quintic.lowest();
-            if along != Along::Clear && depth > margin {
+            if along != FirstRoot::None && depth > margin {
                 found.keep_worst(Breach {
                     stop,
                     time: t + x * step.h,

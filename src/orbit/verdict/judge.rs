@@ -1,8 +1,9 @@
 //! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
 //! time, by a search that proves what it passes over.
 
-use crate::contact::walk::{Effort, PropagatorLevels, check_flight};
+use crate::contact::walk::{PropagatorLevels, Sought, StopDepth, check_flight};
 use crate::error::Result;
+use crate::flow::FlowRows;
 use crate::flow::{
     ConstrainedMotion, GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow,
 };
@@ -14,13 +15,10 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
+use crate::tolerance::ORBIT_MARGIN;
 use crate::watch::Watch;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-
-/// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
-/// orbit's position, with room to spare.
-const MARGIN: f64 = 2e-13;
 
 /// Judges the orbits of one scene; made once for all of them.
 pub(crate) struct Judge<'a> {
@@ -65,7 +63,7 @@ impl<'a> Judge<'a> {
         impacts: &[Impact],
         watch: &mut Watch<'_>,
     ) -> Result<Admissibility> {
-        self.with_effort(Effort::FULL, phase, flights, impacts, watch)
+        self.with_effort(StopDepth::FULL, phase, flights, impacts, watch)
     }
 
     /// Judges an orbit with lasting contact, given the motions while stops are held: the contact forces too, and the flights
@@ -95,12 +93,12 @@ impl<'a> Judge<'a> {
         };
         let free = flights
             .iter()
-            .filter(|flight| flight.course.kind == SegmentKind::Flight);
+            .filter(|flight| flight.mode.kind == SegmentKind::Flight);
         with_flow!(&self.flow, f => {
             for flight in free {
                 let angle = scene.frequency * flight.start + phase;
                 let mut entered = Vec::new();
-                f.enter(&flight.after, angle, &mut entered);
+                f.from_modal(&flight.after, angle, &mut entered);
                 for (stop, row) in self.gaps.iter().enumerate() {
                     let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
                     if is_low_bounce(start, end, flight.span, margins[stop]) {
@@ -109,7 +107,7 @@ impl<'a> Judge<'a> {
                     let stretch = SearchSpan {
                         span: flight.span,
                         margin: margins[stop],
-                        is_released: flight.course.released == Some(stop),
+                        is_released: flight.mode.released == Some(stop),
                     };
                     let mut state = entered.clone();
                     let (skipped, check) = search_stretch(f, row, &mut state, stretch, watch)?;
@@ -117,14 +115,14 @@ impl<'a> Judge<'a> {
                 }
             }
         });
-        search_held(held, scene, &margins, phase, flights, &mut found, watch)?;
+        search_held(held, (scene, phase), &margins, flights, &mut found, watch)?;
         Ok(found)
     }
 
     /// The same, but content with less about a violation.
     pub fn with_effort(
         &mut self,
-        effort: Effort,
+        effort: StopDepth,
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
@@ -137,9 +135,9 @@ impl<'a> Judge<'a> {
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         with_flow!(&self.flow, f => {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
-                f.enter(&flight.after, scene.frequency * flight.start + phase, state);
+                f.from_modal(&flight.after, scene.frequency * flight.start + phase, state);
             };
-            search(f, &self.gaps, (&margins, effort), flights, start, &mut found, watch)?;
+            search(f, (&self.gaps, &margins, effort), flights, start, &mut found, watch)?;
         });
         Ok(found)
     }
@@ -183,8 +181,7 @@ pub(in crate::orbit) fn judge_impacts(
 /// Searches every flight for every stop along a flow, on which `start` puts the state of a flight.
 fn search<F: LinearFlow>(
     flow: &F,
-    gaps: &[GapRow],
-    (margins, effort): (&[f64], Effort),
+    (gaps, margins, effort): (&[GapRow], &[f64], StopDepth),
     flights: &[Flight],
     start: impl Fn(&Flight, &mut Vec<Pair>),
     found: &mut Admissibility,
@@ -201,15 +198,12 @@ fn search<F: LinearFlow>(
                 return Ok(());
             }
             start(flight, &mut state);
-            let check = check_flight(
-                flow,
-                &mut levels,
-                gap,
-                &mut state,
-                flight.span,
-                (margin, effort),
-                watch,
-            )?;
+            let sought = Sought {
+                span: flight.span,
+                margin,
+                effort,
+            };
+            let check = check_flight(flow, &mut levels, gap, &mut state, sought, watch)?;
             watch.work(state.len())?;
             found.note(stop, flight.start, &check);
         }
@@ -234,7 +228,7 @@ fn margins<'s>(
 ) -> Vec<f64> {
     let stops = 0..scene.n_stops();
     stops
-        .map(|stop| MARGIN * motion_size(scene, stop, rate, states.clone()))
+        .map(|stop| ORBIT_MARGIN * motion_size(scene, stop, rate, states.clone()))
         .collect()
 }
 

@@ -2,47 +2,42 @@
 //! whose extremum is a maximum and no touch.
 
 use crate::contact::polynomial::Quartic;
-use crate::contact::walk::{Effort, FlightCheck, PropagatorLevels, check_flight};
+use crate::contact::walk::{FlightCheck, PropagatorLevels, Sought, StopDepth, check_flight};
 use crate::error::Result;
+use crate::flow::FlowRows;
 use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
+use crate::tolerance::{FORCE_MARGIN, LOW_BOUNCE};
 use crate::watch::Watch;
 use std::sync::Arc;
-
-/// Margin of a contact force, relative to the size of its terms: at a release it is zero to what the orbit closes to.
-const FORCE_MARGIN: f64 = 1e-10;
-
-/// Margins within which a flight between two contacts is a low one; a search that starts on the stop cannot tell it from a touch.
-const LOW: f64 = 100.0;
 
 /// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap and
 /// opening speed at both ends.
 pub(crate) fn is_low_bounce(start: [f64; 2], end: [f64; 2], span: f64, margin: f64) -> bool {
     let at_stop = start[0].abs() <= margin && end[0].abs() <= margin;
-    at_stop && start[1] > 0.0 && end[1] < 0.0 && start[1] * span < LOW * margin
+    at_stop && start[1] > 0.0 && end[1] < 0.0 && start[1] * span < LOW_BOUNCE * margin
 }
 
 /// Searches the flights of a linear scene in which stops are held: their contact forces, and the gaps of the other stops.
 pub(crate) fn search_held(
     held: &[Arc<ConstrainedMotion>],
-    scene: &ModalScene,
+    (scene, phase): (&ModalScene, f64),
     margins: &[f64],
-    phase: f64,
     flights: &[Flight],
     found: &mut Admissibility,
     watch: &mut Watch<'_>,
 ) -> Result<()> {
     for flight in flights {
-        let course = &flight.course;
-        let known = held.iter().find(|motion| motion.stops == course.held());
+        let mode = &flight.mode;
+        let known = held.iter().find(|motion| motion.stops == mode.held());
         let Some(motion) = known else { continue };
         let (q, v) = scene.form.to_physical(&flight.after);
         let angle = scene.frequency * flight.start + phase;
         with_flow!(&motion.flow, f => {
             let mut entered = Vec::new();
-            f.enter(&motion.reduce(&q, &v), angle, &mut entered);
+            f.from_modal(&motion.reduce(&q, &v), angle, &mut entered);
             let forces = motion.stops.iter().zip(&motion.forces);
             for (&stop, force) in forces {
                 let row = f.gap_row(force);
@@ -59,7 +54,7 @@ pub(crate) fn search_held(
             }
             for (stop, gap) in motion.gaps.iter().enumerate() {
                 let Some(gap) = gap else { continue };
-                let is_released = course.released == Some(stop);
+                let is_released = mode.released == Some(stop);
                 let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
                 let row = f.gap_row(gap);
                 let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
@@ -106,8 +101,12 @@ pub(crate) fn search_stretch<F: LinearFlow>(
         }
     }
     let mut levels = PropagatorLevels::new(flow);
-    let judged = (margin, Effort::FULL);
-    let check = check_flight(flow, &mut levels, row, state, span - skipped, judged, watch)?;
+    let sought = Sought {
+        span: span - skipped,
+        margin,
+        effort: StopDepth::FULL,
+    };
+    let check = check_flight(flow, &mut levels, row, state, sought, watch)?;
     Ok((skipped, check))
 }
 

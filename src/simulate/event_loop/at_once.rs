@@ -1,7 +1,6 @@
 //! Stops to which something happens again and again at one instant.
 
-/// Times less apart than this part of them are one instant.
-const INSTANT: f64 = 1e-12;
+use crate::tolerance::INSTANT;
 
 /// The stops to which it happened, each as often as it did, at the instant at which it happened last.
 #[derive(Debug, Default)]

@@ -2,7 +2,8 @@
 
 use crate::error::Result;
 use crate::impact::{Release, contact_forces};
-use crate::linalg::rank::{self, DEPENDENT};
+use crate::linalg::rank;
+use crate::tolerance::DEPENDENT;
 use nalgebra::{DMatrix, DVector};
 
 /// Stops at rest in contact.
@@ -107,9 +108,9 @@ pub(super) fn carriers(
         }
         carrying.idle.push(shares.remove(first).0);
         // Who carries nothing may be needed where another is not.
-        let (carry, idle) = (shares.into_iter())
+        let (carrying_all, idle) = (shares.into_iter())
             .partition(|&(i, share): &(usize, f64)| delassus[(i, i)] * share > nothing);
-        shares = carry;
+        shares = carrying_all;
         carrying.idle.extend(idle.into_iter().map(|(i, _)| i));
     }
     carrying.held = shares.into_iter().map(|(i, _)| i).collect();

@@ -3,25 +3,20 @@
 
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
-use super::{EventLoop, Resolved, TIME_ROUNDING, Unresolved, least_speed};
+use super::{EventLoop, Resolved, Unresolved, least_speed};
 use crate::contact::next::LATE;
-use crate::contact::walk::ROUNDING;
+
 use crate::error::Result;
 use crate::hybrid::{GapState, HybridSystem};
 use crate::impact::{ContactForce, Release, contact_forces};
-use crate::linalg::rank::DEPENDENT;
+
+use crate::tolerance::{DEPENDENT, FACING, GAP_ROUNDING, RELEASED, TIME_ROUNDING};
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
-
-/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
-const RELEASED: f64 = 1e-9;
 
 /// Times that a stop is let go at one instant before the law of the forces as they are decides, or that it opens late and is back at
 /// once before it is held.
 const MOST_AT_ONCE: usize = 2;
-
-/// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
-const FACING: f64 = 4.0;
 
 impl EventLoop {
     /// What each stop in contact does next: it opens with a root of some order, or it is held.
@@ -354,7 +349,9 @@ impl EventLoop {
             let jerk = system.gap(stops[i]).jerk.unwrap_or(0.0);
             self.acceleration_unknown(system, (stops[i], jerk), sizes[i])
         };
-        let slack = DVector::from_fn(stops.len(), |i, _| unknown(i).max(ROUNDING * pulls.amax()));
+        let slack = DVector::from_fn(stops.len(), |i, _| {
+            unknown(i).max(GAP_ROUNDING * pulls.amax())
+        });
         contact_forces(delassus, &pulls, &slack).ok()
     }
 
@@ -401,6 +398,6 @@ impl EventLoop {
             .departure
             .map_or(0.0, |then| then.until(system.clock()));
         let by_time = TIME_ROUNDING * flight * jerk.abs();
-        ROUNDING * size + system.acceleration_lost(stop) + by_time
+        GAP_ROUNDING * size + system.acceleration_lost(stop) + by_time
     }
 }

@@ -1,7 +1,7 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9).
 
-use super::{EventLoop, RATIO_TOL, Resolved, Unresolved, least_speed};
-use crate::contact::walk::ROUNDING;
+use super::{EventLoop, Resolved, Unresolved, least_speed};
+
 use crate::error::Result;
 use crate::hybrid::{HybridSystem, NormalImpact};
 use crate::impact::{Impact, resolve_impacts};
@@ -9,15 +9,12 @@ use crate::model::impulses_of;
 use crate::quantity::positive_part;
 use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
+use crate::tolerance::{AGREED, GAP_ROUNDING, IMPULSE_ROUNDING, RATIO_TOL};
 use nalgebra::{DMatrix, DVector};
 
 /// Rounding of a speed, relative to that of a fall as far as the motion goes.
-const SPEED_ROUNDING: f64 = 10.0 * ROUNDING;
+const SPEED_ROUNDING: f64 = 10.0 * GAP_ROUNDING;
 
-/// Impulses of so small a part of the largest at one instant are rounding.
-const IMPULSE_ROUNDING: f64 = 1e-12;
-/// Part of a speed by which an impact's row and the motion after it may differ.
-const AGREED: f64 = 1e-9;
 /// Impacts of whose rounding the next ones are told apart by nothing.
 const FEW: usize = 100;
 
@@ -107,10 +104,10 @@ impl EventLoop {
             let flight = self.departure.map(|then| then.until(system.clock()));
             let is_fed = || {
                 let fall = 2.0 * e * before / pull;
-                is_low(before, ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
+                is_low(before, GAP_ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
             };
             let rounding = if is_regular || is_fed() {
-                ROUNDING
+                GAP_ROUNDING
             } else {
                 SPEED_ROUNDING.powi(2)
             };
@@ -157,7 +154,7 @@ impl EventLoop {
             }
             let state = system.gap(stop);
             let pull = -self.drawn(system, (stop, state), &rest)?;
-            if self.is_low((stop, state.speed), pull, ROUNDING) {
+            if self.is_low((stop, state.speed), pull, GAP_ROUNDING) {
                 self.still.push(stop);
             }
         }
@@ -253,7 +250,7 @@ fn agree<Y: HybridSystem + ?Sized>(
     let least = |&stop: &usize| least_speed(system, stop, system.gap(stop));
     let least = touching.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
     let earlier = before.iter().rev().take(FEW).map(|impact| impact.approach);
-    let least = least.max(ROUNDING * earlier.fold(0.0, f64::max));
+    let least = least.max(GAP_ROUNDING * earlier.fold(0.0, f64::max));
     // The forcing's part of a speed is known to the rounding of the time.
     let stops: Vec<usize> = impacts.iter().map(|impact| impact.stop).collect();
     let pulls = system.acceleration_sizes(&stops).unwrap_or_default();

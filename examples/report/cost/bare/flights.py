@@ -7,7 +7,7 @@ from report.cost.bare.change import NEVER, Change
 SCENE, BLOCK = "src/flow/scene_flow.rs", "src/flow/block.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
 LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/settle", "/strike"))
-EXACT, KEEP, NEXT = "src/simulate/exact.rs", "src/simulate/exact/keep.rs", "src/contact/next.rs"
+EXACT, KEEP, NEXT = "src/hybrid/closed_form/system.rs", "src/hybrid/closed_form/arcs.rs", "src/contact/next.rs"
 
 # One type of flow, without inputs.
 INPUTS = (
@@ -68,7 +68,7 @@ SEVERAL = (
         "        let stops = 0..scene.n_stops();",
         "        assert!(scene.n_stops() == 1);\n        let stops = 0..scene.n_stops();",
     ),
-    Change(STRIKE, " self.is_coupled(mover) {", " false {"),
+    Change(STRIKE, " self.is_coupled(system) {", " false {"),
     Change(
         NEXT,
         "        for _ in 1..self.gaps.len() {",
@@ -82,12 +82,12 @@ SEVERAL = (
 REST = (
     Change(
         LOOP,
-        "            return self.accumulate(mover, reached, t_end, record);",
+        "            return self.accumulate(system, reached, t_end, record);",
         f"            {NEVER};",
     ),
     Change(
         LOOP,
-        "            return self.come_to_rest(mover, record);",
+        "            return self.come_to_rest(system, record);",
         f"            {NEVER};",
     ),
     Change(
@@ -99,27 +99,27 @@ REST = (
     ),
     Change(
         LOOP,
-        "            Arrival::Release { stop } => match self.struck_beside(mover) {",
+        "            Arrival::Release { stop } => match self.struck_beside(system) {",
         f"            Arrival::Release {{ .. }} => {NEVER},\n",
         "        };\n        // A chatter that",
     ),
-    Change(EXACT, "        if let Some(motion) = &self.holding {", "", "        self.grazed.clear();\n        let next"),
+    Change(EXACT, "        if let Some(motion) = &self.holding {", "", "        self.grazed.clear();\n        let FirstEvent"),
     Change(EXACT, "        self.holding = Some(motion);", f"        {NEVER};"),
 )
 
 # Nothing is kept but the state.
 KEPT = (
-    Change(KEEP, "        if record.keep != Keep::Final {", "", "    }\n\n    /// Keeps the rest of impacts"),
+    Change(KEEP, "        let wanted = recorder.wanted();\n        if wanted.events {", "", "    }\n\n    /// Records the rest of impacts"),
     Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Whether the motion leaves"),
 )
 
 # Nobody is asked whether to go on.
 WATCH = (
     Change(LOOP, "            watch.work(work)?;\n", ""),
-    Change(NEXT, "            if made.is_some_and(", "", "            if self.level == first_level {"),
+    Change(NEXT, "            if let Some(work) = made {", "", "            if self.level == first_level {"),
     Change(
         NEXT,
-        "                if watch.work(STEPS_PER_LOOK * self.state.len()).is_err() {",
+        "                watch.work(STEPS_PER_LOOK * self.state.len())?;",
         "",
         "                self.leave_out();",
     ),
@@ -134,8 +134,8 @@ APART = tuple(
         (NEXT, "    ", "    fn polish("),
         (NEXT, "    ", "    pub fn arrive("),
         (NEXT, "", "fn newton_step("),
-        (EXACT, "    ", "    fn fly(\n"),
-        (KEEP, "    ", "    pub(super) fn keep("),
+        (EXACT, "    ", "    fn advance_to_event(\n"),
+        (KEEP, "    ", "    pub(super) fn record("),
         (BLOCK, "    ", "    fn prepare("),
         (RUN, "    ", "    pub fn run(\n"),
     )

@@ -9,20 +9,25 @@ from report.cost.bare.change import NEVER, Change
 REST = (
     *flights.REST,
     Change(
-        steps.STEPPING,
+        steps.SCENE,
         "        self.is_begun = false;\n        let held = self.held_motion();",
         f"        {NEVER}\n",
-        "    }\n\n    fn stay(",
+        "    }\n\n    pub(super) fn counts(",
     ),
 )
 KEPT = (
     *flights.KEPT,
-    Change(steps.RUNGE_KUTTA, "            if let Some(record) = &mut keeping {", "", "            self.arrive(h);"),
-    Change(steps.SERIES, "        self.keep_series(series, leg.span, is_last.then_some(last), record);", ""),
     Change(
-        steps.RUNGE_KUTTA,
-        "                let s = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;",
-        "                let s = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;\n",
+        steps.STEPS,
+        "            if is_recorded {\n                self.record(dynamics, h, is_last",
+        "",
+        "            self.arrive(h);\n            self.advance_gaps",
+    ),
+    Change(steps.SERIES, "        system.record_series(series, step.span, is_last.then_some(last), recorder);", ""),
+    Change(
+        steps.STEPS,
+        "                let Some(s) = landed else {\n                    break Arrival::Underflow;\n                };\n",
+        "                let Some(s) = landed else {\n                    break Arrival::Underflow;\n                };\n",
         "                self.arrive(s);",
     ),
 )
@@ -30,10 +35,10 @@ WATCH = (
     *flights.WATCH,
     *steps.WATCH,
     Change(
-        steps.RUNGE_KUTTA,
+        steps.STEPS,
         "            steps.begin()?;\n            let (h, next, is_last) =",
         "            let (h, next, is_last) =",
     ),
-    Change(steps.SERIES, "                steps.begin()?;\n                let arrival =", "                let arrival ="),
+    Change(steps.SERIES, "            steps.begin()?;\n            let arrival =", "            let arrival ="),
 )
 APART = (*flights.APART, *steps.APART)

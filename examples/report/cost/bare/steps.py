@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from report.cost.bare.change import NEVER, Change
 
-STEPPING, RUNGE_KUTTA, SERIES = (
-    "src/simulate/stepping.rs",
-    "src/simulate/stepping/runge_kutta.rs",
-    "src/simulate/stepping/series.rs",
+SCENE, STEPS, SERIES = (
+    "src/hybrid/integrated/scene.rs",
+    "src/hybrid/integrated/steps.rs",
+    "src/hybrid/integrated/series.rs",
 )
-DYNAMICS, LINEAR, STEPPER = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/flow/runge_kutta.rs"
-RUN = "src/simulate/run.rs"
+DYNAMICS, LINEAR, MOMENT = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/model/moment.rs"
+METHOD = "src/simulate/method.rs"
 TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
 
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
-    Change(STEPPER, "        angle: at.angle + frequency * s,", "        angle: 0.0,"),
+    Change(MOMENT, "            angle: self.angle + self.frequency * span,", "            angle: 0.0,"),
     *(
         Change(
             LINEAR,
@@ -25,10 +25,10 @@ INPUTS = (
         for kind in ("Driven", "DampedDriven")
     ),
     Change(
-        RUN,
-        "            SceneMotion::DrivenDoublePendulum(motion) => {",
-        f"            SceneMotion::DrivenDoublePendulum(_) => {NEVER},\n",
-        "            SceneMotion::Chain(motion) => {",
+        METHOD,
+        "            (None, SceneMotion::DrivenDoublePendulum(motion)) => {",
+        f"            (None, SceneMotion::DrivenDoublePendulum(_)) => {NEVER},\n",
+        "            (None, SceneMotion::Chain(motion)) => {",
     ),
     Change(
         SERIES_OF,
@@ -59,22 +59,22 @@ DAMPING = (
 # No stop, and nothing kept but the state: flights are gone through.
 STOPS = (
     Change(
-        STEPPING,
+        SCENE,
         "        let contacts = Arc::new(contacts(scene));",
         "        assert!(scene.stops().is_empty());\n        let contacts = Arc::new(contacts(scene));",
     ),
-    Change(RUNGE_KUTTA, "        self.grazes.clear();\n        self.forget_extents();\n", f"        {NEVER}\n", "    }\n}\n"),
+    Change(STEPS, "        self.grazes.clear();\n        self.forget_extents();\n", f"        {NEVER}\n", "    }\n}\n"),
     Change(
         SERIES,
-        "            loop {\n                steps.begin()?;\n                let arrival = mover.step_on(",
-        f"            {NEVER}\n",
-        "        })\n    }\n",
+        "        loop {\n            steps.begin()?;\n            let arrival = search.step_on(",
+        f"        {NEVER}\n",
+        "    }\n\n    fn record_instant(",
     ),
 )
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(RUNGE_KUTTA, "            steps.begin()?;\n            match self.try_step(", "            match self.try_step("),
+    Change(STEPS, "            steps.begin()?;\n            match self.try_step(", "            match self.try_step("),
     Change(SERIES, "            steps.begin()?;\n            self.expand(", "            self.expand("),
 )
 

@@ -141,8 +141,8 @@ impl<S: State> Radau<S> {
 
     /// The size of the increments of the modes, in units of the tolerance.
     fn increment(&self, x: &S) -> f64 {
-        let ends = (x.slice(), self.end.slice());
-        let square = |d: &S| self.tolerance.norm(d.slice(), ends).powi(2);
+        let ends = (x, &self.end);
+        let square = |d: &S| self.tolerance.norm(d, ends).powi(2);
         (self.f.iter().map(square).sum::<f64>() / STAGES as f64).sqrt()
     }
 
@@ -178,13 +178,12 @@ impl<S: State> StepEnds<S> for Radau<S> {
 }
 
 impl<S: State> Stepper<S> for Radau<S> {
-    const NAMES: &'static [&'static str] = &["radau"];
-
     const HAS_QUINTIC: bool = false;
 
+    type Choice = ();
     type Dense = Dense<S, 3>;
 
-    fn new(n_dof: usize, tolerance: Tolerance) -> Self {
+    fn new(n_dof: usize, tolerance: Tolerance, _choice: ()) -> Self {
         let zeros = S::zeros(2 * n_dof);
         let three = || std::array::from_fn(|_| zeros.clone());
         let tolerance = coarse(tolerance);
@@ -258,7 +257,7 @@ impl<S: State> Stepper<S> for Radau<S> {
             return Ok(f64::INFINITY);
         }
         let tolerance = coarse(tolerance);
-        let size = |error: &S, end: &S| tolerance.norm(error.slice(), (x.slice(), end.slice()));
+        let size = |error: &S, end: &S| tolerance.norm(error, (x, end));
         let (system, z) = (&mut self.system, &self.z);
         estimate(system, h, &self.start_rate, z, &mut self.error);
         let mut error = size(&self.error, &self.end);

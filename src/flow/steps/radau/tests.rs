@@ -102,7 +102,7 @@ fn start<S>(time: f64, x: &S) -> StepStart<'_, S> {
 
 /// A stepper at a start.
 fn begun<S: State>(motion: &impl Dynamics, x: &S, relative: f64) -> Radau<S> {
-    let mut radau = Radau::new(motion.n_dof(), tolerance(relative));
+    let mut radau = Radau::new(motion.n_dof(), tolerance(relative), ());
     radau.begin(motion, start(0.0, x)).expect("a rate");
     radau
 }
@@ -181,7 +181,7 @@ fn radau_run<S: State>(
     relative: f64,
 ) -> (Outcome<S>, Radau<S>) {
     let tolerance = tolerance(relative);
-    let mut radau = Radau::new(motion.n_dof(), tolerance);
+    let mut radau = Radau::new(motion.n_dof(), tolerance, ());
     let run = integrate(&mut radau, motion, x, end, tolerance);
     (run, radau)
 }
@@ -309,7 +309,7 @@ fn a_stiffness_of_1e12_beside_a_soft_motion_costs_nothing() {
     let one = single(|t: f64, q: f64, _| -q.sin() + 0.3 * t.cos());
     let tight = tolerance(1e-13);
     let exact = integrate(
-        &mut DormandPrince::new(1, tight),
+        &mut DormandPrince::new(1, tight, ()),
         &one,
         &[1.0, 0.0],
         10.0,
@@ -392,7 +392,7 @@ fn a_wrong_jacobian_is_slow_or_fails_but_is_never_wrong() {
             let (mut a, mut b) = (begun(&wrong, &x, 1e-6), begun(&right, &x, 1e-8));
             if try_step(&mut b, &right, at, h) && try_step(&mut a, &wrong, at, h) {
                 taken += 1;
-                let apart: Vec<f64> = a.end.iter().zip(b.end).map(|(a, b)| a - b).collect();
+                let apart: [f64; 2] = std::array::from_fn(|i| a.end[i] - b.end[i]);
                 let error = a.tolerance.norm(&apart, (&x, &a.end));
                 assert!(error < 0.1, "{factor} {x:?} {h} {error}");
             }
@@ -568,7 +568,7 @@ fn a_step_taken_again_is_the_step_taken_at_once() {
     let at = start(0.03, &x);
     for h in [2e-2, 1.3e-2, 1.21e-2, 1.2105e-2, 1e-5] {
         assert!(try_step(&mut radau, &motion, at, h));
-        let mut fresh = Radau::new(1, tolerance(1e-9));
+        let mut fresh = Radau::new(1, tolerance(1e-9), ());
         fresh.begin(&motion, at).expect("a rate");
         assert!(try_step(&mut fresh, &motion, at, h));
         assert!(apart(radau.end(), fresh.end()) < 1e-9, "{h}");
@@ -597,7 +597,7 @@ fn a_new_beginning_forgets_all() {
         let mut radau = begun(&motion, &[1.0, 0.0], 1e-8);
         equal_steps(&mut radau, &motion, &[1.0, 0.0], 0.1, 3);
         radau.n_rhs = 0;
-        let mut fresh = Radau::new(1, tolerance(1e-8));
+        let mut fresh = Radau::new(1, tolerance(1e-8), ());
         let motion = single(|_, q, _| a * q);
         for stepper in [&mut radau, &mut fresh] {
             stepper.begin(&motion, start(0.0, &x)).expect("a rate");
@@ -666,7 +666,7 @@ fn a_stiff_oscillator_takes_hundreds_of_steps() {
     let (run, _) = radau_run(&many, &[2.0, 0.0], 20.0, 1e-6);
     let tight = tolerance(1e-9);
     let exact = integrate(
-        &mut DormandPrince::new(1, tight),
+        &mut DormandPrince::new(1, tight, ()),
         &many,
         &[2.0, 0.0],
         20.0,

@@ -1,4 +1,4 @@
-//! The course of an orbit: what happens at its instants, and what is held between them (theory 9).
+//! What happens at the instants of an orbit, and what is in contact between them (theory 9).
 
 use crate::hybrid::SegmentKind;
 
@@ -17,14 +17,14 @@ pub(crate) enum Event {
 
 /// An instant and the stops held from it to the next one.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Leg {
+pub(crate) struct ContactStage {
     pub event: Event,
     pub held: Vec<usize>,
 }
 
 /// What one flight of an orbit is.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Course {
+pub(crate) struct ContactMode {
     /// Free, in lasting contact, or the rest of impacts that accumulate.
     pub kind: SegmentKind,
     /// The stops in contact, in ascending order.
@@ -35,7 +35,7 @@ pub(crate) struct Course {
     pub released: Option<usize>,
 }
 
-impl Course {
+impl ContactMode {
     /// Free motion after an instant of the pattern.
     pub const FREE: Self = Self {
         kind: SegmentKind::Flight,
@@ -56,10 +56,10 @@ impl Course {
 
 /// The number of the flight that begins with each instant.
 pub(crate) fn struck<'a>(
-    courses: impl Iterator<Item = &'a Course> + 'a,
+    modes_of_contact: impl Iterator<Item = &'a ContactMode> + 'a,
 ) -> impl Iterator<Item = usize> + 'a {
-    courses
+    modes_of_contact
         .enumerate()
-        .filter(|(_, course)| course.is_struck)
+        .filter(|(_, mode)| mode.is_struck)
         .map(|(k, _)| k)
 }

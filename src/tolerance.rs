@@ -1,0 +1,185 @@
+//! Every rounding, margin and threshold that decides an outcome, once, with its unit and its reason. Bounds on work (iterations, steps)
+//! and the parts of an algorithm stand where they are used.
+
+// --- Rounding of what is computed, in parts of the size of its terms unless something else is said.
+
+/// Rounding of a gap, relative to the size of its terms.
+pub(crate) const GAP_ROUNDING: f64 = 1e-14;
+/// Rounding of a gap relative to the size of its terms (theory 8).
+pub(crate) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
+/// The same relative to the sum of the sizes of all parts of the motion in it, where the rows are as good.
+pub(crate) const SUM_ROUNDINGS: f64 = 4.0 * f64::EPSILON;
+/// What is left of terms of a sum below this part of their sizes is rounding.
+pub(crate) const CANCELLED: f64 = 1e-14;
+/// Rounding of the terms of a gap where its state was taken from a position.
+pub(crate) const PLACED_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Rounding of a gap or a speed at the start.
+pub(crate) const GIVEN_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Rounding of the time of a flight, in which a gap moves on by its speed.
+pub(crate) const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Impulses of so small a part of the largest at one instant are rounding.
+pub(crate) const IMPULSE_ROUNDING: f64 = 1e-12;
+/// Rounding of a sum of a few products, relative to the size of its terms.
+pub(crate) const IMPACT_ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// Rounding of a sum, relative to its terms, and of the angle between opposite normals.
+pub(crate) const ROOM_ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// A value of a search by values this small, where they are of order one, is rounding.
+pub(crate) const VALUE_ROUNDING: f64 = 1e-13;
+/// The ends of neighbouring cells are one place but for this part of the ends of the interval.
+pub(crate) const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
+/// Rounding of a motion that grows, in units of its growth over a flight.
+pub(crate) const CLOSING_ROUNDING: f64 = 1e3 * f64::EPSILON;
+/// Rounding of a determinant, relative to the sum of its products' sizes.
+pub(crate) const FLIGHT_TIME_ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Rounding up to which planes are at one place.
+pub(crate) const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+/// Units in the last place by which the entries of a matrix that was assembled from few parts are off.
+pub(crate) const ENTRY_ROUNDINGS: f64 = 4.0;
+
+// --- Dependence, rank and symmetry of matrices and directions.
+
+/// Singular values below this part of the largest entry of a matrix of directions, or of their products, are zero: the
+/// directions depend on each other.
+pub(crate) const DEPENDENT: f64 = 1e-12;
+/// Pivots up to this, relative to the scaled matrix, are rounding: its columns are dependent.
+pub(crate) const DEPENDENT_ACTIVE: f64 = 1e-14;
+/// Ratios that differ by no more than this are tied.
+pub(crate) const TIE_TOL: f64 = 1e-12;
+/// Relative asymmetry up to which a matrix counts as symmetric.
+pub(crate) const SYMMETRY_TOL: f64 = 1e-12;
+/// Where no pivot of a Delassus matrix is below this part of the largest, elimination is as good as singular values, and leaves
+/// alone what does not depend on the rest.
+pub(crate) const SAFE_PIVOT: f64 = 1e-8;
+/// A product of a reaction direction and a free direction below this, relative to both, is zero.
+pub(crate) const ORTHOGONAL_TOL: f64 = 1e-12;
+/// Relative deviation of a given recovery matrix that counts as rounding.
+pub(crate) const AUDIT_TOL: f64 = 1e-9;
+
+// --- Modes and flows.
+
+/// Off-diagonal entries of the modal damping below this, relative to its largest entry, are rounding.
+pub(crate) const PROPORTIONAL_TOL: f64 = 1e-12;
+/// Imaginary parts below this, relative to the largest root, are rounding.
+pub(crate) const REAL_ROOT_TOL: f64 = 1e-12;
+/// Condition number of a root above which the matrix counts as defective: the modes lose that factor of the digits, the
+/// matrix exponential does not.
+pub(crate) const DEFECTIVE_CONDITION: f64 = 1e3;
+/// Roots below this part of the largest are zero.
+pub(crate) const ZERO_ROOT: f64 = 1e-12;
+/// Roots between that and this part of the largest are a double one at zero, of a body that nothing holds, which rounding has
+/// split: their vectors are known to half the digits.
+pub(crate) const SPLIT_ZERO_ROOT: f64 = 1e-7;
+/// Real roots below this part of the largest are zero but for rounding: what moves along them stays where it is.
+pub(crate) const STANDS_STILL: f64 = 1e-14;
+/// A resonance is near where `|(i w - l_1)(i w - l_2)|` is below this times `w^2 + |l_1 l_2|`: the steady response and the
+/// free motion would cancel in more than two digits.
+pub(crate) const NEAR_RESONANCE: f64 = 1e-2;
+/// Roots below this part of the fastest are those of a rigid body, which slow forcing moves along whatever its motion is: its
+/// steady response has no scale of its own.
+pub(crate) const RIGID: f64 = 1e-9;
+/// The distance in q, in units of the coordinates, within which an equilibrium counts as the one at q = 0.
+pub(crate) const EQUILIBRIUM_TOL: f64 = 1e-12;
+/// Part of its size by which an entry of a given derivative may differ from a difference.
+pub(crate) const WRONG_JACOBIAN: f64 = 1e-3;
+/// Error of a difference, relative to the largest entry of its column.
+pub(crate) const ROUGH_JACOBIAN: f64 = 1e-6;
+
+// --- Contacts along a flight, and what happens at one instant.
+
+/// Touches nearer to each other than this part of the step are one.
+pub(crate) const SAME_TOUCH: f64 = 1e-6;
+/// The quartic through a contact force is off by no more than this, relative to the force.
+pub(crate) const FORCE_TOL: f64 = 1e-4;
+/// A contact force at zero: this small, relative to its terms.
+pub(crate) const FLAT_FORCE: f64 = 1e-12;
+/// What is left of the gap when the rest of the impacts is taken at once, relative to the motion's size: below what an orbit
+/// closes to.
+pub(crate) const CHATTER_DEPTH: f64 = 2.5e-13;
+/// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
+pub(crate) const RATIO_TOL: f64 = 0.05;
+/// What is left of accumulating impacts is up to so many times its estimate.
+pub(crate) const CHATTER_SAFETY: f64 = 4.0;
+/// A flight that rises by no more than so many roundings of the gap has lost the digits of its speed.
+pub(crate) const LOST_FLIGHT: f64 = 2.5;
+/// Flights that rise by fewer times what is left below zero are low.
+pub(crate) const MOST_SUNK: f64 = 1e4;
+/// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
+pub(crate) const MOST_LEFT: f64 = 100.0;
+/// Part of a speed by which an impact's row and the motion after it may differ.
+pub(crate) const AGREED: f64 = 1e-9;
+/// Times less apart than this part of them are one instant.
+pub(crate) const INSTANT: f64 = 1e-12;
+/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
+pub(crate) const RELEASED: f64 = 1e-9;
+/// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
+pub(crate) const FACING: f64 = 4.0;
+
+// --- Orbits.
+
+/// How far from the unit circle a single point may be and count as on it: rounding alone.
+pub(crate) const ON_CIRCLE: f64 = 1e-12;
+/// The same for a double root, a fold: below the 1e-12 that must still be told apart.
+pub(crate) const AT_FOLD: f64 = 8.0 * f64::EPSILON;
+/// Least part of the direction that moves the phase.
+pub(crate) const CLEAR_DIRECTION: f64 = 1e-6;
+/// Least singular value of the two rows, in units of order one, below which the decomposition decides instead; far
+/// above the tolerance of the rank.
+pub(crate) const CLEAR_RANK: f64 = 1e-4;
+/// Residual of the conditions, each in units of its own terms, up to which they agree.
+pub(crate) const CONSISTENT: f64 = 1e-11;
+/// Singular values of the periodic conditions below this, relative to the largest, are zero (theory 5).
+pub(crate) const CONDITIONS_RANK: f64 = 1e-10;
+/// A mode whose `det(I - e^{A T})` is below this, relative to its size, keeps its two unknowns.
+pub(crate) const RETAIN_BELOW: f64 = 1e-4;
+/// Misfit, relative to the unknowns, of a root.
+pub(crate) const CONVERGED: f64 = 1e-11;
+/// A smallest singular value below this, relative to the largest, leaves two starts.
+pub(crate) const NEARLY_SINGULAR: f64 = 1e-4;
+/// How far from an undecided stretch its roots may be, relative to T.
+pub(crate) const NEAR_FLIGHT_TIME: f64 = 1e-8;
+/// Two roots this close, relative to T, and in phase, are one.
+pub(crate) const SAME_FLIGHT_TIME: f64 = 1e-9;
+/// Misfit of further contacts, relative to the unknowns, up to which stops are hit together.
+pub(crate) const TOGETHER: f64 = 1e-9;
+/// A flight time this close to a trivial one, relative to T, is that one: far below, rounding rules.
+pub(crate) const TRIVIAL_FLIGHT: f64 = 1e-6;
+/// Part of the range that may stay undecided before the outcome says so first.
+pub(crate) const UNDECIDED_PART: f64 = 0.01;
+/// Residual of the repetition of a motion above which there is none.
+pub(crate) const SOLVABLE: f64 = 1e-11;
+/// A row's entries of a mode below this, relative to its largest, are rounding.
+pub(crate) const UNSEEN: f64 = 1e-13;
+/// Entries that vanish by symmetry are below this, relative to their terms.
+pub(crate) const SPLIT_ROWS: f64 = 1e-13;
+/// Largest scaled mismatch of what counts as closed.
+pub(crate) const ORBIT_CLOSED: f64 = 1e-11;
+/// Singular values below this, relative to the largest entry, belong to directions in which the orbit may be changed.
+pub(crate) const FREE_DIRECTION: f64 = 1e-12;
+/// What a period later may differ, relative to the acceleration.
+pub(crate) const REPEATS: f64 = 1e-9;
+/// A return as near as this, relative to the motion's size, is one; of a trajectory that has not settled so far the
+/// nearest return is taken.
+pub(crate) const RETURNED: f64 = 0.05;
+/// A state this small, relative to the motion, is one of rest: its rounding says nothing.
+pub(crate) const AT_REST: f64 = 1e-9;
+/// What an orbit misses its own beginning by, relative to its size, at the most: 1e-9 in any norm.
+pub(crate) const FLIGHTS_CLOSED: f64 = 3e-10;
+/// Margin within which a gap counts as touching, relative to the motion's size along the normal: what rounding makes of an
+/// orbit's position, with room to spare.
+pub(crate) const ORBIT_MARGIN: f64 = 2e-13;
+/// Margin within which a gap counts as touching, relative to the motion's size: what the flights are known to.
+pub(crate) const INTEGRATED_MARGIN: f64 = 1e-10;
+/// Margin of a contact force, relative to the size of its terms: at a release it is zero to what the orbit closes to.
+pub(crate) const FORCE_MARGIN: f64 = 1e-10;
+/// Margins within which a flight between two contacts is a low one; a search that starts on the stop cannot tell it from a touch.
+pub(crate) const LOW_BOUNCE: f64 = 100.0;
+/// A largest modulus this close to 1 decides nothing.
+pub(crate) const MARGINAL: f64 = 1e-9;
+/// Rounding of a sum of flights against the periods of the forcing, relative.
+pub(crate) const PERIOD_TOL: f64 = 1e-6;
+/// Rounding of a time counted in periods, relative to the largest of a run.
+pub(crate) const TIME_TOL: f64 = 1e-9;
+/// Relative difference of two depths above which a rough error does not change their order.
+pub(crate) const DISTINCT: f64 = 1e-2;
+/// Relative error of the depth of a violation that is good enough to tell two of them apart.
+pub(crate) const ROUGH_MULTIPLIER: f64 = 1e-3;
