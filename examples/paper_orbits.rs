@@ -4,13 +4,13 @@
 //! the lower one (kind 3). You will see each orbit's wall angle, forcing phase, velocities and largest multiplier.
 
 use vibroimpact::{
-    Free, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Result, paper_scene,
+    FreeParameter, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Result, paper_scene,
     periodic_orbits,
 };
 
 fn paper_orbit(kind: Kind) -> Result<PeriodicOrbit> {
     let scene = paper_scene(kind, &PaperOptions::default())?;
-    let free = (kind == Kind::One).then_some(Free::Clearance);
+    let free = (kind == Kind::One).then_some(FreeParameter::Clearance);
     let options = OrbitOptions {
         n_periods: kind.n_periods(),
         free,

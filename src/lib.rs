@@ -3,7 +3,7 @@
 //! # How the crate is laid out
 //!
 //! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
-//! `watch`; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth
+//! `observer`; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth
 //! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: a scene with its stops, in closed
 //! form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]:
 //! maps and ensembles. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
@@ -17,6 +17,7 @@ pub mod impact;
 mod linalg;
 pub mod modal;
 pub mod model;
+mod observer;
 pub mod orbit;
 mod path;
 #[cfg(feature = "python")]
@@ -25,7 +26,6 @@ pub mod quantity;
 pub mod simulate;
 pub mod sweep;
 mod tolerance;
-mod watch;
 
 pub use error::{Error, Result};
 pub use impact::*;

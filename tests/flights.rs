@@ -3,7 +3,7 @@
 use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Change, Forcing, Free, Harmonic, ImpactSide, Keep, Kind, LinearSystem, OrbitOptions,
+    Change, Forcing, FreeParameter, Harmonic, ImpactSide, Keep, Kind, LinearSystem, OrbitOptions,
     PaperOptions, Pattern, Scene, SegmentKind, Side, SimulateOptions, Status, Stop, paper_scene,
     periodic_orbits, simulate,
 };
@@ -22,7 +22,7 @@ fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
         let scene = paper_scene(Kind::One, &PaperOptions::default()).expect("valid");
         let options = OrbitOptions {
             n_periods: 3,
-            free: Some(Free::Clearance),
+            free: Some(FreeParameter::Clearance),
             ..Default::default()
         };
         periodic_orbits(

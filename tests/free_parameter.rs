@@ -2,8 +2,8 @@
 
 use nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
-    Change, Free, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Scene, Side, Stop,
-    periodic_orbits,
+    Change, FreeParameter, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Scene, Side,
+    Stop, periodic_orbits,
 };
 
 fn scene(frequency: f64) -> Scene {
@@ -53,7 +53,7 @@ fn narrow_pairs_of_solutions_are_found() {
                 .replace(Change::ForcingScale(scale))
                 .expect("valid");
             let options = OrbitOptions {
-                free: Some(Free::Parameter(Parameter::Frequency)),
+                free: Some(FreeParameter::Parameter(Parameter::Frequency)),
                 between: Some((low, high)),
                 ..Default::default()
             };

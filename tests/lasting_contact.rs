@@ -88,7 +88,7 @@ fn the_ball_on_a_table_has_its_closed_form() {
     for (e, a) in [(0.0, 1.3), (0.5, 1.3), (0.5, 1.1), (0.8, 1.1)] {
         let scene = ball(e, a);
         let orbit = find_orbit(&scene, &settled(&scene, dvector![0.3], 12.0), None).expect("found");
-        // Free motion from an angle with a speed: height and speed at another angle.
+        // FreeParameter motion from an angle with a speed: height and speed at another angle.
         let height = |from: f64, speed: f64, to: f64| {
             let s = to - from;
             (speed - a * from.sin()) * s - a * (to.cos() - from.cos()) - 0.5 * s * s

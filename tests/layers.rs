@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
 const LAYERS: [&[&str]; 14] = [
     &["tolerance"],
-    &["error", "quantity", "linalg", "watch"],
+    &["error", "quantity", "linalg", "observer"],
     &["model"],
     &["modal"],
     &["impact"],

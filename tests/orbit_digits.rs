@@ -3,8 +3,8 @@
 use nalgebra::dvector;
 use std::f64::consts::PI;
 use vibroimpact::{
-    Forcing, Free, Harmonic, Kind, LinearSystem, OrbitOptions, Orbits, PaperOptions, Pattern,
-    PeriodicOrbit, Scene, Side, Stop, paper_scene, periodic_orbits,
+    Forcing, FreeParameter, Harmonic, Kind, LinearSystem, OrbitOptions, Orbits, PaperOptions,
+    Pattern, PeriodicOrbit, Scene, Side, Stop, paper_scene, periodic_orbits,
 };
 
 /// The orbits with one impact in a forcing period of a unit mass on a unit spring that hits the first stop.
@@ -63,7 +63,7 @@ fn speeds_after_impacts_obey_their_law_at_every_instant() {
         let scene = paper_scene(kind, &PaperOptions::default()).expect("valid");
         let options = OrbitOptions {
             n_periods,
-            free: (kind == Kind::One).then_some(Free::Clearance),
+            free: (kind == Kind::One).then_some(FreeParameter::Clearance),
             ..Default::default()
         };
         let pattern = Pattern::new(pattern).expect("valid");

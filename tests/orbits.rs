@@ -4,9 +4,9 @@
 use nalgebra::{DVector, dvector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    BaseMotion, Change, Free, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions, Pattern,
-    Reaction, Scene, Stop, Verdict, first_kind_coefficients, modes, paper_scene, paper_system,
-    periodic_orbits,
+    BaseMotion, Change, FreeParameter, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
+    Pattern, Reaction, Scene, Stop, Verdict, first_kind_coefficients, modes, paper_scene,
+    paper_system, periodic_orbits,
 };
 
 fn kind(kind: Kind, damping: f64) -> Scene {
@@ -29,7 +29,7 @@ fn periods(n_periods: usize) -> OrbitOptions {
 
 fn first_kind(damping: f64) -> vibroimpact::Orbits {
     let options = OrbitOptions {
-        free: Some(Free::Clearance),
+        free: Some(FreeParameter::Clearance),
         ..periods(3)
     };
     periodic_orbits(
@@ -401,7 +401,7 @@ fn wrong_questions_are_refused_by_name() {
     assert!(message(&Pattern::single(2), &periods(1)).starts_with("pattern[0]"));
     assert!(message(&Pattern::single(1), &periods(0)).starts_with("n_periods"));
     let free = OrbitOptions {
-        free: Some(Free::Clearance),
+        free: Some(FreeParameter::Clearance),
         ..periods(1)
     };
     assert!(message(&Pattern::single(1), &free).starts_with("free"));

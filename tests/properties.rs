@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, Free, Harmonic,
+    Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, FreeParameter, Harmonic,
     ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
     Reaction, Scene, Side, SimulateOptions, Stop, SweepOptions, Trajectory, Wall, WallSide,
     audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix, simulate,
@@ -531,8 +531,8 @@ proptest! {
         n_periods in 0..4usize,
         phase in proptest::option::weighted(0.2, number(-4.0, 4.0)),
         free in proptest::option::weighted(0.2, prop_oneof![
-            Just(Free::Clearance),
-            parameter().prop_map(Free::Parameter),
+            Just(FreeParameter::Clearance),
+            parameter().prop_map(FreeParameter::Parameter),
         ]),
         between in proptest::option::weighted(0.1, (number(0.0, 1.0), number(1.0, 2.0))),
     ) {
@@ -540,7 +540,7 @@ proptest! {
             let is_short = pattern.instants().len() < 2 || is_moderate(&scene);
             let options = OrbitOptions { n_periods, phase, free, between };
             // A free frequency or damping may be anything in its range.
-            let is_fixed = !matches!(free, Some(Free::Parameter(Parameter::Frequency | Parameter::DampingScale)));
+            let is_fixed = !matches!(free, Some(FreeParameter::Parameter(Parameter::Frequency | Parameter::DampingScale)));
             if is_short && is_fixed && is_followed(&scene, n_periods) && let Ok(orbits) = periodic_orbits(&scene, &pattern, &options) && is_moderate(&scene) {
                 for orbit in orbits.iter() {
                     check_orbit(orbit);

@@ -9,8 +9,8 @@ use nalgebra::{DMatrix, DVector, dvector};
 use random::{Random, number};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Free, Harmonic, Keep, LinearSystem, Method, OrbitOptions, Pattern, PeriodicOrbit, Reaction,
-    Scene, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits, simulate,
+    FreeParameter, Harmonic, Keep, LinearSystem, Method, OrbitOptions, Pattern, PeriodicOrbit,
+    Reaction, Scene, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits, simulate,
 };
 
 const PERIODS: usize = 1000;
@@ -168,7 +168,7 @@ impl Kind {
     fn options(self, n_periods: usize) -> OrbitOptions {
         OrbitOptions {
             n_periods,
-            free: matches!(self, Self::Together).then_some(Free::Clearance),
+            free: matches!(self, Self::Together).then_some(FreeParameter::Clearance),
             ..Default::default()
         }
     }

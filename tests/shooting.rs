@@ -102,7 +102,7 @@ fn two_instants_and_two_stops_together_agree_with_their_own_solvers() {
     let kind_1 = paper_scene(Kind::One, &options).expect("valid");
     let free = OrbitOptions {
         n_periods: 3,
-        free: Some(vibroimpact::Free::Clearance),
+        free: Some(vibroimpact::FreeParameter::Clearance),
         ..Default::default()
     };
     let together = Pattern::together(&[0, 1]).expect("valid");

@@ -85,9 +85,11 @@ def condition_of(name: str, known: Mapping[str, float]) -> float:
 
 
 def compare(before: Record, now: Record, in_roundings: bool) -> bool:
-    """Print what differs, the most first of each case; whether nothing does, or nothing by more than it may."""
+    """Print what differs, the most first of each case; whether nothing does, or nothing by more than it may.
+
+    What only the newer build answers is counted and is no difference.
+    """
     lost = [Difference(name, "not there now") for name in before if name not in now]
-    lost += [Difference(name, "not there before") for name in now if name not in before]
     common = [name for name in before if name in now]
     differences = [difference(n, before[n], now[n]) for n in common if not is_same(before[n], now[n])]
     known = conditions()
@@ -104,6 +106,6 @@ def compare(before: Record, now: Record, in_roundings: bool) -> bool:
     worst = max((d.roundings / condition_of(d.name, known) for d in differences), default=0.0)
     print(
         f"{len(common)} values, {numbers} entries: {len(differences)} values differ in a bit, {len(wrong)} by more than "
-        f"{MOST} roundings times their condition (the most: {worst:.3g}), {len(lost)} are in one record alone"
+        f"{MOST} roundings times their condition (the most: {worst:.3g}), {len(lost)} are not there now, {len(now) - len(common)} were not there before"
     )
     return not by_case

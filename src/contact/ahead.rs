@@ -1,6 +1,6 @@
 //! What a gap does over one step, from its cubic with a certified remainder (theory 8).
 
-use crate::flow::jet::{Jet, Shape};
+use crate::flow::gap_model::{GapModel, Shape};
 
 /// What one gap does over one step.
 pub(crate) enum Ahead {
@@ -19,53 +19,58 @@ pub(crate) enum Ahead {
 /// Over a step that root_orders with an open gap; `rounding` is that of the gap, asked for where it does not stay above `clear`, which is
 /// no less.
 #[inline]
-pub(crate) fn from_open(jet: &Jet, step: f64, clear: f64, rounding: impl FnOnce() -> f64) -> Ahead {
-    if jet.is_above(clear, step) {
+pub(crate) fn from_open(
+    model: &GapModel,
+    step: f64,
+    clear: f64,
+    rounding: impl FnOnce() -> f64,
+) -> Ahead {
+    if model.is_above(clear, step) {
         return Ahead::Clear;
     }
-    near_stop(jet, step, rounding())
+    near_stop(model, step, rounding())
 }
 
 /// The same of a gap that may reach the stop.
-fn near_stop(jet: &Jet, step: f64, rounding: f64) -> Ahead {
-    let reached = |jet: &Jet, passed: f64| {
-        let at = if jet.c[0] > 0.0 {
-            jet.falling_root(passed)
+fn near_stop(model: &GapModel, step: f64, rounding: f64) -> Ahead {
+    let reached = |model: &GapModel, passed: f64| {
+        let at = if model.c[0] > 0.0 {
+            model.falling_root(passed)
         } else {
             0.0
         };
         Ahead::Reached { at, passed }
     };
     // Passed already: nothing is open that could close later.
-    if jet.c[0] < -rounding {
+    if model.c[0] < -rounding {
         return Ahead::Reached {
             at: 0.0,
             passed: 0.0,
         };
     }
-    match jet.shape(step) {
+    match model.shape(step) {
         Shape::Falling => {
-            let (end, error) = (jet.value(step), jet.remainder(step));
+            let (end, error) = (model.value(step), model.remainder(step));
             if end + error < -rounding {
-                reached(jet, step)
+                reached(model, step)
             } else if end - error > -rounding {
                 Ahead::Clear
             } else {
                 Ahead::Unknown
             }
         }
-        Shape::LowestAtEnd if jet.value(step) - jet.remainder(step) > -rounding => Ahead::Clear,
+        Shape::LowestAtEnd if model.value(step) - model.remainder(step) > -rounding => Ahead::Clear,
         Shape::Minimum { at, value, error } => {
             if value - error > rounding {
                 Ahead::Clear
-            } else if value + jet.remainder(at) < -rounding {
-                reached(jet, at)
+            } else if value + model.remainder(at) < -rounding {
+                reached(model, at)
             } else {
                 Ahead::Dips { near: at }
             }
         }
-        Shape::LowestAtEnd | Shape::Unknown if jet.spread(step) <= rounding => {
-            if jet.c[0] <= rounding {
+        Shape::LowestAtEnd | Shape::Unknown if model.spread(step) <= rounding => {
+            if model.c[0] <= rounding {
                 Ahead::Rests
             } else {
                 Ahead::Clear
@@ -77,8 +82,8 @@ fn near_stop(jet: &Jet, step: f64, rounding: f64) -> Ahead {
 
 /// Over a step that root_orders on the stop, with a root of the given order, or a higher one, at its start; `rounding` is that of the
 /// gap.
-pub(crate) fn from_contact(jet: &Jet, order: usize, step: f64, rounding: f64) -> Ahead {
-    let deflated = jet.deflated(order);
+pub(crate) fn from_contact(model: &GapModel, order: usize, step: f64, rounding: f64) -> Ahead {
+    let deflated = model.deflated(order);
     if deflated.is_positive(step) {
         Ahead::Clear
     } else if deflated.crosses(step) {

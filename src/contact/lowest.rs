@@ -1,6 +1,6 @@
 //! The lowest place of a gap on a flight, to rounding.
 
-use crate::flow::jet::Jet;
+use crate::flow::gap_model::GapModel;
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 
@@ -23,22 +23,22 @@ impl Lowest {
     /// leads up, from a curvature of rounding.
     pub fn sharpened<F: LinearFlow>(mut self, flow: &F, gap: &GapRow, from: &[Pair]) -> Self {
         let mut evaluator = GapEvaluator::new(flow, from);
-        let mut jet = evaluator.at(self.time, gap);
+        let mut model = evaluator.at(self.time, gap);
         for _ in 0..STEPS {
-            let step = -0.5 * jet.c[1] / jet.c[2];
-            let is_parabola = jet.c[2] > 0.0 && (jet.c[3] * step).abs() < jet.c[2];
+            let step = -0.5 * model.c[1] / model.c[2];
+            let is_parabola = model.c[2] > 0.0 && (model.c[3] * step).abs() < model.c[2];
             if !is_parabola {
                 return self;
             }
-            let (time, rounding) = (self.time + step, gap.rounding(&jet));
-            let left = (jet.c[1] * step).abs().max(jet.quartic * step.powi(4));
-            if left <= f64::EPSILON * jet.size {
-                let gap = jet.value(step);
+            let (time, rounding) = (self.time + step, gap.rounding(&model));
+            let left = (model.c[1] * step).abs().max(model.quartic * step.powi(4));
+            if left <= f64::EPSILON * model.size {
+                let gap = model.value(step);
                 return Self { time, gap };
             }
-            jet = evaluator.at(time, gap);
-            let there = jet.c[0];
-            if there > self.gap + rounding.max(gap.rounding(&jet)) {
+            model = evaluator.at(time, gap);
+            let there = model.c[0];
+            if there > self.gap + rounding.max(gap.rounding(&model)) {
                 return self;
             }
             self = Self { time, gap: there };
@@ -67,29 +67,34 @@ impl<'a, F: LinearFlow> GapEvaluator<'a, F> {
         }
     }
 
-    /// The jet of a gap at a time.
-    pub fn at(&mut self, time: f64, gap: &GapRow) -> Jet {
+    /// The model of a gap at a time.
+    pub fn at(&mut self, time: f64, gap: &GapRow) -> GapModel {
         self.state.clear();
         self.state.extend_from_slice(self.from);
         self.flow.prepare(time, &mut self.propagator);
         self.flow.advance(&self.propagator, &mut self.state);
         self.flow.derivatives(&self.state, &mut self.derivatives);
-        gap.jet(&self.derivatives)
+        gap.model(&self.derivatives)
     }
 
-    /// The minimum of a gap that falls at the first of two times, rises at the second and is convex between them, and the jet
+    /// The minimum of a gap that falls at the first of two times, rises at the second and is convex between them, and the model
     /// near it: Newton's method on the speed inside the bracket, until what is left to fall is rounding.
-    pub fn bottom(&mut self, gap: &GapRow, mut between: [f64; 2], guess: f64) -> (Lowest, Jet) {
+    pub fn bottom(
+        &mut self,
+        gap: &GapRow,
+        mut between: [f64; 2],
+        guess: f64,
+    ) -> (Lowest, GapModel) {
         let mut time = guess;
-        let mut jet = self.at(time, gap);
+        let mut model = self.at(time, gap);
         for _ in 0..MOST_STEPS {
-            let [_, slope, bend, _] = jet.c;
+            let [_, slope, bend, _] = model.c;
             between[usize::from(slope > 0.0)] = time;
             let step = -0.5 * slope / bend;
             let is_inside = step.is_finite() && (between[0]..=between[1]).contains(&(time + step));
-            if is_inside && (slope * step).abs() <= f64::EPSILON * jet.size {
-                let (time, gap) = (time + step, jet.value(step));
-                return (Lowest { time, gap }, jet);
+            if is_inside && (slope * step).abs() <= f64::EPSILON * model.size {
+                let (time, gap) = (time + step, model.value(step));
+                return (Lowest { time, gap }, model);
             }
             let next = if is_inside {
                 time + step
@@ -100,9 +105,9 @@ impl<'a, F: LinearFlow> GapEvaluator<'a, F> {
                 break;
             }
             time = next;
-            jet = self.at(time, gap);
+            model = self.at(time, gap);
         }
-        let gap = jet.c[0];
-        (Lowest { time, gap }, jet)
+        let gap = model.c[0];
+        (Lowest { time, gap }, model)
     }
 }

@@ -7,12 +7,12 @@ use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::lowest::{GapEvaluator, Lowest};
 use crate::contact::walk::{PropagatorLevels, STEPS_PER_LOOK};
 use crate::error::Result;
-use crate::flow::jet::Jet;
+use crate::flow::gap_model::GapModel;
 use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::quantity::larger;
 use crate::tolerance::GAP_ROUNDING;
-use crate::watch::Watch;
 
 /// A touch without impact: stop, time since the start of the flight, gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,8 +62,8 @@ struct Followed {
     row: GapRow,
     /// The part of the size of its terms above which it is clear of rounding.
     clear: f64,
-    /// The jet where the search last looked.
-    jet: Jet,
+    /// The model where the search last looked.
+    model: GapModel,
     /// The order of its root at the start of the flight; the same as long as the search has gone no step.
     order: usize,
     order_here: usize,
@@ -81,7 +81,7 @@ impl Followed {
         Self {
             clear: GAP_ROUNDING.max(row.relative_rounding()),
             row,
-            jet: Jet::default(),
+            model: GapModel::default(),
             order: 0,
             order_here: 0,
             late: 0.0,
@@ -92,7 +92,7 @@ impl Followed {
 
     /// Begins a flight where the search last looked, with a root of some order there.
     fn depart(&mut self, order: usize) {
-        let gap = self.jet.c[0];
+        let gap = self.model.c[0];
         (self.order, self.order_here, self.late) = (order, order, 0.0);
         self.bracket = Bracket::start(gap, order);
         self.extent = [0.0, gap.abs()];
@@ -102,15 +102,15 @@ impl Followed {
     #[inline]
     fn follow(&mut self, time: f64, derivatives: &[Derivatives]) -> bool {
         // What leaves its stop was not on the way to it.
-        let was_falling = self.order_here == 0 && self.late == 0.0 && self.jet.c[1] < 0.0;
+        let was_falling = self.order_here == 0 && self.late == 0.0 && self.model.c[1] < 0.0;
         self.order_here = 0;
-        self.jet = self.row.jet(derivatives);
-        let [gap, speed, ..] = self.jet.c;
+        self.model = self.row.model(derivatives);
+        let [gap, speed, ..] = self.model.c;
         if gap > self.late {
             self.late = 0.0;
         }
         self.bracket.note(time, gap);
-        self.widen(self.jet.size, gap.abs());
+        self.widen(self.model.size, gap.abs());
         was_falling && speed >= 0.0
     }
 
@@ -129,7 +129,7 @@ impl Followed {
     /// What rounding leaves unknown of it where the search last looked.
     #[inline]
     fn rounding(&self) -> f64 {
-        self.row.rounding(&self.jet)
+        self.row.rounding(&self.model)
     }
 }
 
@@ -180,12 +180,12 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         self.n_gap_evaluations = 0;
     }
 
-    /// Takes the jets of every gap at a state.
+    /// Takes the models of every gap at a state.
     pub fn evaluate(&mut self, state: &[Pair]) {
         self.n_gap_evaluations += self.gaps.len();
         self.flow.derivatives(state, &mut self.derivatives);
         for gap in &mut self.gaps {
-            gap.jet = gap.row.jet(&self.derivatives);
+            gap.model = gap.row.model(&self.derivatives);
         }
     }
 
@@ -194,10 +194,10 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         &self.gaps[stop].row
     }
 
-    /// The jet of a gap where the search last looked.
+    /// The model of a gap where the search last looked.
     #[inline]
-    pub fn jet(&self, stop: usize) -> &Jet {
-        &self.gaps[stop].jet
+    pub fn model(&self, stop: usize) -> &GapModel {
+        &self.gaps[stop].model
     }
 
     /// What rounding leaves unknown of a gap where the search last looked.
@@ -239,14 +239,14 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     /// for an open gap.
     ///
     /// # Errors
-    /// `Error::Interrupted` from the watch.
+    /// `Error::Interrupted` from the observer.
     pub fn next(
         &mut self,
         start: &[Pair],
         root_orders: &[usize],
         span: f64,
         grazes: &mut Vec<Grazed>,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<FirstEvent> {
         for (gap, &order) in self.gaps.iter_mut().zip(root_orders) {
             gap.depart(order);
@@ -286,14 +286,14 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             time += step;
             let made = self.levels.advance(self.flow, self.level, &mut self.state);
             if let Some(work) = made {
-                watch.work(work)?;
+                observer.work(work)?;
             }
             if self.level == first_level {
                 self.level = self.levels.above(self.level);
             }
             steps += 1;
             if steps.is_multiple_of(STEPS_PER_LOOK) {
-                watch.work(STEPS_PER_LOOK * self.state.len())?;
+                observer.work(STEPS_PER_LOOK * self.state.len())?;
                 self.leave_out();
             }
             self.n_gap_evaluations += self.active.len();
@@ -305,7 +305,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             }
             // At the end or past it, a stop that is passed within rounding may have been reached before it.
             let is_reached = |&stop: &usize| {
-                let [gap, speed, ..] = self.gaps[stop].jet.c;
+                let [gap, speed, ..] = self.gaps[stop].model.c;
                 gap <= 0.0 && speed < 0.0
             };
             // What rests there comes no further.
@@ -319,7 +319,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     /// Notes the touch of a gap that turned within rounding of zero, in a step that could not tell on which side of its end: the
     /// minimum is here, to the accuracy of a step.
     fn note_turn(&self, stop: usize, time: f64, grazes: &mut Vec<Grazed>) {
-        let gap = self.jet(stop).c[0];
+        let gap = self.model(stop).c[0];
         if gap <= self.rounding(stop) {
             let before = time - self.levels.step(self.levels.above(self.level));
             if !grazes.iter().any(|g| g.stop == stop && g.time >= before) {
@@ -364,32 +364,32 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             let followed = &mut self.gaps[stop];
             // What rounding left below zero where the flight began on the stop is none.
             let lifted;
-            let jet = if followed.bracket.floor == 0.0 {
-                &followed.jet
+            let model = if followed.bracket.floor == 0.0 {
+                &followed.model
             } else {
-                lifted = followed.jet.above(followed.bracket.floor);
+                lifted = followed.model.above(followed.bracket.floor);
                 &lifted
             };
             let (gap, order) = (&followed.row, followed.order_here);
             let mut ahead = match order {
                 0 => {
-                    let (late, clear) = (followed.late, followed.clear * jet.size);
-                    from_open(jet, step, larger(clear, late), || {
-                        larger(gap.rounding(jet), late)
+                    let (late, clear) = (followed.late, followed.clear * model.size);
+                    from_open(model, step, larger(clear, late), || {
+                        larger(gap.rounding(model), late)
                     })
                 }
-                order => from_contact(jet, order, step, gap.rounding(jet)),
+                order => from_contact(model, order, step, gap.rounding(model)),
             };
             // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
             if order == LATE && !matches!(ahead, Ahead::Clear) {
                 let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
                 // From rest at zero all terms grow from zero.
-                followed.late = GAP_ROUNDING * jet.remainder(soon);
+                followed.late = GAP_ROUNDING * model.remainder(soon);
                 let rounding = rounding.max(followed.late);
-                let rounding = rounding.max(gap.rounding(jet));
-                let clear = rounding.max(GAP_ROUNDING * jet.size);
-                ahead = from_open(&jet.only(LATE), step, clear, || rounding);
+                let rounding = rounding.max(gap.rounding(model));
+                let clear = rounding.max(GAP_ROUNDING * model.size);
+                ahead = from_open(&model.only(LATE), step, clear, || rounding);
             }
             if let Ahead::Dips { near } = ahead {
                 let (lowest, met) =
@@ -412,7 +412,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 // What leaves its stop slowly does not touch it anew.
                 Ahead::Rests if order > 0 || followed.late > 0.0 => {}
                 Ahead::Rests => {
-                    let gap = followed.jet.c[0];
+                    let gap = followed.model.c[0];
                     let is_noted = |g: &Grazed| g.stop == stop && g.time >= time - step;
                     if !grazes.iter().any(is_noted) {
                         grazes.push(Grazed { stop, time, gap });
@@ -425,7 +425,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         if let Some((stop, at)) = earliest {
             // A flight of few steps is farthest from its stop half-way.
             let followed = &mut self.gaps[stop];
-            let far = followed.jet.value(0.5 * at).abs();
+            let far = followed.model.value(0.5 * at).abs();
             followed.widen(far, far);
         }
         Ok(earliest)
@@ -450,14 +450,14 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         for _ in 1..self.gaps.len() {
             let passed = |(i, other): (usize, &Followed)| {
                 let Bracket { floor, passed, .. } = other.bracket;
-                let jet = &other.jet;
-                let gap = jet.c[0] - floor;
-                let is_passed = gap < -other.rounding() && jet.c[1] < 0.0;
+                let model = &other.model;
+                let gap = model.c[0] - floor;
+                let is_passed = gap < -other.rounding() && model.c[1] < 0.0;
                 // A dip that was seen may be over.
                 let guess = if passed < time {
                     passed
                 } else {
-                    time - gap / jet.c[1]
+                    time - gap / model.c[1]
                 };
                 (i != stop && (is_passed || passed < time)).then_some((i, guess))
             };
@@ -492,23 +492,23 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
             self.evaluate(arrived);
-            let mut jet = self.gaps[stop].jet;
-            let gap = jet.c[0];
-            jet.c[0] -= bracket.floor;
+            let mut model = self.gaps[stop].model;
+            let gap = model.c[0];
+            model.c[0] -= bracket.floor;
             looked = time;
-            if jet.c[0].abs() <= f64::EPSILON * jet.size && jet.c[1] < 0.0 {
+            if model.c[0].abs() <= f64::EPSILON * model.size && model.c[1] < 0.0 {
                 break;
             }
             bracket.narrow(time, gap);
-            let wanted = newton_step(&jet, order, time).map(|step| time + step);
+            let wanted = newton_step(&model, order, time).map(|step| time + step);
             let next = bracket.next(wanted, time);
             let step = next - time;
             time = next;
             // Half the way is no sign that the zero is near, nor is a step that does not lead there; but times know no less
             // than their last place, where a gap all of whose terms vanish at its contact is still above its rounding.
             let last_place = 2.0 * f64::EPSILON * time;
-            let there = jet.after(step);
-            let rounding = self.gaps[stop].row.rounding(&jet);
+            let there = model.after(step);
+            let rounding = self.gaps[stop].row.rounding(&model);
             let leads_there = there.c[0].abs() <= rounding.max(-there.c[1] * last_place);
             let is_newton = wanted == Some(next) && leads_there || step == 0.0;
             if is_newton && step.abs() <= short.max(last_place) {
@@ -516,7 +516,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                     *z = d.after(step);
                 }
                 for gap in &mut self.gaps {
-                    gap.jet = gap.jet.after(step);
+                    gap.model = gap.model.after(step);
                 }
                 return time;
             }
@@ -535,10 +535,10 @@ fn at_bottom<F: LinearFlow>(
     between: [f64; 2],
     near: f64,
 ) -> (Option<Lowest>, Ahead) {
-    let (lowest, jet) = GapEvaluator::new(flow, start).bottom(gap, between, near);
-    let rounding = gap.rounding(&jet);
+    let (lowest, model) = GapEvaluator::new(flow, start).bottom(gap, between, near);
+    let rounding = gap.rounding(&model);
     if lowest.gap < -rounding {
-        let back = (-lowest.gap / jet.c[2]).sqrt();
+        let back = (-lowest.gap / model.c[2]).sqrt();
         let passed = lowest.time - between[0];
         let at = (passed - back).max(0.0);
         return (None, Ahead::Reached { at, passed });
@@ -549,8 +549,8 @@ fn at_bottom<F: LinearFlow>(
 /// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose
 /// root of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
 /// flight, all of it within the margin, is found from beyond its end without falling back to its start.
-fn newton_step(jet: &Jet, order: usize, time: f64) -> Option<f64> {
-    let [a, b, c, d] = jet.c;
+fn newton_step(model: &GapModel, order: usize, time: f64) -> Option<f64> {
+    let [a, b, c, d] = model.c;
     let is_far = b >= 0.0 || (a / b).abs() > NEAR * time;
     if order > 0 && is_far && time > 0.0 {
         let ahead = -a / (b - order as f64 * a / time);
@@ -563,7 +563,7 @@ fn newton_step(jet: &Jet, order: usize, time: f64) -> Option<f64> {
     for _ in 0..3 {
         let slope = b + r * (2.0 * c + 3.0 * r * d);
         if slope < 0.0 {
-            r -= jet.value(r) / slope;
+            r -= model.value(r) / slope;
         }
     }
     Some(r)

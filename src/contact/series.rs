@@ -5,7 +5,7 @@ use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::first_root::FirstRoot;
 
 use crate::flow::BatchMotion;
-use crate::flow::jet::Jet;
+use crate::flow::gap_model::GapModel;
 use crate::flow::taylor::ROWS;
 use crate::model::Surface;
 use crate::tolerance::{GAP_ROUNDING, TERM_ROUNDINGS};
@@ -155,7 +155,7 @@ impl GapSeries {
 
     /// The cubic about the start with a bound on the rest for times up to `span`. The bound is of the form
     /// `a t^4 + b t^5`, and so are those on the first two derivatives: `k (k - 1) t^(k - 2) <= 20 t^3 (k (k - 1)/20) span^(k - 5)`.
-    fn jet(&self, span: f64) -> Jet {
+    fn model(&self, span: f64) -> GapModel {
         let c = &self.c[..self.len];
         let (square, mut power, mut quintic) = (span * span, 1.0, 0.0);
         let terms = c.iter().zip(&GROWTH).skip(5);
@@ -165,7 +165,7 @@ impl GapSeries {
             quintic += (even + terms.next().unwrap_or(0.0) * span) * power;
             power *= square;
         }
-        Jet {
+        GapModel {
             c: [c[0], c[1], c[2], c[3]],
             quartic: c.get(4).map_or(0.0, |c| c.abs()),
             quintic,
@@ -240,13 +240,16 @@ impl GapSeries {
         let (mut order, mut at, mut step) = (order.min(3), 0.0, span);
         loop {
             step = step.min(span - at);
-            let jet = self.jet(step);
+            let model = self.model(step);
             let ahead = if order > 0 {
-                from_contact(&jet, order, step, self.rounding())
+                from_contact(&model, order, step, self.rounding())
             } else {
-                from_open(&jet, step, rounding.max(GAP_ROUNDING * jet.size), || {
-                    rounding
-                })
+                from_open(
+                    &model,
+                    step,
+                    rounding.max(GAP_ROUNDING * model.size),
+                    || rounding,
+                )
             };
             match ahead {
                 Ahead::Clear => {}
@@ -270,7 +273,7 @@ impl GapSeries {
                 Ahead::Rests => {
                     let is_noted = touches.last().is_some_and(|(t, _)| *t >= at - step);
                     if !is_noted {
-                        touches.push((at, jet.c[0]));
+                        touches.push((at, model.c[0]));
                     }
                 }
                 Ahead::Unknown if step <= shortest => return FirstRoot::Undecided { at },

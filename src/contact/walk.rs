@@ -3,11 +3,11 @@
 
 use crate::contact::lowest::Lowest;
 use crate::error::Result;
-use crate::flow::jet::Shape;
+use crate::flow::gap_model::Shape;
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
-use crate::watch::Watch;
 
 /// Halvings from the longest step to such a one that the exponent of a double has room for.
 const MOST_BETWEEN: f64 = 900.0;
@@ -164,7 +164,7 @@ pub(crate) struct Sought {
 /// judged by the sign of the slope, not by its rounding.
 ///
 /// # Errors
-/// `Error::Interrupted` from the watch.
+/// `Error::Interrupted` from the observer.
 pub(crate) fn check_flight<F: LinearFlow>(
     flow: &F,
     levels: &mut PropagatorLevels<F>,
@@ -175,7 +175,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         margin,
         effort,
     }: Sought,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<FlightCheck> {
     let mut derivatives = Vec::with_capacity(state.len());
     let mut norms = Vec::with_capacity(state.len());
@@ -193,12 +193,12 @@ pub(crate) fn check_flight<F: LinearFlow>(
         }
         steps += 1;
         flow.derivatives(state, &mut derivatives);
-        let jet = gap.jet(&derivatives);
-        if jet.c[0] < -margin {
+        let model = gap.model(&derivatives);
+        if model.c[0] < -margin {
             check.note(
                 Lowest {
                     time,
-                    gap: jet.c[0],
+                    gap: model.c[0],
                 },
                 margin,
             );
@@ -206,21 +206,21 @@ pub(crate) fn check_flight<F: LinearFlow>(
         let floor = match check.violation {
             Some(lowest) if lowest.gap < -effort.enough => return Ok(check),
             Some(lowest) => lowest.gap,
-            None => GAP_ROUNDING * jet.size,
+            None => GAP_ROUNDING * model.size,
         };
         let mut step;
         let mut refined = false;
         loop {
             step = levels.step(level).min(span - time);
-            let proved = jet.is_above(floor, step)
-                || match jet.shape(step) {
+            let proved = model.is_above(floor, step)
+                || match model.shape(step) {
                     // A gap that does not move by more than the margin has its value there as its lowest.
-                    Shape::Unknown if jet.spread(step) <= margin => {
-                        if jet.c[0] <= margin {
+                    Shape::Unknown if model.spread(step) <= margin => {
+                        if model.c[0] <= margin {
                             check.note(
                                 Lowest {
                                     time,
-                                    gap: jet.c[0],
+                                    gap: model.c[0],
                                 },
                                 margin,
                             );
@@ -231,8 +231,8 @@ pub(crate) fn check_flight<F: LinearFlow>(
                     Shape::Minimum { at, value, error } => {
                         // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
                         let is_contact = time == 0.0
-                            && jet.c[0] <= margin
-                            && jet.c[0] - value <= GAP_ROUNDING * jet.size;
+                            && model.c[0] <= margin
+                            && model.c[0] - value <= GAP_ROUNDING * model.size;
                         let is_clear = is_contact || value - error > margin;
                         let is_sharp =
                             is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
@@ -268,7 +268,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             return Ok(check);
         }
         let made = levels.advance(flow, level, state);
-        watch.work(made.unwrap_or(state.len()))?;
+        observer.work(made.unwrap_or(state.len()))?;
         time += step;
         if !refined {
             level = levels.above(level);
@@ -307,7 +307,7 @@ mod tests {
             &gap,
             &mut state,
             sought,
-            &mut Watch::new(go_on),
+            &mut Observer::new(go_on),
         )
         .expect("not interrupted")
     }

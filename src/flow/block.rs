@@ -105,17 +105,17 @@ fn third_derivative_growth(block: Block, is_free: bool, softest: f64) -> f64 {
 impl<D: Drive> LinearFlow for BlockFlow<D> {
     type Propagator = BlockPropagator<D>;
 
-    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         // A pair more than there are blocks: that of the forcing.
-        state.reserve(whole.len() + 1);
-        state.extend_from_slice(whole);
+        state.reserve(modal_state.len() + 1);
+        state.extend_from_slice(modal_state);
         state.extend(D::stored(self.drive.phasor(angle)));
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>) {
-        whole.clear();
-        whole.extend_from_slice(&state[..self.parts.len()]);
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>) {
+        modal_state.clear();
+        modal_state.extend_from_slice(&state[..self.parts.len()]);
     }
 
     fn set_angle(&self, state: &mut [Pair], angle: f64) {
@@ -344,7 +344,7 @@ mod tests {
         flow.derivatives(&[[1.0, slow]], &mut derivatives);
         let quartic = |row: Pair| {
             let gap = flow.gap_row(&Quantity::gap(0.0, &[row]));
-            24.0 * gap.jet(&derivatives).quartic
+            24.0 * gap.model(&derivatives).quartic
         };
         let (place, speed) = (quartic([1.0, 0.0]), quartic([0.0, 1.0]));
         assert!((6.24e6..6.3e6).contains(&place), "{place:e}");

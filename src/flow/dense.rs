@@ -91,15 +91,15 @@ impl DenseFlow {
 impl LinearFlow for DenseFlow {
     type Propagator = DMatrix<f64>;
 
-    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
-        state.extend_from_slice(whole);
+        state.extend_from_slice(modal_state);
         state.push([angle.cos(), angle.sin()]);
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>) {
-        whole.clear();
-        whole.extend_from_slice(&state[..self.matrix.nrows() / 2]);
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>) {
+        modal_state.clear();
+        modal_state.extend_from_slice(&state[..self.matrix.nrows() / 2]);
     }
 
     fn set_angle(&self, state: &mut [Pair], angle: f64) {

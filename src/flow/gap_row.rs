@@ -1,7 +1,7 @@
-//! A plane gap `clearance - row.z` along a linear flow: its jet from the derivatives of the state, with the weights of its
+//! A plane gap `clearance - row.z` along a linear flow: its model from the derivatives of the state, with the weights of its
 //! remainder (theory 8).
 
-use crate::flow::jet::Jet;
+use crate::flow::gap_model::GapModel;
 use crate::modal::Pair;
 use crate::quantity::larger;
 use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
@@ -166,9 +166,9 @@ impl GapRow {
     /// What rounding leaves unknown of a gap: that of its two terms, the clearance and the position along the normal, and where
     /// the parts of the motion cancel that of their sum.
     #[inline]
-    pub fn rounding(&self, jet: &Jet) -> f64 {
-        let terms = self.clearance.abs() + (self.clearance - jet.c[0]).abs();
-        larger(TERM_ROUNDINGS * terms, self.relative * jet.size)
+    pub fn rounding(&self, model: &GapModel) -> f64 {
+        let terms = self.clearance.abs() + (self.clearance - model.c[0]).abs();
+        larger(TERM_ROUNDINGS * terms, self.relative * model.size)
     }
 
     /// What rounding leaves unknown of a gap at the most, relative to the size of its terms: its two are sums of them all.
@@ -205,9 +205,9 @@ impl GapRow {
         self.cells.iter().zip(derivatives).map(terms).sum()
     }
 
-    /// The gap's jet.
+    /// The gap's model.
     #[inline]
-    pub fn jet(&self, derivatives: &[Derivatives]) -> Jet {
+    pub fn model(&self, derivatives: &[Derivatives]) -> GapModel {
         let mut c = [self.clearance, 0.0, 0.0, 0.0];
         let (mut quartic, mut size) = (self.forced, self.size);
         for (GapTerm { row: r, weight, .. }, d) in self.cells.iter().zip(derivatives) {
@@ -228,7 +228,7 @@ impl GapRow {
             let [cos, sin] = d.z;
             size += by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos));
         }
-        Jet {
+        GapModel {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],
             quartic: quartic * (1.0 / 24.0),
             quintic: self.forced_growth * (1.0 / 120.0),

@@ -158,9 +158,9 @@ pub(crate) fn joined(state: &[f64], deviations: &[f64]) -> Vec<f64> {
 }
 
 /// The inverse of [`joined`].
-pub(crate) fn parted(whole: &[f64], state: &mut [f64], deviations: &mut [f64]) {
+pub(crate) fn parted(joint: &[f64], state: &mut [f64], deviations: &mut [f64]) {
     let n = state.len() / 2;
-    let (q, v) = whole.split_at(whole.len() / 2);
+    let (q, v) = joint.split_at(joint.len() / 2);
     for (which, half) in [q, v].into_iter().enumerate() {
         state[which * n..(which + 1) * n].copy_from_slice(&half[..n]);
         for (column, part) in deviations.chunks_mut(2 * n).zip(half[n..].chunks(n)) {

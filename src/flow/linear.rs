@@ -11,9 +11,9 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     type Propagator: Default;
 
     /// The flow's state for the whole motion in modal pairs at a forcing angle.
-    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>);
+    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>);
     /// The whole motion in modal pairs.
-    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>);
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>);
     /// Puts a state's forcing at an angle that is known better than by adding up steps.
     fn set_angle(&self, state: &mut [Pair], angle: f64);
     /// Fills the propagator for a time.
@@ -36,7 +36,7 @@ pub(crate) trait FlowRows {
 
 /// How fast a flow changes.
 pub(crate) trait FlowRates {
-    /// The longest step for which the remainders of the jets hold.
+    /// The longest step for which the remainders of the models hold.
     fn longest_step(&self) -> f64;
     /// Whether they hold for steps of any length.
     fn holds_for_ever(&self) -> bool;
@@ -74,11 +74,16 @@ pub(crate) fn forward<F: LinearFlow>(
 }
 
 /// Carries a whole motion over a span of time from a forcing angle.
-pub(crate) fn propagate<F: LinearFlow>(flow: &F, angle: f64, span: f64, whole: &mut Vec<Pair>) {
+pub(crate) fn propagate<F: LinearFlow>(
+    flow: &F,
+    angle: f64,
+    span: f64,
+    modal_state: &mut Vec<Pair>,
+) {
     let (mut propagator, mut state) = (F::Propagator::default(), Vec::new());
-    flow.from_modal(whole, angle, &mut state);
+    flow.from_modal(modal_state, angle, &mut state);
     forward(flow, &mut propagator, &mut state, span);
-    flow.to_modal_pairs(&state, whole);
+    flow.to_modal_pairs(&state, modal_state);
 }
 
 /// Rates slower than this part of the fastest change nothing while anything else does.
@@ -103,7 +108,7 @@ pub(crate) mod contract {
     use super::*;
     use nalgebra::Complex;
 
-    /// The flow composes, agrees with its derivatives, and keeps its jets' promise. `n` is the number of modal pairs, the
+    /// The flow composes, agrees with its derivatives, and keeps its models' promise. `n` is the number of modal pairs, the
     /// frequency that of the forcing, zero without.
     pub(crate) fn check<F: LinearFlow>(flow: &F, n: usize, frequency: f64) {
         let has_forcing = frequency > 0.0;
@@ -115,9 +120,9 @@ pub(crate) mod contract {
             flow.prepare(t, &mut p);
             flow.advance(&p, state);
         };
-        let entered = |whole: &[Pair]| {
+        let entered = |modal_state: &[Pair]| {
             let mut state = Vec::new();
-            flow.from_modal(whole, 0.4, &mut state);
+            flow.from_modal(modal_state, 0.4, &mut state);
             state
         };
         let at = |t: f64| {
@@ -125,10 +130,10 @@ pub(crate) mod contract {
             go(t, &mut state);
             state
         };
-        let whole = |state: &[Pair]| {
-            let mut whole = Vec::new();
-            flow.to_modal_pairs(state, &mut whole);
-            whole
+        let modal_state = |state: &[Pair]| {
+            let mut modal_state = Vec::new();
+            flow.to_modal_pairs(state, &mut modal_state);
+            modal_state
         };
         let close = |a: &[Pair], b: &[Pair], tolerance: f64| {
             assert_eq!(a.len(), b.len());
@@ -140,7 +145,7 @@ pub(crate) mod contract {
                 .fold(0.0, f64::max);
             assert!(error < tolerance, "{error:e}");
         };
-        close(&whole(&entered(&start)), &start, 1e-14);
+        close(&modal_state(&entered(&start)), &start, 1e-14);
         let mut turned = entered(&start);
         flow.set_angle(&mut turned, 0.4);
         close(&turned, &entered(&start), 1e-15);
@@ -149,7 +154,7 @@ pub(crate) mod contract {
         close(&state, &at(1.6), 1e-13);
 
         let step = 1e-5;
-        let (forward, backward) = (whole(&at(0.7 + step)), whole(&at(0.7 - step)));
+        let (forward, backward) = (modal_state(&at(0.7 + step)), modal_state(&at(0.7 - step)));
         let state = at(0.7);
         let row: Vec<Pair> = (0..n).map(|i| [0.5 + 0.3 * i as f64, 0.1]).collect();
         let dot = |z: &[Pair]| -> f64 {
@@ -173,13 +178,13 @@ pub(crate) mod contract {
         let jet_at = |state: &[Pair]| {
             let mut derivatives = Vec::new();
             flow.derivatives(state, &mut derivatives);
-            gap.jet(&derivatives)
+            gap.model(&derivatives)
         };
-        let jet = jet_at(&state);
-        assert!((jet.c[0] - (1.0 - dot(&whole(&state)) - direct(0.7))).abs() < 1e-14);
+        let model = jet_at(&state);
+        assert!((model.c[0] - (1.0 - dot(&modal_state(&state)) - direct(0.7))).abs() < 1e-14);
         let driven = direct(0.7 + step) - direct(0.7 - step);
         let difference = -(dot(&forward) - dot(&backward) + driven) / (2.0 * step);
-        assert!((jet.c[1] - difference).abs() < 1e-7);
+        assert!((model.c[1] - difference).abs() < 1e-7);
         let mut norms = Vec::new();
         flow.norms(&state, &mut norms);
         let (least, size) = gap.least(&norms);
@@ -189,11 +194,11 @@ pub(crate) mod contract {
             assert!(later.c[0] >= least - 1e-14 * later.size && later.size <= size * (1.0 + 1e-14));
             let s = further * flow.longest_step() * f64::from(k) / 100.0;
             let there = jet_at(&at(0.7 + s));
-            let miss = (there.c[0] - jet.value(s)).abs();
+            let miss = (there.c[0] - model.value(s)).abs();
             assert!(
-                miss <= jet.remainder(s) + 1e-14 * there.size,
+                miss <= model.remainder(s) + 1e-14 * there.size,
                 "{s} {miss:e} {:e}",
-                jet.remainder(s)
+                model.remainder(s)
             );
         }
     }

@@ -44,11 +44,11 @@ impl ModalScene {
         let position_rows = each(&|i| form.position_row(&geometry.normals.column(i).into_owned()));
         let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
         let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
+        let excitation = scene.excitation();
         let load = form.load(system, system.load());
         let turn = Complex::cis(phase);
-        let amplitude = scene.forcing().force_on(system).map(|f| f * turn);
+        let amplitude = excitation.amplitude(system.n_dof()).map(|f| f * turn);
         let force = form.force(system, &amplitude);
-        let frequency = scene.forcing().frequency().unwrap_or(0.0);
         Ok(Self {
             system: Arc::clone(system),
             form: Arc::new(form),
@@ -59,7 +59,7 @@ impl ModalScene {
             load,
             force,
             amplitude,
-            frequency,
+            frequency: excitation.frequency,
         })
     }
 

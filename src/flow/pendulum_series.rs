@@ -1,11 +1,11 @@
 //! The motions of a pendulum about one state after another as Taylor series (theory 8).
 
 use crate::error::Result;
+use crate::flow::series_forcing::{PendulumForcing, paired};
 use crate::flow::series_of::SeriesOf;
-use crate::flow::shaking::{Excitation, paired};
 use crate::flow::taylor::{Blocks, MOST_ORDER, MotionCoefficients};
 use crate::linalg::small;
-use crate::model::{Forcing, Links, singular_mass};
+use crate::model::{Excitation, Links, singular_mass};
 use nalgebra::DMatrix;
 
 /// What makes the Taylor series of a pendulum's motions.
@@ -14,14 +14,14 @@ pub(crate) struct PendulumSeries {
     n: usize,
     inertia: DMatrix<f64>,
     coefficients: MotionCoefficients,
-    excitation: Excitation,
+    shake: PendulumForcing,
     mass: Vec<f64>,
     column: Vec<f64>,
 }
 
 impl PendulumSeries {
     /// Series of an order, of the velocities; the positions have one more.
-    pub fn new(links: Links, forcing: &Forcing, order: usize) -> Self {
+    pub fn new(links: Links, excitation: &Excitation, order: usize) -> Self {
         let n = links.static_moment.len();
         let is_damped = links.damping.amax() > 0.0;
         Self {
@@ -36,7 +36,7 @@ impl PendulumSeries {
                 },
                 weight: paired(&(&links.static_moment * links.gravity)),
             },
-            excitation: Excitation::new(forcing, &links),
+            shake: PendulumForcing::new(excitation, &links),
             mass: vec![0.0; n * n],
             column: vec![0.0; n],
             inertia: links.inertia,
@@ -56,7 +56,7 @@ impl PendulumSeries {
 
     /// Makes the series of motions that have begun, each with the bits that it has by itself.
     pub fn expand<const K: usize>(&self, series: &mut SeriesOf<K>) {
-        series.expand(&self.coefficients, &self.excitation);
+        series.expand(&self.coefficients, &self.shake);
     }
 
     /// Begins the m-th series: sets its coefficients of order zero, by a state and a forcing angle, and what else the others
@@ -131,8 +131,8 @@ mod tests {
     use super::*;
     use crate::flow::steps::Tolerance;
     use crate::model::{
-        BaseMotion, DoublePendulum, Dynamics, Harmonic, Moment, PendulumChain, Scene, SceneMotion,
-        Stop, System,
+        BaseMotion, DoublePendulum, Dynamics, Forcing, Harmonic, Moment, PendulumChain, Scene,
+        SceneMotion, Stop, System,
     };
     use nalgebra::DVector;
 
@@ -141,6 +141,10 @@ mod tests {
         let lengths = DVector::from_fn(n, |i, _| 0.9 - 0.1 * i as f64);
         let dampers = DVector::from_element(n, damper);
         PendulumChain::new(masses, lengths, &dampers, 9.81).expect("valid")
+    }
+
+    fn calm(n: usize, damper: f64) -> Excitation {
+        Excitation::new(&chain(n, damper).into(), &Forcing::Unforced)
     }
 
     fn forcings(n: usize) -> [Forcing; 3] {
@@ -181,11 +185,11 @@ mod tests {
             let v = DVector::from_fn(n, |i, _| -0.3 + 0.4 * i as f64);
             for forcing in forcings(n) {
                 let scene = Scene::new(system.clone(), forcing, Vec::<Stop>::new()).expect("valid");
-                let frequency = scene.forcing().frequency().unwrap_or(0.0);
+                let frequency = scene.frequency().unwrap_or(0.0);
                 let motion = SceneMotion::new(&scene);
                 let order = 14;
                 let series = made(
-                    PendulumSeries::new(links.clone(), scene.forcing(), order),
+                    PendulumSeries::new(links.clone(), &scene.excitation(), order),
                     (0.9, q.as_slice(), v.as_slice()),
                 );
                 let residual = |s: f64| {
@@ -230,7 +234,7 @@ mod tests {
 
     #[test]
     fn the_last_terms_of_the_longest_step_are_within_the_tolerance() {
-        let of = PendulumSeries::new(chain(2, 0.1).links(), &Forcing::Unforced, 12);
+        let of = PendulumSeries::new(chain(2, 0.1).links(), &calm(2, 0.1), 12);
         let series = made(of, (0.0, &[0.5, -0.2], &[1.0, -2.0]));
         let series = series.motion(0);
         for relative in [1e-4, 1e-8, 1e-12] {
@@ -250,7 +254,7 @@ mod tests {
 
     #[test]
     fn a_series_at_rest_has_no_longest_step_and_one_that_overflows_has_none_at_all() {
-        let of = PendulumSeries::new(chain(1, 0.0).links(), &Forcing::Unforced, 12);
+        let of = PendulumSeries::new(chain(1, 0.0).links(), &calm(1, 0.0), 12);
         let tolerance = Tolerance {
             relative: 1e-9,
             absolute: 1e-12,

@@ -2,7 +2,7 @@
 //! states along them (theory 8).
 
 use crate::flow::registers::{Arithmetic, in_registers_of};
-use crate::flow::shaking::{Calm, Excitation, LinkPair, Shaking, each};
+use crate::flow::series_forcing::{LinkPair, NoForcing, PendulumForcing, SeriesForcing, each};
 use crate::flow::steps::Tolerance;
 use crate::flow::taylor::{Blocks, Lane, MotionCoefficients, expand};
 use pulp::{Simd, WithSimd};
@@ -16,7 +16,7 @@ struct Expansion<'a, E, const K: usize> {
     angles: &'a [f64; K],
 }
 
-impl<E: Shaking, const K: usize> WithSimd for Expansion<'_, E, K> {
+impl<E: SeriesForcing, const K: usize> WithSimd for Expansion<'_, E, K> {
     type Output = ();
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
@@ -30,7 +30,7 @@ impl<E: Shaking, const K: usize> WithSimd for Expansion<'_, E, K> {
     }
 }
 
-impl<E: Shaking, const K: usize> Expansion<'_, E, K> {
+impl<E: SeriesForcing, const K: usize> Expansion<'_, E, K> {
     /// [`expand`] with the number of lanes known at compile time where it is small.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
@@ -74,11 +74,11 @@ impl<const K: usize> SeriesOf<K> {
     }
 
     /// Fills the series, each from its coefficients of order zero, the inverse of its mass matrix and its angle.
-    pub fn expand(&mut self, coefficients: &MotionCoefficients, excitation: &Excitation) {
-        match excitation {
-            Excitation::None => self.expand_shaken(coefficients, &Calm),
-            Excitation::Base(base) => self.expand_shaken(coefficients, base),
-            Excitation::Forces(forces) => self.expand_shaken(coefficients, forces),
+    pub fn expand(&mut self, coefficients: &MotionCoefficients, shake: &PendulumForcing) {
+        match shake {
+            PendulumForcing::None => self.expand_shaken(coefficients, &NoForcing),
+            PendulumForcing::Base(base) => self.expand_shaken(coefficients, base),
+            PendulumForcing::Forces(forces) => self.expand_shaken(coefficients, forces),
         }
     }
 
@@ -100,7 +100,11 @@ impl<const K: usize> SeriesOf<K> {
         }
     }
 
-    fn expand_shaken<E: Shaking>(&mut self, coefficients: &MotionCoefficients, excitation: &E) {
+    fn expand_shaken<E: SeriesForcing>(
+        &mut self,
+        coefficients: &MotionCoefficients,
+        excitation: &E,
+    ) {
         in_registers_of::<K, _>(Expansion {
             lanes: &mut self.lanes,
             coefficients,

@@ -70,22 +70,22 @@ impl SplitFlow {
 impl LinearFlow for SplitFlow {
     type Propagator = BlockPropagator<Undriven>;
 
-    fn from_modal(&self, whole: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         let (sin, cos) = angle.sin_cos();
         let u = [cos, sin];
         state.clear();
-        state.reserve(whole.len() + 1);
-        state.extend(whole.iter().enumerate().map(|(j, z)| {
+        state.reserve(modal_state.len() + 1);
+        state.extend(modal_state.iter().enumerate().map(|(j, z)| {
             let rest = self.rest(j, u);
             [z[0] - rest[0], z[1] - rest[1]]
         }));
         state.push(u);
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], whole: &mut Vec<Pair>) {
-        whole.clear();
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>) {
+        modal_state.clear();
         if let Some((&u, free)) = state.split_last() {
-            whole.extend(free.iter().enumerate().map(|(j, z)| {
+            modal_state.extend(free.iter().enumerate().map(|(j, z)| {
                 let rest = self.rest(j, u);
                 [z[0] + rest[0], z[1] + rest[1]]
             }));
@@ -222,12 +222,12 @@ mod tests {
             force,
         };
         let load = load.to_vec();
-        let whole = BlockFlow::new(&BLOCKS, Loaded { load, drive });
+        let unsplit = BlockFlow::new(&BLOCKS, Loaded { load, drive });
         let start = vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]];
         for t in [0.1, 1.0, 7.0] {
             let (mut a, mut b) = (start.clone(), start.clone());
             propagate(&split, 0.4, t, &mut a);
-            propagate(&whole, 0.4, t, &mut b);
+            propagate(&unsplit, 0.4, t, &mut b);
             for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
                 assert!((a - b).abs() < 1e-14, "{a} {b}");
             }

@@ -6,7 +6,7 @@
 //! the mass matrix at the start; `s' = c v` and `c' = -s v` give the rest.
 
 use crate::flow::registers::Arithmetic;
-use crate::flow::shaking::{LinkPair, Shaking, Two, each};
+use crate::flow::series_forcing::{LinkPair, SeriesForcing, Two, each};
 
 /// Highest order of a series.
 pub(crate) const MOST_ORDER: usize = 24;
@@ -129,7 +129,7 @@ pub(crate) struct MotionCoefficients {
     reason = "the loops over lanes are written out where their number is known"
 )]
 #[inline(always)]
-pub(crate) fn expand<A: Arithmetic, E: Shaking, const K: usize, const IS_DAMPED: bool>(
+pub(crate) fn expand<A: Arithmetic, E: SeriesForcing, const K: usize, const IS_DAMPED: bool>(
     lanes: &mut [Lane<K>],
     c: &MotionCoefficients,
     inverse: &Blocks<LinkPair<K>>,

@@ -26,7 +26,7 @@ impl TimedScene {
     /// Made of a scene once; `purpose` says in an error what needs it linear.
     pub fn of(scene: &Scene, purpose: &str) -> Result<Arc<Self>> {
         scene.derived().or_made(|| {
-            let modal = ModalScene::turned(scene, purpose, scene.forcing().phase())?;
+            let modal = ModalScene::turned(scene, purpose, scene.phase())?;
             Ok(Self {
                 flow: Arc::new(modal.flow()),
                 modal: Arc::new(modal),

@@ -13,7 +13,7 @@ use crate::hybrid::{
     IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
 };
 use crate::model::{Harmonic, LinearSystem, Scene, SceneMotion, Side, Stop};
-use crate::watch::Watch;
+use crate::observer::Observer;
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::ops::ControlFlow;
 
@@ -133,8 +133,8 @@ fn course<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let mut all = facts(flow.system());
     // To the first contact.
     let mut go_on = || ControlFlow::Continue(());
-    let mut watch = Watch::new(&mut go_on);
-    let arrival = flow.advance_to_event(&[0, 0, 0], 5.0, 5.3, &mut notes, &mut watch);
+    let mut observer = Observer::new(&mut go_on);
+    let arrival = flow.advance_to_event(&[0, 0, 0], 5.0, 5.3, &mut notes, &mut observer);
     let Arrival::Contact { stop } = arrival.expect("regular") else {
         panic!("no contact")
     };
@@ -159,10 +159,10 @@ fn course<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let gap = system.gap(stop);
     assert!(gap.gap.abs() < 1e-14 && gap.speed.abs() < 1e-14);
     let mut go_on = || ControlFlow::Continue(());
-    let mut watch = Watch::new(&mut go_on);
+    let mut observer = Observer::new(&mut go_on);
     let mut orders = vec![0; 3];
     orders[stop] = 0;
-    let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut watch);
+    let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);
     match arrival.expect("regular") {
         Arrival::Release { stop } => all.push((10.0 + stop as f64, 1.0)),
         Arrival::Contact { stop } => all.push((20.0 + stop as f64, 1.0)),

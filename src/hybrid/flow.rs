@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::ConstrainedMotion;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::HybridSystem;
-use crate::watch::Watch;
+use crate::observer::Observer;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ pub(crate) trait HybridFlow {
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival>;
     /// Records a flight of no length: the state before an impact at the start of the run, or that after the last event of a run
     /// that ends with it, at `last`.

@@ -152,7 +152,7 @@ pub(crate) trait Present {
     fn phase(&self) -> f64;
     /// Position and velocity now.
     fn physical(&self) -> (DVector<f64>, DVector<f64>);
-    /// Operations that a flight of few steps is, in the units of a watch.
+    /// Operations that a flight of few steps is, in the units of an observer.
     fn work_of_flight(&self) -> usize;
 }
 

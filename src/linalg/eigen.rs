@@ -4,8 +4,8 @@
 use crate::error::{Error, Result};
 use crate::linalg::compensated::dot;
 use crate::linalg::francis;
+use crate::observer::apart;
 use crate::quantity::room_for;
-use crate::watch::apart;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, SymmetricEigen};
 
 /// Sweeps of the QR iteration allowed, per row of the matrix.

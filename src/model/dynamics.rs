@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::small;
-use crate::model::forcing::Forcing;
+use crate::model::excitation::{Excitation, HarmonicPart};
 use crate::model::input::{Driven, Input, Swing};
 use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
@@ -119,8 +119,8 @@ pub(crate) struct ChainMotion {
 }
 
 impl ChainMotion {
-    /// The motion of a chain under a forcing.
-    pub fn new(system: &PendulumChain, forcing: &Forcing) -> Self {
+    /// The motion of a chain on which something acts.
+    pub fn new(system: &PendulumChain, excitation: &Excitation) -> Self {
         let links = system.links();
         let by_rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
         Self {
@@ -128,7 +128,7 @@ impl ChainMotion {
             static_moment: links.static_moment.as_slice().to_vec(),
             damping: by_rows(&links.damping),
             gravity: links.gravity,
-            input: Driven::new(forcing),
+            input: Driven::new(excitation),
         }
     }
 }
@@ -186,15 +186,12 @@ pub(crate) struct NonlinearMotion {
 }
 
 impl NonlinearMotion {
-    /// The motion of a system under a force.
-    pub fn new(system: &NonlinearSystem, forcing: &Forcing) -> Self {
-        let acts = match forcing {
-            Forcing::Harmonic(f) => f.amplitude().iter().any(|a| a.norm() > 0.0),
-            _ => true,
-        };
+    /// The motion of a system on which something acts.
+    pub fn new(system: &NonlinearSystem, excitation: &Excitation) -> Self {
+        let acts = |part: &HarmonicPart| part.force.iter().any(|a| a.norm() > 0.0);
         Self {
             system: system.clone(),
-            force: Driven::new(forcing).filter(|_| acts),
+            force: Driven::new(excitation).filter(|_| excitation.single().is_some_and(acts)),
         }
     }
 }

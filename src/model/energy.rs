@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::dynamics::mass_at;
-use crate::model::forcing::Forcing;
+use crate::model::excitation::Excitation;
 use crate::model::linear::Coefficient;
 use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Debug, Clone)]
 pub(crate) struct Energetics {
     system: System,
-    forcing: Forcing,
+    excitation: Excitation,
     damping: Coefficient,
     potential: Potential,
     /// Base acceleration times these, times `cos q_i` for a pendulum, is the force of base motion.
@@ -79,7 +79,7 @@ impl Energetics {
         };
         Ok(Self {
             system: scene.system().clone(),
-            forcing: scene.forcing().clone(),
+            excitation: scene.excitation(),
             damping,
             potential,
             base,
@@ -127,27 +127,8 @@ impl Energetics {
 
     /// The power of the forcing.
     pub fn forcing_power(&self, at: Moment, q: &DVector<f64>, v: &DVector<f64>) -> f64 {
-        let (sin, cos) = at.angle.sin_cos();
-        match (&self.forcing, &self.system, &self.base) {
-            (Forcing::Unforced, ..) => 0.0,
-            (Forcing::BaseMotion(base), _, Some(lever)) => {
-                let acceleration = base.amplitude() * base.frequency().powi(2) * cos;
-                let along = |i: usize| lever[i] * q[i].cos() * v[i];
-                acceleration * (0..q.len()).map(along).sum::<f64>()
-            }
-            (forcing, System::Linear(system), _) => {
-                let force = forcing.force_on(system);
-                let power = |(f, v): (&nalgebra::Complex<f64>, &f64)| (f.re * cos - f.im * sin) * v;
-                force.iter().zip(v.iter()).map(power).sum()
-            }
-            (Forcing::Harmonic(harmonic), ..) => harmonic
-                .amplitude()
-                .iter()
-                .zip(v.iter())
-                .map(|(f, v)| (f.re * cos - f.im * sin) * v)
-                .sum(),
-            (Forcing::BaseMotion(_), _, None) => 0.0,
-        }
+        let lever = |i: usize| self.base.as_ref().map_or(0.0, |base| base[i] * q[i].cos());
+        self.excitation.power(at, lever, v)
     }
 
     /// What dampers take, and the circulatory part of a stiffness matrix; of a system given by functions, what its forces take

@@ -1,7 +1,6 @@
 //! Harmonic forcing: `Re(F e^{i(w t + phase)})` on the coordinates, or a base displaced by `a cos(w t + phase)`.
 
 use crate::error::{Error, Result};
-use crate::model::linear::LinearSystem;
 use crate::quantity::{finite, positive};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
@@ -200,21 +199,9 @@ impl Forcing {
         }
     }
 
-    /// The complex force amplitude F on a linear system, phase left out: a base motion gives `a w^2 M r`.
-    pub(crate) fn force_on(&self, system: &LinearSystem) -> DVector<Complex<f64>> {
-        match self {
-            Self::Unforced => DVector::zeros(system.n_dof()),
-            Self::Harmonic(f) => f.amplitude.clone(),
-            Self::BaseMotion(f) => {
-                let r = system
-                    .influence()
-                    .expect("a scene with base motion has an influence vector");
-                system
-                    .mass()
-                    .times(r)
-                    .map(|x| Complex::from(x * f.amplitude * f.frequency * f.frequency))
-            }
-        }
+    /// Whether its force grows with the square of the frequency.
+    pub(crate) fn is_inertial(&self) -> bool {
+        matches!(self, Self::BaseMotion(_))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What acts on a system from outside: a constant load, a harmonic force, a motion of the base. A motion on which nothing acts
 //! compiles to code without any of it.
 
-use crate::model::forcing::Forcing;
+use crate::model::excitation::Excitation;
 use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
 use nalgebra::{Complex, DVector};
@@ -41,31 +41,34 @@ pub(crate) struct Swing {
 }
 
 impl Driven {
-    /// What acts on a pendulum, or on a system given by functions; `None` where nothing does.
-    pub fn new(forcing: &Forcing) -> Option<Self> {
-        let (load, none) = (DVector::zeros(0), DVector::zeros(0));
-        let (base, force) = match forcing {
-            Forcing::Unforced => return None,
-            Forcing::Harmonic(force) => (0.0, force.amplitude().clone()),
-            Forcing::BaseMotion(base) => (base.amplitude() * base.frequency().powi(2), none),
-        };
-        Some(Self { load, base, force })
+    /// What acts on the coordinates of a system; `None` where nothing does.
+    pub fn new(excitation: &Excitation) -> Option<Self> {
+        Self::of(excitation, Clone::clone, Clone::clone)
     }
 
-    /// What acts on a linear system, over its mass: the base moves it by forces. `None` where nothing does.
-    pub fn over_mass(system: &LinearSystem, forcing: &Forcing) -> Option<Self> {
-        let is_loaded = system.load().amax() > 0.0;
-        let force = forcing
-            .frequency()
-            .map(|_| system.solve_mass_complex(&forcing.force_on(system)));
-        (is_loaded || force.is_some()).then(|| Self {
-            load: if is_loaded {
-                system.solve_mass(system.load())
-            } else {
+    /// What acts on a linear system, over its mass; `None` where nothing does.
+    pub fn over_mass(system: &LinearSystem, excitation: &Excitation) -> Option<Self> {
+        Self::of(
+            excitation,
+            |load| system.solve_mass(load),
+            |force| system.solve_mass_complex(force),
+        )
+    }
+
+    fn of(
+        excitation: &Excitation,
+        load: impl Fn(&DVector<f64>) -> DVector<f64>,
+        force: impl Fn(&DVector<Complex<f64>>) -> DVector<Complex<f64>>,
+    ) -> Option<Self> {
+        let (given, harmonic) = (&excitation.load, excitation.single());
+        (!given.is_empty() || harmonic.is_some()).then(|| Self {
+            load: if given.is_empty() {
                 DVector::zeros(0)
+            } else {
+                load(given)
             },
-            base: 0.0,
-            force: force.unwrap_or_else(|| DVector::zeros(0)),
+            base: harmonic.map_or(0.0, |part| part.base),
+            force: harmonic.map_or_else(|| DVector::zeros(0), |part| force(&part.force)),
         })
     }
 }

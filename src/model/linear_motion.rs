@@ -195,7 +195,7 @@ pub(crate) use with_linear;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Forcing, Harmonic};
+    use crate::model::{Excitation, Forcing, Harmonic};
     use nalgebra::dvector;
 
     #[test]
@@ -218,7 +218,10 @@ mod tests {
             frequency: 0.7,
         };
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
-        let input = Driven::over_mass(&diagonal, &forcing);
+        let input = Driven::over_mass(
+            &diagonal,
+            &Excitation::new(&diagonal.clone().into(), &forcing),
+        );
         let diagonals = Linear::diagonal(&diagonal, input.clone()).expect("diagonal");
         let full = Linear::full(&diagonal, input);
         with_linear!(&diagonals, m => m.acceleration(at, &q, &v, &mut one)).expect("linear");

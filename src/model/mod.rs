@@ -9,6 +9,7 @@ mod derived;
 mod difference;
 mod dynamics;
 mod energy;
+mod excitation;
 mod forcing;
 mod input;
 mod linear;
@@ -36,6 +37,7 @@ pub(crate) use contact::{
 pub(crate) use contact_geometry::{ContactGeometry, places};
 pub(crate) use dynamics::{ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, singular_mass};
 pub(crate) use energy::Energetics;
+pub(crate) use excitation::{Excitation, HarmonicPart};
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub(crate) use input::Driven;
 pub use linear::{Coefficient, LinearSystem};

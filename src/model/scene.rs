@@ -5,6 +5,7 @@ use crate::model::change::Change;
 use crate::model::change::{scale_damping, set_clearance, set_restitution};
 use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
+use crate::model::excitation::Excitation;
 use crate::model::forcing::Forcing;
 use crate::model::linear::LinearSystem;
 use crate::model::nonlinear::no_mass;
@@ -152,6 +153,21 @@ impl Scene {
     /// The forcing period, `None` without forcing.
     pub fn period(&self) -> Option<f64> {
         self.forcing.period()
+    }
+
+    /// What acts on the system from outside.
+    pub(crate) fn excitation(&self) -> Excitation {
+        Excitation::new(&self.system, &self.forcing)
+    }
+
+    /// The fundamental frequency of what acts on the system, `None` without forcing.
+    pub(crate) fn frequency(&self) -> Option<f64> {
+        self.forcing.frequency()
+    }
+
+    /// The phase of the fundamental frequency, zero without forcing.
+    pub(crate) fn phase(&self) -> f64 {
+        self.forcing.phase()
     }
 
     /// The gap of every stop at the position q, shape `(n_stops,)`.

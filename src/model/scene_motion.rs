@@ -27,22 +27,22 @@ pub(crate) enum SceneMotion {
 impl SceneMotion {
     /// The motion of a scene.
     pub fn new(scene: &Scene) -> Self {
-        let forcing = scene.forcing();
+        let excitation = scene.excitation();
         match scene.system() {
             System::Linear(system) => {
-                let input = Driven::over_mass(system, forcing);
+                let input = Driven::over_mass(system, &excitation);
                 let diagonal = || Linear::diagonal(system, input.clone());
                 match (system.n_dof() > MOST_FULL).then(diagonal).flatten() {
                     Some(motion) => Self::Diagonal(motion),
                     None => Self::Full(Linear::full(system, input)),
                 }
             }
-            System::DoublePendulum(system) => match Driven::new(forcing) {
+            System::DoublePendulum(system) => match Driven::new(&excitation) {
                 None => Self::DoublePendulum(DoublePendulumMotion::new(system, NoInput)),
                 Some(input) => Self::DrivenDoublePendulum(DoublePendulumMotion::new(system, input)),
             },
-            System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, forcing)),
-            System::Nonlinear(system) => Self::Nonlinear(NonlinearMotion::new(system, forcing)),
+            System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, &excitation)),
+            System::Nonlinear(system) => Self::Nonlinear(NonlinearMotion::new(system, &excitation)),
         }
     }
 }

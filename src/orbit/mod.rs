@@ -3,7 +3,7 @@
 mod closed_form;
 mod contact_mode;
 mod flights;
-mod free;
+mod free_parameter;
 mod impacts;
 mod one_instant;
 mod options;
@@ -22,7 +22,7 @@ mod value_roots;
 mod verdict;
 
 pub use closed_form::{Coefficients, first_kind_coefficients};
-pub use options::{Free, OrbitOptions};
+pub use options::{FreeParameter, OrbitOptions};
 pub use orbits::{Family, Orbits, Verdict};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;

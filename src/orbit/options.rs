@@ -4,14 +4,14 @@ use crate::model::Parameter;
 
 /// The parameter that is one more unknown of a pattern whose stops are hit together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Free {
+pub enum FreeParameter {
     /// The clearances of the stops hit, all times one factor (equal ones stay equal).
     Clearance,
     /// A parameter of the scene, searched in a range.
     Parameter(Parameter),
 }
 
-impl std::fmt::Display for Free {
+impl std::fmt::Display for FreeParameter {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Clearance => write!(f, "clearance"),
@@ -28,7 +28,7 @@ pub struct OrbitOptions {
     /// A given forcing phase at the first impact \[rad\]: the clearances come out. `None`: clearances given, phase found.
     pub phase: Option<f64>,
     /// One more unknown, as stops hit together need.
-    pub free: Option<Free>,
+    pub free: Option<FreeParameter>,
     /// The range of the free parameter.
     pub between: Option<(f64, f64)>,
 }

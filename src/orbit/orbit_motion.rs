@@ -12,6 +12,7 @@ use crate::hybrid::{ClosedFormMaps, constrained_motions, joined};
 use crate::hybrid::{IntegratedMaps, OrbitDense, OrbitStep};
 use crate::impact::Impact;
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
@@ -23,7 +24,6 @@ use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::integrated::IntegratedJudge;
 use crate::orbit::verdict::judge::Judge;
 use crate::path::{Evaluator, Path, PathParts};
-use crate::watch::Watch;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
@@ -214,15 +214,15 @@ impl OrbitMotion {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Admissibility> {
         let impacts = &struck_free(pattern, flights, impacts);
         match self {
             Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
-                Judge::new(modal).with_lasting_contact(held, phase, flights, impacts, watch)
+                Judge::new(modal).with_lasting_contact(held, phase, flights, impacts, observer)
             }
             Self::Modal { modal, .. } => {
-                Judge::new(modal).admissibility(phase, flights, impacts, watch)
+                Judge::new(modal).admissibility(phase, flights, impacts, observer)
             }
             Self::Stepped { motion, steps } => {
                 let period: f64 = flights.iter().map(|f| f.span).sum();
@@ -242,7 +242,7 @@ impl OrbitMotion {
         phase: f64,
         flights: &[Flight],
         found: &Admissibility,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Stability> {
         match self {
             Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
@@ -255,17 +255,17 @@ impl OrbitMotion {
                     states,
                     found,
                     is_coupled,
-                    watch,
+                    observer,
                 )
             }
             Self::Modal { modal, .. } => {
-                stability(modal, pattern.instants(), phase, flights, found, watch)
+                stability(modal, pattern.instants(), phase, flights, found, observer)
             }
             Self::Stepped { motion, .. } => {
                 let judge = IntegratedJudge { maps: motion };
                 let is_coupled = |a: usize, b: usize| judge.is_coupled(a, b, flights, pattern);
                 let along = (pattern, flights);
-                over_flights(&**motion, along, unpaired, found, is_coupled, watch)
+                over_flights(&**motion, along, unpaired, found, is_coupled, observer)
             }
         }
     }
@@ -308,7 +308,7 @@ fn over_flights<M: HybridMaps>(
     state: impl Fn(&[Pair]) -> DVector<f64>,
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<Stability> {
     let new = newly_struck(pattern, flights);
     if let Some(refused) = refused(&new, found, is_coupled) {
@@ -324,7 +324,7 @@ fn over_flights<M: HybridMaps>(
         })
         .collect();
     over_orders(&new, |order| {
-        watch.look()?;
+        observer.ask()?;
         monodromy(motion, pattern.instants(), order, &flown)
     })
 }

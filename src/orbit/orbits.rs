@@ -3,12 +3,12 @@
 use crate::error::{Result, digits};
 use crate::flow::ModalScene;
 use crate::model::{Change, Scene};
+use crate::observer::Observer;
 use crate::orbit::flights::OrbitData;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
 use crate::orbit::verdict::admissibility::Ruling;
-use crate::watch::Watch;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ impl Orbits {
     pub(super) fn new(
         problem: &Problem<'_>,
         solutions: Solutions,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Self> {
         let Solutions {
             all,
@@ -69,7 +69,7 @@ impl Orbits {
             (false, Some(basis)) => (Verdict::Family, Some(Family { basis })),
         };
         Ok(Self {
-            all: sorted(orbits, watch)?,
+            all: sorted(orbits, observer)?,
             verdict,
             reason,
             margin,
@@ -203,17 +203,17 @@ pub(crate) fn ranking(
 /// The orbits in the order of [`ranking`]. A single one is not judged before somebody asks.
 pub(super) fn sorted(
     mut orbits: Vec<PeriodicOrbit>,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<Vec<PeriodicOrbit>> {
     if orbits.len() < 2 {
         return Ok(orbits);
     }
     let rulings = orbits
         .iter()
-        .map(|o| Ok(o.judged(watch)?.ruling()))
+        .map(|o| Ok(o.judged(observer)?.ruling()))
         .collect::<Result<Vec<_>>>()?;
     let order = ranking(orbits[0].scene().n_dof(), &rulings, |i| {
-        Ok(orbits[i].decided(watch)?.is_stable == Some(true))
+        Ok(orbits[i].decided(observer)?.is_stable == Some(true))
     })?;
     let mut slots: Vec<Option<PeriodicOrbit>> = orbits.drain(..).map(Some).collect();
     Ok(order.into_iter().filter_map(|i| slots[i].take()).collect())

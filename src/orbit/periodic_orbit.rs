@@ -5,6 +5,7 @@ use crate::flow::ModalScene;
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::{Change, Scene};
+use crate::observer::Observer;
 use crate::orbit::closed_form::{Coefficients, coefficients};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
@@ -14,7 +15,6 @@ use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
 use crate::path::{Energy, Path, Segment, energy_along};
 use crate::quantity::room_for;
-use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
@@ -60,7 +60,7 @@ impl PeriodicOrbit {
         }
         let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
         Ok(Self {
-            scene: match scene.forcing().frequency() {
+            scene: match scene.frequency() {
                 Some(_) => scene.replace(Change::Phase(phase))?,
                 None => scene.clone(),
             },
@@ -196,7 +196,12 @@ impl PeriodicOrbit {
     /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
     pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
         let points = self.path().points()?;
-        energy_along(self.path(), &self.scene, &points, &mut Watch::new(observer))
+        energy_along(
+            self.path(),
+            &self.scene,
+            &points,
+            &mut Observer::new(observer),
+        )
     }
 
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
@@ -214,11 +219,11 @@ impl PeriodicOrbit {
 
     /// What the rules of contact say, searched when first asked for.
     fn admissibility(&self) -> &Admissibility {
-        self.judged(&mut Watch::new(&mut || ControlFlow::Continue(())))
+        self.judged(&mut Observer::new(&mut || ControlFlow::Continue(())))
             .expect("a search that nobody interrupts comes to its end")
     }
 
-    pub(super) fn judged(&self, watch: &mut Watch<'_>) -> Result<&Admissibility> {
+    pub(super) fn judged(&self, observer: &mut Observer<'_>) -> Result<&Admissibility> {
         if let Some(known) = self.admissibility.get() {
             return Ok(known);
         }
@@ -227,7 +232,7 @@ impl PeriodicOrbit {
             self.phase,
             &self.flights,
             &self.impacts,
-            watch,
+            observer,
         )?;
         Ok(self.admissibility.get_or_init(|| found))
     }
@@ -246,7 +251,7 @@ impl PeriodicOrbit {
         &self,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<bool>> {
-        Ok(decided(self.judged(&mut Watch::new(observer))?.ruling()))
+        Ok(decided(self.judged(&mut Observer::new(observer))?.ruling()))
     }
 
     /// The worst breach of the rules of contact; where there is none, and none is excluded, where the search could not decide.
@@ -277,22 +282,22 @@ impl PeriodicOrbit {
         &self,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<&Stability> {
-        self.decided(&mut Watch::new(observer))
+        self.decided(&mut Observer::new(observer))
     }
 
-    pub(super) fn decided(&self, watch: &mut Watch<'_>) -> Result<&Stability> {
+    pub(super) fn decided(&self, observer: &mut Observer<'_>) -> Result<&Stability> {
         if let Some(known) = self.stability.get() {
             return Ok(known);
         }
         let n = self.scene.n_dof();
         room_for("the monodromy matrix", 2 * n, 6 * n)?;
-        let admissibility = self.judged(watch)?;
+        let admissibility = self.judged(observer)?;
         let found = self.motion.stability(
             &self.pattern,
             self.phase,
             &self.flights,
             admissibility,
-            watch,
+            observer,
         )?;
         Ok(self.stability.get_or_init(|| found))
     }

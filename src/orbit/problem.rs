@@ -3,7 +3,7 @@
 use crate::error::{Error, Result, digits};
 use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
-use crate::orbit::options::{Free, OrbitOptions};
+use crate::orbit::options::{FreeParameter, OrbitOptions};
 use crate::orbit::pattern::Pattern;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -54,7 +54,7 @@ pub(crate) fn check(
     purpose: &str,
 ) -> Result<()> {
     scene.linear_system(purpose)?;
-    if scene.forcing().frequency().is_none() {
+    if scene.frequency().is_none() {
         return Err(Error::bad_value(
             "scene",
             "unforced",
@@ -101,7 +101,7 @@ pub(crate) fn check(
         ));
     }
     match (free, options.between) {
-        (Free::Clearance | Free::Parameter(Parameter::ForcingScale), _) => Ok(()),
+        (FreeParameter::Clearance | FreeParameter::Parameter(Parameter::ForcingScale), _) => Ok(()),
         (_, Some((low, high))) if low < high && low.is_finite() && high.is_finite() => Ok(()),
         (_, range) => Err(Error::bad_value(
             "between",

@@ -2,16 +2,16 @@
 
 use crate::error::Result;
 use crate::model::{Parameter, Scene};
-use crate::orbit::free::{free_forcing, free_parameter};
+use crate::observer::Observer;
+use crate::orbit::free_parameter::{free_forcing, free_parameter};
 use crate::orbit::one_instant::solve::{
     at_clearance, at_phase, at_scaled_clearance, without_impacts,
 };
-use crate::orbit::options::{Free, OrbitOptions};
+use crate::orbit::options::{FreeParameter, OrbitOptions};
 use crate::orbit::orbits::Orbits;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::{Problem, check};
 use crate::orbit::two_instants::solve::two_instants;
-use crate::watch::Watch;
 use std::ops::ControlFlow;
 
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
@@ -61,21 +61,21 @@ pub fn periodic_orbits_observed(
     options: &OrbitOptions,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Orbits> {
-    let watch = &mut Watch::new(observer);
+    let observer = &mut Observer::new(observer);
     check(scene, pattern, options, "periodic_orbits")?;
     let problem = Problem::new(scene, pattern, options)?;
     let solutions = match (pattern.instants(), options.phase, options.free) {
         ([], ..) => without_impacts(&problem)?,
         ([_], Some(phase), _) => at_phase(&problem, phase)?,
         ([_], None, None) => at_clearance(&problem)?,
-        ([_], None, Some(Free::Clearance)) => at_scaled_clearance(&problem)?,
-        ([_], None, Some(Free::Parameter(Parameter::ForcingScale))) => {
-            return free_forcing(&problem, watch);
+        ([_], None, Some(FreeParameter::Clearance)) => at_scaled_clearance(&problem)?,
+        ([_], None, Some(FreeParameter::Parameter(Parameter::ForcingScale))) => {
+            return free_forcing(&problem, observer);
         }
-        ([_], None, Some(Free::Parameter(parameter))) => {
-            return free_parameter(&problem, parameter, watch);
+        ([_], None, Some(FreeParameter::Parameter(parameter))) => {
+            return free_parameter(&problem, parameter, observer);
         }
-        _ => two_instants(&problem, watch)?,
+        _ => two_instants(&problem, observer)?,
     };
-    Orbits::new(&problem, solutions, watch)
+    Orbits::new(&problem, solutions, observer)
 }

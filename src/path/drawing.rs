@@ -2,11 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::modal::Form;
+use crate::observer::is_broken_off;
 use crate::path::evaluator::Evaluator;
 use crate::path::parts::PathArc;
 use crate::path::path::Path;
 use crate::quantity::room_for;
-use crate::watch::is_broken_off;
 use nalgebra::DMatrix;
 
 /// Points drawn in one flight at the most.

@@ -5,10 +5,10 @@ use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
 use crate::model::{Contact, Dynamics, Energetics, Moment, Scene, SceneMotion, contacts};
+use crate::observer::Observer;
 use crate::path::drawing::Point;
 use crate::path::fading::Fading;
 use crate::path::path::Path;
-use crate::watch::Watch;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -61,15 +61,15 @@ type PositionVelocity = (DVector<f64>, DVector<f64>);
 /// The energy ledger at some points of a path of a scene.
 ///
 /// # Errors
-/// A system given by functions without its mass matrix or its potential; `Error::Interrupted` from the watch.
+/// A system given by functions without its mass matrix or its potential; `Error::Interrupted` from the observer.
 pub(crate) fn energy_along(
     path: &Path,
     scene: &Scene,
     points: &[Point],
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<Energy> {
     let motion = SceneMotion::new(scene);
-    Ledger::new(path, scene, &motion)?.fill(points, watch)
+    Ledger::new(path, scene, &motion)?.fill(points, observer)
 }
 
 struct Ledger<'a> {
@@ -80,7 +80,7 @@ struct Ledger<'a> {
     contacts: Arc<Vec<Contact>>,
     phase: f64,
     fading: Fading<'a>,
-    /// Work of one evaluation, in the units of a watch.
+    /// Work of one evaluation, in the units of an observer.
     work: usize,
 }
 
@@ -92,26 +92,26 @@ impl<'a> Ledger<'a> {
             dynamics,
             energetics: Energetics::new(scene)?,
             contacts: Arc::new(contacts(scene)),
-            phase: scene.forcing().phase(),
+            phase: scene.phase(),
             fading: Fading::new(&path.evaluator),
             work: 8 * scene.n_dof(),
         })
     }
 
-    fn fill(&self, points: &[Point], watch: &mut Watch<'_>) -> Result<Energy> {
+    fn fill(&self, points: &[Point], observer: &mut Observer<'_>) -> Result<Energy> {
         let mut energy = Energy::default();
         let (mut works, mut arc, mut local) = (Works::default(), 0, 0.0);
         let mut start = None;
         for point in points {
             while arc < point.arc {
                 let span = self.path.arc(arc).span;
-                self.integrate(arc, (local, span), &mut works, watch)?;
+                self.integrate(arc, (local, span), &mut works, observer)?;
                 let before = self.path.state_in(arc, span);
                 let after = self.path.state_in(arc + 1, 0.0);
                 works.contact += self.jump_loss(&before, &after)?;
                 (arc, local) = (arc + 1, 0.0);
             }
-            self.integrate(arc, (local, point.local), &mut works, watch)?;
+            self.integrate(arc, (local, point.local), &mut works, observer)?;
             local = point.local;
             let (q, v) = self.path.state_in(arc, local);
             let (kinetic, potential) = (
@@ -143,7 +143,7 @@ impl<'a> Ledger<'a> {
         arc: usize,
         (from, to): (f64, f64),
         works: &mut Works,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<()> {
         let (kind, stops) = self.path.kind_of(arc);
         let clock = self.path.arc(arc).clock;
@@ -156,7 +156,7 @@ impl<'a> Ledger<'a> {
             let stretch = (end - start) / count;
             for k in 0..count as usize {
                 for (node, weight) in GAUSS {
-                    watch.work(self.work)?;
+                    observer.work(self.work)?;
                     let s = start + stretch * (k as f64 + node);
                     let (q, v) = self.path.state_in(arc, s);
                     let at = clock.after(s).moment(self.phase);

@@ -2,8 +2,8 @@
 //! travels through the core as an error and comes out as itself.
 
 use crate::error::{Error, Result};
+use crate::observer::is_broken_off;
 use crate::python::array::{copy_vector, matrix_or_number, vector};
-use crate::watch::is_broken_off;
 use nalgebra::DMatrix;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyRecursionError;

@@ -1,7 +1,7 @@
 //! Long calls: the interpreter is released, and taken back every 50 ms to look for Ctrl-C and to show progress.
 
 use crate::error::Result;
-use crate::watch::with_asker;
+use crate::observer::with_asker;
 use pyo3::prelude::*;
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;

@@ -1,5 +1,6 @@
 //! A periodic orbit in Python.
 
+use crate::observer::stop_if;
 use crate::orbit::{PeriodicOrbit, Saved, SavedCourse, Stability};
 use crate::python::argument;
 use crate::python::array::{out_complex, out_matrix, out_vector, times};
@@ -12,7 +13,6 @@ use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
 use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
-use crate::watch::stop_if;
 use nalgebra::{Complex, DVector};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;

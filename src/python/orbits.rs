@@ -1,7 +1,7 @@
 //! Lists of periodic orbits in Python, and the search that makes them.
 
 use crate::model::Parameter;
-use crate::orbit::{self, Family, Free, OrbitOptions, Orbits, Verdict};
+use crate::orbit::{self, Family, FreeParameter, OrbitOptions, Orbits, Verdict};
 use crate::python::argument;
 use crate::python::array::out_matrix;
 use crate::python::interrupt;
@@ -266,12 +266,12 @@ pub(crate) fn periodic_orbits(
     })?;
     let free = match free {
         None => None,
-        Some("clearance") => Some(Free::Clearance),
+        Some("clearance") => Some(FreeParameter::Clearance),
         Some(name) => {
             let parameter = name.parse::<Parameter>().map_err(|e| {
                 PyValueError::new_err(format!("free: {}", PyErr::from(e).value(py)))
             })?;
-            Some(Free::Parameter(parameter))
+            Some(FreeParameter::Parameter(parameter))
         }
     };
     let options = OrbitOptions {

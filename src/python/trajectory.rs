@@ -1,5 +1,6 @@
 //! Trajectories in Python.
 
+use crate::observer::stop_if;
 use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::interrupt;
@@ -8,7 +9,6 @@ use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_
 use crate::python::run_facts::{PyEnergy, PyStats};
 use crate::quantity::room_for;
 use crate::simulate::{ImpactSide, Samples, SavedTrajectory, Trajectory};
-use crate::watch::stop_if;
 use nalgebra::DVector;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::conversion::FromPyObjectOwned;

@@ -6,10 +6,10 @@ use crate::flow::{BatchMotion, SeriesOf};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::{AnyLoop, Arrival, HybridFlow, IntegratedFlow, Present, SeriesStep, Taylor};
 use crate::model::Dynamics;
+use crate::observer::{Observer, ObserverFn};
 use crate::simulate::event_loop::Ending;
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
-use crate::watch::{GoOn, Watch};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
@@ -61,7 +61,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         &mut self,
         mut items: impl Iterator<Item = usize>,
         start: impl Fn(usize) -> (DVector<f64>, DVector<f64>),
-        go_on: GoOn<'_>,
+        go_on: ObserverFn<'_>,
         put: &mut dyn FnMut(usize, Done),
     ) -> std::result::Result<(), Failure> {
         let (t0, t_end) = self.t_span;
@@ -69,7 +69,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
             (lane.item, lane.flight) = (None, None);
         }
         let work = self.lanes[0].run.flow.free.search.work();
-        let mut watch = Watch::new(go_on);
+        let mut observer = Observer::new(go_on);
         loop {
             for (m, lane) in self.lanes.iter_mut().enumerate() {
                 while lane.item.is_none()
@@ -80,8 +80,8 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
                     lane.put_down(ended, put)?;
                 }
                 if let Some(item) = lane.item {
-                    watch.work(work).map_err(|error| (item, error))?;
-                    let ended = lane.depart(&mut self.series, m, t_end, &mut watch);
+                    observer.work(work).map_err(|error| (item, error))?;
+                    let ended = lane.depart(&mut self.series, m, t_end, &mut observer);
                     lane.put_down(ended, put)?;
                 }
             }
@@ -140,7 +140,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         series: &mut SeriesOf<K>,
         m: usize,
         t_end: f64,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Option<Ending>> {
         let Run {
             flow,
@@ -162,7 +162,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
                 ControlFlow::Continue(span) => {
                     let record = &mut self.record;
                     let arrival =
-                        flow.advance_to_event(&events.root_orders, span, t_end, record, watch)?;
+                        flow.advance_to_event(&events.root_orders, span, t_end, record, observer)?;
                     return events.arrive(flow.system(), arrival, t_end, record);
                 }
             }

@@ -13,6 +13,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
 use crate::hybrid::{Arrival, GapSizes, GapState, HybridFlow, HybridSystem};
 use crate::impact::CompleteChatter;
+use crate::observer::Observer;
 use crate::quantity::larger;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
@@ -20,7 +21,6 @@ use crate::tolerance::{
     CHATTER_SAFETY, GAP_ROUNDING, GIVEN_ROUNDING, LOST_FLIGHT, MOST_LEFT, MOST_SUNK, RATIO_TOL,
     TIME_ROUNDING,
 };
-use crate::watch::Watch;
 use at_once::{AtOnce, is_one_instant};
 use nalgebra::DVector;
 use std::cell::Cell;
@@ -93,17 +93,17 @@ impl EventLoop {
         let goal = system.clock().at(t_end);
         let now = Cell::new(system.clock().time());
         let mut ask = || observer(now.get());
-        let mut watch = Watch::new(&mut ask);
-        watch.look()?;
+        let mut observer = Observer::new(&mut ask);
+        observer.ask()?;
         let work = system.work_of_flight();
         loop {
-            watch.work(work)?;
+            observer.work(work)?;
             let span = match self.depart(flow.system(), goal, options) {
                 ControlFlow::Break(ending) => return Ok(ending),
                 ControlFlow::Continue(span) => span,
             };
             let arrival =
-                flow.advance_to_event(&self.root_orders, span, t_end, record, &mut watch)?;
+                flow.advance_to_event(&self.root_orders, span, t_end, record, &mut observer)?;
             let system = flow.system();
             now.set(system.clock().time());
             if let Some(ending) = self.arrive(system, arrival, t_end, record)? {

@@ -24,7 +24,7 @@ pub fn plan(scene: &Scene) -> Result<String> {
 
 fn machinery(scene: &Scene) -> Result<String> {
     let Ok(_) = scene.linear_system("plan") else {
-        let forcing = match scene.forcing().frequency() {
+        let forcing = match scene.frequency() {
             Some(_) => "harmonic forcing",
             None => "no forcing",
         };

@@ -3,9 +3,9 @@
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
+use crate::observer::is_broken_off;
 use crate::path::{PathParts, Samples};
 use crate::simulate::options::{Keep, SimulateOptions};
-use crate::watch::is_broken_off;
 use nalgebra::DMatrix;
 
 /// What is kept of a run.

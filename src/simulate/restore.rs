@@ -77,7 +77,7 @@ impl Trajectory {
         let n = scene.n_dof();
         // Without a motion nothing asks what would move it.
         let order = saved.motion.as_ref().map_or(1, |motion| motion.3);
-        let frequency = scene.forcing().frequency().unwrap_or(0.0);
+        let frequency = scene.frequency().unwrap_or(0.0);
         let mut evaluator = if order >= LEAST_SERIES {
             Evaluator::Series { order }
         } else if order > 0 {

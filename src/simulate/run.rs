@@ -132,7 +132,7 @@ fn run_by_method(
         Method::Exact => {
             let timed = TimedScene::of(scene, "simulate with method=\"exact\"")?;
             let TimedScene { modal, flow, .. } = &*timed;
-            let phase = scene.forcing().phase();
+            let phase = scene.phase();
             let done = with_flow!(&**flow, f => {
                 Run::exact(f, &timed, phase, options).run(q0, v0, t_span, observer)
             })?;

@@ -5,9 +5,9 @@ use crate::hybrid::Graze;
 use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
+use crate::observer::Observer;
 use crate::path::{Energy, ImpactSide, Path, Point, Samples, Segment, energy_along};
 use crate::simulate::options::{Stats, Status};
-use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -60,9 +60,8 @@ impl Trajectory {
 
     /// The forcing phase at a time, zero without forcing.
     pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
-        let forcing = self.scene.forcing();
-        let frequency = forcing.frequency().unwrap_or(0.0);
-        wrapped(Clock::new(t, frequency).angle() + forcing.phase())
+        let frequency = self.scene.frequency().unwrap_or(0.0);
+        wrapped(Clock::new(t, frequency).angle() + self.scene.phase())
     }
 
     /// How the run ended.
@@ -160,6 +159,6 @@ impl Trajectory {
     /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
     pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
         let (path, points) = (self.path()?, self.points()?);
-        energy_along(path, &self.scene, &points, &mut Watch::new(observer))
+        energy_along(path, &self.scene, &points, &mut Observer::new(observer))
     }
 }

@@ -4,11 +4,11 @@ use crate::contact::walk::StopDepth;
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
+use crate::observer::Observer;
 use crate::orbit::{
     Admissibility, Judge, Pattern, Ruling, Solution, largest_multiplier, list_impacts,
 };
 use crate::tolerance::{DISTINCT, ROUGH_MULTIPLIER};
-use crate::watch::Watch;
 
 /// One orbit of a cell, as far as a map needs it.
 pub(super) struct Candidate {
@@ -38,11 +38,11 @@ impl Candidate {
         &mut self,
         judge: &mut Judge<'_>,
         effort: StopDepth,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<()> {
         let flights = std::slice::from_ref(&self.solution.flight);
         let phase = self.solution.phase;
-        self.admissibility = judge.with_effort(effort, phase, flights, &self.impacts, watch)?;
+        self.admissibility = judge.with_effort(effort, phase, flights, &self.impacts, observer)?;
         Ok(())
     }
 
@@ -60,7 +60,7 @@ impl Candidate {
         &self,
         scene: &ModalScene,
         pattern: &Pattern,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Option<f64>> {
         let flights = std::slice::from_ref(&self.solution.flight);
         largest_multiplier(
@@ -69,7 +69,7 @@ impl Candidate {
             self.solution.phase,
             flights,
             &self.admissibility,
-            watch,
+            observer,
         )
     }
 }
@@ -80,7 +80,7 @@ pub(super) fn judge_all(
     scene: &ModalScene,
     pattern: &Pattern,
     candidates: &mut Vec<Candidate>,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<()> {
     let mut judge = Judge::new(scene);
     let motions = candidates.iter().map(|c| {
@@ -97,7 +97,7 @@ pub(super) fn judge_all(
                 enough: least * (1.0 + DISTINCT),
                 depth_error: ROUGH_MULTIPLIER,
             },
-            watch,
+            observer,
         )?;
         least = match candidate.ruling() {
             // After an admissible one, any violation is enough.
@@ -113,7 +113,7 @@ pub(super) fn judge_all(
         .any(|pair| pair[1] > 0.0 && pair[1] - pair[0] <= DISTINCT * pair[1])
     {
         for candidate in candidates {
-            candidate.judge(&mut judge, StopDepth::FULL, watch)?;
+            candidate.judge(&mut judge, StopDepth::FULL, observer)?;
         }
     }
     Ok(())

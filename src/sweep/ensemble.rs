@@ -5,12 +5,12 @@ use crate::flow::steps::State;
 use crate::flow::{TimedScene, registers, with_flow};
 use crate::hybrid::{AnyLoop, IntegratedFlow, Pendulum, Taylor};
 use crate::model::{Dynamics, Scene, SceneMotion};
+use crate::observer::ObserverFn;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::{
     Batch, Done, Keep, Method, Run, SimulateOptions, Status, with_series, with_steps,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
-use crate::watch::GoOn;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -105,7 +105,7 @@ pub fn simulate_many(
     match options.method.chosen_for(scene) {
         Method::Exact => {
             let timed = TimedScene::of(scene, "simulate_many with method=\"exact\"")?;
-            let phase = scene.forcing().phase();
+            let phase = scene.phase();
             with_flow!(&*timed.flow, f => {
                 let make = || Run::exact(f, &timed, phase, options);
                 fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
@@ -149,7 +149,7 @@ fn fill_ends<'a, M: AnyLoop>(
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
-    let work = |run: &mut Run<'a, M>, i: usize, go_on: GoOn<'_>| {
+    let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
         let (q0, v0) = (row(q0, i), row(v0, i));
         let done = run.run(&q0, &v0, t_span, &mut |_| go_on());
         done.map(TrajectoryEnd::of)
@@ -170,7 +170,7 @@ fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
     let work = |runs: &mut Batch<'a, S, D, K>,
                 first: usize,
                 slots: &mut [TrajectoryEnd],
-                go_on: GoOn<'_>| {
+                go_on: ObserverFn<'_>| {
         let start = |i: usize| (row(q0, first + i), row(v0, first + i));
         let n = slots.len();
         let mut put = |i: usize, done: Done| slots[i] = TrajectoryEnd::of(done);

@@ -4,6 +4,7 @@
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
+use crate::observer::{Observer, ObserverFn};
 use crate::orbit::{
     OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given, decides,
     period, periodic_orbits_observed, ranking,
@@ -12,7 +13,6 @@ use crate::quantity::room_for;
 use crate::sweep::candidate::{Candidate, judge_all};
 use crate::sweep::moving::ParametricScene;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
-use crate::watch::{GoOn, Watch};
 use std::ops::{ControlFlow, Range};
 
 /// Cells that a thread takes at a time.
@@ -172,8 +172,9 @@ pub fn existence_map(
     )?;
     let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
-    let item =
-        |moving: &mut ParametricScene<'_>, index, go_on: GoOn<'_>| sweep.cell(moving, index, go_on);
+    let item = |moving: &mut ParametricScene<'_>, index, go_on: ObserverFn<'_>| {
+        sweep.cell(moving, index, go_on)
+    };
     fill(&mut cells, TILE, options, || sweep.moving(), item, observer)?;
     let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
     ExistenceMap::from_cells(named(x), named(y), &cells)
@@ -253,7 +254,7 @@ pub fn existence_at_observed(
     check(scene, pattern, &options, "existence_map")?;
     if let [_] = pattern.instants() {
         let modal = ModalScene::new(scene, "existence_map")?;
-        return one_instant(&modal, pattern, n_periods, &mut Watch::new(observer));
+        return one_instant(&modal, pattern, n_periods, &mut Observer::new(observer));
     }
     let found = in_doubles(periodic_orbits_observed(scene, pattern, &options, observer))?;
     let Some((orbits, first)) = found.as_ref().and_then(|o| Some((o, o.first()?))) else {
@@ -348,7 +349,7 @@ impl<'a> Sweep<'a> {
         &self,
         moving: &mut ParametricScene<'_>,
         index: usize,
-        go_on: GoOn<'_>,
+        go_on: ObserverFn<'_>,
     ) -> Result<ExistenceCell> {
         let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
         let (x, y) = (self.x.values[i], self.y.values[j]);
@@ -357,7 +358,12 @@ impl<'a> Sweep<'a> {
             let Some(scene) = in_doubles(moving.at(&values))? else {
                 return Ok(EMPTY);
             };
-            return one_instant(scene, self.pattern, self.n_periods, &mut Watch::new(go_on));
+            return one_instant(
+                scene,
+                self.pattern,
+                self.n_periods,
+                &mut Observer::new(go_on),
+            );
         }
         let moved = self.scene.replace(self.x.parameter.change(x));
         let moved = moved.and_then(|scene| scene.replace(self.y.parameter.change(y)));
@@ -393,7 +399,7 @@ fn one_instant(
     scene: &ModalScene,
     pattern: &Pattern,
     n_periods: usize,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<ExistenceCell> {
     let Some(span) = in_doubles(period(scene, n_periods))? else {
         return Ok(EMPTY);
@@ -414,13 +420,13 @@ fn one_instant(
     if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
         return Ok(EMPTY);
     }
-    judge_all(scene, pattern, &mut candidates, watch)?;
+    judge_all(scene, pattern, &mut candidates, observer)?;
     if candidates.is_empty() {
         return Ok(EMPTY);
     }
     let rulings: Vec<Ruling> = candidates.iter().map(Candidate::ruling).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
-    let mut radius = |i: usize| candidates[i].largest_multiplier(scene, pattern, watch);
+    let mut radius = |i: usize| candidates[i].largest_multiplier(scene, pattern, observer);
     let first = ranking(scene.form.n_dof(), &rulings, |i| Ok(is_stable(radius(i)?)))?[0];
     let (is_admissible, radius) = (rulings[first] == Ruling::Admissible, radius(first)?);
     Ok(ExistenceCell {

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::modal::{Block, Form};
-use crate::model::{Forcing, Parameter, Scene};
+use crate::model::{Parameter, Scene};
 use std::sync::Arc;
 
 /// The machinery of a scene, and of the same scene with other values of its parameters.
@@ -23,7 +23,7 @@ impl<'a> ParametricScene<'a> {
     /// The machinery of a scene; `purpose` says in an error what needs it linear.
     pub fn new(scene: &'a Scene, purpose: &str) -> Result<Self> {
         let base = ModalScene::new(scene, purpose)?;
-        let grows_with_frequency = matches!(scene.forcing(), Forcing::BaseMotion(_));
+        let grows_with_frequency = scene.forcing().is_inertial();
         let has_real_modes = base.form.shapes().is_some();
         Ok(Self {
             scene,

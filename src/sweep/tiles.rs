@@ -2,7 +2,7 @@
 //! an observer on the calling thread hears of the progress from time to time and may stop it all.
 
 use crate::error::{Error, Failure, Result};
-use crate::watch::{GoOn, stop_if};
+use crate::observer::{ObserverFn, stop_if};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -49,10 +49,10 @@ pub(crate) fn fill<T: Send, W>(
     tile: usize,
     options: SweepOptions,
     workspace: impl Fn() -> Result<W> + Sync,
-    item: impl Fn(&mut W, usize, GoOn<'_>) -> Result<T> + Sync,
+    item: impl Fn(&mut W, usize, ObserverFn<'_>) -> Result<T> + Sync,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
-    let items = |workspace: &mut W, first: usize, slots: &mut [T], go_on: GoOn<'_>| {
+    let items = |workspace: &mut W, first: usize, slots: &mut [T], go_on: ObserverFn<'_>| {
         for (i, slot) in (first..).zip(slots) {
             let value = stop_if(go_on()).and_then(|()| item(workspace, i, go_on));
             *slot = value.map_err(|error| (i, error))?;
@@ -74,7 +74,7 @@ pub(crate) fn fill_tiles<T: Send, W>(
     tile: usize,
     options: SweepOptions,
     workspace: impl Fn() -> Result<W> + Sync,
-    items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure> + Sync,
+    items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure> + Sync,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let total = out.len();
@@ -93,7 +93,7 @@ fn alone<T, W>(
     out: &mut [T],
     tile: usize,
     workspace: impl Fn() -> Result<W>,
-    items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure>,
+    items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure>,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let total = out.len();
@@ -116,8 +116,8 @@ fn alone<T, W>(
 #[cfg(feature = "parallel")]
 mod on_threads {
     use crate::error::{Error, Failure, Result};
+    use crate::observer::{ObserverFn, stop_if, with_asker};
     use crate::sweep::tiles::{OBSERVER_INTERVAL, Progress};
-    use crate::watch::{GoOn, stop_if, with_asker};
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::sync::{Arc, Mutex};
@@ -161,7 +161,7 @@ mod on_threads {
             &self,
             size: usize,
             workspace: impl Fn() -> Result<W>,
-            items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure>,
+            items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure>,
         ) {
             let mut workspace = match workspace() {
                 Ok(workspace) => workspace,
@@ -199,7 +199,8 @@ mod on_threads {
         tile: usize,
         threads: usize,
         workspace: impl Fn() -> Result<W> + Sync,
-        items: impl Fn(&mut W, usize, &mut [T], GoOn<'_>) -> std::result::Result<(), Failure> + Sync,
+        items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure>
+        + Sync,
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<()> {
         let total = out.len();
@@ -266,7 +267,7 @@ mod tests {
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Vec<usize>> {
         let mut out = vec![0; 3000];
-        let slow = |(): &mut (), i: usize, _: GoOn<'_>| {
+        let slow = |(): &mut (), i: usize, _: ObserverFn<'_>| {
             std::thread::sleep(Duration::from_micros(50));
             Ok(i * i)
         };
@@ -319,7 +320,7 @@ mod tests {
     #[test]
     fn a_failure_is_reported_and_no_threads_are_refused() {
         for threads in [1, 2] {
-            let fails = |(): &mut (), i: usize, _: GoOn<'_>| {
+            let fails = |(): &mut (), i: usize, _: ObserverFn<'_>| {
                 if i == 2000 {
                     Err(Error::bad_value("item", i, "no"))
                 } else {

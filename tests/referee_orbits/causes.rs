@@ -3,7 +3,7 @@
 use crate::closing::misfit;
 use crate::plant::{Face, Plant, chain};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
-use vibroimpact::{Free, OrbitOptions, Pattern, Reaction, Verdict, periodic_orbits};
+use vibroimpact::{FreeParameter, OrbitOptions, Pattern, Reaction, Verdict, periodic_orbits};
 
 /// What an orbit closes to, relative to its size.
 const CLOSED: f64 = 1e-11;
@@ -108,7 +108,7 @@ fn stops_with_one_normal_and_two_reactions_are_hit_together() {
     let together = Pattern::together(&[0, 1]).expect("two stops");
     for (phase, free) in [
         (Some(0.7), None),
-        (None, Some(Free::Clearance)),
+        (None, Some(FreeParameter::Clearance)),
         (None, None),
     ] {
         let options = OrbitOptions {

@@ -20,7 +20,9 @@ use random::{Random, chosen, number};
 use returns::Returns;
 use scan::{Times, phases};
 use std::f64::consts::TAU;
-use vibroimpact::{Free, OrbitOptions, Orbits, Parameter, Pattern, PeriodicOrbit, periodic_orbits};
+use vibroimpact::{
+    FreeParameter, OrbitOptions, Orbits, Parameter, Pattern, PeriodicOrbit, periodic_orbits,
+};
 
 /// What an orbit closes to, relative to its size.
 const CLOSED: f64 = 1e-9;
@@ -71,7 +73,10 @@ fn questions(random: &mut Random, plant: &Plant) -> Vec<(Pattern, OrbitOptions)>
     }
     if stops >= 2 {
         let together = Pattern::together(&[0, 1]).expect("two stops");
-        for free in [Free::Clearance, Free::Parameter(Parameter::ForcingScale)] {
+        for free in [
+            FreeParameter::Clearance,
+            FreeParameter::Parameter(Parameter::ForcingScale),
+        ] {
             let free = Some(free);
             all.push((
                 together.clone(),

@@ -17,14 +17,14 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
     state: &'s [Pair],
-    whole: Vec<Pair>,
+    modal_state: Vec<Pair>,
 }
 
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
     fn write(&self, numbers: &mut Vec<f64>) {
-        let mut whole = Vec::new();
-        self.flow.to_modal_pairs(self.state, &mut whole);
-        numbers.extend(whole.iter().flatten());
+        let mut modal_state = Vec::new();
+        self.flow.to_modal_pairs(self.state, &mut modal_state);
+        numbers.extend(modal_state.iter().flatten());
     }
 }
 
@@ -32,8 +32,8 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
     fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
         let mut there = self.state.to_vec();
         self.search.forward(&mut there, local);
-        self.flow.to_modal_pairs(&there, &mut self.whole);
-        self.scene.form.to_physical(&self.whole)
+        self.flow.to_modal_pairs(&there, &mut self.modal_state);
+        self.scene.form.to_physical(&self.modal_state)
     }
 }
 
@@ -43,12 +43,12 @@ pub(super) struct ConstrainedArc<'s> {
     pub angle: f64,
     pub start: (&'s DVector<f64>, &'s DVector<f64>),
     /// The same in modal pairs.
-    pub whole: Vec<Pair>,
+    pub modal_state: Vec<Pair>,
 }
 
 impl Written for ConstrainedArc<'_> {
     fn write(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self.whole.iter().flatten());
+        numbers.extend(self.modal_state.iter().flatten());
     }
 }
 
@@ -89,7 +89,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 flow: self.flow,
                 scene: self.scene,
                 state: &self.state,
-                whole: Vec::new(),
+                modal_state: Vec::new(),
             };
             recorder.arc(arc, &mut motion);
         }
@@ -110,7 +110,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 motion: &motion,
                 angle: self.clock.angle(),
                 start: (&q, &v),
-                whole: self.scene.form.to_modal(&q, &v),
+                modal_state: self.scene.form.to_modal(&q, &v),
             };
             self.record_along(SegmentKind::Chatter, (span, None), &mut arc, recorder);
         }

@@ -6,7 +6,7 @@ use super::system::{ClosedForm, is_before, is_within};
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::next::{ContactSearch, Grazed, LATE, Seen};
 use crate::error::Result;
-use crate::flow::jet::Jet;
+use crate::flow::gap_model::GapModel;
 use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, with_flow};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
@@ -14,8 +14,8 @@ use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{Gaps, Present};
 use crate::impact::{StopsAt, project};
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::tolerance::{CANCELLED, FLAT_FORCE};
-use crate::watch::Watch;
 use nalgebra::DVector;
 use std::ops::Range;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         let angle = self.clock.angle();
-        let lost = self.scene.form.lost(&self.whole(&self.state));
+        let lost = self.scene.form.lost(&self.modal_state(&self.state));
         let derivatives = if held.is_empty() {
             let state = self.physical();
             let equations = self.timed.equations();
@@ -89,18 +89,18 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let angle = self.clock.angle();
         let course = HeldFlight {
             motion,
             angle,
-            whole: motion.reduce(&q, &v),
+            modal_state: motion.reduce(&q, &v),
             orders,
         };
         let (next, seen, touches) =
-            with_flow!(&motion.flow, flow => course.next(flow, span, watch))?;
+            with_flow!(&motion.flow, flow => course.next(flow, span, observer))?;
         self.search.saw(&seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
@@ -123,7 +123,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 motion,
                 angle,
                 start: (&q, &v),
-                whole: self.whole(&self.state),
+                modal_state: self.modal_state(&self.state),
             };
             let ends = (time, next.is_none().then_some(last));
             self.record_along(SegmentKind::Stick, ends, &mut arc, recorder);
@@ -148,7 +148,7 @@ struct HeldFlight<'a> {
     motion: &'a ConstrainedMotion,
     angle: f64,
     /// The motion left over, in its modal pairs.
-    whole: Vec<Pair>,
+    modal_state: Vec<Pair>,
     /// The orders of the roots of the gaps, and of the contact forces, as far as known.
     orders: &'a [usize],
 }
@@ -159,11 +159,11 @@ impl HeldFlight<'_> {
         &self,
         flow: &H,
         span: f64,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<(Option<(HeldEvent, f64)>, Seen, Vec<Grazed>)> {
         let mut state = Vec::new();
-        flow.from_modal(&self.whole, self.angle, &mut state);
-        let (events, rows) = watched(flow, self.motion, (&self.whole, &state));
+        flow.from_modal(&self.modal_state, self.angle, &mut state);
+        let (events, rows) = watched(flow, self.motion, (&self.modal_state, &state));
         let mut search = ContactSearch::new(flow, rows);
         search.evaluate(&state);
         let orders: Vec<usize> = events
@@ -171,7 +171,7 @@ impl HeldFlight<'_> {
             .enumerate()
             .map(|(place, event)| match event {
                 HeldEvent::Release(stop) => {
-                    let order = order_of_zero(search.jet(place), flow.fastest_rate());
+                    let order = order_of_zero(search.model(place), flow.fastest_rate());
                     order.max(self.orders[*stop])
                 }
                 HeldEvent::Contact(stop) => self.orders[*stop],
@@ -179,7 +179,7 @@ impl HeldFlight<'_> {
             .collect();
         let mut grazed = Vec::new();
         let FirstEvent { stop: place, root } =
-            search.next(&state, &orders, span, &mut grazed, watch)?;
+            search.next(&state, &orders, span, &mut grazed, observer)?;
         let found = match root {
             FirstRoot::None => None,
             FirstRoot::Undecided { at } => Some((place, at)),
@@ -224,7 +224,7 @@ enum HeldEvent {
 fn watched<H: LinearFlow>(
     flow: &H,
     motion: &ConstrainedMotion,
-    (whole, state): (&[Pair], &[Pair]),
+    (modal_state, state): (&[Pair], &[Pair]),
 ) -> (Vec<HeldEvent>, Vec<GapRow>) {
     let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
         let gap = gap.as_ref()?;
@@ -236,8 +236,8 @@ fn watched<H: LinearFlow>(
     let forces = motion.stops.iter().zip(&motion.forces);
     let forces = forces.filter_map(|(&stop, force)| {
         let row = flow.gap_row(force).known_to(CANCELLED).with_whole_turning();
-        let lost = motion.lost(force, whole);
-        let size = row.jet(&derivatives).size;
+        let lost = motion.lost(force, modal_state);
+        let size = row.model(&derivatives).size;
         let is_flat = row.most(&norms) <= (FLAT_FORCE * size).max(lost);
         (!is_flat).then_some((HeldEvent::Release(stop), row))
     });
@@ -246,11 +246,11 @@ fn watched<H: LinearFlow>(
 
 /// The number of leading derivatives of a contact force that are zero, as far as a cubic tells: beside its terms, or beside what it
 /// will be soon.
-fn order_of_zero(jet: &Jet, rate: f64) -> usize {
+fn order_of_zero(model: &GapModel, rate: f64) -> usize {
     let natural: [f64; 4] = std::array::from_fn(|k| {
         let unit: f64 = (0..k).fold(1.0, |unit, _| unit * rate);
-        jet.c[k].abs() / unit
+        model.c[k].abs() / unit
     });
-    let scale = FLAT_FORCE * natural.iter().fold(jet.size, |size, c| size.max(*c));
+    let scale = FLAT_FORCE * natural.iter().fold(model.size, |size, c| size.max(*c));
     natural.iter().position(|c| *c > scale).unwrap_or(LATE)
 }

@@ -16,9 +16,9 @@ use crate::impact::{CompleteChatter, put_onto_stops, wrapped};
 
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
+use crate::observer::Observer;
 use crate::quantity::{difference, larger, positive_part};
 use crate::tolerance::{DEPENDENT, GAP_ROUNDING, PLACED_ROUNDING};
-use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::cell::OnceCell;
 use std::ops::Range;
@@ -118,10 +118,10 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         }
     }
 
-    pub(super) fn whole(&self, state: &[Pair]) -> Vec<Pair> {
-        let mut whole = Vec::with_capacity(state.len());
-        self.flow.to_modal_pairs(state, &mut whole);
-        whole
+    pub(super) fn modal_state(&self, state: &[Pair]) -> Vec<Pair> {
+        let mut modal_state = Vec::with_capacity(state.len());
+        self.flow.to_modal_pairs(state, &mut modal_state);
+        modal_state
     }
 
     /// Puts the present state at a position and velocity, a time later.
@@ -169,14 +169,14 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
     }
 
     fn gap(&self, stop: usize) -> GapState {
-        let jet = self.search.jet(stop);
+        let model = self.search.model(stop);
         GapState {
-            gap: jet.c[0],
-            // Of the terms that an impact takes it from: those of the jet are others, and larger where modes are complex.
+            gap: model.c[0],
+            // Of the terms that an impact takes it from: those of the model are others, and larger where modes are complex.
             speed: -along(&self.velocity_rows[stop], &self.state),
-            acceleration: 2.0 * jet.c[2],
-            jerk: Some(6.0 * jet.c[3]),
-            size: jet.size,
+            acceleration: 2.0 * model.c[2],
+            jerk: Some(6.0 * model.c[3]),
+            size: model.size,
         }
     }
 
@@ -300,7 +300,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
-        Ok(6.0 * self.search.jet(stop).c[3])
+        Ok(6.0 * self.search.model(stop).c[3])
     }
 
     fn left_at_release(&self) -> f64 {
@@ -409,7 +409,7 @@ impl<F: LinearFlow> Present for ClosedForm<'_, F> {
     }
 
     fn physical(&self) -> (DVector<f64>, DVector<f64>) {
-        self.scene.form.to_physical(&self.whole(&self.state))
+        self.scene.form.to_physical(&self.modal_state(&self.state))
     }
 
     fn work_of_flight(&self) -> usize {
@@ -430,8 +430,8 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.placed.clear();
         self.clock = self.clock.at(t);
         let angle = self.clock.angle();
-        let whole = self.scene.form.to_modal(q, v);
-        self.flow.from_modal(&whole, angle, &mut self.state);
+        let modal_state = self.scene.form.to_modal(q, v);
+        self.flow.from_modal(&modal_state, angle, &mut self.state);
     }
 
     fn advance_to_event(
@@ -440,16 +440,16 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         if let Some(motion) = &self.holding {
             let motion = Arc::clone(motion);
-            return self.advance_constrained(&motion, orders, (span, last), recorder, watch);
+            return self.advance_constrained(&motion, orders, (span, last), recorder, observer);
         }
         self.grazed.clear();
         let FirstEvent { stop, root } =
             self.search
-                .next(&self.state, orders, span, &mut self.grazed, watch)?;
+                .next(&self.state, orders, span, &mut self.grazed, observer)?;
         match root {
             FirstRoot::None => {}
             FirstRoot::Undecided { at: time } => {

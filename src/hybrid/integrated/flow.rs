@@ -10,7 +10,7 @@ use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::HybridSystem;
 use crate::model::{Dynamics, Scene};
-use crate::watch::Watch;
+use crate::observer::Observer;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -52,13 +52,13 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         let Self { free, system } = self;
         if system.is_free() {
-            return free.advance(system, orders, (span, last), recorder, watch);
+            return free.advance(system, orders, (span, last), recorder, observer);
         }
-        system.advance_constrained(orders, (span, last), recorder, watch)
+        system.advance_constrained(orders, (span, last), recorder, observer)
     }
 
     fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()> {

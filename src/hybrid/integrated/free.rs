@@ -6,7 +6,7 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::model::Dynamics;
-use crate::watch::Watch;
+use crate::observer::Observer;
 
 /// What moves a motion where no stop is held.
 pub(crate) trait FreeFlight<S: State, D: Dynamics> {
@@ -26,7 +26,7 @@ pub(crate) trait FreeFlight<S: State, D: Dynamics> {
         orders: &[usize],
         ends: (f64, f64),
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival>;
 
     /// Records an arc of no length at the present state; `last` is the time at which the run ends with it.

@@ -40,7 +40,7 @@ impl IntegratedMaps {
             motion: SceneMotion::new(scene),
             system: scene.system().clone(),
             contacts: Arc::new(contacts(scene)),
-            frequency: scene.forcing().frequency().unwrap_or(0.0),
+            frequency: scene.frequency().unwrap_or(0.0),
             phase,
         }
     }

@@ -36,14 +36,14 @@ impl Pendulum {
     /// # Errors
     /// A scene that has no Taylor series.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let forcing = scene.forcing();
+        let excitation = scene.excitation();
         match scene.system() {
             System::DoublePendulum(s) if has_series(scene) => Ok(Self::Double(
-                DoublePendulumMotion::new(s, Driven::new(forcing)),
+                DoublePendulumMotion::new(s, Driven::new(&excitation)),
                 s.links(),
             )),
             System::PendulumChain(s) if has_series(scene) => {
-                Ok(Self::Chain(ChainMotion::new(s, forcing), s.links()))
+                Ok(Self::Chain(ChainMotion::new(s, &excitation), s.links()))
             }
             _ => Err(Error::bad_value(
                 "method",

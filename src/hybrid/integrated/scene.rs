@@ -8,8 +8,8 @@ use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
 use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
-use crate::watch::Watch;
 use nalgebra::DVector;
 use std::cell::OnceCell;
 use std::marker::PhantomData;
@@ -73,7 +73,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let none = vec![GapValue::default(); contacts.len()];
-        let clock = Clock::new(0.0, scene.forcing().frequency().unwrap_or(0.0));
+        let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
         let tolerance = Tolerance {
             // Below this the rounding of a step exceeds its tolerance.
             relative: tolerance.relative.max(4.0 * f64::EPSILON),
@@ -88,7 +88,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             held: Vec::new(),
             is_bound: Vec::new(),
             peak_forces: Vec::new(),
-            phase: scene.forcing().phase(),
+            phase: scene.phase(),
             tolerance,
             choice,
             stepper: P::new(n, tolerance, choice),
@@ -239,11 +239,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         orders: &[usize],
         ends: (f64, f64),
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         self.is_begun = false;
         let held = self.held_motion();
-        self.advance_along::<_, true>(&held, orders, ends, recorder, watch)
+        self.advance_along::<_, true>(&held, orders, ends, recorder, observer)
     }
 
     pub(super) fn counts(&self) -> Counts {

@@ -15,7 +15,7 @@ use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, Links, Scene, contacts};
-use crate::watch::Watch;
+use crate::observer::Observer;
 use nalgebra::DVector;
 
 /// Flights along Taylor series.
@@ -36,7 +36,7 @@ impl Taylor {
     /// Flights of a scene's pendulum, to a relative tolerance.
     pub fn new(links: Links, scene: &Scene, tolerance: f64) -> Self {
         let order = series_order(tolerance);
-        let pendulum = PendulumSeries::new(links, scene.forcing(), order);
+        let pendulum = PendulumSeries::new(links, &scene.excitation(), order);
         let gaps = contacts(scene);
         let gaps = gaps
             .iter()
@@ -67,14 +67,14 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         let Self { search, series } = self;
         let end = system.clock.after(span);
         if system.contacts.is_empty() && recorder.wanted().is_nothing() {
-            return search.go_through(system, series, end, watch);
+            return search.go_through(system, series, end, observer);
         }
-        let mut steps = watch.steps(search.work());
+        let mut steps = observer.steps(search.work());
         let mut orders = Some(orders);
         loop {
             steps.begin()?;
@@ -144,9 +144,9 @@ impl SeriesSearch {
         system: &mut Integrated<'_, S, D, P>,
         series: &mut SeriesOf<1>,
         end: Clock,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
-        let mut steps = watch.steps(self.work());
+        let mut steps = observer.steps(self.work());
         system.is_begun = false;
         loop {
             steps.begin()?;

@@ -13,7 +13,7 @@ use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
-use crate::watch::Watch;
+use crate::observer::Observer;
 use std::f64::consts::PI;
 use std::marker::PhantomData;
 
@@ -61,13 +61,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P::Choic
         orders: &[usize],
         ends: (f64, f64),
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         let dynamics = system.dynamics;
         if system.contacts.is_empty() && recorder.wanted().is_nothing() {
-            return system.step_through(dynamics, ends.0, watch);
+            return system.step_through(dynamics, ends.0, observer);
         }
-        system.advance_along::<D, false>(dynamics, orders, ends, recorder, watch)
+        system.advance_along::<D, false>(dynamics, orders, ends, recorder, observer)
     }
 
     fn record_instant(
@@ -279,10 +279,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         &mut self,
         dynamics: &E,
         span: f64,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         let end = self.clock.after(span);
-        let mut steps = watch.steps(self.work_of_step());
+        let mut steps = observer.steps(self.work_of_step());
         self.begin(dynamics)?;
         loop {
             steps.begin()?;
@@ -344,7 +344,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
         self.forget_extents();
@@ -355,7 +355,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         };
         recorder.begin_segment(kind, &self.held);
         let end = self.clock.after(span);
-        let mut steps = watch.steps(self.work_of_step());
+        let mut steps = observer.steps(self.work_of_step());
         let mut orders = Some(orders);
         let mut halvings = 0;
         self.begin(dynamics)?;

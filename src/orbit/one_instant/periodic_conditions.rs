@@ -204,16 +204,16 @@ impl<'a> PeriodicConditions<'a> {
                 }
             }
             Form::Dense(state) => {
-                let whole = enlarged_exponential(state, self.scene, t);
+                let enlarged = enlarged_exponential(state, self.scene, t);
                 let m = state.nrows();
                 for row in 0..m {
                     for column in 0..m {
                         matrix[(k + row, k + column)] =
-                            f64::from(u8::from(row == column)) - whole[(row, column)];
+                            f64::from(u8::from(row == column)) - enlarged[(row, column)];
                     }
-                    rhs[k + row] = whole[(row, m)];
-                    matrix[(k + row, inner)] = -whole[(row, m + 1)];
-                    matrix[(k + row, inner + 1)] = -whole[(row, m + 2)];
+                    rhs[k + row] = enlarged[(row, m)];
+                    matrix[(k + row, inner)] = -enlarged[(row, m + 1)];
+                    matrix[(k + row, inner + 1)] = -enlarged[(row, m + 2)];
                 }
             }
         }
@@ -392,7 +392,7 @@ pub(in crate::orbit) fn enlarged_exponential(
 ) -> DMatrix<f64> {
     let flow =
         crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.force, scene.frequency);
-    let mut whole = DMatrix::zeros(0, 0);
-    crate::flow::LinearFlow::prepare(&flow, t, &mut whole);
-    whole
+    let mut enlarged = DMatrix::zeros(0, 0);
+    crate::flow::LinearFlow::prepare(&flow, t, &mut enlarged);
+    enlarged
 }

@@ -101,7 +101,7 @@ fn meet_contacts(conditions: &PeriodicConditions<'_>, rows: &Rows) -> Result<Pha
 /// Motions without impacts.
 pub(crate) fn without_impacts(problem: &Problem<'_>) -> Result<Solutions> {
     let given = problem.options.phase;
-    let phase = given.unwrap_or_else(|| problem.scene.forcing().phase());
+    let phase = given.unwrap_or_else(|| problem.scene.phase());
     let conditions = PeriodicConditions::new(&problem.modal, &[], problem.period);
     let phases = phase_given(&conditions, phase)?;
     let reason = match (phases.points.is_empty(), phases.basis.ncols()) {

@@ -80,7 +80,7 @@ pub fn find_orbit_observed<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    let frequency = scene.forcing().frequency();
+    let frequency = scene.frequency();
     let start = guess.into().read(frequency, n_periods)?;
     check(scene, &start)?;
     let depends = depends_on_own_time(scene, &start.states)?;
@@ -100,7 +100,7 @@ pub fn find_orbit_observed<'a>(
         &modal,
         start.stages.iter().map(|stage| stage.held.as_slice()),
     )?;
-    let motion = ClosedFormMaps::new(&modal, scene.forcing().phase(), held);
+    let motion = ClosedFormMaps::new(&modal, scene.phase(), held);
     let (found, flight_ends) = shoot(&motion, &scene, &start, observer)?;
     let pairs = |state: &DVector<f64>| motion.modal(state);
     let parts = parts(&scene, &start, &found, &flight_ends, &motion, pairs)?;
@@ -114,7 +114,7 @@ fn stepped(
     depends: bool,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    let motion = IntegratedMaps::new(scene, scene.forcing().phase());
+    let motion = IntegratedMaps::new(scene, scene.phase());
     let (found, flight_ends) = shoot(&motion, scene, start, observer)?;
     let parts = parts(scene, start, &found, &flight_ends, &motion, paired)?;
     let scene = with_phase(scene, parts.phase, depends)?;
@@ -130,7 +130,7 @@ fn shoot<M: HybridMaps>(
     start: &Start,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<(ShootingState, Vec<FlightEnd>)> {
-    let clocked = match scene.forcing().frequency() {
+    let clocked = match scene.frequency() {
         Some(w) => Clocked::Forced {
             period: TAU / w * start.n_periods as f64,
         },
@@ -220,12 +220,11 @@ fn parts<M: HybridMaps>(
         flight.start = elapsed;
         elapsed += flight.span;
     }
-    let forcing = scene.forcing();
-    let frequency = forcing.frequency().unwrap_or(0.0);
+    let frequency = scene.frequency().unwrap_or(0.0);
     Ok(OrbitData {
         pattern: Pattern::new(instants)?,
         n_periods: start.n_periods,
-        phase: wrapped(frequency * zero + forcing.phase()),
+        phase: wrapped(frequency * zero + scene.phase()),
         flights,
         impulses,
         clearances: Vec::new(),

@@ -55,7 +55,7 @@ pub(crate) fn depends_on_own_time(scene: &Scene, states: &[DVector<f64>]) -> Res
         let value = "of equations that depend on time by themselves";
         Err(Error::bad_value("scene", value, rule))
     };
-    if scene.forcing().frequency().is_none() {
+    if scene.frequency().is_none() {
         return refused(
             "without forcing there is no period that they could share; give the scene a harmonic force of theirs, its amplitude \
              zero if need be"
@@ -79,14 +79,13 @@ pub(crate) fn depends_on_own_time(scene: &Scene, states: &[DVector<f64>]) -> Res
 
 /// The scene from another phase of its forcing on: equations that depend on time are as much later.
 pub(crate) fn with_phase(scene: &Scene, phase: f64, depends: bool) -> Result<Scene> {
-    let forcing = scene.forcing();
-    let Some(frequency) = forcing.frequency() else {
+    let Some(frequency) = scene.frequency() else {
         return Ok(scene.clone());
     };
     let moved = scene.replace(Change::Phase(phase))?;
     match scene.system() {
         System::Nonlinear(system) if depends => {
-            let turned = (phase - forcing.phase()).rem_euclid(TAU);
+            let turned = (phase - scene.phase()).rem_euclid(TAU);
             let offset = system.time_offset() + turned / frequency;
             let system = system.clone().with_time_offset(offset)?;
             moved.replace(Change::System(system.into()))

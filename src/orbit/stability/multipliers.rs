@@ -6,10 +6,10 @@ use crate::flow::{ModalScene, along};
 use crate::impact::saltation;
 use crate::linalg::eigen;
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
 use crate::tolerance::MARGINAL;
-use crate::watch::Watch;
 use nalgebra::{Complex, DMatrix, DVector, DVectorView};
 
 /// Stops hit together whose orders are all followed; their number grows as the factorial.
@@ -148,7 +148,7 @@ pub(crate) fn stability(
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<Stability> {
     let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
     if let Some(refused) = refused(pattern, found, is_coupled) {
@@ -156,7 +156,7 @@ pub(crate) fn stability(
     }
     let (forward, backward) = scene.form.transformation();
     over_orders(pattern, |order| {
-        watch.work((2 * scene.form.n_dof()).pow(3))?;
+        observer.work((2 * scene.form.n_dof()).pow(3))?;
         Ok(&forward * monodromy(scene, order, phase, flights)? * &backward)
     })
 }
@@ -212,7 +212,7 @@ pub(crate) fn largest_multiplier(
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<Option<f64>> {
     let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
     if refusal(pattern, found, is_coupled).is_some() {
@@ -222,7 +222,7 @@ pub(crate) fn largest_multiplier(
     for order in orders(pattern) {
         let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights)?)?;
         largest = multipliers.iter().map(|z| z.norm()).fold(largest, f64::max);
-        watch.work(multipliers.len().pow(3))?;
+        observer.work(multipliers.len().pow(3))?;
     }
     Ok(Some(largest))
 }

@@ -8,7 +8,7 @@ use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::two_instants::green::{Green, TimeCell, turned};
 use crate::orbit::two_instants::polish::Root;
 use crate::orbit::two_instants::resonant::ResonantModes;
-use crate::orbit::two_instants::series::Entry;
+use crate::orbit::two_instants::taylor_model::UnscaledModel;
 use crate::orbit::two_instants::units::Units;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -111,17 +111,17 @@ impl<'a> Conditions<'a> {
     }
 
     /// The equations over a cell of dt, by rows, unscaled.
-    pub fn entries(&self, cell: &TimeCell) -> Vec<Entry> {
+    pub fn entries(&self, cell: &TimeCell) -> Vec<UnscaledModel> {
         let (k, inner, width) = (
             self.instant.stops.len(),
             self.n_inner(),
             self.constant.ncols(),
         );
-        let mut entries: Vec<Entry> = self
+        let mut entries: Vec<UnscaledModel> = self
             .constant
             .transpose()
             .iter()
-            .map(|&x| Entry::constant(x))
+            .map(|&x| UnscaledModel::constant(x))
             .collect();
         let t = self.instant.period;
         let rest = TimeCell {
@@ -130,7 +130,7 @@ impl<'a> Conditions<'a> {
             high: t - cell.low,
             ..*cell
         };
-        let mut out = vec![Entry::default(); 2 * k];
+        let mut out = vec![UnscaledModel::default(); 2 * k];
         for (b, green) in self.green.iter().enumerate() {
             let is_first = b < self.first;
             // An impulse of one instant as the stops of the other one see it.
@@ -140,7 +140,7 @@ impl<'a> Conditions<'a> {
                 (&self.seen[0], 0..self.first, &rest)
             };
             let n = targets.len();
-            out.fill(Entry::default());
+            out.fill(UnscaledModel::default());
             green.add(tau, !is_first, rows, &mut out);
             for (i, a) in targets.enumerate() {
                 entries[a * width + b] = out[i];
@@ -165,7 +165,7 @@ impl<'a> Conditions<'a> {
         resonant: &ResonantModes<'_>,
         cell: &TimeCell,
         rest: &TimeCell,
-        entries: &mut [Entry],
+        entries: &mut [UnscaledModel],
     ) {
         let scene = self.scene();
         let (k, inner, width) = (
@@ -193,7 +193,7 @@ impl<'a> Conditions<'a> {
                 let along = resonant.row(&seen, &there, cell);
                 let line = &mut entries[row * width..(row + 1) * width];
                 for entry in &mut line[k..inner] {
-                    *entry = Entry::default();
+                    *entry = UnscaledModel::default();
                 }
                 for (i, x) in along[..inner - k].iter().enumerate() {
                     line[k + i].add(factor, x);
@@ -205,7 +205,7 @@ impl<'a> Conditions<'a> {
                 for (entry, &stop) in line.iter_mut().zip(self.instant.stops).skip(self.first) {
                     let jump = pick(&scene.jumps[stop]);
                     let own: f64 = seen.iter().zip(&jump).map(|(r, j)| r * j).sum();
-                    entry.add(-factor, &Entry::constant(own));
+                    entry.add(-factor, &UnscaledModel::constant(own));
                 }
             }
         }

@@ -4,6 +4,7 @@
 
 use crate::error::Result;
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::orbit::two_instants::certificate::Certificate;
 use crate::orbit::two_instants::conditions::{Conditions, point};
 use crate::orbit::two_instants::green::TimeCell;
@@ -14,11 +15,10 @@ use crate::orbit::two_instants::minors::Minors;
 use crate::orbit::two_instants::polish::{
     Root, TwoInstantEquations, circle_starts, least_squares_start, polish,
 };
-use crate::orbit::two_instants::series::Series;
+use crate::orbit::two_instants::taylor_model::TaylorModel;
 use crate::tolerance::{
     FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, TOGETHER, TRIVIAL_FLIGHT,
 };
-use crate::watch::Watch;
 use nalgebra::{DMatrix, DVector};
 
 /// Bisections of a bracket from which Newton's method went astray.
@@ -56,7 +56,7 @@ impl FlightTimeSearch<'_> {
 
     /// The scaled equations over a cell, the meeting of the instants, or the line of solutions half the period apart,
     /// divided out where `end` says so.
-    fn rows(&self, cell: &TimeCell, end: CellEnd) -> Vec<Series> {
+    fn rows(&self, cell: &TimeCell, end: CellEnd) -> Vec<TaylorModel> {
         if end != CellEnd::Neither && self.phase.is_none() && self.is_half(cell.origin) {
             return self.conditions.half_rows(cell);
         }
@@ -103,15 +103,16 @@ impl FlightTimeSearch<'_> {
             };
         }
         let [det, over_sin, over_cos] = self.wanted_circle().map(|set| minors.det(set));
-        let unit = Series::constant(self.conditions.phase_unit().powi(2));
-        let squares = Series::sum_of_products(
+        let unit = TaylorModel::constant(self.conditions.phase_unit().powi(2));
+        let squares = TaylorModel::sum_of_products(
             [(1.0, over_sin, over_sin), (1.0, over_cos, over_cos)].into_iter(),
         );
-        let one = Series::constant(1.0);
-        let square = Series::sum_of_products([(1.0, det, det)].into_iter());
-        let series =
-            Series::sum_of_products([(1.0, &unit, &squares), (-1.0, &one, &square)].into_iter());
-        let error = |s: &Series| {
+        let one = TaylorModel::constant(1.0);
+        let square = TaylorModel::sum_of_products([(1.0, det, det)].into_iter());
+        let series = TaylorModel::sum_of_products(
+            [(1.0, &unit, &squares), (-1.0, &one, &square)].into_iter(),
+        );
+        let error = |s: &TaylorModel| {
             (2.0 * s.bound() + FLIGHT_TIME_ROUNDING * s.size()) * FLIGHT_TIME_ROUNDING * s.size()
         };
         Sampled {
@@ -145,7 +146,7 @@ impl FlightTimeSearch<'_> {
     }
 
     /// The walk over the range; `splits` as in `Conditions::splits_at_half`.
-    fn walk(&self, splits: bool, watch: &mut Watch<'_>) -> Result<Isolated> {
+    fn walk(&self, splits: bool, observer: &mut Observer<'_>) -> Result<Isolated> {
         let mut minors = self.minors();
         let (low, high) = self.range();
         let meets = self.meets();
@@ -153,7 +154,7 @@ impl FlightTimeSearch<'_> {
         let at_end = meets && !self.conditions.has_retained();
         let half = 0.5 * self.period;
         let mut walk = |range, deflated| {
-            isolate(range, deflated, watch, |place| {
+            isolate(range, deflated, observer, |place| {
                 self.sample(&mut minors, place)
             })
         };
@@ -171,14 +172,14 @@ impl FlightTimeSearch<'_> {
     /// All roots, and in words what is proved of the rest.
     ///
     /// # Errors
-    /// `Error::Interrupted` from the watch; `Error::NoConvergence` of a decomposition.
-    pub fn run(&self, watch: &mut Watch<'_>) -> Result<(Vec<Root>, String)> {
+    /// `Error::Interrupted` from the observer; `Error::NoConvergence` of a decomposition.
+    pub fn run(&self, observer: &mut Observer<'_>) -> Result<(Vec<Root>, String)> {
         let splits = self.phase.is_none() && self.conditions.splits_at_half();
-        let found = self.walk(splits, watch)?;
+        let found = self.walk(splits, observer)?;
         let mut roots: Vec<Root> = Vec::new();
         let mut lost = 0;
         for bracket in &found.simple {
-            match self.solve_simple(bracket, splits, watch)? {
+            match self.solve_simple(bracket, splits, observer)? {
                 Some(root) => self.keep(&mut roots, root),
                 None => lost += 1,
             }
@@ -190,7 +191,7 @@ impl FlightTimeSearch<'_> {
             .copied()
             .collect();
         for bracket in &open {
-            for root in self.solve(bracket, watch)? {
+            for root in self.solve(bracket, observer)? {
                 if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL_FLIGHT) {
                     self.keep(&mut roots, root);
                 }
@@ -203,7 +204,7 @@ impl FlightTimeSearch<'_> {
                 high: half,
                 guess: half,
             };
-            for root in self.solve(&line, watch)? {
+            for root in self.solve(&line, observer)? {
                 if self.is_near(root.dt, &line) {
                     self.keep(&mut roots, root);
                 }
@@ -274,7 +275,7 @@ impl FlightTimeSearch<'_> {
         &self,
         bracket: &Enclosure,
         splits: bool,
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Option<Root>> {
         let is_other = |dt: f64| {
             self.is_meeting(dt, SAME_FLIGHT_TIME)
@@ -282,15 +283,15 @@ impl FlightTimeSearch<'_> {
         };
         let inside =
             |root: &Root| (bracket.low..=bracket.high).contains(&root.dt) && !is_other(root.dt);
-        if let Some(root) = self.solve(bracket, watch)?.into_iter().find(inside) {
+        if let Some(root) = self.solve(bracket, observer)?.into_iter().find(inside) {
             return Ok(Some(root));
         }
-        let halved = self.halved(bracket, watch)?;
-        Ok(self.solve(&halved, watch)?.into_iter().find(inside))
+        let halved = self.halved(bracket, observer)?;
+        Ok(self.solve(&halved, observer)?.into_iter().find(inside))
     }
 
     /// A bracket of one sign change, narrowed by bisection.
-    fn halved(&self, bracket: &Enclosure, watch: &mut Watch<'_>) -> Result<Enclosure> {
+    fn halved(&self, bracket: &Enclosure, observer: &mut Observer<'_>) -> Result<Enclosure> {
         let mut minors = self.minors();
         let mut value = |t: f64| {
             let place = CellPlace {
@@ -308,7 +309,7 @@ impl FlightTimeSearch<'_> {
         let is_from_low = below.abs() > above.abs();
         let sign = if is_from_low { below } else { above };
         for _ in 0..HALVINGS {
-            watch.look()?;
+            observer.ask()?;
             let middle = 0.5 * (low + high);
             if (value(middle) * sign > 0.0) == is_from_low {
                 low = middle;
@@ -324,7 +325,7 @@ impl FlightTimeSearch<'_> {
     }
 
     /// The roots that Newton's method reaches from the guess of a bracket.
-    fn solve(&self, bracket: &Enclosure, watch: &mut Watch<'_>) -> Result<Vec<Root>> {
+    fn solve(&self, bracket: &Enclosure, observer: &mut Observer<'_>) -> Result<Vec<Root>> {
         let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
         let n = self.n_unknowns();
         let equations = |dt: f64| {
@@ -347,7 +348,7 @@ impl FlightTimeSearch<'_> {
         };
         let mut roots = Vec::new();
         for x in starts {
-            watch.look()?;
+            observer.ask()?;
             if let Some(mut root) = polish(&equations, circle, unit, bracket.guess, x) {
                 if let Some(u) = self.phase {
                     root.x = self.conditions.with_phase(&root.x, u);

@@ -2,7 +2,7 @@
 //! it, `e^{A tau} (I - e^{A T})^-1 jump` mode by mode, as functions of tau with proved bounds on their derivatives.
 
 use crate::modal::{Block, Pair, times};
-use crate::orbit::two_instants::series::{Entry, ORDER};
+use crate::orbit::two_instants::taylor_model::{ORDER, UnscaledModel};
 
 /// A span of times and the point in it about which functions of time are expanded.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +47,7 @@ impl Green {
         cell: &TimeCell,
         backward: bool,
         rows: &[(f64, Vec<Pair>)],
-        out: &mut [Entry],
+        out: &mut [UnscaledModel],
     ) {
         let step = if backward { -cell.scale } else { cell.scale };
         for (j, ((block, start), (weight, growth))) in
@@ -91,13 +91,13 @@ impl Green {
 
 /// What a steady response `cosine u_0 + sine u_1` is at the time t later, as a function of t over a cell: the two
 /// coefficients of `u` at t = 0.
-pub(crate) fn turned(cell: &TimeCell, frequency: f64, [cosine, sine]: Pair) -> [Entry; 2] {
+pub(crate) fn turned(cell: &TimeCell, frequency: f64, [cosine, sine]: Pair) -> [UnscaledModel; 2] {
     let (s, c) = (frequency * cell.origin).sin_cos();
     let mut value = [cosine * c + sine * s, sine * c - cosine * s];
     let size = cosine.abs() + sine.abs();
-    let mut entries = [Entry {
+    let mut entries = [UnscaledModel {
         size,
-        ..Entry::default()
+        ..UnscaledModel::default()
     }; 2];
     let amplitude = cosine.hypot(sine);
     let mut factor = 1.0;
@@ -152,7 +152,7 @@ mod tests {
                     low,
                     high: origin + scale,
                 };
-                let mut out = [Entry::default(); 2];
+                let mut out = [UnscaledModel::default(); 2];
                 green.add(&cell, false, &rows, &mut out);
                 for i in 0..=20 {
                     let t = low + (cell.high - low) * f64::from(i) / 20.0;
@@ -171,7 +171,7 @@ mod tests {
                         );
                     }
                 }
-                let mut back = [Entry::default(); 2];
+                let mut back = [UnscaledModel::default(); 2];
                 green.add(&cell, true, &rows, &mut back);
                 assert!(
                     (back[0].series(1.0).value(-0.3) - out[0].series(1.0).value(0.3)).abs() < 1e-12

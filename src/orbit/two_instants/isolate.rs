@@ -2,8 +2,8 @@
 //! (theory 5): a cell has no zero, or the function is monotone in it, or the cell is halved, down to a smallest width.
 
 use crate::error::Result;
-use crate::orbit::two_instants::series::Series;
-use crate::watch::Watch;
+use crate::observer::Observer;
+use crate::orbit::two_instants::taylor_model::TaylorModel;
 
 /// The interval over the smallest cell.
 const FINEST: u64 = 1 << 26;
@@ -12,7 +12,7 @@ const MOST_CELLS: usize = 400_000;
 
 /// A function over a cell, and the size of its rounding there.
 pub(crate) struct Sampled {
-    pub series: Series,
+    pub series: TaylorModel,
     pub floor: f64,
 }
 
@@ -101,11 +101,11 @@ fn judge(place: &CellPlace, sampled: &Sampled) -> CellVerdict {
 /// Walks over `low..high`; the ends that are named in `deflated` are expanded about.
 ///
 /// # Errors
-/// `Error::Interrupted` from the watch.
+/// `Error::Interrupted` from the observer.
 pub(crate) fn isolate(
     (low, high): (f64, f64),
     deflated: (bool, bool),
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
     mut function: impl FnMut(&CellPlace) -> Sampled,
 ) -> Result<Isolated> {
     let mut found = Isolated::default();
@@ -131,7 +131,7 @@ pub(crate) fn isolate(
                 high: at(position + width),
                 end,
             };
-            watch.look()?;
+            observer.ask()?;
             found.cells += 1;
             let verdict = judge(&place, &function(&place));
             let is_last = width == 1 || found.cells >= MOST_CELLS;
@@ -200,8 +200,8 @@ mod tests {
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {
         let mut go_on = || std::ops::ControlFlow::Continue(());
-        let mut watch = Watch::new(&mut go_on);
-        isolate((0.0, 10.0), (false, false), &mut watch, |place| {
+        let mut observer = Observer::new(&mut go_on);
+        isolate((0.0, 10.0), (false, false), &mut observer, |place| {
             let (origin, scale) = (
                 0.5 * (place.low + place.high),
                 0.5 * (place.high - place.low),
@@ -213,10 +213,10 @@ mod tests {
                 high: place.high,
             };
             let [cosine, _] = turned(&cell, w, [shift.cos(), shift.sin()]);
-            let (one, f) = (Series::constant(1.0), cosine.series(1.0));
-            let offset = Series::constant(offset);
+            let (one, f) = (TaylorModel::constant(1.0), cosine.series(1.0));
+            let offset = TaylorModel::constant(offset);
             let series =
-                Series::sum_of_products([(1.0, &one, &f), (1.0, &one, &offset)].into_iter());
+                TaylorModel::sum_of_products([(1.0, &one, &f), (1.0, &one, &offset)].into_iter());
             Sampled {
                 series,
                 floor: 1e-15,

@@ -1,14 +1,14 @@
 //! Determinants of a small matrix of functions by expansion along its rows: no division, so nothing that a pole could
 //! spoil, and zero entries cost nothing.
 
-use crate::orbit::two_instants::series::Series;
+use crate::orbit::two_instants::taylor_model::TaylorModel;
 
 /// The minors over the leading rows that the wanted determinants are made of.
 pub(crate) struct Minors {
     columns: usize,
     /// Sets of columns, as bit masks, of 1, 2, ... members.
     levels: Vec<Vec<usize>>,
-    table: Vec<Series>,
+    table: Vec<TaylorModel>,
 }
 
 impl Minors {
@@ -32,14 +32,14 @@ impl Minors {
         Self {
             columns,
             levels,
-            table: vec![Series::constant(0.0); 1 << columns],
+            table: vec![TaylorModel::constant(0.0); 1 << columns],
         }
     }
 
     /// Computes the determinants of a matrix given by rows; read them with `det`.
-    pub fn compute(&mut self, matrix: &[Series]) {
+    pub fn compute(&mut self, matrix: &[TaylorModel]) {
         let columns = self.columns;
-        self.table[0] = Series::constant(1.0);
+        self.table[0] = TaylorModel::constant(1.0);
         for (row, sets) in self.levels.iter().enumerate() {
             let entries = &matrix[row * columns..(row + 1) * columns];
             for &set in sets {
@@ -51,13 +51,13 @@ impl Minors {
                     let is_zero = entries[c].is_zero() || minor.is_zero();
                     (!is_zero).then_some((if i % 2 == 0 { 1.0 } else { -1.0 }, &entries[c], minor))
                 });
-                self.table[set] = Series::sum_of_products(terms);
+                self.table[set] = TaylorModel::sum_of_products(terms);
             }
         }
     }
 
     /// The determinant over a set of columns.
-    pub fn det(&self, set: usize) -> &Series {
+    pub fn det(&self, set: usize) -> &TaylorModel {
         &self.table[set]
     }
 }
@@ -73,7 +73,7 @@ mod tests {
             2.0, -1.0, 0.0, 0.5, 3.0, 1.0, 4.0, -2.0, 0.3, 0.0, 0.7, 1.1, -0.4, 2.2, 5.0, 0.9, 0.2,
             0.1, 0.6, -1.0,
         ];
-        let entries: Vec<Series> = values.iter().map(|&x| Series::constant(x)).collect();
+        let entries: Vec<TaylorModel> = values.iter().map(|&x| TaylorModel::constant(x)).collect();
         let matrix = DMatrix::from_row_slice(4, 5, &values);
         let wanted = [0b0_1111, 0b1_0111, 0b1_1011];
         let mut minors = Minors::new(5, 4, &wanted);

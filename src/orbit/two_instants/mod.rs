@@ -9,7 +9,7 @@ pub(in crate::orbit) mod minors;
 pub(in crate::orbit) mod polish;
 pub(in crate::orbit) mod resonant;
 pub(in crate::orbit) mod scaled_rows;
-pub(in crate::orbit) mod series;
 pub(in crate::orbit) mod solve;
+pub(in crate::orbit) mod taylor_model;
 pub(in crate::orbit) mod units;
 pub(in crate::orbit) mod unseen;

@@ -5,7 +5,7 @@ use crate::flow::ModalScene;
 use crate::modal::Form;
 use crate::orbit::one_instant::periodic_conditions::enlarged_exponential;
 use crate::orbit::two_instants::green::TimeCell;
-use crate::orbit::two_instants::series::{Entry, ORDER};
+use crate::orbit::two_instants::taylor_model::{ORDER, UnscaledModel};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// The resonant blocks with their input: `y = (z, 1, cos, sin)`, `y' = A y`.
@@ -104,12 +104,12 @@ impl<'a> ResonantModes<'a> {
     }
 
     /// `row e^{A t}` over a cell of t: coefficients of z, of the load, and of the phase's cosine and sine.
-    pub fn row(&self, row: &[f64], flow: &DMatrix<f64>, cell: &TimeCell) -> Vec<Entry> {
+    pub fn row(&self, row: &[f64], flow: &DMatrix<f64>, cell: &TimeCell) -> Vec<UnscaledModel> {
         let width = self.units.len();
         let mut padded = RowDVector::zeros(width);
         padded.columns_mut(0, row.len()).copy_from_slice(row);
         let growth = (self.rate * cell.scale).exp();
-        let mut entries = vec![Entry::default(); width];
+        let mut entries = vec![UnscaledModel::default(); width];
         let mut term = padded * flow;
         for k in 0..ORDER + 3 {
             let norm = term.transpose().component_div(&self.units).norm() * growth;
@@ -122,11 +122,16 @@ impl<'a> ResonantModes<'a> {
     }
 
     /// `e^{A tau} column` over a cell of tau, x counting against tau, z only.
-    pub fn column(&self, column: &[f64], flow: &DMatrix<f64>, cell: &TimeCell) -> Vec<Entry> {
+    pub fn column(
+        &self,
+        column: &[f64],
+        flow: &DMatrix<f64>,
+        cell: &TimeCell,
+    ) -> Vec<UnscaledModel> {
         let mut padded = DVector::zeros(self.units.len());
         padded.rows_mut(0, column.len()).copy_from_slice(column);
         let growth = (self.rate * cell.scale).exp();
-        let mut entries = vec![Entry::default(); column.len()];
+        let mut entries = vec![UnscaledModel::default(); column.len()];
         let mut term = flow * padded;
         for k in 0..ORDER + 3 {
             let norm = term.component_mul(&self.units).norm() * growth;
@@ -141,7 +146,7 @@ impl<'a> ResonantModes<'a> {
 
 /// Stores the coefficients of order k, or their bounds.
 fn put(
-    entries: &mut [Entry],
+    entries: &mut [UnscaledModel],
     k: usize,
     term: impl Iterator<Item = f64>,
     bound: impl Fn(usize) -> f64,

@@ -6,7 +6,7 @@ use crate::modal::Pair;
 use crate::orbit::two_instants::conditions::{Conditions, point};
 use crate::orbit::two_instants::green::{TimeCell, turned};
 use crate::orbit::two_instants::isolate::CellEnd;
-use crate::orbit::two_instants::series::{Entry, Series};
+use crate::orbit::two_instants::taylor_model::{TaylorModel, UnscaledModel};
 use crate::tolerance::SPLIT_ROWS;
 
 impl Conditions<'_> {
@@ -43,7 +43,12 @@ impl Conditions<'_> {
     /// The scaled equations for impulses, states and phase with the clearances given: all rows but the contacts, and the
     /// leading contacts. At an `end` at which these meet, on one surface, the second is what is left of their difference
     /// with its known zero divided out.
-    pub fn circle_rows(&self, entries: &[Entry], cell: &TimeCell, end: CellEnd) -> Vec<Series> {
+    pub fn circle_rows(
+        &self,
+        entries: &[UnscaledModel],
+        cell: &TimeCell,
+        end: CellEnd,
+    ) -> Vec<TaylorModel> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let [first, second] = self.leading_contacts();
         let meeting = if end == CellEnd::Neither {
@@ -60,7 +65,7 @@ impl Conditions<'_> {
                 rows.push(match meeting.filter(|_| row == second) {
                     Some(factor) => {
                         let before = &entries[first * width + c];
-                        let difference = Entry::combined([1.0, -factor], [entry, before]);
+                        let difference = UnscaledModel::combined([1.0, -factor], [entry, before]);
                         let dead = dead.map(|(place, factor)| (entries[place * width + c], factor));
                         met(difference, dead, cell, unit)
                     }
@@ -73,7 +78,7 @@ impl Conditions<'_> {
 
     /// The equations over a cell with the phase counted from the middle of the flight, in sums and differences over the two
     /// instants, of their rows and of their impulses: rows R+, R-, C+, C-, columns p+, p-, cos, sin, right-hand side.
-    fn half_entries(&self, cell: &TimeCell) -> [[Entry; 5]; 4] {
+    fn half_entries(&self, cell: &TimeCell) -> [[UnscaledModel; 5]; 4] {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let mut entries = self.entries(cell);
         let rows = [[0, 1], [inner, inner + 1]];
@@ -85,17 +90,18 @@ impl Conditions<'_> {
             let turned = turned(cell, side * self.scene().frequency, steady);
             entries[row * width + inner..row * width + inner + 2].copy_from_slice(&turned);
         }
-        let mut half = [[Entry::default(); 5]; 4];
+        let mut half = [[UnscaledModel::default(); 5]; 4];
         for (i, [first, second]) in rows.into_iter().enumerate() {
             for (j, sign) in [1.0, -1.0].into_iter().enumerate() {
-                let line: [Entry; 5] = std::array::from_fn(|c| {
-                    Entry::combined(
+                let line: [UnscaledModel; 5] = std::array::from_fn(|c| {
+                    UnscaledModel::combined(
                         [1.0, sign],
                         [&entries[second * width + c], &entries[first * width + c]],
                     )
                 });
                 let [p, q, rest @ ..] = &line;
-                let [sum, difference] = [1.0, -1.0].map(|s| Entry::combined([1.0, s], [p, q]));
+                let [sum, difference] =
+                    [1.0, -1.0].map(|s| UnscaledModel::combined([1.0, s], [p, q]));
                 half[2 * i + j] = [sum, difference, rest[0], rest[1], rest[2]];
             }
         }
@@ -122,10 +128,10 @@ impl Conditions<'_> {
 
     /// The scaled equations over a cell about `dt = T/2` where they split, the double zero there divided out: the rows of
     /// differences over x, the unknown difference of the impulses over x.
-    pub fn half_rows(&self, cell: &TimeCell) -> Vec<Series> {
+    pub fn half_rows(&self, cell: &TimeCell) -> Vec<TaylorModel> {
         let inner = self.n_inner();
         let half = self.half_entries(cell);
-        let x = Series::x();
+        let x = TaylorModel::x();
         let mut rows = Vec::with_capacity(20);
         for (i, line) in half.iter().enumerate() {
             let unit = self.units.rows[[0, 0, inner, inner][i]];
@@ -133,7 +139,7 @@ impl Conditions<'_> {
                 let factor = unit * self.units.columns[[0, 0, inner, inner, inner + 2][c]];
                 rows.push(match (i % 2, c) {
                     (0, 1) => {
-                        Series::sum_of_products([(1.0, &x, &entry.series(factor))].into_iter())
+                        TaylorModel::sum_of_products([(1.0, &x, &entry.series(factor))].into_iter())
                     }
                     (0, _) | (_, 1) => entry.series(factor),
                     _ => entry.over_x(1, factor),
@@ -147,11 +153,11 @@ impl Conditions<'_> {
     /// `places.1` of the list is at its second instant where `places.0` was at its first"; at an `end` as `circle_rows`.
     pub fn phase_rows(
         &self,
-        entries: &[Entry],
+        entries: &[UnscaledModel],
         u: Pair,
         places: (usize, usize),
         (cell, end): (&TimeCell, CellEnd),
-    ) -> Vec<Series> {
+    ) -> Vec<TaylorModel> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         // The entry of a row and an unknown, or of what is known.
         let entry = |row: usize, c: usize| {
@@ -175,7 +181,7 @@ impl Conditions<'_> {
                     continue;
                 }
                 let contacts = [entry(inner + places.1, c), entry(inner + places.0, c)];
-                let difference = Entry::combined([1.0, -1.0], [&contacts[0], &contacts[1]]);
+                let difference = UnscaledModel::combined([1.0, -1.0], [&contacts[0], &contacts[1]]);
                 rows.push(if end == CellEnd::Neither {
                     difference.series(unit)
                 } else {
@@ -194,7 +200,12 @@ impl Conditions<'_> {
 
 /// A difference of contacts about a flight time at which they meet, over x; or, where the impact before leaves no speed,
 /// less the way made at that speed and over `x^2`. In the given unit.
-fn met(mut difference: Entry, dead: Option<(Entry, f64)>, cell: &TimeCell, unit: f64) -> Series {
+fn met(
+    mut difference: UnscaledModel,
+    dead: Option<(UnscaledModel, f64)>,
+    cell: &TimeCell,
+    unit: f64,
+) -> TaylorModel {
     let Some((speed, factor)) = dead else {
         return difference.over_x(1, unit);
     };

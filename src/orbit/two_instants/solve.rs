@@ -6,6 +6,7 @@ use crate::flow::{ModalScene, along};
 use crate::impact::wrapped;
 use crate::linalg::rank;
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
@@ -16,14 +17,16 @@ use crate::orbit::two_instants::conditions::Conditions;
 use crate::orbit::two_instants::flight_time::FlightTimeSearch;
 use crate::orbit::two_instants::unseen::Unseen;
 use crate::tolerance::DEPENDENT;
-use crate::watch::Watch;
 use nalgebra::DVector;
 
 /// Unknowns whose determinants are still expanded: two impulses and four resonant modes.
 const MOST_UNKNOWNS: usize = 12;
 
 /// Every solution whose pattern has two instants.
-pub(crate) fn two_instants(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Result<Solutions> {
+pub(crate) fn two_instants(
+    problem: &Problem<'_>,
+    observer: &mut Observer<'_>,
+) -> Result<Solutions> {
     let &Problem {
         ref modal,
         pattern,
@@ -78,7 +81,7 @@ pub(crate) fn two_instants(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Resu
         phase: options.phase.map(|phase| [phase.cos(), phase.sin()]),
         pair: pair.unwrap_or((0, first.len())),
     };
-    let (roots, mut reason) = search.run(watch)?;
+    let (roots, mut reason) = search.run(observer)?;
     let mut all = Vec::with_capacity(roots.len());
     for root in &roots {
         let (impulses, u) = conditions.read(&root.x);

@@ -10,13 +10,13 @@ use crate::flow::{
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
 use crate::tolerance::ORBIT_MARGIN;
-use crate::watch::Watch;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -55,29 +55,29 @@ impl<'a> Judge<'a> {
     /// Judges the impacts, and searches every flight for every stop.
     ///
     /// # Errors
-    /// `Error::Interrupted` from the watch.
+    /// `Error::Interrupted` from the observer.
     pub fn admissibility(
         &mut self,
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Admissibility> {
-        self.with_effort(StopDepth::FULL, phase, flights, impacts, watch)
+        self.with_effort(StopDepth::FULL, phase, flights, impacts, observer)
     }
 
     /// Judges an orbit with lasting contact, given the motions while stops are held: the contact forces too, and the flights
     /// between impacts that accumulate as what they are.
     ///
     /// # Errors
-    /// `Error::Interrupted` from the watch.
+    /// `Error::Interrupted` from the observer.
     pub fn with_lasting_contact(
         &mut self,
         held: &[Arc<ConstrainedMotion>],
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
@@ -110,12 +110,19 @@ impl<'a> Judge<'a> {
                         is_released: flight.mode.released == Some(stop),
                     };
                     let mut state = entered.clone();
-                    let (skipped, check) = search_stretch(f, row, &mut state, stretch, watch)?;
+                    let (skipped, check) = search_stretch(f, row, &mut state, stretch, observer)?;
                     found.note(stop, flight.start + skipped, &check);
                 }
             }
         });
-        search_held(held, (scene, phase), &margins, flights, &mut found, watch)?;
+        search_held(
+            held,
+            (scene, phase),
+            &margins,
+            flights,
+            &mut found,
+            observer,
+        )?;
         Ok(found)
     }
 
@@ -126,7 +133,7 @@ impl<'a> Judge<'a> {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        watch: &mut Watch<'_>,
+        observer: &mut Observer<'_>,
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
@@ -137,7 +144,7 @@ impl<'a> Judge<'a> {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
                 f.from_modal(&flight.after, scene.frequency * flight.start + phase, state);
             };
-            search(f, (&self.gaps, &margins, effort), flights, start, &mut found, watch)?;
+            search(f, (&self.gaps, &margins, effort), flights, start, &mut found, observer)?;
         });
         Ok(found)
     }
@@ -185,7 +192,7 @@ fn search<F: LinearFlow>(
     flights: &[Flight],
     start: impl Fn(&Flight, &mut Vec<Pair>),
     found: &mut Admissibility,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<()> {
     let mut state: Vec<Pair> = Vec::new();
     let mut levels = PropagatorLevels::new(flow);
@@ -203,8 +210,8 @@ fn search<F: LinearFlow>(
                 margin,
                 effort,
             };
-            let check = check_flight(flow, &mut levels, gap, &mut state, sought, watch)?;
-            watch.work(state.len())?;
+            let check = check_flight(flow, &mut levels, gap, &mut state, sought, observer)?;
+            observer.work(state.len())?;
             found.note(stop, flight.start, &check);
         }
     }

@@ -7,10 +7,10 @@ use crate::error::Result;
 use crate::flow::FlowRows;
 use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
+use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::tolerance::{FORCE_MARGIN, LOW_BOUNCE};
-use crate::watch::Watch;
 use std::sync::Arc;
 
 /// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap and
@@ -27,7 +27,7 @@ pub(crate) fn search_held(
     margins: &[f64],
     flights: &[Flight],
     found: &mut Admissibility,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<()> {
     for flight in flights {
         let mode = &flight.mode;
@@ -43,9 +43,9 @@ pub(crate) fn search_held(
                 let row = f.gap_row(force);
                 let mut derivatives = Vec::new();
                 f.derivatives(&entered, &mut derivatives);
-                let margin = FORCE_MARGIN * row.jet(&derivatives).size;
+                let margin = FORCE_MARGIN * row.model(&derivatives).size;
                 let stretch = SearchSpan { span: flight.span, margin, is_released: false };
-                let (_, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
+                let (_, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
                 found.leave_open(stop, flight.start, &check);
                 if let Some(lowest) = check.violation {
                     let rule = Rule::Holds { force: lowest.gap };
@@ -57,7 +57,7 @@ pub(crate) fn search_held(
                 let is_released = mode.released == Some(stop);
                 let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
                 let row = f.gap_row(gap);
-                let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, watch)?;
+                let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
                 found.note(stop, flight.start + skipped, &check);
             }
         });
@@ -81,7 +81,7 @@ pub(crate) fn search_stretch<F: LinearFlow>(
     row: &GapRow,
     state: &mut [Pair],
     stretch: SearchSpan,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<(f64, FlightCheck)> {
     let SearchSpan {
         span,
@@ -92,7 +92,7 @@ pub(crate) fn search_stretch<F: LinearFlow>(
     if is_released {
         let mut derivatives = Vec::new();
         flow.derivatives(state, &mut derivatives);
-        let third = row.jet(&derivatives).c[3];
+        let third = row.model(&derivatives).c[3];
         if third > 0.0 {
             skipped = (4.0 * margin / third).cbrt().min(span);
             let mut propagator = F::Propagator::default();
@@ -106,7 +106,7 @@ pub(crate) fn search_stretch<F: LinearFlow>(
         margin,
         effort: StopDepth::FULL,
     };
-    let check = check_flight(flow, &mut levels, row, state, sought, watch)?;
+    let check = check_flight(flow, &mut levels, row, state, sought, observer)?;
     Ok((skipped, check))
 }
 

@@ -3,6 +3,7 @@
 use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
+use crate::observer::stop_if;
 use crate::python::argument;
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::interrupt;
@@ -15,7 +16,6 @@ use crate::python::model::nonlinear_stop::PyNonlinearStop;
 use crate::python::model::pendulum::{PyDoublePendulum, PyPendulumChain};
 use crate::python::model::stop::constraints;
 use crate::python::model::stop::{PyStop, PyWall};
-use crate::watch::stop_if;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyTypeError;

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// Asked by a long computation whether to go on.
-pub(crate) type GoOn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
+pub(crate) type ObserverFn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 
 /// Work between two questions, in units of some nanoseconds: below a millisecond.
 const WORK_PER_QUESTION: usize = 1 << 14;
@@ -22,14 +22,14 @@ pub(crate) fn stop_if(answer: ControlFlow<()>) -> Result<()> {
 }
 
 /// Counts the work done and asks when it has become enough.
-pub(crate) struct Watch<'a> {
-    go_on: GoOn<'a>,
+pub(crate) struct Observer<'a> {
+    go_on: ObserverFn<'a>,
     left: usize,
 }
 
-impl<'a> Watch<'a> {
-    /// A watch that asks `go_on`.
-    pub fn new(go_on: GoOn<'a>) -> Self {
+impl<'a> Observer<'a> {
+    /// An observer that asks `go_on`.
+    pub fn new(go_on: ObserverFn<'a>) -> Self {
         Self {
             go_on,
             left: WORK_PER_QUESTION,
@@ -46,17 +46,17 @@ impl<'a> Watch<'a> {
             self.left -= amount;
             return Ok(());
         }
-        self.look()
+        self.ask()
     }
 
-    /// The steps of a loop, each so much work as in [`Watch::work`].
+    /// The steps of a loop, each so much work as in [`Observer::work`].
     #[inline]
     pub fn steps(&mut self, work: usize) -> Steps<'_, 'a> {
         let work = work.max(1);
         Steps {
             left: self.left / work,
             work,
-            watch: self,
+            observer: self,
         }
     }
 
@@ -65,15 +65,15 @@ impl<'a> Watch<'a> {
     /// # Errors
     /// `Error::Interrupted` if the answer is to break off.
     #[cold]
-    pub fn look(&mut self) -> Result<()> {
+    pub fn ask(&mut self) -> Result<()> {
         self.left = WORK_PER_QUESTION;
         stop_if((self.go_on)())
     }
 }
 
-/// Counts the steps of a loop down to the next question: a number in a register. The watch knows of them when it ends.
+/// Counts the steps of a loop down to the next question: a number in a register. The observer knows of them when it ends.
 pub(crate) struct Steps<'w, 'a> {
-    watch: &'w mut Watch<'a>,
+    observer: &'w mut Observer<'a>,
     work: usize,
     left: usize,
 }
@@ -82,11 +82,11 @@ impl Steps<'_, '_> {
     /// A step begins.
     ///
     /// # Errors
-    /// As [`Watch::work`].
+    /// As [`Observer::work`].
     #[inline]
     pub fn begin(&mut self) -> Result<()> {
         if self.left == 0 {
-            self.watch.look()?;
+            self.observer.ask()?;
             self.left = WORK_PER_QUESTION / self.work;
             return Ok(());
         }
@@ -98,7 +98,7 @@ impl Steps<'_, '_> {
 impl Drop for Steps<'_, '_> {
     #[inline]
     fn drop(&mut self) {
-        self.watch.left = self.left * self.work;
+        self.observer.left = self.left * self.work;
     }
 }
 
@@ -193,17 +193,17 @@ mod tests {
                 ControlFlow::Break(())
             }
         };
-        let mut watch = Watch::new(&mut go_on);
+        let mut observer = Observer::new(&mut go_on);
         let work = WORK_PER_QUESTION / 8;
         // Loops of three steps, and a loop of as many as there may be: a question at every ninth step.
         for _ in 0..4 {
-            let mut steps = watch.steps(work);
+            let mut steps = observer.steps(work);
             for _ in 0..3 {
                 assert_eq!(steps.begin(), Ok(()));
             }
         }
         assert_eq!(asked.get(), 1);
-        let mut steps = watch.steps(work);
+        let mut steps = observer.steps(work);
         let begun = std::iter::repeat_with(|| steps.begin()).take_while(|done| *done == Ok(()));
         assert_eq!((begun.count(), asked.get()), (14, 3));
         // A step that is more work than lies between two questions asks each time.
@@ -212,8 +212,8 @@ mod tests {
             asked.set(asked.get() + 1);
             ControlFlow::Continue(())
         };
-        let mut watch = Watch::new(&mut go_on);
-        let mut steps = watch.steps(2 * WORK_PER_QUESTION);
+        let mut observer = Observer::new(&mut go_on);
+        let mut steps = observer.steps(2 * WORK_PER_QUESTION);
         (0..5).for_each(|_| assert_eq!(steps.begin(), Ok(())));
         assert_eq!(asked.get(), 5);
     }
@@ -245,11 +245,11 @@ mod tests {
                 ControlFlow::Break(())
             }
         };
-        let mut watch = Watch::new(&mut go_on);
+        let mut observer = Observer::new(&mut go_on);
         for _ in 0..3 * WORK_PER_QUESTION - 1 {
-            assert_eq!(watch.work(1), Ok(()));
+            assert_eq!(observer.work(1), Ok(()));
         }
-        assert_eq!(watch.work(1), Err(Error::Interrupted));
+        assert_eq!(observer.work(1), Err(Error::Interrupted));
         assert_eq!(asked, 3);
     }
 }

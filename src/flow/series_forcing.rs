@@ -1,12 +1,12 @@
 //! Forcing of a pendulum as a Taylor series: what shakes it enters as `Re(a e^{i(angle + w t)})`. Without forcing the series
 //! compile to code that knows of none.
 
-use crate::model::{Forcing, Links};
+use crate::model::{Excitation, HarmonicPart, Links};
 use nalgebra::{Complex, DVector};
 
 /// What shakes the pendulum: the base, forces on the links, or nothing, as one factor `e^{i(angle + w t)}` whose series is
 /// taken along.
-pub(crate) trait Shaking {
+pub(crate) trait SeriesForcing {
     /// The frequency w.
     fn frequency(&self) -> f64;
     /// The factor of order zero of each motion, its real parts and its imaginary ones.
@@ -36,9 +36,9 @@ pub(crate) trait Shaking {
 }
 
 /// Nothing.
-pub(crate) struct Calm;
+pub(crate) struct NoForcing;
 
-impl Shaking for Calm {
+impl SeriesForcing for NoForcing {
     fn frequency(&self) -> f64 {
         0.0
     }
@@ -53,13 +53,13 @@ impl Shaking for Calm {
 
 /// A base with an acceleration.
 #[derive(Debug, Clone)]
-pub(crate) struct Shaken {
+pub(crate) struct BaseForcing {
     frequency: f64,
     /// `h_i A w^2` of two links each.
     push: Vec<Two>,
 }
 
-impl Shaking for Shaken {
+impl SeriesForcing for BaseForcing {
     #[inline]
     fn frequency(&self) -> f64 {
         self.frequency
@@ -78,7 +78,7 @@ pub(crate) struct Forced {
     amplitude: Vec<[Two; 2]>,
 }
 
-impl Shaking for Forced {
+impl SeriesForcing for Forced {
     #[inline]
     fn frequency(&self) -> f64 {
         self.frequency
@@ -92,11 +92,11 @@ impl Shaking for Forced {
 
 /// What shakes a pendulum.
 #[derive(Debug, Clone)]
-pub(crate) enum Excitation {
+pub(crate) enum PendulumForcing {
     /// Nothing.
     None,
     /// The base.
-    Base(Shaken),
+    Base(BaseForcing),
     /// Forces on the links.
     Forces(Forced),
 }
@@ -127,23 +127,21 @@ pub(crate) fn paired(values: &DVector<f64>) -> Vec<Two> {
         .collect()
 }
 
-impl Excitation {
-    /// The excitation by a forcing.
-    pub fn new(forcing: &Forcing, links: &Links) -> Self {
-        match forcing {
-            Forcing::Unforced => Self::None,
-            Forcing::BaseMotion(base) => Self::Base(Shaken {
-                frequency: base.frequency(),
-                push: paired(
-                    &(&links.static_moment * (base.amplitude() * base.frequency().powi(2))),
-                ),
+impl PendulumForcing {
+    /// What an excitation is to a pendulum.
+    pub fn new(excitation: &Excitation, links: &Links) -> Self {
+        let frequency = excitation.frequency;
+        match excitation.single() {
+            None => Self::None,
+            Some(HarmonicPart { base, force }) if force.is_empty() => Self::Base(BaseForcing {
+                frequency,
+                push: paired(&(&links.static_moment * *base)),
             }),
-            Forcing::Harmonic(force) => {
-                let part =
-                    |of: fn(&Complex<f64>) -> f64| paired(&force.amplitude().map(|z| of(&z)));
+            Some(HarmonicPart { force, .. }) => {
+                let part = |of: fn(&Complex<f64>) -> f64| paired(&force.map(|z| of(&z)));
                 let (re, im) = (part(|z| z.re), part(|z| z.im));
                 Self::Forces(Forced {
-                    frequency: force.frequency(),
+                    frequency,
                     amplitude: re.into_iter().zip(im).map(|(re, im)| [re, im]).collect(),
                 })
             }

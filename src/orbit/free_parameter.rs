@@ -3,19 +3,19 @@
 
 use crate::error::Result;
 use crate::model::{Change, Parameter};
+use crate::observer::Observer;
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::solve::{at_clearance, at_phase, clearance_margin};
 use crate::orbit::orbits::{Orbits, Verdict, sorted};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::problem::Problem;
 use crate::orbit::value_roots::{Roots, roots};
-use crate::watch::Watch;
 
 /// Undecided stretches that a reason names.
 const MOST_SHOWN: usize = 5;
 
 /// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
-pub(super) fn free_forcing(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Result<Orbits> {
+pub(super) fn free_forcing(problem: &Problem<'_>, observer: &mut Observer<'_>) -> Result<Orbits> {
     let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
     let set = conditions.at_clearance(None)?;
     let u = conditions.phase_part(&set.particular);
@@ -29,7 +29,7 @@ pub(super) fn free_forcing(problem: &Problem<'_>, watch: &mut Watch<'_>) -> Resu
     }
     let scene = problem.scene.replace(Change::ForcingScale(scale))?;
     let scaled = problem.of_scene(&scene)?;
-    let mut orbits = Orbits::new(&scaled, at_clearance(&scaled)?, watch)?;
+    let mut orbits = Orbits::new(&scaled, at_clearance(&scaled)?, observer)?;
     orbits.reason = format!("one solution, at forcing_scale = {scale}");
     Ok(orbits)
 }
@@ -44,13 +44,13 @@ fn mismatch(problem: &Problem<'_>) -> Result<Option<f64>> {
 pub(super) fn free_parameter(
     problem: &Problem<'_>,
     parameter: Parameter,
-    watch: &mut Watch<'_>,
+    observer: &mut Observer<'_>,
 ) -> Result<Orbits> {
     let (low, high) = problem.options.between.unwrap_or((0.0, 0.0));
     let changed = |x: f64| problem.scene.replace(parameter.change(x));
     let mut best: Option<f64> = None;
     let found = roots((low, high), |x| {
-        watch.look()?;
+        observer.ask()?;
         let Some(margin) = mismatch(&problem.of_scene(&changed(x)?)?)? else {
             return Ok(None);
         };
@@ -65,7 +65,7 @@ pub(super) fn free_parameter(
         let scene = changed(root)?;
         let at_root = problem.of_scene(&scene)?;
         let solutions = at_phase(&at_root, contact_phase(&at_root)?)?;
-        let orbits = Orbits::new(&at_root, solutions, watch)?.all;
+        let orbits = Orbits::new(&at_root, solutions, observer)?.all;
         apart += usize::from(orbits.is_empty());
         all.extend(orbits);
     }
@@ -76,7 +76,7 @@ pub(super) fn free_parameter(
     };
     Ok(Orbits {
         reason: described(all.len(), apart, (low, high), &found),
-        all: sorted(all, watch)?,
+        all: sorted(all, observer)?,
         verdict,
         margin: best,
         family: None,

@@ -7,7 +7,7 @@ const SHARP: f64 = 1e-8;
 
 /// Taylor coefficients of a gap to third order, and the bound on the rest.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Jet {
+pub(crate) struct GapModel {
     /// `h^(k)/k!`
     pub c: [f64; 4],
     /// Bound on the fourth-order remainder.
@@ -58,13 +58,13 @@ fn is_positive_2(a: [f64; 3]) -> bool {
     (a[0] > 0.0) && (a[0] + 0.5 * a[1] > 0.0) && (a[0] + a[1] + a[2] > 0.0)
 }
 
-impl Jet {
+impl GapModel {
     /// The cubic at r.
     pub fn value(&self, r: f64) -> f64 {
         self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
     }
 
-    /// The jet above a floor.
+    /// The model above a floor.
     #[inline]
     pub fn above(&self, floor: f64) -> Self {
         let [gap, speed, bend, third] = self.c;
@@ -74,14 +74,14 @@ impl Jet {
         }
     }
 
-    /// The jet from a root of some order on.
+    /// The model from a root of some order on.
     pub fn only(&self, order: usize) -> Self {
         let mut c = self.c;
         c[..order].fill(0.0);
         Self { c, ..*self }
     }
 
-    /// The jet a step later, by the cubic alone.
+    /// The model a step later, by the cubic alone.
     pub fn after(&self, step: f64) -> Self {
         let [_, b, c, d] = self.c;
         Self {
@@ -202,10 +202,10 @@ impl Jet {
 
     /// The same gap after an impact, its root at r = 0 divided out: `h/r`, whose sign is that of the gap. `order` is the
     /// multiplicity of the root.
-    pub fn deflated(&self, order: usize) -> DeflatedJet {
+    pub fn deflated(&self, order: usize) -> DeflatedGapModel {
         let mut c = [0.0; 4];
         c[..4 - order].copy_from_slice(&self.c[order..]);
-        DeflatedJet {
+        DeflatedGapModel {
             c,
             order,
             quartic: self.quartic,
@@ -216,14 +216,14 @@ impl Jet {
 
 /// `h(r)/r^order` with its remainder `quartic r^(4 - order) + quintic r^(5 - order)`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct DeflatedJet {
+pub(crate) struct DeflatedGapModel {
     c: [f64; 4],
     order: usize,
     quartic: f64,
     quintic: f64,
 }
 
-impl DeflatedJet {
+impl DeflatedGapModel {
     /// Coefficients in units x of the span, degree at most 3, and the remainder at its end, which goes as
     /// `x^(4 - order)`.
     fn scaled(&self, span: f64) -> ([f64; 4], f64) {
@@ -262,9 +262,9 @@ impl DeflatedJet {
 
     /// The root of the deflated cubic on a span on which it crosses.
     pub fn root(&self, span: f64) -> f64 {
-        Jet {
+        GapModel {
             c: self.c,
-            ..Jet::default()
+            ..GapModel::default()
         }
         .falling_root(span)
     }
@@ -274,9 +274,9 @@ impl DeflatedJet {
 mod tests {
     use super::*;
 
-    /// The jet at t of `1 + a - cos(t)`, whose least value is a at t = 0 (mod 2 pi).
-    fn cosine(a: f64, t: f64) -> Jet {
-        Jet {
+    /// The model at t of `1 + a - cos(t)`, whose least value is a at t = 0 (mod 2 pi).
+    fn cosine(a: f64, t: f64) -> GapModel {
+        GapModel {
             c: [1.0 + a - t.cos(), t.sin(), t.cos() / 2.0, -t.sin() / 6.0],
             quartic: 1.0 / 24.0,
             quintic: 0.0,
@@ -298,12 +298,12 @@ mod tests {
                         .iter()
                         .map(|&t| gap(t))
                         .fold(f64::INFINITY, f64::min);
-                    let jet = cosine(a, t);
-                    if jet.is_above(0.0, span) {
+                    let model = cosine(a, t);
+                    if model.is_above(0.0, span) {
                         assert!(lowest > 0.0);
                         continue;
                     }
-                    match jet.shape(span) {
+                    match model.shape(span) {
                         Shape::Falling => {
                             assert!(samples.windows(2).all(|w| gap(w[1]) < gap(w[0])));
                         }
@@ -321,23 +321,23 @@ mod tests {
     #[test]
     fn the_minimum_of_a_convex_cubic_is_exact() {
         // (r - 1)^2 (r + 2)/10 - 1e-9 has its minimum at 1, far from where the curvature at 0 points.
-        let jet = Jet {
+        let model = GapModel {
             c: [0.2 - 1e-9, -0.3, 0.0, 0.1],
-            ..Jet::default()
+            ..GapModel::default()
         };
-        assert!((jet.stationary_point(2.0) - 1.0).abs() < 1e-15);
-        assert!((jet.value(jet.stationary_point(2.0)) + 1e-9).abs() < 1e-16);
+        assert!((model.stationary_point(2.0) - 1.0).abs() < 1e-15);
+        assert!((model.value(model.stationary_point(2.0)) + 1e-9).abs() < 1e-16);
     }
 
     #[test]
     fn a_low_flight_is_found_behind_its_own_start() {
         // h = v r - r^2/2: the next root is at 2 v, however small v is.
         for v in [1.0, 1e-6, 1e-12] {
-            let jet = Jet {
+            let model = GapModel {
                 c: [1e-17, v, -0.5, 0.0],
-                ..Jet::default()
+                ..GapModel::default()
             };
-            let deflated = jet.deflated(1);
+            let deflated = model.deflated(1);
             assert!(deflated.is_positive(1.9 * v) && !deflated.is_positive(2.1 * v));
             assert!(deflated.crosses(3.0 * v));
             assert!((deflated.root(3.0 * v) / (2.0 * v) - 1.0).abs() < 1e-14);

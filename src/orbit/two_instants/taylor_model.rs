@@ -7,7 +7,7 @@ pub(crate) const ORDER: usize = 8;
 
 /// The polynomial, and what bounds it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Series {
+pub(crate) struct TaylorModel {
     /// `f^(k)/k!` at the origin, in units x of the cell.
     c: [f64; ORDER],
     /// Bounds on `|f^(k)|/k!` over the cell; the last is the remainder's.
@@ -31,7 +31,7 @@ fn shifted(c: &[f64; ORDER], rest: f64) -> [f64; ORDER + 1] {
     a
 }
 
-impl Series {
+impl TaylorModel {
     /// A number.
     pub fn constant(value: f64) -> Self {
         let mut series = Self {
@@ -156,10 +156,10 @@ impl Series {
     }
 }
 
-/// One entry of the conditions before it is scaled: two more coefficients than a `Series` and the bounds of these orders
+/// One entry of the conditions before it is scaled: two more coefficients than a `TaylorModel` and the bounds of these orders
 /// too, so that a simple or double zero known to lie at the origin can be divided out.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Entry {
+pub(crate) struct UnscaledModel {
     /// `f^(k)/k!`, in units x of the cell.
     pub c: [f64; ORDER + 2],
     /// Bounds on `|f^(k)|/k!` over the cell for `k = ORDER`, `ORDER + 1` and `ORDER + 2`.
@@ -168,7 +168,7 @@ pub(crate) struct Entry {
     pub size: f64,
 }
 
-impl Entry {
+impl UnscaledModel {
     /// A number.
     pub fn constant(value: f64) -> Self {
         let mut entry = Self {
@@ -199,10 +199,10 @@ impl Entry {
     }
 
     /// The entry times a number.
-    pub fn series(&self, factor: f64) -> Series {
+    pub fn series(&self, factor: f64) -> TaylorModel {
         let mut c = [0.0; ORDER];
         c.copy_from_slice(&self.c[..ORDER]);
-        Series::new(
+        TaylorModel::new(
             c.map(|x| x * factor),
             factor.abs() * self.rest[0],
             factor.abs() * self.size,
@@ -211,10 +211,10 @@ impl Entry {
 
     /// The entry, whose first `power` coefficients are zero, over `x^power`, times a number: `|(f/x)^(k)|/k!` is at most
     /// the bound on `|f^(k+1)|/(k+1)!`.
-    pub fn over_x(&self, power: usize, factor: f64) -> Series {
+    pub fn over_x(&self, power: usize, factor: f64) -> TaylorModel {
         let mut c = [0.0; ORDER];
         c.copy_from_slice(&self.c[power..power + ORDER]);
-        Series::new(c.map(|x| x * factor), factor.abs() * self.rest[power], 0.0)
+        TaylorModel::new(c.map(|x| x * factor), factor.abs() * self.rest[power], 0.0)
     }
 
     /// The entry times x; only the last of its bounds is known.
@@ -236,10 +236,10 @@ mod tests {
     use super::*;
 
     /// `a cos(k x) + b` over `|x| <= 1`.
-    fn cosine(a: f64, k: f64, b: f64) -> Entry {
-        let mut entry = Entry {
+    fn cosine(a: f64, k: f64, b: f64) -> UnscaledModel {
+        let mut entry = UnscaledModel {
             size: a.abs() + b.abs(),
-            ..Entry::default()
+            ..UnscaledModel::default()
         };
         let mut factor = a;
         for n in 0..ORDER + 3 {
@@ -262,8 +262,8 @@ mod tests {
                 cosine(2.0, k, 0.3).series(1.0),
                 cosine(-1.0, 1.7 * k, 1.0).series(1.0),
             );
-            let three = Series::constant(3.0);
-            let h = Series::sum_of_products([(1.0, &f, &g), (-1.0, &three, &f)].into_iter());
+            let three = TaylorModel::constant(3.0);
+            let h = TaylorModel::sum_of_products([(1.0, &f, &g), (-1.0, &three, &f)].into_iter());
             let exact = |x: f64| {
                 let (f, g) = (2.0 * (k * x).cos() + 0.3, 1.0 - (1.7 * k * x).cos());
                 f * g - 3.0 * f
