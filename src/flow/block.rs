@@ -7,6 +7,7 @@ use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::softest_rate;
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
 use crate::linalg::plane::{plus, times};
+use crate::modal::ModalState;
 use crate::modal::{Block, Pair, Propagation};
 use nalgebra::Complex;
 
@@ -113,7 +114,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         state.extend(D::stored(self.drive.phasor(angle)));
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>) {
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
         modal_state.extend_from_slice(&state[..self.parts.len()]);
     }

@@ -8,8 +8,10 @@ use crate::flow::linear::propagate;
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
 use crate::linalg::rank;
+use crate::modal::ModalState;
 use crate::modal::{Form, ModalForm, Pair, pairs};
 use crate::model::LinearSystem;
+use crate::model::PhysicalState;
 use crate::quantity::room_for;
 use crate::tolerance::{CANCELLED, DEPENDENT, ORTHOGONAL_TOL};
 use nalgebra::allocator::Allocator;
@@ -142,7 +144,7 @@ impl ConstrainedMotion {
         span: f64,
         q: &DVector<f64>,
         v: &DVector<f64>,
-    ) -> (DVector<f64>, DVector<f64>) {
+    ) -> PhysicalState {
         let mut state = self.reduce(q, v);
         with_flow!(&self.flow, f => propagate(f, angle, span, &mut state));
         self.lift(&state)
@@ -183,13 +185,13 @@ impl ConstrainedMotion {
     }
 
     /// The state of the smaller system that is nearest a position and velocity.
-    pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
+    pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>) -> ModalState {
         let y = self.free.tr_mul(&(q - &self.anchor));
         self.form.to_modal(&y, &self.free.tr_mul(v))
     }
 
     /// Position and velocity of a state of the smaller system.
-    pub fn lift(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
+    pub fn lift(&self, state: &[Pair]) -> PhysicalState {
         let (y, dy) = self.form.to_physical(state);
         (&self.anchor + &self.free * y, &self.free * dy)
     }

@@ -6,6 +6,7 @@ use crate::flow::linear::softest_rate;
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
+use crate::modal::ModalState;
 use crate::modal::Pair;
 use nalgebra::{Complex, DMatrix};
 
@@ -97,7 +98,7 @@ impl LinearFlow for DenseFlow {
         state.push([angle.cos(), angle.sin()]);
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>) {
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
         modal_state.extend_from_slice(&state[..self.matrix.nrows() / 2]);
     }

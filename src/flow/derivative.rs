@@ -2,6 +2,7 @@
 
 use crate::flow::modal_scene::ModalScene;
 use crate::model::LinearSystem;
+use crate::model::PhysicalState;
 use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;
@@ -57,7 +58,7 @@ impl LinearEquations {
         &self,
         scene: &ModalScene,
         angle: f64,
-        (q, v): (DVector<f64>, DVector<f64>),
+        (q, v): PhysicalState,
         lost: Option<[DVector<f64>; 2]>,
         orders: Range<usize>,
     ) -> Vec<(DVector<f64>, DVector<f64>)> {

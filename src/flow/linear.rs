@@ -3,6 +3,7 @@
 //! in pairs of its own.
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
+use crate::modal::ModalState;
 use crate::modal::Pair;
 
 /// Smooth motion of a linear system.
@@ -13,7 +14,7 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     /// The flow's state for the whole motion in modal pairs at a forcing angle.
     fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>);
     /// The whole motion in modal pairs.
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>);
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState);
     /// Puts a state's forcing at an angle that is known better than by adding up steps.
     fn set_angle(&self, state: &mut [Pair], angle: f64);
     /// Fills the propagator for a time.
@@ -78,7 +79,7 @@ pub(crate) fn propagate<F: LinearFlow>(
     flow: &F,
     angle: f64,
     span: f64,
-    modal_state: &mut Vec<Pair>,
+    modal_state: &mut ModalState,
 ) {
     let (mut propagator, mut state) = (F::Propagator::default(), Vec::new());
     flow.from_modal(modal_state, angle, &mut state);

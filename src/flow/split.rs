@@ -7,6 +7,7 @@ use crate::flow::block::BlockPropagator;
 use crate::flow::drive::Undriven;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
+use crate::modal::ModalState;
 use crate::modal::{Block, Pair, Response};
 use crate::tolerance::{NEAR_RESONANCE, RIGID};
 use nalgebra::Complex;
@@ -82,7 +83,7 @@ impl LinearFlow for SplitFlow {
         state.push(u);
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut Vec<Pair>) {
+    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
         if let Some((&u, free)) = state.split_last() {
             modal_state.extend(free.iter().enumerate().map(|(j, z)| {

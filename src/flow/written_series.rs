@@ -1,5 +1,6 @@
 //! Taylor series as plain numbers: a unit of time, and the coefficients of each position in it.
 
+use crate::model::PhysicalState;
 use nalgebra::DVector;
 
 /// How many numbers a Taylor series of n positions has, its unit of time with them.
@@ -25,11 +26,7 @@ pub(crate) fn write_series<C: Iterator<Item = f64>>(
 }
 
 /// Position and velocity a time after the start of Taylor series.
-pub(crate) fn read_series(
-    numbers: &[f64],
-    order: usize,
-    local: f64,
-) -> (DVector<f64>, DVector<f64>) {
+pub(crate) fn read_series(numbers: &[f64], order: usize, local: f64) -> PhysicalState {
     let (unit, rows) = (numbers[0], numbers[1..].chunks(order + 2));
     let x = local / unit;
     let (mut q, mut v) = (DVector::zeros(rows.len()), DVector::zeros(rows.len()));

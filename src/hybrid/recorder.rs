@@ -5,7 +5,7 @@ use crate::flow::steps::{Dense, DenseOutput, State};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::modal::Pair;
-use nalgebra::DVector;
+use crate::model::PhysicalState;
 
 /// What a recorder wants to be told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub(crate) trait Written {
 /// The motion on an arc, in the form in which its flow knows it.
 pub(crate) trait ArcMotion: Written {
     /// Position and velocity a time after the start.
-    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>);
+    fn state(&mut self, local: f64) -> PhysicalState;
 }
 
 /// Modal pairs.

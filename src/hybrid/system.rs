@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
+use crate::model::PhysicalState;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -151,7 +152,7 @@ pub(crate) trait Present {
     /// The forcing phase now.
     fn phase(&self) -> f64;
     /// Position and velocity now.
-    fn physical(&self) -> (DVector<f64>, DVector<f64>);
+    fn physical(&self) -> PhysicalState;
     /// Operations that a flight of few steps is, in the units of an observer.
     fn work_of_flight(&self) -> usize;
 }

@@ -4,10 +4,12 @@
 use crate::error::Result;
 use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::linalg::plane::Pair;
+use crate::modal::ModalState;
 use crate::modal::block::{Block, Response};
 use crate::modal::complex::{ComplexModes, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
 use crate::model::LinearSystem;
+use crate::model::PhysicalState;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// How the motion uncouples.
@@ -164,7 +166,7 @@ impl ModalForm {
     }
 
     /// The state (q, v) in modal pairs.
-    pub fn to_modal(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
+    pub fn to_modal(&self, q: &DVector<f64>, v: &DVector<f64>) -> ModalState {
         match &self.coordinates {
             Coordinates::Real(shapes) => shapes
                 .to_modal(q)
@@ -181,7 +183,7 @@ impl ModalForm {
     }
 
     /// The position and velocity of a state in modal pairs.
-    pub fn to_physical(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
+    pub fn to_physical(&self, state: &[Pair]) -> PhysicalState {
         let part = |k: usize| DVector::from_iterator(self.n, state.iter().map(|z| z[k]));
         match &self.coordinates {
             Coordinates::Real(shapes) => {

@@ -8,9 +8,11 @@ mod modes;
 mod propagation;
 mod real;
 mod regime;
+mod state;
 
 pub(crate) use crate::linalg::plane::{Pair, times};
 pub(crate) use block::{Block, Response};
 pub(crate) use form::{Form, ModalForm, pairs};
 pub use modes::{Modes, Spectrum, modes, spectrum};
 pub(crate) use propagation::Propagation;
+pub(crate) use state::ModalState;

@@ -24,6 +24,7 @@ mod reaction;
 mod room;
 mod scene;
 mod scene_motion;
+mod state;
 mod stop;
 mod system;
 
@@ -55,5 +56,6 @@ pub use reaction::Reaction;
 pub(crate) use room::overlaps;
 pub use scene::Scene;
 pub(crate) use scene_motion::SceneMotion;
+pub(crate) use state::PhysicalState;
 pub use stop::{Normal, Side, Stop, Wall, WallSide};
 pub use system::System;

@@ -1,6 +1,6 @@
 //! What an orbit is made of: its flights, and what a solver found beside them.
 
-use crate::modal::Pair;
+use crate::modal::ModalState;
 use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::pattern::Pattern;
 
@@ -11,9 +11,9 @@ pub(crate) struct Flight {
     pub start: f64,
     pub span: f64,
     /// The state at its start, after the impacts there.
-    pub after: Vec<Pair>,
+    pub after: ModalState,
     /// The state at its end, before the impacts there.
-    pub before_next: Vec<Pair>,
+    pub before_next: ModalState,
     /// What it is.
     pub mode: ContactMode,
 }

@@ -12,6 +12,7 @@ use crate::hybrid::{ClosedFormMaps, constrained_motions, joined};
 use crate::hybrid::{IntegratedMaps, OrbitDense, OrbitStep};
 use crate::impact::Impact;
 use crate::modal::Pair;
+use crate::model::PhysicalState;
 use crate::observer::Observer;
 use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
@@ -110,7 +111,7 @@ impl OrbitMotion {
     }
 
     /// Position and velocity of a state.
-    pub fn physical(&self, state: &[Pair]) -> (DVector<f64>, DVector<f64>) {
+    pub fn physical(&self, state: &[Pair]) -> PhysicalState {
         match self {
             Self::Modal { modal, .. } => modal.form.to_physical(state),
             Self::Stepped { .. } => {

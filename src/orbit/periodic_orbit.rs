@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
+use crate::model::PhysicalState;
 use crate::model::{Change, Scene};
 use crate::observer::Observer;
 use crate::orbit::closed_form::{Coefficients, coefficients};
@@ -144,7 +145,7 @@ impl PeriodicOrbit {
     }
 
     /// Position and velocity at any time; at an impact the velocity is the one after it, or before it.
-    pub fn state(&self, t: f64, before_impact: bool) -> (DVector<f64>, DVector<f64>) {
+    pub fn state(&self, t: f64, before_impact: bool) -> PhysicalState {
         let mut local = t.rem_euclid(self.period);
         if local >= self.period {
             local = 0.0;

@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
+use crate::model::PhysicalState;
 use crate::model::{Contact, Dynamics, Energetics, Moment, Scene, SceneMotion, contacts};
 use crate::observer::Observer;
 use crate::path::drawing::Point;
@@ -54,9 +55,6 @@ struct Works {
     damping: f64,
     contact: f64,
 }
-
-/// The state of motion at one time.
-type PositionVelocity = (DVector<f64>, DVector<f64>);
 
 /// The energy ledger at some points of a path of a scene.
 ///
@@ -131,7 +129,7 @@ impl<'a> Ledger<'a> {
     }
 
     /// Kinetic energy lost between the end of a arc and the start of the next.
-    fn jump_loss(&self, before: &PositionVelocity, after: &PositionVelocity) -> Result<f64> {
+    fn jump_loss(&self, before: &PhysicalState, after: &PhysicalState) -> Result<f64> {
         let jump = &before.1 - &after.1;
         let mean = (&before.1 + &after.1) * 0.5;
         self.energetics.inertial_work(&after.0, &mean, &jump)

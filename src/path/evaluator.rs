@@ -7,6 +7,7 @@ use crate::flow::{
 use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
 use crate::modal::Pair;
+use crate::model::PhysicalState;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -52,7 +53,7 @@ impl Evaluator {
         clock: Clock,
         numbers: &[f64],
         local: f64,
-    ) -> (DVector<f64>, DVector<f64>) {
+    ) -> PhysicalState {
         match self {
             Self::Exact {
                 modal,
@@ -80,7 +81,7 @@ impl Evaluator {
 }
 
 /// Position and velocity of a state.
-fn parted(x: &[f64]) -> (DVector<f64>, DVector<f64>) {
+fn parted(x: &[f64]) -> PhysicalState {
     let (q, v) = x.split_at(x.len() / 2);
     (DVector::from_column_slice(q), DVector::from_column_slice(v))
 }

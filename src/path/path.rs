@@ -2,10 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
+use crate::model::PhysicalState;
 use crate::path::evaluator::Evaluator;
 use crate::path::parts::{PathArc, PathParts};
 use crate::path::segments::{ImpactSide, Segment};
-use nalgebra::DVector;
 
 /// A motion that is kept.
 #[derive(Debug, Clone)]
@@ -57,7 +57,7 @@ impl Path {
     ///
     /// # Errors
     /// A time outside the span.
-    pub fn state(&self, t: f64, side: ImpactSide) -> Result<(DVector<f64>, DVector<f64>)> {
+    pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
         let parts = &self.parts;
         let (start, end) = self.span;
         let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
@@ -101,7 +101,7 @@ impl Path {
 
     /// Position and velocity a time after the start of an arc.
     #[inline]
-    pub fn state_in(&self, arc: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
+    pub fn state_in(&self, arc: usize, local: f64) -> PhysicalState {
         let segment = self.parts.segment_of(arc);
         let width = self.evaluator.width(segment.kind, self.n_dof);
         let numbers = self.parts.numbers_of(segment, arc, width);
@@ -111,7 +111,7 @@ impl Path {
     }
 
     /// Position and velocity a time after the start of a segment.
-    pub fn state_along(&self, segment: usize, local: f64) -> (DVector<f64>, DVector<f64>) {
+    pub fn state_along(&self, segment: usize, local: f64) -> PhysicalState {
         let range = self.parts.arcs_of(segment);
         let arcs = &self.parts.arcs[range.clone()];
         let start = arcs[0].clock;

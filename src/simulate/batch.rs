@@ -6,11 +6,11 @@ use crate::flow::{BatchMotion, SeriesOf};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::{AnyLoop, Arrival, HybridFlow, IntegratedFlow, Present, SeriesStep, Taylor};
 use crate::model::Dynamics;
+use crate::model::PhysicalState;
 use crate::observer::{Observer, ObserverFn};
 use crate::simulate::event_loop::Ending;
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
-use nalgebra::DVector;
 use std::ops::ControlFlow;
 
 /// One of the runs.
@@ -60,7 +60,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
     pub fn run(
         &mut self,
         mut items: impl Iterator<Item = usize>,
-        start: impl Fn(usize) -> (DVector<f64>, DVector<f64>),
+        start: impl Fn(usize) -> PhysicalState,
         go_on: ObserverFn<'_>,
         put: &mut dyn FnMut(usize, Done),
     ) -> std::result::Result<(), Failure> {
@@ -123,11 +123,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
     }
 
     /// Makes ready for a run; its end, if it cannot begin.
-    fn begin(
-        &mut self,
-        (q0, v0): &(DVector<f64>, DVector<f64>),
-        t0: f64,
-    ) -> Result<Option<Ending>> {
+    fn begin(&mut self, (q0, v0): &PhysicalState, t0: f64) -> Result<Option<Ending>> {
         let Run { flow, events, .. } = &mut self.run;
         flow.start(q0, v0, t0);
         events.start(flow.taken(), (q0, v0, t0), &mut self.record)

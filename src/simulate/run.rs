@@ -8,6 +8,7 @@ use crate::hybrid::{
     series_order,
 };
 use crate::linalg::singular::overflow;
+use crate::model::PhysicalState;
 use crate::model::{Dynamics, Links, Scene, SceneMotion};
 use crate::path::{Evaluator, Path};
 use crate::quantity::{finite_vector, room_for};
@@ -192,7 +193,7 @@ pub(crate) use with_series;
 /// What a run leaves behind.
 pub(crate) struct Done {
     pub ending: Ending,
-    pub last: (DVector<f64>, DVector<f64>),
+    pub last: PhysicalState,
     pub stats: Stats,
     record: Record,
     /// The motions while stops were held.

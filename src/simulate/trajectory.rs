@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::Graze;
 use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
+use crate::model::PhysicalState;
 use crate::model::Scene;
 use crate::observer::Observer;
 use crate::path::{Energy, ImpactSide, Path, Point, Samples, Segment, energy_along};
@@ -20,7 +21,7 @@ pub struct Trajectory {
     pub(crate) impacts: Vec<Impact>,
     pub(crate) grazes: Vec<Graze>,
     pub(crate) samples: Option<(Vec<f64>, DMatrix<f64>, DMatrix<f64>)>,
-    pub(crate) last: (DVector<f64>, DVector<f64>),
+    pub(crate) last: PhysicalState,
     pub(crate) status: Status,
     pub(crate) message: String,
     pub(crate) stats: Stats,
@@ -109,7 +110,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// A time outside the span, or a trajectory that does not keep its motion.
-    pub fn state(&self, t: f64, side: ImpactSide) -> Result<(DVector<f64>, DVector<f64>)> {
+    pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
         self.path()?.state(t, side)
     }
 

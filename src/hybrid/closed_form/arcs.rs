@@ -7,7 +7,9 @@ use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
+use crate::modal::ModalState;
 use crate::modal::Pair;
+use crate::model::PhysicalState;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -17,7 +19,7 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
     state: &'s [Pair],
-    modal_state: Vec<Pair>,
+    modal_state: ModalState,
 }
 
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
@@ -29,7 +31,7 @@ impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
 }
 
 impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
-    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+    fn state(&mut self, local: f64) -> PhysicalState {
         let mut there = self.state.to_vec();
         self.search.forward(&mut there, local);
         self.flow.to_modal_pairs(&there, &mut self.modal_state);
@@ -43,7 +45,7 @@ pub(super) struct ConstrainedArc<'s> {
     pub angle: f64,
     pub start: (&'s DVector<f64>, &'s DVector<f64>),
     /// The same in modal pairs.
-    pub modal_state: Vec<Pair>,
+    pub modal_state: ModalState,
 }
 
 impl Written for ConstrainedArc<'_> {
@@ -53,7 +55,7 @@ impl Written for ConstrainedArc<'_> {
 }
 
 impl ArcMotion for ConstrainedArc<'_> {
-    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+    fn state(&mut self, local: f64) -> PhysicalState {
         self.motion
             .propagate(self.angle, local, self.start.0, self.start.1)
     }
@@ -102,7 +104,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         stop: usize,
         span: f64,
         recorder: &mut dyn Recorder,
-    ) -> Result<(Arc<ConstrainedMotion>, (DVector<f64>, DVector<f64>))> {
+    ) -> Result<(Arc<ConstrainedMotion>, PhysicalState)> {
         let motion = self.motion_of(&[stop])?;
         let (q, v) = self.settled(&[stop])?;
         if recorder.wanted().arcs {

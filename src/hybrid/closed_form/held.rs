@@ -13,7 +13,9 @@ use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{Gaps, Present};
 use crate::impact::{StopsAt, project};
+use crate::modal::ModalState;
 use crate::modal::Pair;
+use crate::model::PhysicalState;
 use crate::observer::Observer;
 use crate::tolerance::{CANCELLED, FLAT_FORCE};
 use nalgebra::DVector;
@@ -22,7 +24,7 @@ use std::sync::Arc;
 
 impl<F: LinearFlow> ClosedForm<'_, F> {
     /// The present position and velocity, moved onto some stops and without normal speeds.
-    pub(super) fn settled(&self, stops: &[usize]) -> Result<(DVector<f64>, DVector<f64>)> {
+    pub(super) fn settled(&self, stops: &[usize]) -> Result<PhysicalState> {
         let (mut q, mut v) = self.physical();
         project(&mut q, &mut v, |q| Ok(self.stops_at(stops, q)))?;
         Ok((q, v))
@@ -74,7 +76,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             let terms = normal(stop).into_iter().zip(of.iter());
             terms.map(|(n, unknown)| n.abs() * unknown).sum()
         };
-        let gap = |stop: usize, (value, of): &(DVector<f64>, DVector<f64>)| {
+        let gap = |stop: usize, (value, of): &PhysicalState| {
             [-normal(stop).dot(value), unknown(stop, of)]
         };
         let gaps = |of| stops.iter().map(|&stop| gap(stop, of)).collect();
@@ -148,7 +150,7 @@ struct HeldFlight<'a> {
     motion: &'a ConstrainedMotion,
     angle: f64,
     /// The motion left over, in its modal pairs.
-    modal_state: Vec<Pair>,
+    modal_state: ModalState,
     /// The orders of the roots of the gaps, and of the contact forces, as far as known.
     orders: &'a [usize],
 }

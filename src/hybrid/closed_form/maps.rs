@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::HybridMaps;
 use crate::impact::impulse_matrix;
+use crate::model::PhysicalState;
 use crate::model::along_reactions;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -66,13 +67,13 @@ impl<'a> ClosedFormMaps<'a> {
     }
 }
 
-fn halves(state: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+fn halves(state: &DVector<f64>) -> PhysicalState {
     let n = state.len() / 2;
     (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
 }
 
 /// Position and velocity as one state.
-pub(crate) fn joined((q, v): &(DVector<f64>, DVector<f64>)) -> DVector<f64> {
+pub(crate) fn joined((q, v): &PhysicalState) -> DVector<f64> {
     DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
 }
 

@@ -13,6 +13,8 @@ use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
 };
 use crate::impact::{CompleteChatter, put_onto_stops, wrapped};
+use crate::modal::ModalState;
+use crate::model::PhysicalState;
 
 use crate::modal::Pair;
 use crate::model::{acceleration_size, force_terms};
@@ -118,7 +120,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         }
     }
 
-    pub(super) fn modal_state(&self, state: &[Pair]) -> Vec<Pair> {
+    pub(super) fn modal_state(&self, state: &[Pair]) -> ModalState {
         let mut modal_state = Vec::with_capacity(state.len());
         self.flow.to_modal_pairs(state, &mut modal_state);
         modal_state
@@ -408,7 +410,7 @@ impl<F: LinearFlow> Present for ClosedForm<'_, F> {
         wrapped(self.clock.angle() + self.phase)
     }
 
-    fn physical(&self) -> (DVector<f64>, DVector<f64>) {
+    fn physical(&self) -> PhysicalState {
         self.scene.form.to_physical(&self.modal_state(&self.state))
     }
 

@@ -7,6 +7,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
+use crate::model::PhysicalState;
 use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, contacts};
 use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
@@ -200,7 +201,7 @@ impl<S: State, Q: DenseOutput<S>> Written for StepArc<'_, Q, S> {
 }
 
 impl<S: State, Q: DenseOutput<S>> ArcMotion for StepArc<'_, Q, S> {
-    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+    fn state(&mut self, local: f64) -> PhysicalState {
         let mut x = S::zeros(2 * self.n);
         self.dense.state(local, x.slice_mut());
         parted(x.slice())
@@ -208,7 +209,7 @@ impl<S: State, Q: DenseOutput<S>> ArcMotion for StepArc<'_, Q, S> {
 }
 
 /// Position and velocity of a state.
-pub(super) fn parted(x: &[f64]) -> (DVector<f64>, DVector<f64>) {
+pub(super) fn parted(x: &[f64]) -> PhysicalState {
     let (q, v) = x.split_at(x.len() / 2);
     (DVector::from_column_slice(q), DVector::from_column_slice(v))
 }

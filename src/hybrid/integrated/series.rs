@@ -14,9 +14,9 @@ use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
+use crate::model::PhysicalState;
 use crate::model::{Dynamics, Links, Scene, contacts};
 use crate::observer::Observer;
-use nalgebra::DVector;
 
 /// Flights along Taylor series.
 pub(crate) struct Taylor {
@@ -113,7 +113,7 @@ impl Written for SeriesArc<'_> {
 }
 
 impl ArcMotion for SeriesArc<'_> {
-    fn state(&mut self, local: f64) -> (DVector<f64>, DVector<f64>) {
+    fn state(&mut self, local: f64) -> PhysicalState {
         let mut x = vec![0.0; 2 * self.n];
         self.series.state(local, &mut x);
         parted(&x)

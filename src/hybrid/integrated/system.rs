@@ -3,6 +3,7 @@
 use super::normal::dot;
 use super::scene::{Integrated, parted};
 use crate::error::Result;
+use crate::model::PhysicalState;
 
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
@@ -254,7 +255,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Present for Integrated<'_, S, D, P> {
         wrapped(self.clock.angle() + self.phase)
     }
 
-    fn physical(&self) -> (DVector<f64>, DVector<f64>) {
+    fn physical(&self) -> PhysicalState {
         parted(self.x.slice())
     }
 
