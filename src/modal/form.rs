@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::linalg::plane::Pair;
-use crate::modal::ModalState;
+use crate::modal::state::ModalState;
 use crate::modal::block::{Block, Response};
 use crate::modal::complex::{ComplexModes, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
