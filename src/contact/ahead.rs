@@ -16,7 +16,7 @@ pub(crate) enum Ahead {
     Unknown,
 }
 
-/// Over a step that root_orders with an open gap; `rounding` is that of the gap, asked for where it does not stay above `clear`, which is
+/// Over a step that begins with an open gap; `rounding` is that of the gap, asked for where it does not stay above `clear`, which is
 /// no less.
 #[inline]
 pub(crate) fn from_open(
@@ -80,7 +80,7 @@ fn near_stop(model: &GapModel, step: f64, rounding: f64) -> Ahead {
     }
 }
 
-/// Over a step that root_orders on the stop, with a root of the given order, or a higher one, at its start; `rounding` is that of the
+/// Over a step that begins on the stop, with a root of the given order, or a higher one, at its start; `rounding` is that of the
 /// gap.
 pub(crate) fn from_contact(model: &GapModel, order: usize, step: f64, rounding: f64) -> Ahead {
     let deflated = model.deflated(order);

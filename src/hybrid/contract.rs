@@ -60,7 +60,7 @@ impl Recorder for Notes {
         self.kinds.push((kind, stops.to_vec()));
     }
 
-    fn wants_arc(&self, _end: f64, _last: Option<f64>) -> bool {
+    fn wants_arc(&self, _span: &ArcSpan) -> bool {
         true
     }
 

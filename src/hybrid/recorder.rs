@@ -48,7 +48,7 @@ pub(crate) trait ArcMotion: Written {
 /// Modal pairs.
 impl Written for [Pair] {
     fn write(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self.iter().flatten());
+        numbers.extend_from_slice(self.as_flattened());
     }
 }
 
@@ -65,8 +65,8 @@ pub(crate) trait Recorder {
     fn wanted(&self) -> Wanted;
     /// Begins a segment, with the stops in contact; the arcs that follow are its.
     fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]);
-    /// Whether it wants an arc, which ends at a time.
-    fn wants_arc(&self, end: f64, last: Option<f64>) -> bool;
+    /// Whether it wants an arc.
+    fn wants_arc(&self, span: &ArcSpan) -> bool;
     /// An arc of the motion.
     fn arc(&mut self, span: ArcSpan, motion: &mut dyn ArcMotion);
     /// A touch.

@@ -4,10 +4,10 @@
 use crate::error::Result;
 use crate::linalg::matrix_exponential::matrix_exponential;
 use crate::linalg::plane::Pair;
-use crate::modal::state::ModalState;
 use crate::modal::block::{Block, Response};
 use crate::modal::complex::{ComplexModes, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
+use crate::modal::state::ModalState;
 use crate::model::LinearSystem;
 use crate::model::PhysicalState;
 use nalgebra::{Complex, DMatrix, DVector};

@@ -102,10 +102,11 @@ impl Recorder for Record {
         }
     }
 
-    fn wants_arc(&self, end: f64, last: Option<f64>) -> bool {
-        let next = self.samples.as_ref().and_then(|s| s.times.get(s.next));
-        let is_sampled = next.is_some_and(|&t| t < end || last.is_some_and(|last| t <= last));
-        self.kept.is_some() || is_sampled
+    fn wants_arc(&self, ArcSpan { start, span, last }: &ArcSpan) -> bool {
+        let next = || self.samples.as_ref().and_then(|s| s.times.get(s.next));
+        let is_sampled =
+            |&t: &f64| t < start.after(*span).time() || last.is_some_and(|last| t <= last);
+        self.kept.is_some() || next().is_some_and(is_sampled)
     }
 
     fn arc(&mut self, arc: ArcSpan, motion: &mut dyn ArcMotion) {

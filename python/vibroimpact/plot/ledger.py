@@ -61,7 +61,7 @@ def energy(data: Trajectory | Orbit, ax: Axes | None = None, **line: Any) -> Axe
     ledger = getattr(data, "energy", None)
     if ledger is None:
         raise ValueError(f"data must be a trajectory, with keep='motion', or an orbit, got {type(data).__name__}")
-    t = np.asarray(ledger.t, dtype=float)
+    t = np.asarray(data.t if hasattr(data, "t") else ledger.t, dtype=float)
     breaks = unseen_jumps(t, np.unique(data.impacts["time"]))
     is_new = ax is None
     ax = axes_or_new(ax)

@@ -99,6 +99,7 @@ impl Controller {
     }
 
     /// Takes note of a step that stability limits, or not.
+    #[inline]
     pub fn note_stiffness(&mut self, is_limited: bool) {
         if is_limited {
             self.sound = 0;

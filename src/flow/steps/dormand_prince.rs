@@ -47,7 +47,15 @@ impl<S: State> DormandPrince<S> {
         rate(dynamics, drive, target, &mut next[0])
     }
 
+    /// The error of the step last taken from x, in a function of its own: sums over references that are arguments are vectorised.
+    #[inline(never)]
+    fn scaled_error(&mut self, x: &S, h: f64, tolerance: Tolerance) -> f64 {
+        weighted_sum::<S, STAGES>(&self.stages, &ERROR, &mut self.error);
+        h.abs() * tolerance.norm(&self.error, (x, &self.end))
+    }
+
     /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`.
+    #[inline]
     fn stiffness(&self, h: f64) -> f64 {
         let rates = square_distance(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
         let states = square_distance(&self.end, &self.trial);
@@ -133,11 +141,10 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         h: f64,
         tolerance: Tolerance,
     ) -> Result<f64> {
-        weighted_sum::<S, STAGES>(&self.stages, &ERROR, &mut self.error);
-        let ends = (start.x, &self.end);
-        Ok(h.abs() * tolerance.norm(&self.error, ends))
+        Ok(self.scaled_error(start.x, h, tolerance))
     }
 
+    #[inline]
     fn dense<D: Dynamics>(
         &mut self,
         _dynamics: &D,
@@ -162,6 +169,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         Ok(Dense { start, c, h })
     }
 
+    #[inline]
     fn go_on(&mut self) -> bool {
         self.stages.swap(0, STAGES - 1);
         true
@@ -177,6 +185,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         }
     }
 
+    #[inline]
     fn accept(&mut self, h: f64, controller: &mut Controller) {
         controller.note_stiffness(self.stiffness(h) > STABLE);
     }

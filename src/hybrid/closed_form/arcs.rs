@@ -24,9 +24,9 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
 
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
     fn write(&self, numbers: &mut Vec<f64>) {
-        let mut modal_state = Vec::new();
+        let mut modal_state = Vec::with_capacity(self.state.len());
         self.flow.to_modal_pairs(self.state, &mut modal_state);
-        numbers.extend(modal_state.iter().flatten());
+        numbers.extend_from_slice(modal_state.as_flattened());
     }
 }
 
@@ -50,7 +50,7 @@ pub(super) struct ConstrainedArc<'s> {
 
 impl Written for ConstrainedArc<'_> {
     fn write(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self.modal_state.iter().flatten());
+        numbers.extend_from_slice(self.modal_state.as_flattened());
     }
 }
 

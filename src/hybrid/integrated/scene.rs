@@ -121,6 +121,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     }
 
     /// The dense output of the step last taken.
+    #[inline]
     pub(super) fn dense<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<P::Dense> {
         let (at, x) = (self.moment(), &self.x);
         self.stepper.dense(dynamics, StepStart { at, x }, h)
@@ -173,17 +174,9 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     }
 
     /// Records a step from the present state as its dense output says.
-    pub(super) fn record_dense(
-        &self,
-        dense: &P::Dense,
-        span: f64,
-        last: Option<f64>,
-        recorder: &mut dyn Recorder,
-    ) {
-        let (start, n) = (self.clock, self.n());
-        let state = PhantomData::<S>;
-        let mut arc = StepArc { dense, n, state };
-        recorder.arc(ArcSpan { start, span, last }, &mut arc);
+    pub(super) fn record_dense(&self, dense: &P::Dense, arc: ArcSpan, recorder: &mut dyn Recorder) {
+        let (n, state) = (self.n(), PhantomData::<S>);
+        recorder.arc(arc, &mut StepArc { dense, n, state });
     }
 }
 

@@ -1,4 +1,4 @@
-//! Flights in steps of the Dormand-Prince pair: free, or with stops held; each step is judged by its error, searched for
+//! Flights in steps of any method (`flow/steps`): free, or with stops held; each step is judged by its error, searched for
 //! contacts and for the release of what is held, and taken again to either.
 
 use super::free::FreeFlight;
@@ -9,7 +9,7 @@ use crate::flow::steps::control::{first_step, trial_step};
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::Arrival;
-use crate::hybrid::recorder::Recorder;
+use crate::hybrid::recorder::{ArcSpan, Recorder};
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
@@ -171,10 +171,14 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         last: Option<f64>,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        let clock = self.clock;
-        if recorder.wants_arc(clock.after(s).time(), last) {
+        let arc = ArcSpan {
+            start: self.clock,
+            span: s,
+            last,
+        };
+        if recorder.wants_arc(&arc) {
             let dense = self.dense(dynamics, s)?;
-            self.record_dense(&dense, s, last, recorder);
+            self.record_dense(&dense, arc, recorder);
         }
         Ok(())
     }
@@ -182,7 +186,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Records an arc of no length at the present state; `last` as in `record`.
     pub(super) fn record_no_step(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) {
         let still = <P as Stepper<S>>::Dense::line(&self.x, &self.x, 1.0);
-        self.record_dense(&still, 0.0, last, recorder);
+        let arc = ArcSpan {
+            start: self.clock,
+            span: 0.0,
+            last,
+        };
+        self.record_dense(&still, arc, recorder);
     }
 
     /// Tries the next step towards an instant: its length is what the step before left, and its error is judged.

@@ -36,6 +36,8 @@ pub(crate) struct Radau<S> {
     f: [S; STAGES],
     pair: Vec<Complex<f64>>,
     trial: S,
+    /// The largest size of each entry on the step.
+    most: S,
     error: S,
     cubic: Cubic<S>,
     /// Steps tried from this start.
@@ -112,6 +114,7 @@ impl<S: State> Radau<S> {
             self.n_rhs += STAGES;
             self.improve(h);
             add(start.x, &self.z[STAGES - 1], &mut self.end);
+            self.reach(start.x);
             match self.convergence.judge(self.increment(start.x)) {
                 Iteration::Continue => {}
                 verdict => return Ok(verdict == Iteration::Converged),
@@ -139,9 +142,17 @@ impl<S: State> Radau<S> {
         }
     }
 
+    /// Notes how large each entry becomes on the step: one that begins and ends at zero has the rounding of what is between.
+    fn reach(&mut self, x: &S) {
+        for (i, (most, x)) in self.most.slice_mut().iter_mut().zip(x.slice()).enumerate() {
+            let stages = self.z.iter().map(|z| (x + z.slice()[i]).abs());
+            *most = stages.fold(x.abs(), f64::max);
+        }
+    }
+
     /// The size of the increments of the modes, in units of the tolerance.
     fn increment(&self, x: &S) -> f64 {
-        let ends = (x, &self.end);
+        let ends = (x, &self.most);
         let square = |d: &S| self.tolerance.norm(d, ends).powi(2);
         (self.f.iter().map(square).sum::<f64>() / STAGES as f64).sqrt()
     }
@@ -199,6 +210,7 @@ impl<S: State> Stepper<S> for Radau<S> {
             f: three(),
             pair: vec![Complex::default(); 2 * n_dof],
             trial: zeros.clone(),
+            most: zeros.clone(),
             error: zeros.clone(),
             cubic: Cubic::new(n_dof),
             tries: 0,
@@ -257,17 +269,17 @@ impl<S: State> Stepper<S> for Radau<S> {
             return Ok(f64::INFINITY);
         }
         let tolerance = coarse(tolerance);
-        let size = |error: &S, end: &S| tolerance.norm(error, (x, end));
+        let size = |error: &S, most: &S| tolerance.norm(error, (x, most));
         let (system, z) = (&mut self.system, &self.z);
         estimate(system, h, &self.start_rate, z, &mut self.error);
-        let mut error = size(&self.error, &self.end);
+        let mut error = size(&self.error, &self.most);
         if error >= 1.0 && error.is_finite() && (self.is_first || self.tries > 1) {
             self.n_rhs += 1;
             add(x, &self.error, &mut self.trial);
             let there = &mut self.f[0];
             rate(dynamics, dynamics.drive(at), &self.trial, there)?;
             estimate(system, h, there, z, &mut self.error);
-            error = size(&self.error, &self.end);
+            error = size(&self.error, &self.most);
         }
         Ok(if error.is_finite() {
             error

@@ -677,3 +677,18 @@ fn a_stiff_oscillator_takes_hundreds_of_steps() {
         "{run:?} {exact:?}"
     );
 }
+
+#[test]
+fn a_throw_from_zero_back_to_zero_has_the_rounding_of_what_is_between() {
+    let motion = single(|_, _, _| -1.0);
+    for k in 1..200 {
+        let speed = (f64::from(k) / 50.0).exp();
+        let (x, h) = ([0.0, speed], 2.0 * speed);
+        let mut radau = begun(&motion, &x, 1e-13);
+        assert!(try_step(&mut radau, &motion, start(0.0, &x), h), "{speed}");
+        let error = radau.error(&motion, start(0.0, &x), h, tolerance(1e-13));
+        let error = error.expect("a rate");
+        assert!(error < 1.0, "{speed} {error}");
+        assert!(apart(radau.end(), &[0.0, -speed]) < 1e-14 * speed * speed);
+    }
+}
