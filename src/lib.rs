@@ -3,11 +3,12 @@
 //! # How the crate is laid out
 //!
 //! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
-//! `observer`; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: what happens at one instant; `flow`: smooth
-//! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: a scene with its stops, in closed
-//! form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]:
+//! `observer`: whether a long computation goes on; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
+//! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: how a scene with stops
+//! moves from event to event, in closed form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]:
 //! maps and ensembles. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
-//! `docs/theory.md`: "theory 5" in a comment is its section 5.
+//! `docs/theory.md`: "theory 5" in a comment is its section 5; the words in `docs/glossary.md`; which files a new system, stop, excitation or
+//! integrator touches in `docs/extending.md`.
 
 mod contact;
 pub mod error;

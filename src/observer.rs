@@ -1,5 +1,5 @@
-//! Long computations ask from time to time whether to go on: often enough for a person who waits, seldom enough to cost
-//! nothing.
+//! Long computations ask from time to time whether to go on, so that Ctrl-C and a caller's own observer stop them: often enough
+//! for a person who waits, seldom enough to cost nothing.
 
 use crate::error::{Error, Result};
 use std::cell::RefCell;

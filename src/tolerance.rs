@@ -3,9 +3,11 @@
 
 // --- Rounding of what is computed, in parts of the size of its terms unless something else is said.
 
-/// Rounding of a gap, relative to the size of its terms.
+/// A wider rounding of a gap, of speeds and accelerations, relative to the size of their terms; touches are told from impacts by
+/// [`TERM_ROUNDINGS`].
 pub(crate) const GAP_ROUNDING: f64 = 1e-14;
-/// Rounding of a gap relative to the size of its terms (theory 8).
+/// The margin between graze and impact: a minimum of a gap no farther below zero than this part of the size of its terms is a touch
+/// (theory 8).
 pub(crate) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 /// The same relative to the sum of the sizes of all parts of the motion in it, where the rows are as good.
 pub(crate) const SUM_ROUNDINGS: f64 = 4.0 * f64::EPSILON;
@@ -17,6 +19,10 @@ pub(crate) const PLACED_ROUNDING: f64 = 4.0 * f64::EPSILON;
 pub(crate) const GIVEN_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Rounding of the time of a flight, in which a gap moves on by its speed.
 pub(crate) const TIME_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Rounding of a speed, relative to that of a fall as far as the motion goes.
+pub(crate) const SPEED_ROUNDING: f64 = 10.0 * GAP_ROUNDING;
+/// Rounding of a difference of accelerations, relative to the size of their terms.
+pub(crate) const JERK_ROUNDING: f64 = 10.0 * GAP_ROUNDING;
 /// Impulses of so small a part of the largest at one instant are rounding.
 pub(crate) const IMPULSE_ROUNDING: f64 = 1e-12;
 /// Rounding of a sum of a few products, relative to the size of its terms.
@@ -92,9 +98,6 @@ pub(crate) const SAME_TOUCH: f64 = 1e-6;
 pub(crate) const FORCE_TOL: f64 = 1e-4;
 /// A contact force at zero: this small, relative to its terms.
 pub(crate) const FLAT_FORCE: f64 = 1e-12;
-/// What is left of the gap when the rest of the impacts is taken at once, relative to the motion's size: below what an orbit
-/// closes to.
-pub(crate) const CHATTER_DEPTH: f64 = 2.5e-13;
 /// Two impact speeds in succession are in the ratio e within this, where impacts accumulate.
 pub(crate) const RATIO_TOL: f64 = 0.05;
 /// What is left of accumulating impacts is up to so many times its estimate.
@@ -105,17 +108,28 @@ pub(crate) const LOST_FLIGHT: f64 = 2.5;
 pub(crate) const MOST_SUNK: f64 = 1e4;
 /// Roundings of a gap that are left of it, at the most, where steps have reached its stop.
 pub(crate) const MOST_LEFT: f64 = 100.0;
+/// An estimate of the error of an interpolation is off by no more than this factor.
+pub(crate) const ERROR_FACTOR: f64 = 4.0;
+/// A normal and a reaction direction whose product is below this part of theirs do not see each other.
+pub(crate) const UNCOUPLED: f64 = 1e-12;
 /// Part of a speed by which an impact's row and the motion after it may differ.
 pub(crate) const AGREED: f64 = 1e-9;
 /// Times less apart than this part of them are one instant.
 pub(crate) const INSTANT: f64 = 1e-12;
 /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
 pub(crate) const RELEASED: f64 = 1e-9;
+/// The same of a scene that is integrated beside another's release, whose time steps know so well.
+pub(crate) const LEFT_BY_STEPS: f64 = 1e-9;
+/// Third derivatives of gaps, had by differences, are zero below this part of what others do to them.
+pub(crate) const STEADY_BY_STEPS: f64 = 1e-6;
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 pub(crate) const FACING: f64 = 4.0;
 
 // --- Orbits.
 
+/// What is left of the gap when an orbit takes the rest of its impacts at once, relative to the motion's size: below what it
+/// closes to. In runs the tolerances decide.
+pub(crate) const CHATTER_DEPTH: f64 = 2.5e-13;
 /// How far from the unit circle a single point may be and count as on it: rounding alone.
 pub(crate) const ON_CIRCLE: f64 = 1e-12;
 /// The same for a double root, a fold: below the 1e-12 that must still be told apart.

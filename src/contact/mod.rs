@@ -1,4 +1,5 @@
-//! Where the next impact is, and where a gap is lowest (theory 8).
+//! Where the next impact is, and where a gap is lowest (theory 8). What a gap is along a motion: `model/contact.rs`,
+//! `flow/gap_row.rs`.
 
 pub(crate) mod ahead;
 pub(crate) mod bracket;

@@ -1,5 +1,6 @@
 //! The next impact of an exact flight (theory 8): the first time at which some gap falls below zero by more than its rounding,
-//! led back to its zero. Every step is proved to hold no other; touches within rounding are noted as grazes.
+//! led back to its zero. Every step is proved to hold no other; touches within rounding (`GapRow::rounding`) are noted as grazes.
+//! Steps judge a minimum in `polynomial.rs`, series in `series.rs`.
 
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
@@ -189,7 +190,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         }
     }
 
-    /// The gap of a stop on the flow.
+    /// The row of a stop's gap on the flow's state.
     pub fn gap(&self, stop: usize) -> &GapRow {
         &self.gaps[stop].row
     }
@@ -362,7 +363,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         let mut earliest: Option<(usize, f64)> = None;
         for &stop in &self.active {
             let followed = &mut self.gaps[stop];
-            // What rounding left below zero where the flight began on the stop is none.
+            // A flight that began a rounding inside its stop is searched with the gap raised by that.
             let lifted;
             let model = if followed.bracket.floor == 0.0 {
                 &followed.model

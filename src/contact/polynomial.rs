@@ -4,6 +4,7 @@
 
 use crate::contact::first_root::FirstRoot;
 use crate::contact::roots::{SIZE, bracketed_root, derivative, roots, value};
+use crate::tolerance::ERROR_FACTOR;
 
 /// `sum c_k x^k`, `0 <= x <= 1` along the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,9 +75,6 @@ pub(crate) struct Judgement {
     /// Error of the interpolation half-way, where it is largest.
     pub error: f64,
 }
-
-/// An estimate of the error is off by no more than this factor.
-const ERROR_FACTOR: f64 = 4.0;
 
 impl Judgement {
     /// The error of the interpolation at x, which goes as `x^3 (1 - x)^3`: value, slope and curvature are met at both ends.

@@ -1,4 +1,4 @@
-//! The flow of a linear scene, of the least machinery that is exact for it.
+//! Chooses the flow of a linear scene, of the least machinery that is exact for it: free, loaded, forced, split, dense.
 
 use crate::flow::block::BlockFlow;
 use crate::flow::dense::DenseFlow;

@@ -1,4 +1,5 @@
-//! A linear scene as it runs by the clock, with what its runs make of it once.
+//! A linear scene in modal form with the phase of its forcing put into its amplitude, for runs by the clock; it keeps the motions
+//! with stops held that its runs have needed.
 
 use crate::error::Result;
 use crate::flow::constrained::ConstrainedMotion;

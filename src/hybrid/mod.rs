@@ -1,7 +1,7 @@
 //! A scene with its stops as a hybrid system (theory 8, 9): smooth motion, contacts, impacts, stops that are held; in closed form or
 //! integrated. Whoever moves a scene uses this.
 
-pub(crate) mod chatter;
+pub(crate) mod chatter_map;
 pub(crate) mod clock;
 mod closed_form;
 #[cfg(test)]

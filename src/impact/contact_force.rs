@@ -1,7 +1,7 @@
 //! Forces of several stops in lasting contact, and which of them let go (theory 9, "Several stuck stops").
 
 use crate::error::{Error, Result};
-use crate::impact::multiple::check_contacts;
+use crate::impact::several_stops::check_contacts;
 use crate::linalg::complementarity;
 use nalgebra::{DMatrix, DVector};
 

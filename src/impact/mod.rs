@@ -1,21 +1,23 @@
-//! What happens at one instant: recovery matrices and their audit, several stops at once, contact forces (theory 1, 9).
+//! The laws of one instant, as mathematics (theory 1, 9): recovery matrices and their audit, impacts of several stops, contact
+//! forces, the sum of impacts that accumulate, projection onto stops, saltation. One stop's impact on a moving scene is
+//! `Impacts::strike` in `hybrid`; when accumulating impacts are completed is decided in `simulate/event_loop.rs`.
 
 mod audit;
-mod chatter;
+mod chatter_sum;
 mod contact_force;
 mod event;
-mod multiple;
 mod projection;
 mod recovery;
 mod saltation;
+mod several_stops;
 
 pub use audit::{RecoveryAudit, audit_recovery};
-pub(crate) use chatter::CompleteChatter;
+pub(crate) use chatter_sum::CompleteChatter;
 pub use contact_force::{ContactForce, Release, contact_forces};
 pub use event::Impact;
 pub(crate) use event::wrapped;
-pub use multiple::{ResolvedImpacts, resolve_impacts};
 pub(crate) use projection::{StopsAt, project, put_onto_stops};
 pub use recovery::recovery_matrix;
 pub(crate) use recovery::{check_stops, impulse_matrix};
 pub(crate) use saltation::saltation;
+pub use several_stops::{ResolvedImpacts, resolve_impacts};

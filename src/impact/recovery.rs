@@ -1,5 +1,5 @@
 //! Impact recovery matrices (theory 1): `x+ = R x-`, `R = blockdiag(I, P)`, for the stops hit at one instant, with
-//! `N^T P = -E N^T` whatever the reaction directions.
+//! `N^T P = -E N^T` whatever the reaction directions. As matrices, for audits and orbits: simulations strike stop by stop.
 
 use crate::error::{Error, Result};
 use crate::linalg::rank;

@@ -21,7 +21,7 @@ pub(crate) enum Block {
     Oscillator { w2: f64, eta: f64 },
     /// A complex root `sigma + i omega`, unknowns the real and imaginary part.
     Spiral { sigma: f64, omega: f64 },
-    /// Two real roots, unknowns each on its own.
+    /// Two real roots, the smaller modulus first, unknowns each on its own.
     Decays { roots: Pair },
 }
 

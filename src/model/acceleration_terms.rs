@@ -1,4 +1,4 @@
-//! Size of what an acceleration is the sum of: its rounding is a part of that, not of what is left of it.
+//! Sizes of the terms of an acceleration: its rounding is a part of those, not of what is left of them.
 
 use crate::model::linear::{Coefficient, LinearSystem};
 use nalgebra::{Complex, DVector};

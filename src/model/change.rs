@@ -1,4 +1,4 @@
-//! Changes of a scene, and the numbers of it that sweeps and searches vary by name.
+//! Changes of a scene, and its numbers by name ([`Parameter`]): all that a map, a search or a sweep can vary.
 
 use crate::error::{Error, Result};
 use crate::model::constraint::Constraint;

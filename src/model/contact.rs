@@ -10,7 +10,7 @@ use crate::model::scene::Scene;
 use crate::model::stop::Side;
 use crate::model::stop::WallSide;
 use crate::model::system::System;
-use crate::tolerance::{DEPENDENT, SAFE_PIVOT};
+use crate::tolerance::{DEPENDENT, SAFE_PIVOT, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
 
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
@@ -251,7 +251,7 @@ impl Contact {
 /// of theirs fails they count as coupled.
 pub(crate) fn are_coupled(a: &Contact, b: &Contact, system: &System, q: &[f64]) -> bool {
     let sees = |a: &Contact, b: &Contact| match (a.surface.normal(q), b.reaction(system, q)) {
-        (Ok(n), Ok(Some(b))) => n.dot(&b).abs() > 1e-12 * n.norm() * b.norm(),
+        (Ok(n), Ok(Some(b))) => n.dot(&b).abs() > UNCOUPLED * n.norm() * b.norm(),
         _ => true,
     };
     sees(a, b) || sees(b, a)

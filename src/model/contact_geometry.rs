@@ -4,7 +4,7 @@ use crate::model::linear::LinearSystem;
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
 use crate::model::stop::{Side, Stop};
-use crate::tolerance::ONE_PLACE;
+use crate::tolerance::{ONE_PLACE, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
 
 /// The stops of a linear scene as columns: `gap = c - N^T q`, an impact moves the velocity along B.
@@ -71,7 +71,7 @@ impl ContactGeometry {
     pub fn is_coupled(&self, i: usize, j: usize) -> bool {
         let sees = |n: usize, b: usize| {
             let (n, b) = (self.normals.column(n), self.reactions.column(b));
-            n.dot(&b).abs() > 1e-12 * n.norm() * b.norm()
+            n.dot(&b).abs() > UNCOUPLED * n.norm() * b.norm()
         };
         sees(i, j) || sees(j, i)
     }

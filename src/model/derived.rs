@@ -1,4 +1,4 @@
-//! What other layers have made of a scene, kept with it: made once, however often it is asked for.
+//! A cache kept with a scene: what other layers make of it (`flow/timed_scene.rs`), made once.
 
 use std::any::Any;
 use std::fmt;

@@ -1,5 +1,4 @@
-//! What acts on a system from outside: a constant load, a harmonic force, a motion of the base. A motion on which nothing acts
-//! compiles to code without any of it.
+//! An excitation as integrators evaluate it at a moment. A motion on which nothing acts compiles to code without any of it.
 
 use crate::model::excitation::Excitation;
 use crate::model::linear::LinearSystem;

@@ -1,4 +1,4 @@
-//! A moment as forcings see it.
+//! A time, with the angle and the frequency of the forcing there.
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]

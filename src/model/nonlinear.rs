@@ -200,7 +200,7 @@ impl NonlinearSystem {
         Ok(mass.to_dense())
     }
 
-    /// Whether the mass matrix at q is one.
+    /// Checks that the mass matrix at q is symmetric and positive definite.
     ///
     /// # Errors
     /// As [`mass`](Self::mass); a matrix that is not positive definite.

@@ -1,4 +1,4 @@
-//! What an orbit is made of: its flights, and what a solver found beside them.
+//! An orbit as its solver found it: [`Flight`]s, and [`OrbitData`] beside them.
 
 use crate::modal::ModalState;
 use crate::orbit::contact_mode::ContactMode;

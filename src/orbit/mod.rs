@@ -1,6 +1,5 @@
 //! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
 
-mod closed_form;
 mod contact_mode;
 mod flights;
 mod free_parameter;
@@ -9,6 +8,7 @@ mod one_instant;
 mod options;
 mod orbit_motion;
 mod orbits;
+mod paper_coefficients;
 mod pattern;
 mod periodic_orbit;
 mod problem;
@@ -21,9 +21,9 @@ mod two_instants;
 mod value_roots;
 mod verdict;
 
-pub use closed_form::{Coefficients, first_kind_coefficients};
 pub use options::{FreeParameter, OrbitOptions};
 pub use orbits::{Family, Orbits, Verdict};
+pub use paper_coefficients::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
 pub use saved::{Saved, SavedCourse};

@@ -1,4 +1,4 @@
-//! What makes a motion of the numbers of its arcs.
+//! Evaluates an arc that was kept from its numbers: modal pairs, dense output or Taylor coefficients.
 
 use crate::flow::steps::dense_output::{written_state, written_width};
 use crate::flow::{

@@ -1,4 +1,4 @@
-//! How fast a motion changes a time after it began: parts that have died out have no say.
+//! The rates that set how densely a kept motion is drawn: parts that have died out do not count.
 
 use crate::flow::ModalScene;
 use crate::modal::Form;

@@ -1,9 +1,10 @@
 //! The loop of a simulation: fly to the next contact, strike, go on; complete impacts that accumulate, hold what stays in
-//! contact, let go what is pulled (theory 8, 9).
+//! contact, let go what is pulled (theory 8, 9). Impacts are completed by `accumulates` here (one stop alone) and by `are_spent` in
+//! `strike.rs` (several stops, or beside stops held).
 
 mod at_once;
+mod hold_or_release;
 mod resting;
-mod settle;
 mod strike;
 
 use crate::contact::next::LATE;
@@ -59,7 +60,7 @@ pub(crate) struct EventLoop {
     /// The stops held, and those that were before the contacts of this instant.
     held: Vec<usize>,
     were_held: Vec<usize>,
-    /// The stops in contact that an impact left without normal speed.
+    /// Stops in contact whose normal speed counts as exactly zero now.
     still: Vec<usize>,
     /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
     /// terms are smaller, and their rounding is not.

@@ -1,4 +1,4 @@
-//! What is kept of a run: impacts, touches, the motion, or the motion at the times asked for.
+//! What is kept of a run by its `keep` (`options.rs`): impacts, touches, the motion, or the motion at the times asked for.
 
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::{Graze, SegmentKind};

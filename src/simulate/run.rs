@@ -23,13 +23,14 @@ use std::sync::Arc;
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
-/// A linear scene flies in closed form from impact to impact; each next impact is provably the first one. A pendulum with
-/// large motions follows its Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap
-/// is a polynomial, with the same proof. Other scenes are integrated by the method of order 8 of Dormand and Prince
-/// (`Method::Dop853`), or by their pair of orders 5 and 4 (`Method::Rk45`) for loose tolerances, and by the implicit Radau IIA method
-/// of order 5 (`Method::Radau`) from where the motion is found stiff; every contact on the interpolant of a step is found, and reached
-/// by a step of its own, as is a minimum of a gap that the interpolant cannot tell from a contact. Impacts that accumulate are completed, stops that stay in contact are held and let
-/// go by their force; what cannot be resolved, such as a jam, ends the run with a status of its own.
+/// A linear scene flies in closed form from impact to impact; each next impact is provably the first one. A pendulum with large
+/// motions follows its Taylor series (`Method::Taylor`), whose order is chosen by the tolerance and along which every gap is a
+/// polynomial, with the same proof. Other scenes are integrated by the method of order 8 of Dormand and Prince (`Method::Dop853`),
+/// or by their pair of orders 5 and 4 (`Method::Rk45`) for loose tolerances, and by the implicit Radau IIA method of order 5
+/// (`Method::Radau`) from where the motion is found stiff; every contact on the interpolant of a step is found, and reached by a
+/// step of its own, as is a minimum of a gap that the interpolant cannot tell from a contact. Impacts that accumulate are
+/// completed, stops that stay in contact are held and let go by their force; what cannot be resolved, such as a jam, ends the run
+/// with a status of its own.
 ///
 /// A stop that the computed motion passes by more than the rounding of the gap is hit, however slowly; a minimum within that is
 /// a graze, listed and no impact, and so is a gap that stays within it. Tolerances have a say at the start alone: a gap within

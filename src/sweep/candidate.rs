@@ -74,8 +74,8 @@ impl Candidate {
     }
 }
 
-/// Leaves out candidates that do not close, and judges the others as far as their order asks: a violation that is deeper than one before need not be followed to
-/// its end, and depths are worked out only where they are near each other.
+/// Leaves out candidates that do not close, and judges the others as far as their order asks: a violation that is deeper than one
+/// before need not be followed to its end, and depths are worked out only where they are near each other.
 pub(super) fn judge_all(
     scene: &ModalScene,
     pattern: &Pattern,

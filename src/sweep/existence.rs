@@ -1,5 +1,6 @@
 //! Existence maps: over two parameters of a linear scene, whether a pattern of impacts has a periodic orbit (theory 5), an
-//! admissible one (theory 6), a stable one (theory 7). Arrays are in rows of equal y, x running fastest.
+//! admissible one (theory 6), a stable one (theory 7). Arrays are in rows of equal y, x running fastest. What can vary: `Parameter`
+//! in `model/change.rs`.
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
@@ -11,7 +12,7 @@ use crate::orbit::{
 };
 use crate::quantity::room_for;
 use crate::sweep::candidate::{Candidate, judge_all};
-use crate::sweep::moving::ParametricScene;
+use crate::sweep::parametric_scene::ParametricScene;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use std::ops::{ControlFlow, Range};
 
@@ -287,7 +288,7 @@ fn count(orbits: usize) -> u32 {
     u32::try_from(orbits).unwrap_or(u32::MAX)
 }
 
-/// A map that is asked for, checked.
+/// The checked input of one existence map.
 struct Sweep<'a> {
     scene: &'a Scene,
     pattern: &'a Pattern,

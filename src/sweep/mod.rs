@@ -3,7 +3,7 @@
 mod candidate;
 mod ensemble;
 mod existence;
-mod moving;
+mod parametric_scene;
 mod tiles;
 
 pub use ensemble::{Ensemble, simulate_many};

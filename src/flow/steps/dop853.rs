@@ -18,7 +18,7 @@ const STABLE: f64 = 6.1;
 /// The method, with the step last taken.
 #[derive(Debug, Clone)]
 pub(crate) struct Dop853<S> {
-    /// Rates at the stages: the first at the start, number 13 at the end, those after it for the dense output only.
+    /// Rates at the stages: `[0]` at the start, `[STAGES]` at the end, those after it for the dense output only.
     stages: [S; ALL_STAGES],
     /// Whether the stages of the dense output are those of this step.
     is_extended: bool,

@@ -1,4 +1,5 @@
-//! Exact flights: a linear scene moved in closed form from contact to contact (theory 8).
+//! Exact flights: a linear scene moved in closed form from contact to contact (theory 8), with the traits of `hybrid/system.rs`:
+//! gaps and their margins, the impact of one stop, chatter completed.
 
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::next::{ContactSearch, Grazed};
@@ -62,7 +63,7 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     /// The place of each stop, once two of them are asked about.
     pub(super) places: OnceCell<Vec<usize>>,
     pub(super) grazed: Vec<Grazed>,
-    /// The margins of a start in contact.
+    /// How deep in each stop a start may lie: ten times the tolerances, at most the usual ones.
     margins: Vec<Margin>,
     /// What the tolerances allow as an error of each gap.
     allowed: Vec<Margin>,
@@ -152,7 +153,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     }
 }
 
-/// Whether an instant is no later than the end of the run, as the doubles that a user sees.
+/// Whether an instant is no later than the end of the run, both rounded to the doubles that a user sees.
 pub(super) fn is_within(then: Clock, last: f64) -> bool {
     then.time() <= last
 }

@@ -1,4 +1,4 @@
-//! Free flights of a motion that is integrated: what moves it where no stop is held.
+//! How an integrated scene flies while no stop is held: in steps (`steps.rs`) or along series (`series.rs`).
 
 use super::scene::Integrated;
 use crate::error::Result;

@@ -8,12 +8,10 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Accelerations, Contacts};
 use crate::model::Dynamics;
-use crate::tolerance::GAP_ROUNDING;
+use crate::tolerance::{GAP_ROUNDING, JERK_ROUNDING};
 
 /// A time in which the motion changes by few digits, as a part of that in which it changes little.
 const SHORT: f64 = 1e-4;
-/// Rounding of a difference of accelerations, relative to the size of their terms.
-const JERK_ROUNDING: f64 = 10.0 * GAP_ROUNDING;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.

@@ -1,4 +1,4 @@
-//! The present state of a motion in steps against its stops: normals and reactions, pushes along them.
+//! Normals and reactions of the stops at the present state of an integrated scene, pushes along them, projection onto stops.
 
 use super::scene::Integrated;
 use crate::error::{Error, Result};

@@ -1,4 +1,5 @@
-//! Steps while stops are held: the contact forces along a step, and the step to the release of one.
+//! Where a contact force falls through zero along a step with stops held, and the step to that release. What happens then:
+//! `simulate/event_loop/hold_or_release.rs`.
 
 use super::scene::{Integrated, MOST_POLISHES};
 use crate::contact::first_root::{FirstEvent, FirstRoot};

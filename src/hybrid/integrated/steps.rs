@@ -137,8 +137,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(())
     }
 
-    /// To look at the gaps at a contact the rate of the step to it will do, if it is that of free motion; the next flight
-    /// begins with a rate of its own.
+    /// At a contact the end rate of the step to it serves for the gaps, unless stops were held; the next flight evaluates its own.
     fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
         if !self.held.is_empty() {
             return self.evaluate_gaps();
@@ -209,7 +208,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             Some(h) => h,
             None => self.first_step(dynamics, left)?,
         };
-        // A step that would leave a crumb takes it along.
+        // A step that would leave less than a thousandth of the way goes all of it.
         let is_last = wanted >= 0.999 * left;
         let h = if is_last { left } else { wanted };
         if self.is_too_short(h) {
@@ -236,7 +235,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(Trial::Accepted { h, next, is_last })
     }
 
-    /// The tolerances, none below the rounding of the largest coordinate: a small one is driven by that.
+    /// The tolerances, the absolute one no less than the rounding of the largest coordinate, which drives the small ones.
     #[inline]
     fn attainable(&self) -> Tolerance {
         let (q, _) = self.x.slice().split_at(self.n());
@@ -249,7 +248,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// Keeps the next step from being longer than half a period of the forcing: where stops are held and nothing moves, no error
     /// would tell of the forces in it.
-    fn see_forcing<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
+    fn limit_to_half_period<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
         let left = self.clock.until(end);
         let frequency = self.moment().frequency;
         if frequency > 0.0 && left > 0.0 {
@@ -371,7 +370,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let is_recorded = recorder.wanted().arcs;
         let arrival = loop {
             if IS_HELD {
-                self.see_forcing(dynamics, end)?;
+                self.limit_to_half_period(dynamics, end)?;
             }
             steps.begin()?;
             let (h, next, is_last) = match self.try_step(dynamics, end)? {
@@ -386,12 +385,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 Trial::TooShort => break Arrival::Underflow,
             };
             self.evaluate_gaps_ahead(h)?;
-            let undecided = halvings < MOST_HALVINGS;
+            let may_shorten = halvings < MOST_HALVINGS;
             let FirstEvent { stop, root } =
                 self.contact_along::<E, IS_HELD>(dynamics, orders, h)?;
             let found = match root {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
-                FirstRoot::Undecided { at } if undecided => {
+                FirstRoot::Undecided { at } if may_shorten => {
                     halvings += 1;
                     let lowest = self.descend(dynamics, stop, at * h, h)?;
                     self.h = Some(lowest.unwrap_or(0.5 * h));
@@ -406,7 +405,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 FirstEvent::NONE
             };
             let released = match root {
-                FirstRoot::Undecided { .. } if undecided => {
+                FirstRoot::Undecided { .. } if may_shorten => {
                     halvings += 1;
                     self.h = Some(0.5 * h);
                     continue;
@@ -416,7 +415,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             };
             halvings = 0;
             self.accept(h, next);
-            // Where stops are held, what steps left of their gaps and speeds is no motion: an event begins without.
+            // Where stops are held, the drift of their gaps and speeds is projected away before an event.
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
             {
                 let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
@@ -466,7 +465,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(arrival)
     }
 
-    /// The gaps ahead are those here now.
+    /// Makes the gaps at the end of the step those at the present state.
     fn advance_gaps(&mut self) {
         std::mem::swap(&mut self.gaps, &mut self.ahead);
         for (extent, gap) in self.extents.iter_mut().zip(&self.gaps) {

@@ -1,4 +1,5 @@
-//! What the event loop asks of a scene that is integrated.
+//! The traits of `hybrid/system.rs` for a scene that is integrated: gaps and their margins, accelerations, the impact of one stop,
+//! stops held.
 
 use super::normal::dot;
 use super::scene::{Integrated, parted};
@@ -18,7 +19,7 @@ use crate::model::{
     places,
 };
 use crate::quantity::positive_part;
-use crate::tolerance::TERM_ROUNDINGS;
+use crate::tolerance::{LEFT_BY_STEPS, STEADY_BY_STEPS, TERM_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -169,12 +170,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
     }
 
     fn left_at_release(&self) -> f64 {
-        1e-9
+        LEFT_BY_STEPS
     }
 
-    /// Steps know them by differences.
     fn steady(&self) -> f64 {
-        1e-6
+        STEADY_BY_STEPS
     }
 }
 

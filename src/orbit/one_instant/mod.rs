@@ -1,4 +1,4 @@
-//! Patterns of one instant, and of none, in closed form (theory 5).
+//! The closed-form solve of orbits with one instant of impact in a period, or none (theory 5). It begins in `solve.rs`.
 
 pub(in crate::orbit) mod one_stop;
 pub(in crate::orbit) mod periodic_conditions;

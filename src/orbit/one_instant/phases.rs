@@ -5,11 +5,8 @@ use crate::error::Result;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 
-use crate::tolerance::{AT_FOLD, CONDITIONS_RANK, ON_CIRCLE};
+use crate::tolerance::{AT_FOLD, CONDITIONS_RANK, ON_CIRCLE, SOLVABLE};
 use nalgebra::{DMatrix, DVector};
-
-/// Residual of a linear system above which it has no solution.
-pub(in crate::orbit) const SOLVABLE: f64 = 1e-11;
 
 /// Where the solution set meets the circle.
 pub(crate) struct PhaseSolutions {

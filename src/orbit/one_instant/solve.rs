@@ -7,10 +7,11 @@ use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::one_stop;
 use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, Rows};
-use crate::orbit::one_instant::phases::{PhaseSolutions, SOLVABLE, meet_circle};
+use crate::orbit::one_instant::phases::{PhaseSolutions, meet_circle};
 use crate::orbit::one_instant::refine::settle_speeds;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
+use crate::tolerance::SOLVABLE;
 use nalgebra::{DMatrix, DVector};
 
 /// A periodic motion as the solver finds it: its phase, its one flight, its impulses.

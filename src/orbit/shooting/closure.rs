@@ -3,7 +3,7 @@
 //! hit; nothing asks which stop is met first, so the method stays regular where an impact loses its speed.
 //!
 //! Lasting contact needs no unknown of its own. A period runs from just after its first impact, free, on 2n unknowns; the
-//! impacts that accumulate are one instant whose map (`chatter.rs`) ends in a state with two dimensions less, the flow of
+//! impacts that accumulate are one instant whose map (`hybrid/chatter_map.rs`) ends in a state with two dimensions less, the flow of
 //! the held motion keeps them away, and at the release, an instant whose time has the equation "the stop let go does not
 //! accelerate", `h'' = 0`, equivalent to a contact force of zero, the state and its rate are continuous. So `I - M` of
 //! the closing equations stays regular where M has zero multipliers. Behind a chatter a flight begins later than its
@@ -11,7 +11,7 @@
 
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
-use crate::hybrid::chatter::{Chatter, Timed, complete};
+use crate::hybrid::chatter_map::{Chatter, Timed, complete};
 use crate::model::DIFFERENCE;
 use crate::orbit::contact_mode::{ContactStage, Event};
 use nalgebra::{DMatrix, DVector};

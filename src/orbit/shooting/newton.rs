@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::HybridMaps;
-use crate::hybrid::chatter::Timed;
+use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
 use crate::orbit::shooting::closure::{FlightEnd, MOST_STEPS, Shooting, ShootingState, Units};
 use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};

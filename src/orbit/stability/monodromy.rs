@@ -1,14 +1,14 @@
-//! The monodromy matrix of any motion (theory 7): flow Jacobians and saltation matrices, from the flights and impacts as the
+//! The monodromy matrix of motions that shooting found (theory 7; that of free flights in modes is in `multipliers.rs`): flow Jacobians and saltation matrices, from the flights and impacts as the
 //! shooting has them.
 //!
 //! Where a stop is held behind an impact with e = 0, f+ is the rate of the held motion. At a release the rates before and
 //! after agree, its contact force being zero, and the saltation matrix is the identity. The rest of impacts that accumulate has
-//! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`chatter.rs`).
+//! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`hybrid/chatter_map.rs`).
 
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
 use crate::hybrid::SegmentKind;
-use crate::hybrid::chatter::{Timed, finish};
+use crate::hybrid::chatter_map::{Timed, finish};
 use crate::impact::saltation;
 use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};

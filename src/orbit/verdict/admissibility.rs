@@ -1,4 +1,5 @@
-//! What the rules of contact say of an orbit (theory 6): the worst breach, what is left open, touches.
+//! The outcome of the rules of contact for an orbit (theory 6): the worst breach, what is left open, touches. They are applied in
+//! `judge.rs`, `integrated.rs`, `lasting.rs`.
 
 use crate::contact::walk::FlightCheck;
 use crate::error::digits;

@@ -1,4 +1,4 @@
-//! Stops to which something happens again and again at one instant.
+//! Counts how often a stop is let go, or opens and closes again, at one instant, so that the loop can end it.
 
 use crate::tolerance::INSTANT;
 

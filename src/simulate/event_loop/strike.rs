@@ -1,4 +1,5 @@
-//! Impacts at one instant: each stop by itself, or the law of several together (theory 9).
+//! Impacts at one instant: each stop by itself, or the law of several together (theory 9); when impacts on several stops come to
+//! rest.
 
 use super::{EventLoop, Resolved, Unresolved, least_speed};
 
@@ -9,11 +10,8 @@ use crate::model::impulses_of;
 use crate::quantity::positive_part;
 use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
-use crate::tolerance::{AGREED, GAP_ROUNDING, IMPULSE_ROUNDING, RATIO_TOL};
+use crate::tolerance::{AGREED, GAP_ROUNDING, IMPULSE_ROUNDING, RATIO_TOL, SPEED_ROUNDING};
 use nalgebra::{DMatrix, DVector};
-
-/// Rounding of a speed, relative to that of a fall as far as the motion goes.
-const SPEED_ROUNDING: f64 = 10.0 * GAP_ROUNDING;
 
 /// Impacts of whose rounding the next ones are told apart by nothing.
 const FEW: usize = 100;

@@ -1,5 +1,5 @@
 //! Several stops hit at one instant: Newton's law of each as a complementarity problem, after Moreau, in which only stops
-//! that close or are in sustained contact take part (theory 9). Opening speeds are `gamma = -N^T v = h'`, negative towards
+//! that close or are in lasting contact take part (theory 9). Opening speeds are `gamma = -N^T v = h'`, negative towards
 //! the stop; impulses push away from it.
 
 use crate::error::{Error, Result};
@@ -11,10 +11,10 @@ use nalgebra::{DMatrix, DVector};
 /// Rounds before all restitution is given up.
 const MAX_ROUNDS: usize = 100;
 
-/// Slacks to which the law is solved: (1 + e) gamma is known to twice that of gamma; as much again leaves a feasible problem room.
+/// Slacks to which the law is solved: two for the factor 1 + e, two to keep a feasible problem feasible.
 const SOLVED: f64 = 4.0;
 
-/// What rounds that throw speeds to and fro make of their rounding.
+/// Factor on the slack after restitution has thrown speeds to and fro between facing stops.
 const THROWN: f64 = 10.0;
 /// After more rounds than these speeds were thrown back to where they came from.
 const TO_AND_FRO: usize = 2;
@@ -36,14 +36,14 @@ pub struct ResolvedImpacts {
 /// Resolves the impacts of k touching stops at one instant, from the opening speeds `gamma- = -N^T v-` before.
 ///
 /// With the Delassus matrix `G = N^T B` (k, k) and restitutions `E = diag(e)`, the stops that are closing
-/// (`gamma- < 0`) or in sustained contact (`gamma- = 0`) obey
+/// (`gamma- < 0`) or in lasting contact (`gamma- = 0`) obey
 ///
 /// ```text
 /// 0 <= p  perp  gamma+ + E gamma- >= 0,    gamma+ = gamma- + G p,
 /// ```
 ///
 /// stops that are opening take no part. Where the result closes one of those, the law is applied again to what is then
-/// closing or in sustained contact; after 100 such rounds, or where stops that face each other cannot all be left as fast as
+/// closing or in lasting contact; after 100 such rounds, or where stops that face each other cannot all be left as fast as
 /// the law asks, once more to all stops, with e = 0, which ends it. An
 /// opening speed within `slack` (k,), at least 0, of zero is zero: what the caller knows about the rounding of
 /// `n_i . v`, say `1e-14 sum |n_i| |v_i|`.
@@ -206,7 +206,7 @@ impl ImpactState {
         e: &DVector<f64>,
         entering: &[usize],
     ) -> Result<Option<bool>> {
-        // What rounding left of the zero speed of a sustained contact is not to be reversed.
+        // What rounding left of the zero speed of a lasting contact is not to be reversed.
         let before = |i: usize| if self.is_zero(i) { 0.0 } else { self.speeds[i] };
         let matrix = g.select_rows(entering).select_columns(entering);
         let rebound: Vec<f64> = entering.iter().map(|&i| (1.0 + e[i]) * before(i)).collect();

@@ -1,4 +1,4 @@
-//! The closed form of an orbit in the paper's coefficients, eq. (14) with the corrections of theory 3 and 4:
+//! An orbit that was found, written in the paper's coefficients, eq. (14) with the corrections of theory 3 and 4:
 //! `q = sum_j phi_j (e^{-eta_j t}(a_j cos wd_j t + b_j sin wd_j t) + A_j sin w t + B_j cos w t)`.
 
 use crate::flow::ModalScene;

@@ -1,5 +1,6 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
-//! others open (theory 9, at acceleration level).
+//! others open (theory 9, at acceleration level). Where a force falls through zero is found in `hybrid` (`closed_form/held.rs`,
+//! `integrated/release.rs`); the law of the forces is `impact/contact_force.rs`.
 
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
