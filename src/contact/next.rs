@@ -527,7 +527,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 }
 
 /// What a gap does in a step in which it provably has one minimum: decided by its value there, which is that of the motion from
-/// the start of the flight. A minimum within rounding of zero is a touch.
+/// the start of the flight. A minimum within rounding of zero is a touch; one below it is an impact.
 #[cold]
 fn at_bottom<F: LinearFlow>(
     flow: &F,

@@ -151,7 +151,7 @@ impl Block {
     pub fn forced(self, t: f64, w: f64, f: Response) -> Response {
         let roots = self.roots();
         let turn = Complex::new(0.0, w * t).exp();
-        if self.is_apart(t, w) {
+        if self.is_off_resonance(t, w) {
             let y = self.steady(w, f);
             let p = self.propagator(t);
             return [
@@ -191,7 +191,7 @@ impl Block {
     /// The same over a time `t` of whole periods, after which the input is as before: `(I - e^{A t})` of the steady response,
     /// where that is not near resonance. Of an input much faster than the block little is left, with its own digits.
     pub fn forced_over_periods(self, t: f64, w: f64, f: Response) -> Response {
-        if !self.is_apart(t, w) {
+        if !self.is_off_resonance(t, w) {
             return self.forced(t, w, f);
         }
         let (y, left) = (self.steady(w, f), self.one_minus_propagator(t));
@@ -199,7 +199,7 @@ impl Block {
     }
 
     /// Whether the input turns away from the free motion over `t`: no root is within `1/t` of `i w`.
-    fn is_apart(self, t: f64, w: f64) -> bool {
+    fn is_off_resonance(self, t: f64, w: f64) -> bool {
         let squares = self
             .roots()
             .map(|l| ((l - Complex::new(0.0, w)) * t).norm_sqr());

@@ -171,7 +171,7 @@ pub fn existence_map(
         x.values.len().saturating_mul(words),
         y.values.len(),
     )?;
-    let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
+    let sweep = MapRequest::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![EMPTY; sweep.len()];
     let item = |moving: &mut ParametricScene<'_>, index, go_on: ObserverFn<'_>| {
         sweep.cell(moving, index, go_on)
@@ -210,7 +210,7 @@ pub fn existence_tile_observed(
     cells: Range<usize>,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<ExistenceCell>> {
-    let sweep = Sweep::new(scene, pattern, x, y, n_periods)?;
+    let sweep = MapRequest::new(scene, pattern, x, y, n_periods)?;
     if cells.end > sweep.len() {
         return Err(Error::bad_value(
             "cells",
@@ -289,7 +289,7 @@ fn count(orbits: usize) -> u32 {
 }
 
 /// The checked input of one existence map.
-struct Sweep<'a> {
+struct MapRequest<'a> {
     scene: &'a Scene,
     pattern: &'a Pattern,
     x: &'a Axis,
@@ -297,7 +297,7 @@ struct Sweep<'a> {
     n_periods: usize,
 }
 
-impl<'a> Sweep<'a> {
+impl<'a> MapRequest<'a> {
     fn new(
         scene: &'a Scene,
         pattern: &'a Pattern,

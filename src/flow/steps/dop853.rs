@@ -118,6 +118,7 @@ impl<S: State> StepEnds<S> for Dop853<S> {
 }
 
 impl<S: State> Stepper<S> for Dop853<S> {
+    // Steps are so long that the quintic may be farther off than the tolerance.
     const HAS_QUINTIC: bool = false;
 
     type Choice = ();

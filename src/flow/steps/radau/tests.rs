@@ -1,5 +1,5 @@
 #![cfg(test)]
-//! Tests of the Radau IIA method.
+//! Tests of `method.rs`, which is `super` here: order, stiffness, Jacobians, failures.
 
 use super::*;
 use crate::flow::steps::control::Controller;
@@ -101,7 +101,7 @@ fn start<S>(time: f64, x: &S) -> StepStart<'_, S> {
 }
 
 /// A stepper at a start.
-fn begun<S: State>(motion: &impl Dynamics, x: &S, relative: f64) -> Radau<S> {
+fn stepper_at<S: State>(motion: &impl Dynamics, x: &S, relative: f64) -> Radau<S> {
     let mut radau = Radau::new(motion.n_dof(), tolerance(relative), ());
     radau.begin(motion, start(0.0, x)).expect("a rate");
     radau
@@ -208,7 +208,7 @@ fn defect<S: State>(
     worst
 }
 
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter()
         .zip(b)
         .map(|(a, b)| (a - b).abs())
@@ -220,9 +220,9 @@ fn the_end_is_of_order_five() {
     let motion = single(cubic_spring);
     let error = |n: u32| {
         let h = 4.0 / f64::from(n);
-        let mut radau = begun(&motion, &[1.0, 0.0], 1e-13);
+        let mut radau = stepper_at(&motion, &[1.0, 0.0], 1e-13);
         let end = equal_steps(&mut radau, &motion, &[1.0, 0.0], h, n);
-        apart(&end, &[4.0_f64.cos(), -(4.0_f64.sin())])
+        largest_difference(&end, &[4.0_f64.cos(), -(4.0_f64.sin())])
     };
     for n in [20, 40, 80] {
         let order = (error(n) / error(2 * n)).log2();
@@ -235,7 +235,7 @@ fn the_error_estimate_is_of_order_four() {
     let motion = single(cubic_spring);
     let x = [0.8, -0.6];
     let error = |h: f64| {
-        let mut radau = begun(&motion, &x, 1e-12);
+        let mut radau = stepper_at(&motion, &x, 1e-12);
         assert!(try_step(&mut radau, &motion, start(0.0, &x), h));
         // So much is allowed that nothing is filtered.
         let tolerance = Tolerance {
@@ -259,7 +259,7 @@ fn errors_at_the_end_follow_the_tolerance() {
     for k in 4..=11 {
         let relative = 10.0_f64.powi(-k);
         let (run, _) = radau_run(&motion, &[1.0, 0.0], 10.0, relative);
-        let error = apart(&run.x, &exact) / relative;
+        let error = largest_difference(&run.x, &exact) / relative;
         assert!(error > 1e-2 && error < 10.0, "{k} {error}");
     }
 }
@@ -268,27 +268,29 @@ fn errors_at_the_end_follow_the_tolerance() {
 fn large_steps_keep_to_a_slow_motion() {
     // Eigenvalue -1e4, twice.
     let motion = single(|t: f64, q, v| -1e8 * (q - t.cos()) - 2e4 * (v + t.sin()) - t.cos());
-    let mut radau = begun(&motion, &[1.0, 0.0], 1e-10);
+    let mut radau = stepper_at(&motion, &[1.0, 0.0], 1e-10);
     let end = equal_steps(&mut radau, &motion, &[1.0, 0.0], 0.1, 50);
     assert!(
-        apart(&end, &[5.0_f64.cos(), -(5.0_f64.sin())]) < 1e-5,
+        largest_difference(&end, &[5.0_f64.cos(), -(5.0_f64.sin())]) < 1e-5,
         "{end:?}"
     );
     let (run, _) = radau_run(&motion, &[1.0, 0.0], 5.0, 1e-6);
-    assert!(apart(&run.x, &[5.0_f64.cos(), -(5.0_f64.sin())]) < 3e-5 && run.tried < 200);
+    assert!(
+        largest_difference(&run.x, &[5.0_f64.cos(), -(5.0_f64.sin())]) < 3e-5 && run.tried < 200
+    );
 }
 
 #[test]
 fn what_is_infinitely_stiff_is_gone_after_a_step() {
     // On a frequency w the growth is `-3/(i w h)`, as far as it is small.
     let motion = single(|_, q, _| -1e12 * q);
-    let mut radau = begun(&motion, &[1.0, 0.0], 1e-8);
+    let mut radau = stepper_at(&motion, &[1.0, 0.0], 1e-8);
     assert!(try_step(&mut radau, &motion, start(0.0, &[1.0, 0.0]), 1.0));
     let [q, v] = *radau.end();
     assert!((q.hypot(v / 1e6) / 3e-6 - 1.0).abs() < 1e-3, "{q} {v}");
     // And as little is left where it is damped, at two eigenvalues of -1e6.
     let damped = single(|_, q, v| -1e12 * q - 2e6 * v);
-    let mut radau = begun(&damped, &[1.0, 0.0], 1e-8);
+    let mut radau = stepper_at(&damped, &[1.0, 0.0], 1e-8);
     assert!(try_step(&mut radau, &damped, start(0.0, &[1.0, 0.0]), 1.0));
     let [q, v] = *radau.end();
     assert!(q.hypot(v / 1e6) < 1e-5, "{q} {v}");
@@ -320,7 +322,7 @@ fn a_stiffness_of_1e12_beside_a_soft_motion_costs_nothing() {
         for relative in [1e-4, 1e-7, 1e-10] {
             let (run, _) = radau_run(&tied(c), &[1.0, 1.0, 0.0, 0.0], 10.0, relative);
             let [q, v] = exact;
-            let error = apart(&run.x, &[q, q, v, v]) / relative;
+            let error = largest_difference(&run.x, &[q, q, v, v]) / relative;
             assert!(error < 20.0, "{c} {relative} {error}");
             assert!((run.tried as f64) < 2.5 * relative.powf(-1.0 / 6.0) * 10.0);
         }
@@ -330,7 +332,7 @@ fn a_stiffness_of_1e12_beside_a_soft_motion_costs_nothing() {
     let (run, _) = radau_run(&tied(1e6), &x, 10.0, 1e-7);
     let [q, v] = exact;
     assert!(
-        apart(&run.x, &[q, q, v, v]) < 1e-6 && run.tried < 400,
+        largest_difference(&run.x, &[q, q, v, v]) < 1e-6 && run.tried < 400,
         "{run:?}"
     );
 }
@@ -344,7 +346,7 @@ fn a_given_jacobian_and_one_by_differences_lead_to_the_same() {
     };
     let (a, by_differences) = radau_run(&differenced, &[2.0, 0.0], 2.0, 1e-8);
     let (b, by_itself) = radau_run(&given, &[2.0, 0.0], 2.0, 1e-8);
-    assert!(apart(&a.x, &b.x) < 1e-7, "{a:?} {b:?}");
+    assert!(largest_difference(&a.x, &b.x) < 1e-7, "{a:?} {b:?}");
     assert!(a.tried.abs_diff(b.tried) <= 5, "{a:?} {b:?}");
     assert!(by_itself.n_rhs() < by_differences.n_rhs());
     // An array and a vector are one.
@@ -363,7 +365,7 @@ fn differences_are_counted_and_right_where_the_state_is_zero() {
         jacobian: None,
     };
     for x in [[0.0; 4], [1.0, 0.0, 0.0, 1e-30]] {
-        let mut radau = begun(&motion, &x, 1e-6);
+        let mut radau = stepper_at(&motion, &x, 1e-6);
         assert!(try_step(&mut radau, &motion, start(0.0, &x), 1e-9));
         let exact = DMatrix::from_row_slice(2, 4, &[-5.0, 0.0, 0.0, 3.0, 0.0, 1e3, -7.0, 0.0]);
         let error = (radau.system.jacobian() - exact).amax();
@@ -389,7 +391,7 @@ fn a_wrong_jacobian_is_slow_or_fails_but_is_never_wrong() {
                 -3.0 + 0.3 * f64::from(7 * k % 19),
             ];
             let (at, h) = (start(0.0, &x), 10.0_f64.powf(-4.0 + 0.03 * f64::from(k)));
-            let (mut a, mut b) = (begun(&wrong, &x, 1e-6), begun(&right, &x, 1e-8));
+            let (mut a, mut b) = (stepper_at(&wrong, &x, 1e-6), stepper_at(&right, &x, 1e-8));
             if try_step(&mut b, &right, at, h) && try_step(&mut a, &wrong, at, h) {
                 taken += 1;
                 let apart: [f64; 2] = std::array::from_fn(|i| a.end[i] - b.end[i]);
@@ -399,7 +401,10 @@ fn a_wrong_jacobian_is_slow_or_fails_but_is_never_wrong() {
         }
         if factor.abs() < 5.0 {
             let (run, _) = radau_run(&wrong, &[2.0, 0.0], 1.0, 1e-5);
-            assert!(apart(&run.x, &exact) < 1e-4, "{factor} {run:?} {exact:?}");
+            assert!(
+                largest_difference(&run.x, &exact) < 1e-4,
+                "{factor} {run:?} {exact:?}"
+            );
         }
     }
     assert!(taken > 200);
@@ -407,7 +412,7 @@ fn a_wrong_jacobian_is_slow_or_fails_but_is_never_wrong() {
 
 fn assert_no_step(motion: &impl Dynamics) {
     let at = start(0.0, &[1.0, 3.0]);
-    let mut radau = begun(motion, at.x, 1e-6);
+    let mut radau = stepper_at(motion, at.x, 1e-6);
     assert!(!try_step(&mut radau, motion, at, 1.0));
     let error = radau.error(motion, at, 1.0, tolerance(1e-6));
     assert_eq!(error, Ok(f64::INFINITY));
@@ -438,14 +443,14 @@ fn an_acceleration_that_is_no_number_ends_a_step() {
     });
     let at = start(0.0, &[1.0, 3.0]);
     assert!(try_step(
-        &mut begun(&counted, at.x, 1e-6),
+        &mut stepper_at(&counted, at.x, 1e-6),
         &counted,
         at,
         0.1
     ));
     last.set(2 * count.get());
     assert!(!try_step(
-        &mut begun(&counted, at.x, 1e-6),
+        &mut stepper_at(&counted, at.x, 1e-6),
         &counted,
         at,
         0.1
@@ -456,7 +461,7 @@ fn an_acceleration_that_is_no_number_ends_a_step() {
         jacobian: Some(1.0),
         ..single(|t: f64, q: f64, _| if t == 0.0 { f64::NAN } else { -q })
     };
-    let mut radau = begun(&at_start, &[1.0, 0.0], 1e-6);
+    let mut radau = stepper_at(&at_start, &[1.0, 0.0], 1e-6);
     try_step(&mut radau, &at_start, start(0.0, &[1.0, 0.0]), 0.1);
     let error = radau.error(&at_start, start(0.0, &[1.0, 0.0]), 0.1, tolerance(1e-6));
     assert_eq!(error, Ok(f64::INFINITY));
@@ -481,7 +486,7 @@ fn a_singular_system_ends_a_step() {
         }
     }
     let x = [1.0, 0.0];
-    let mut radau = begun(&Singular, &x, 1e-6);
+    let mut radau = stepper_at(&Singular, &x, 1e-6);
     let at = start(0.0, &x);
     assert!(!try_step(&mut radau, &Singular, at, 1.0));
     assert_eq!(
@@ -501,7 +506,7 @@ fn the_dense_output_goes_through_the_stages() {
     let motion = single(cubic_spring);
     let (x, h) = ([0.3, 0.9], 0.2);
     let at = start(0.0, &x);
-    let mut radau = begun(&motion, &x, 1e-12);
+    let mut radau = stepper_at(&motion, &x, 1e-12);
     assert!(try_step(&mut radau, &motion, at, h));
     let dense = radau.dense(&motion, at, h).expect("a step");
     let state = |s: f64| {
@@ -510,11 +515,11 @@ fn the_dense_output_goes_through_the_stages() {
         state
     };
     assert_eq!(state(0.0), x);
-    assert!(apart(&state(h), radau.end()) < 1e-15);
+    assert!(largest_difference(&state(h), radau.end()) < 1e-15);
     for (k, node) in NODES.into_iter().enumerate() {
         let [q, v] = state(node * h);
         let z = radau.z[k];
-        assert!(apart(&[q, v], &[x[0] + z[0], x[1] + z[1]]) < 1e-15);
+        assert!(largest_difference(&[q, v], &[x[0] + z[0], x[1] + z[1]]) < 1e-15);
     }
     assert!(defect(&mut radau, &motion, at, h) < 1e-13);
     // The rates at both ends are those of the motion, not of the cubic.
@@ -530,7 +535,7 @@ fn the_dense_output_goes_through_the_stages() {
 fn jacobian_and_factors_serve_for_many_steps() {
     let motion = single(|_, q, v| -q - 0.1 * v);
     let x = [1.0, 0.0];
-    let mut radau = begun(&motion, &x, 1e-8);
+    let mut radau = stepper_at(&motion, &x, 1e-8);
     let counts = |jacobians, factorizations| Counts {
         jacobians,
         factorizations,
@@ -547,7 +552,7 @@ fn jacobian_and_factors_serve_for_many_steps() {
     assert_eq!(radau.system.counts, counts(2, 3));
     // Where the motion is not linear, the Jacobian is made anew as the iteration slows down.
     let motion = single(cubic_spring);
-    let mut radau = begun(&motion, &x, 1e-8);
+    let mut radau = stepper_at(&motion, &x, 1e-8);
     equal_steps(&mut radau, &motion, &x, 0.01, 100);
     let Counts {
         jacobians,
@@ -563,7 +568,7 @@ fn jacobian_and_factors_serve_for_many_steps() {
 #[test]
 fn a_step_taken_again_is_the_step_taken_at_once() {
     let motion = single(van_der_pol(10.0));
-    let mut radau = begun(&motion, &[2.0, 0.0], 1e-9);
+    let mut radau = stepper_at(&motion, &[2.0, 0.0], 1e-9);
     let x = equal_steps(&mut radau, &motion, &[2.0, 0.0], 1e-3, 30);
     let at = start(0.03, &x);
     for h in [2e-2, 1.3e-2, 1.21e-2, 1.2105e-2, 1e-5] {
@@ -571,7 +576,7 @@ fn a_step_taken_again_is_the_step_taken_at_once() {
         let mut fresh = Radau::new(1, tolerance(1e-9), ());
         fresh.begin(&motion, at).expect("a rate");
         assert!(try_step(&mut fresh, &motion, at, h));
-        assert!(apart(radau.end(), fresh.end()) < 1e-9, "{h}");
+        assert!(largest_difference(radau.end(), fresh.end()) < 1e-9, "{h}");
     }
     // From the cubic of the step before, one that is nearly the same takes one or two iterations.
     let before = radau.n_rhs();
@@ -586,7 +591,7 @@ fn a_step_taken_again_is_the_step_taken_at_once() {
         start(0.03 + back, &end),
         -back
     ));
-    assert!(apart(radau.end(), &x) < 1e-9);
+    assert!(largest_difference(radau.end(), &x) < 1e-9);
 }
 
 #[test]
@@ -594,7 +599,7 @@ fn a_new_beginning_forgets_all() {
     // The second motion is nearly at rest: the first increment is little more than what may be left.
     for (a, x) in [(-1.0, [0.5, 0.8]), (-1e-10, [1.0, 0.0])] {
         let motion = single(cubic_spring);
-        let mut radau = begun(&motion, &[1.0, 0.0], 1e-8);
+        let mut radau = stepper_at(&motion, &[1.0, 0.0], 1e-8);
         equal_steps(&mut radau, &motion, &[1.0, 0.0], 0.1, 3);
         radau.n_rhs = 0;
         let mut fresh = Radau::new(1, tolerance(1e-8), ());
@@ -612,7 +617,7 @@ fn the_error_of_a_first_step_leaves_out_what_dies_at_once() {
     let motion = single(|_, _, v| -1e6 * (v - 1.0));
     let (x, h) = ([1.0, 1.1], 1.0);
     let at = start(0.0, &x);
-    let mut radau = begun(&motion, &x, 1e-6);
+    let mut radau = stepper_at(&motion, &x, 1e-6);
     let error = |radau: &mut Radau<[f64; 2]>| {
         assert!(try_step(radau, &motion, at, h));
         radau
@@ -636,7 +641,7 @@ fn a_spring_that_is_met_on_the_way_is_not_overlooked() {
     let motion = single(|_, q: f64, _| if q > 1.0 { -1e6 * (q - 1.0) } else { 0.0 });
     let x = [0.0, 1.0];
     for h in [1.05e-2, 1.3e-2, 1e-1] {
-        let mut radau = begun(&motion, &x, 1e-6);
+        let mut radau = stepper_at(&motion, &x, 1e-6);
         equal_steps(&mut radau, &motion, &x, 0.1, 9);
         let near = equal_steps(&mut radau, &motion, &[0.9, 1.0], 0.01, 9);
         let at = start(0.0, &near);
@@ -653,13 +658,13 @@ fn a_stiff_oscillator_takes_hundreds_of_steps() {
     let (run, _) = radau_run(&creeping, &[2.0, 0.0], 20.0, 1e-6);
     let (tight, _) = radau_run(&creeping, &[2.0, 0.0], 20.0, 1e-11);
     assert!(
-        apart(&run.x, &tight.x) < 2e-6 && run.tried < 100,
+        largest_difference(&run.x, &tight.x) < 2e-6 && run.tried < 100,
         "{run:?} {tight:?}"
     );
     // On its slow time it jumps once before 2; the end is from the literature (test set for initial value problems, Bari).
     let jumping = single(van_der_pol(1e3));
     let (run, _) = radau_run(&jumping, &[2.0, 0.0], 2.0, 1e-6);
-    assert!(apart(&run.x, &[1.706_167_732_170_483, -0.892_809_701_024_797_5]) < 2e-6);
+    assert!(largest_difference(&run.x, &[1.706_167_732_170_483, -0.892_809_701_024_797_5]) < 2e-6);
     assert!(run.accepted < 600 && run.tried < 800, "{run:?}");
     // At mu = 30 over many jumps, against the explicit pair.
     let many = single(van_der_pol(1e3_f64.sqrt()));
@@ -673,7 +678,7 @@ fn a_stiff_oscillator_takes_hundreds_of_steps() {
         tight,
     );
     assert!(
-        apart(&run.x, &exact.x) < 2e-5 && run.tried < 5000,
+        largest_difference(&run.x, &exact.x) < 2e-5 && run.tried < 5000,
         "{run:?} {exact:?}"
     );
 }
@@ -684,11 +689,11 @@ fn a_throw_from_zero_back_to_zero_has_the_rounding_of_what_is_between() {
     for k in 1..200 {
         let speed = (f64::from(k) / 50.0).exp();
         let (x, h) = ([0.0, speed], 2.0 * speed);
-        let mut radau = begun(&motion, &x, 1e-13);
+        let mut radau = stepper_at(&motion, &x, 1e-13);
         assert!(try_step(&mut radau, &motion, start(0.0, &x), h), "{speed}");
         let error = radau.error(&motion, start(0.0, &x), h, tolerance(1e-13));
         let error = error.expect("a rate");
         assert!(error < 1.0, "{speed} {error}");
-        assert!(apart(radau.end(), &[0.0, -speed]) < 1e-14 * speed * speed);
+        assert!(largest_difference(radau.end(), &[0.0, -speed]) < 1e-14 * speed * speed);
     }
 }
