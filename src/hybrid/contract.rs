@@ -64,7 +64,7 @@ impl Recorder for Notes {
         true
     }
 
-    fn arc(&mut self, span: ArcSpan, motion: &mut dyn ArcMotion) {
+    fn arc(&mut self, span: &ArcSpan, motion: &mut dyn ArcMotion) {
         let mut numbers = Vec::new();
         motion.write(&mut numbers);
         assert!(!numbers.is_empty());

@@ -68,7 +68,7 @@ pub(crate) trait Recorder {
     /// Whether it wants an arc.
     fn wants_arc(&self, span: &ArcSpan) -> bool;
     /// An arc of the motion.
-    fn arc(&mut self, span: ArcSpan, motion: &mut dyn ArcMotion);
+    fn arc(&mut self, span: &ArcSpan, motion: &mut dyn ArcMotion);
     /// A touch.
     fn graze(&mut self, graze: Graze);
 }

@@ -131,11 +131,11 @@ impl OrbitMotion {
                 for flight in flights {
                     let arc = arc_span(modal.frequency, flight.start, flight.span);
                     parts.begin(flight.mode.kind, &flight.mode.stops);
-                    parts.push(arc, flight.after.as_slice());
+                    parts.push(&arc, flight.after.as_slice());
                 }
                 parts.begin(SegmentKind::Flight, &[]);
                 parts.push(
-                    arc_span(modal.frequency, period, 0.0),
+                    &arc_span(modal.frequency, period, 0.0),
                     flights[0].after.as_slice(),
                 );
             }
@@ -144,13 +144,13 @@ impl OrbitMotion {
                     parts.begin(flight.mode.kind, &flight.mode.stops);
                     for step in steps {
                         let arc = arc_span(motion.frequency, start + step.start, step.h);
-                        parts.push(arc, &step.dense);
+                        parts.push(&arc, &step.dense);
                     }
                 }
                 let first = unpaired(&flights[0].after);
                 parts.begin(SegmentKind::Flight, &[]);
                 let closed = arc_span(motion.frequency, period, 0.0);
-                parts.push(closed, &line(1.0, &first, &first).dense);
+                parts.push(&closed, &line(1.0, &first, &first).dense);
             }
         }
         Path {

@@ -53,7 +53,7 @@ impl PathParts {
     }
 
     /// Adds an arc.
-    pub fn push(&mut self, span: ArcSpan, motion: &(impl Written + ?Sized)) {
+    pub fn push(&mut self, span: &ArcSpan, motion: &(impl Written + ?Sized)) {
         self.arcs.push(PathArc {
             clock: span.start,
             span: span.span,

@@ -45,7 +45,7 @@ impl Record {
 
     /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
     /// there. A piece of no length has no time before its end, whatever rounding makes of a time counted in periods.
-    fn sample(&mut self, ArcSpan { start, span, last }: ArcSpan, motion: &mut dyn ArcMotion) {
+    fn sample(&mut self, &ArcSpan { start, span, last }: &ArcSpan, motion: &mut dyn ArcMotion) {
         let Some(samples) = &mut self.samples else {
             return;
         };
@@ -109,7 +109,7 @@ impl Recorder for Record {
         self.kept.is_some() || next().is_some_and(is_sampled)
     }
 
-    fn arc(&mut self, arc: ArcSpan, motion: &mut dyn ArcMotion) {
+    fn arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
         if let Some(kept) = &mut self.kept {
             kept.push(arc, motion);
         }

@@ -93,7 +93,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 state: &self.state,
                 modal_state: Vec::new(),
             };
-            recorder.arc(arc, &mut motion);
+            recorder.arc(&arc, &mut motion);
         }
     }
 
@@ -129,7 +129,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     ) {
         recorder.begin_segment(kind, &arc.motion.stops);
         let start = self.clock;
-        recorder.arc(ArcSpan { start, span, last }, arc);
+        recorder.arc(&ArcSpan { start, span, last }, arc);
     }
 }
 

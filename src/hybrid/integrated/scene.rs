@@ -174,7 +174,12 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     }
 
     /// Records a step from the present state as its dense output says.
-    pub(super) fn record_dense(&self, dense: &P::Dense, arc: ArcSpan, recorder: &mut dyn Recorder) {
+    pub(super) fn record_dense(
+        &self,
+        dense: &P::Dense,
+        arc: &ArcSpan,
+        recorder: &mut dyn Recorder,
+    ) {
         let (n, state) = (self.n(), PhantomData::<S>);
         recorder.arc(arc, &mut StepArc { dense, n, state });
     }

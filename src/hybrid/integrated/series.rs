@@ -375,7 +375,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         if recorder.wanted().arcs {
             let (start, n) = (self.clock, self.n());
             let mut motion = SeriesArc { series, n, span };
-            recorder.arc(ArcSpan { start, span, last }, &mut motion);
+            recorder.arc(&ArcSpan { start, span, last }, &mut motion);
         }
     }
 }

@@ -176,8 +176,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             last,
         };
         if recorder.wants_arc(&arc) {
-            let dense = self.dense(dynamics, s)?;
-            self.record_dense(&dense, arc, recorder);
+            // Borrowed where it was made: it is large.
+            match self.dense(dynamics, s) {
+                Ok(ref dense) => self.record_dense(dense, &arc, recorder),
+                Err(error) => return Err(error),
+            }
         }
         Ok(())
     }
@@ -190,7 +193,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             span: 0.0,
             last,
         };
-        self.record_dense(&still, arc, recorder);
+        self.record_dense(&still, &arc, recorder);
     }
 
     /// Tries the next step towards an instant: its length is what the step before left, and its error is judged.
@@ -262,7 +265,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     }
 
     /// Takes note of a step of length h that was accepted.
-    #[inline]
+    #[allow(clippy::inline_always, reason = "a part of the innermost loop")]
+    #[inline(always)]
     fn accept(&mut self, h: f64, next: f64) {
         self.h = Some(next);
         self.stepper.accept(h, &mut self.controller);
