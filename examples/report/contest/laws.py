@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from .equations import Number, Vector
-from .formulas import traced
+from .formulas import cos, traced
 from .plugin import function, loaded
 
 HEAD = "accelerations(double t, const double *q, const double *v, double *a, const double *parameters)"
@@ -43,12 +43,12 @@ class Law:
         return ctypes.cast(self.ctypes, ctypes.c_void_p).value
 
 
-def duffing(damping: float, linear: float, cubic: float) -> Law:
-    """Duffing's oscillator of mass one, `q'' = -damping q' - linear q - cubic q^3`."""
+def duffing(damping: float, cubic: float, force: float, frequency: float) -> Law:
+    """Duffing's oscillator, driven: `q'' + damping q' + q + cubic q^3 = force cos(frequency t)`."""
 
     def formula(number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
-        c, k, b = number(damping), number(linear), number(cubic)
-        return lambda _, q, v: [q[0] * (k + q[0] * q[0] * b) * -1 - v[0] * c]
+        c, b, f, w = (number(each) for each in (damping, cubic, force, frequency))
+        return lambda t, q, v: [cos(t * w) * f - v[0] * c - q[0] * (q[0] * q[0] * b + 1)]
 
     return Law(1, formula)
 

@@ -102,10 +102,10 @@ def chain() -> Problem:
 
 
 def duffing() -> Problem:
-    """A user's oscillator, Duffing's with a hardening spring, a stop within its swing."""
-    system = vi.NonlinearSystem(1, laws.duffing(damping=0.1, linear=1.0, cubic=1.0), mass=1.0)
-    scene = vi.Scene(system, vi.Harmonic(1.5, 1.2), vi.Stop(0, 0.8, 0.8))
-    return Problem("duffing", "Duffing's oscillator, a user's own equations", scene, (0.0,), (0.5,), 60.0)
+    """A user's own equation of motion, Duffing's with a hardening spring and its drive, and a stop within its swing."""
+    law = laws.duffing(damping=0.1, cubic=1.0, force=1.5, frequency=1.2)
+    scene = vi.Scene(vi.NonlinearSystem(1, law, mass=1.0), None, vi.Stop(0, 0.8, 0.8))
+    return Problem("duffing", "Duffing's oscillator, a user's own equation", scene, (0.0,), (0.5,), 60.0)
 
 
 def stiff(ratio: float) -> Problem:

@@ -1,6 +1,7 @@
 """The library's own methods, each where the scene allows it.
 
-Equations of motion that a user writes are a C function: there are no series of it, and its Jacobian is made of differences.
+Equations of motion that a user writes are a C function: it has no series, its Jacobian is made of differences, and all kinds of
+steps are tried.
 """
 
 from __future__ import annotations
