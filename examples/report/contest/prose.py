@@ -125,7 +125,7 @@ def standing(leads: Sequence[Lead]) -> str:
 def span(leads: Sequence[Lead]) -> str:
     """Smallest and largest ratio of some leads."""
     ratios = [lead.ratio for lead in leads if lead.ratio is not None]
-    return " to ".join(dict.fromkeys(f"{float(f'{each:.2g}'):g}" for each in (min(ratios), max(ratios))))
+    return " to ".join(dict.fromkeys(f"{float(f'{each:.3g}'):g}" for each in (min(ratios), max(ratios))))
 
 
 def leaders(leads: Sequence[Lead], titles: Mapping[str, str]) -> str:

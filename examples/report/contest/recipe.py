@@ -1,6 +1,6 @@
 """How the references are made: each motion in many digits, its flights again a second way, both stored with their difference.
 
-Run, in the folder of the examples, ``python -m report.contest.recipe [name ...]``; all of them take a quarter of an hour.
+Run, in the folder of the examples, ``python -m report.contest.recipe [name ...]``; all of them take twenty minutes.
 """
 
 from __future__ import annotations
