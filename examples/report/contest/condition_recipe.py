@@ -1,6 +1,6 @@
 """How the conditions are made: differences of motions in many digits, that the references' own code follows.
 
-Run, in the folder of the examples, ``python -m report.contest.condition_recipe [name ...]``; all take a quarter of an hour.
+Run, in the folder of the examples, ``python -m report.contest.condition_recipe [name ...]``; all take half an hour.
 """
 
 from __future__ import annotations

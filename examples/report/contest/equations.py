@@ -12,6 +12,7 @@ from typing import Any
 
 import vibroimpact as vi
 
+from .derivative import derivatives
 from .formulas import Symbol, Traced, cos, sin, traced
 
 Number = Callable[[Any], Any]
@@ -26,6 +27,10 @@ class Equations:
     acceleration: Traced
     gaps: tuple[Traced, ...]
     impacts: tuple[Traced, ...]
+
+    def jacobian(self) -> Traced:
+        """Derivatives of the accelerations by positions and velocities, of (t, q, v), row after row."""
+        return derivatives(self.acceleration, self.acceleration.arguments[1:])
 
 
 def solved(matrix: Sequence[Vector], right: Vector) -> list[Any]:
@@ -126,6 +131,8 @@ def harmonic(scene: vi.Scene, number: Number) -> Callable[[Any], Any]:
 def accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
     """Accelerations of (t, q, v)."""
     system, forcing = scene.system, scene.forcing
+    if isinstance(system, vi.NonlinearSystem):
+        return given_accelerations(scene, number)
     if not isinstance(system, vi.LinearSystem):
         chain = pendulum(system, number)
         if forcing is None:
@@ -147,8 +154,17 @@ def accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vec
     return linear
 
 
+def given_accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
+    """Accelerations by a user's law and a harmonic force."""
+    move = scene.system.acceleration.formula(number)
+    if scene.forcing is None:
+        return move
+    wave, push = harmonic(scene, number), linear_push(scene, matrix_of(scene.system.mass, number), number)
+    return lambda t, q, v: [total([own, wave(t) * outer]) for own, outer in zip(move(t, q, v), push, strict=True)]
+
+
 def linear_push(scene: vi.Scene, mass: list[list[Any]], number: Number) -> list[Any]:
-    """Accelerations by the forcing of a linear scene at its crest."""
+    """Accelerations by the forcing of a scene of constant mass at its crest."""
     forcing = scene.forcing
     if forcing is None:
         return [number(0)] * len(mass)
@@ -203,7 +219,7 @@ def impact(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Vector, Vect
 
 def mass_at(scene: vi.Scene, q: Vector, number: Number) -> list[list[Any]]:
     """Mass matrix at a position."""
-    if isinstance(scene.system, vi.LinearSystem):
+    if isinstance(scene.system, vi.LinearSystem | vi.NonlinearSystem):
         return matrix_of(scene.system.mass, number)
     chain = pendulum(scene.system, number)
     return pendulum_mass(chain, [sin(each) for each in q], [cos(each) for each in q])

@@ -33,7 +33,7 @@ COLOURS = {
     "siconos": "#d6559b",
 }
 MARKERS = ("o", "s", "^", "D", "v")
-OWN_MARKERS = {"exact": "o", "taylor": "D", "rk45": "s"}
+OWN_MARKERS = {"exact": "o", "taylor": "D", "rk45": "s", "dop853": "P", "radau": "^", "auto": "o"}
 WRONG = {"x": "wrong number of impacts", "1": "through the stop, or far off", ">": "stopped at the bound", "+": "failed"}
 
 

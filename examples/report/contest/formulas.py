@@ -123,6 +123,16 @@ class Traced:
         return space["formula"]
 
 
+def needed(formula: Traced) -> Traced:
+    """The formula without the lines that its results do not need."""
+    wanted, kept = set(formula.results), []
+    for line in reversed(formula.lines):
+        if line.name in wanted:
+            wanted.update(line.operands)
+            kept.append(line)
+    return Traced(formula.arguments, tuple(reversed(kept)), formula.results)
+
+
 def traced(formula: Formula, arguments: Sequence[str]) -> Traced:
     """Write a formula out; it is called with one symbol for each argument."""
     tape = Tape()

@@ -12,6 +12,8 @@ import numpy as np
 
 import vibroimpact as vi
 
+from . import laws
+
 STIFF_DAMPING = 0.02  # C = STIFF_DAMPING * K: the stiff mode is overdamped, as a stiff bearing or a contact layer is
 GRAVITY = 9.81  # [m/s^2]
 COUNT = (50, 40)  # starts of the ensembles, in a grid of two angles
@@ -99,6 +101,13 @@ def chain() -> Problem:
     return Problem("chain", "Chain of five pendulums with a plane wall", scene, (0.1, 0.05, 0.0, -0.1, 0.2), (0.0,) * 5, 10.0)
 
 
+def duffing() -> Problem:
+    """A user's own equation of motion, Duffing's with a hardening spring and its drive, and a stop within its swing."""
+    law = laws.duffing(damping=0.1, cubic=1.0, force=1.5, frequency=1.2)
+    scene = vi.Scene(vi.NonlinearSystem(1, law, mass=1.0), None, vi.Stop(0, 0.8, 0.8))
+    return Problem("duffing", "Duffing's oscillator, a user's own equation", scene, (0.0,), (0.5,), 60.0)
+
+
 def stiff(ratio: float) -> Problem:
     """A light mass on a soft spring, a heavy one on a spring `ratio` times as stiff behind it, a stop for the heavy one."""
     stiffness = np.array([[1.0 + ratio, -ratio], [-ratio, ratio]])
@@ -115,6 +124,17 @@ def stiff_by_elongation(ratio: float) -> Problem:
     scene = vi.Scene(system, vi.Harmonic([1.0, 0.0], 0.6), vi.Stop([1.0, 1.0], 0.3, 0.7))
     title = f"Stiff pair, ratio 1e{round(np.log10(ratio))}, coordinate of the stiff spring"
     return Problem(f"stiff_{round(np.log10(ratio))}_spring", title, scene, (0.0, 0.0), (0.3, 0.0), 40.0)
+
+
+def stiff_cubic() -> Problem:
+    """A light mass on a soft spring, a heavy one behind a cubic spring 1e6 times as stiff and its damper, a stop for that one.
+
+    The damper makes it stiff: it settles the pair's speeds within 5e-5, while the spring creeps over seconds.
+    """
+    light, cubic, damping = 0.1, 1e6, 2e3
+    system = vi.NonlinearSystem(2, laws.cubic_pair(light, damping, cubic), mass=[[light, 0.0], [0.0, 1.0]])
+    scene = vi.Scene(system, vi.Harmonic([1.0, 0.0], 0.6), vi.Stop(1, 0.3, 0.7))
+    return Problem("stiff_cubic", "Stiff pair, a cubic spring 1e6 times as stiff", scene, (0.01, 0.0), (0.3, 0.3), 20.0)
 
 
 def equal_pair(ratio: float) -> Problem:
@@ -183,10 +203,12 @@ def problems() -> list[Problem]:
         third_kind(),
         pendulum(),
         chain(),
+        duffing(),
         stiff(1e4),
         stiff(1e8),
         stiff_by_elongation(1e4),
         stiff_by_elongation(1e8),
+        stiff_cubic(),
         equal_pair(1e4),
         equal_pair(1e8),
         ball(),

@@ -105,6 +105,29 @@ def behind(lead: Lead) -> str:
     return "which alone reaches it" if lead.ratio is None else f"ratio {lead.ratio:.2f}"
 
 
+def standing(leads: Sequence[Lead]) -> str:
+    """Where the library stands on one problem: at how many levels it leads, by how much there, by how much not elsewhere."""
+    reached = [lead for lead in leads if lead.is_reached]
+    led = [lead for lead in reached if not lead.is_lost]
+    beside = [lead for lead in led if lead.ratio is not None]
+    behind_in = [lead for lead in reached if lead.is_lost and lead.ratio is not None]
+    text = f"The library leads at {len(led)} of {len(reached)} levels"
+    if led and not beside:
+        text += ", where no peer gets"
+    if beside:
+        text += f", where the fastest peer that gets there takes {span(beside)} times as long"
+    if behind_in:
+        names = ", ".join(dict.fromkeys(lead.leader for lead in behind_in))
+        text += f"; where it does not, the fastest peer ({names}) takes {span(behind_in)} of its time"
+    return f"{text}."
+
+
+def span(leads: Sequence[Lead]) -> str:
+    """Smallest and largest ratio of some leads."""
+    ratios = [lead.ratio for lead in leads if lead.ratio is not None]
+    return " to ".join(dict.fromkeys(f"{float(f'{each:.3g}'):g}" for each in (min(ratios), max(ratios))))
+
+
 def leaders(leads: Sequence[Lead], titles: Mapping[str, str]) -> str:
     """The list of leaders as a table: a row for each problem and level."""
     rows = [
@@ -301,7 +324,8 @@ def parts(
     for problem in wanted:
         here = [p for p in points if p.problem == problem.name]
         picture = f"![{problem.title}](figures/error_vs_runtime_{problem.name}.png)"
-        pieces = [f"## {problem.title}", f"{problem.scene.plan()}.", picture, worst_of_many(here), trouble(here)]
+        stands = standing([lead for lead in leads if lead.problem == problem.name])
+        pieces = [f"## {problem.title}", f"{problem.scene.plan()}.", stands, picture, worst_of_many(here), trouble(here)]
         sections.append("\n\n".join(piece for piece in pieces if piece))
     return [
         INTRODUCTION.format(loosest=max(plan.tolerances), finest=min(plan.tolerances)),

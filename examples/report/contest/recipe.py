@@ -1,6 +1,6 @@
 """How the references are made: each motion in many digits, its flights again a second way, both stored with their difference.
 
-Run, in the folder of the examples, ``python -m report.contest.recipe [name ...]``; all of them take a quarter of an hour.
+Run, in the folder of the examples, ``python -m report.contest.recipe [name ...]``; all of them take twenty minutes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ import sys
 import numpy as np
 from mpmath import mp
 
-from . import extrapolation, lasting, linear_flow, many_digits, taylor_flow
+import vibroimpact as vi
+
+from . import collocation, extrapolation, lasting, linear_flow, many_digits, taylor_flow
 from .motion import motion
 from .problems import Ensemble, problems
 from .reference import FOLDER, fingerprint
@@ -30,7 +32,7 @@ def followed(problem):
     """Flights of a problem in many digits, and the name of the way."""
     if problem.name == "ball":
         return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of the parabola"
-    if hasattr(problem.scene.system, "mass"):
+    if isinstance(problem.scene.system, vi.LinearSystem):
         return motion(problem, linear_flow.LinearFlow(problem)), "eigenvectors of the state matrix"
     return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of order 44"
 
@@ -39,12 +41,14 @@ def checked(problem, flights):
     """Largest difference of a second way from the flights, and its name."""
     if problem.name == "ball":
         return by_ball(problem, flights), "the closed form t_k = sqrt(2 h/g) (1 + 2 (e + ... + e^k))"
-    if hasattr(problem.scene.system, "mass"):
+    if isinstance(problem.scene.system, vi.LinearSystem):
         way = "the matrix exponential of each flight"
         if any(flight.held >= 0 for flight in flights):
             way += " and each contact that lasts, limits of impacts from those taken one impact earlier"
         return lasting.by_exponentials(problem, flights), way
     with mp.workdps(40):
+        if problem.is_stiff:
+            return collocation.by_collocation(problem, flights), "collocation at Radau's points on each flight"
         return extrapolation.by_extrapolation(problem, flights), "extrapolated midpoint steps of each flight"
 
 

@@ -1,4 +1,8 @@
-"""The library's own methods, each where the scene allows it."""
+"""The library's own methods, each where the scene allows it.
+
+Equations of motion that a user writes are a C function: it has no series, its Jacobian is made of differences, and all kinds of
+steps are tried.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +17,11 @@ DISTRIBUTION = "vibroimpact"
 
 
 def methods(problem: Problem) -> list[str]:
-    """Closed form for linear scenes, Taylor series for pendulums, Runge-Kutta for all."""
-    return ["exact", "rk45"] if isinstance(problem.scene.system, vi.LinearSystem) else ["taylor", "rk45"]
+    """Closed form for linear scenes, Taylor series for pendulums, Runge-Kutta for all; all steps for a user's equations."""
+    system = problem.scene.system
+    if isinstance(system, vi.NonlinearSystem):
+        return ["rk45", "dop853", "radau", "auto"]
+    return ["exact", "rk45"] if isinstance(system, vi.LinearSystem) else ["taylor", "rk45"]
 
 
 def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:

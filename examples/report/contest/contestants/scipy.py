@@ -1,7 +1,7 @@
 """SciPy's `solve_ivp`: a terminal event for each stop, the impact by hand, a new start after each.
 
-It starts again a little in front of the stop, at a gap far below every tolerance. `Radau` is given the constant Jacobian of a
-linear scene.
+It starts again a little in front of the stop, at a gap far below every tolerance. `Radau` and `LSODA` are given the Jacobian, for
+`Radau` a constant one of a linear scene.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from scipy.integrate import solve_ivp
 
 import vibroimpact as vi
 
-from ..equations import equations
+from ..equations import Equations, equations
 from ..opening import opening
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
 DISTRIBUTION = "scipy"
+IMPLICIT = ("Radau", "LSODA")
 
 
 def methods(_: Problem) -> list[str]:
@@ -37,10 +38,17 @@ def after_impact(problem: Problem, k: int, impact):
     return act
 
 
-def jacobian(rate, n: int) -> np.ndarray:
-    """Constant Jacobian of a linear scene, from unit states."""
-    zero = np.array(rate(0.0, np.zeros(2 * n)))
-    return np.column_stack([np.array(rate(0.0, unit)) - zero for unit in np.eye(2 * n)])
+def jacobian(formulas: Equations):
+    """Derivative of the rates by the state."""
+    n, entries = formulas.n_dof, formulas.jacobian().function()
+    slopes = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), np.zeros((n, 2 * n))])
+
+    def at(t, x):
+        found = slopes.copy()
+        found[n:].flat = entries(t, *x.tolist())
+        return found
+
+    return at
 
 
 def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
@@ -62,8 +70,10 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
 
     events = [event(each.function()) for each in formulas.gaps]
     options = {"method": method, "rtol": tolerances.relative, "atol": tolerances.absolute, "events": events}
-    if method == "Radau" and isinstance(problem.scene.system, vi.LinearSystem):
-        options["jac"] = jacobian(rate, n)
+    if method in IMPLICIT:
+        slopes = jacobian(formulas)
+        is_constant = method == "Radau" and isinstance(problem.scene.system, vi.LinearSystem)
+        options["jac"] = slopes(0.0, problem.start) if is_constant else slopes
 
     def run() -> Outcome:
         t, x, times = 0.0, problem.start, []

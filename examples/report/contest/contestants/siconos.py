@@ -7,8 +7,8 @@ velocities before the impact, and where damping is so strong that this matters, 
 scheme of Moreau and Jean (theta 1/2), of first order; the tolerance is its step, in spans; an impact is a step with an impulse
 after one without, and its time the end of the step. For its impulses a spring that is stiff within a step is rigid. Where
 reactions are along the coordinates, the equations are solved for the accelerations first, for Siconos makes reactions by the
-mass matrix. Pendulums come without Jacobians, so each of their steps is iterated. A run makes its model anew, as nothing takes
-one back to its start. Many starts are not tried, for each would be a model of its own.
+mass matrix. Nonlinear scenes come without Jacobians, so each of their steps is iterated. A run makes its model anew, as nothing
+takes one back to its start. Many starts are not tried, for each would be a model of its own.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def matrices(problem: Problem) -> list[np.ndarray]:
 @lru_cache(maxsize=4)
 def plugin(problem: Problem) -> Plugin:
     """What a problem's motion needs at each moment, compiled."""
-    return loaded(forcing(problem) if is_linear(problem) else pendulums(problem))
+    return loaded(forcing(problem) if is_linear(problem) else nonlinear(problem))
 
 
 def forcing(problem: Problem) -> list[str]:
@@ -73,8 +73,8 @@ def forcing(problem: Problem) -> list[str]:
     return [function(f"load{LOAD}", force, {}, "f")]
 
 
-def pendulums(problem: Problem) -> list[str]:
-    """Mass matrix and forces of pendulums, gaps and normals of their walls."""
+def nonlinear(problem: Problem) -> list[str]:
+    """Mass matrix and forces of a nonlinear scene, gaps and normals of its stops."""
     scene, n = problem.scene, problem.scene.n_dof
     q, v, move = [f"q{i}" for i in range(n)], [f"v{i}" for i in range(n)], accelerations(scene, float)
     places = {f"{x}{i}": f"{x}[{i}]" for x in "qv" for i in range(n)}

@@ -1,4 +1,7 @@
-"""scikit-sundae: CVODE of SUNDIALS; terminal events, the impact by hand, a new start a little in front of the stop after each."""
+"""scikit-sundae: CVODE of SUNDIALS; terminal events, the impact by hand, a new start a little in front of the stop after each.
+
+It is given the Jacobian.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from sksundae.cvode import CVODE
 from ..equations import equations
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
-from .scipy import after_impact
+from .scipy import after_impact, jacobian
 
 DISTRIBUTION = "scikit-sundae"
 STEPS = 10**7  # allowed in one flight
@@ -36,8 +39,13 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
         for k, gap in enumerate(gaps):
             out[k] = gap(*q)[0]
 
+    slopes = jacobian(formulas)
+
+    def derivative(t, x, _, out):
+        out[:] = slopes(t, x)
+
     distances.terminal, distances.direction = [True] * len(gaps), [-1] * len(gaps)
-    options = {"rtol": tolerances.relative, "atol": tolerances.absolute, "max_num_steps": STEPS}
+    options = {"rtol": tolerances.relative, "atol": tolerances.absolute, "max_num_steps": STEPS, "jacfn": derivative}
     solver = CVODE(rate, method=method, eventsfn=distances, num_events=len(gaps), **options)
 
     def run() -> Outcome:
