@@ -55,6 +55,14 @@ pub enum Error {
     Interrupted,
 }
 
+impl Error {
+    /// Whether a value was no finite number, as of a step that led too far.
+    pub(crate) fn is_not_finite(&self) -> bool {
+        let number = |value: &str| value.parse::<f64>().is_ok_and(|x| !x.is_finite());
+        matches!(self, Self::BadValue { value, .. } if number(value))
+    }
+}
+
 /// A number as messages show it, to six digits; with an exponent where it is very small or large.
 pub(crate) fn digits(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);

@@ -8,7 +8,7 @@ use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
 use crate::model::pendulum::{DoublePendulum, Links, PendulumChain};
 use crate::model::system::System;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 /// Size of a difference, relative to the state: the cube root of the rounding unit.
 pub(crate) const DIFFERENCE: f64 = 6e-6;
@@ -183,15 +183,23 @@ pub(crate) fn singular_mass() -> Error {
 pub(crate) struct NonlinearMotion {
     system: NonlinearSystem,
     force: Option<Driven>,
+    /// Whether the force has been divided by the mass matrix, which is the same everywhere.
+    is_over_mass: bool,
 }
 
 impl NonlinearMotion {
     /// The motion of a system on which something acts.
     pub fn new(system: &NonlinearSystem, excitation: &Excitation) -> Self {
         let acts = |part: &HarmonicPart| part.force.iter().any(|a| a.norm() > 0.0);
+        let acting = excitation.single().filter(|part| acts(part));
+        let over_mass = acting.and_then(|part| over(&system.constant_mass()?, &part.force));
         Self {
             system: system.clone(),
-            force: Driven::new(excitation).filter(|_| excitation.single().is_some_and(acts)),
+            is_over_mass: over_mass.is_some(),
+            force: match over_mass {
+                Some(force) => Driven::over(excitation, |_| force.clone()),
+                None => Driven::new(excitation).filter(|_| acting.is_some()),
+            },
         }
     }
 }
@@ -216,6 +224,11 @@ impl Dynamics for NonlinearMotion {
         a: &mut [f64],
     ) -> Result<()> {
         self.system.acceleration(time, q, v, a)?;
+        if self.is_over_mass {
+            // There is no base to move: scenes of such systems are refused one.
+            self.force.add(push, |_| 0.0, a);
+            return Ok(());
+        }
         for (a, f) in a.iter_mut().zip(self.forced(push, q)?) {
             *a += f;
         }
@@ -227,7 +240,7 @@ impl Dynamics for NonlinearMotion {
         let Some(mut jacobian) = self.system.given_jacobian(at.time, q, v)? else {
             return Ok(None);
         };
-        if self.force.is_some() {
+        if self.force.is_some() && !self.is_over_mass {
             let size = q.iter().fold(1.0f64, |m, x| m.max(x.abs()));
             let step = DIFFERENCE * size;
             let push = self.force.push(at);
@@ -254,7 +267,6 @@ impl NonlinearMotion {
             return Ok(Vec::new());
         }
         let mut f = vec![0.0; q.len()];
-        // There is no base to move: scenes of such systems are refused one.
         self.force.add(push, |_| 0.0, &mut f);
         // The matrix is symmetric: its rows are its columns.
         if !small::solve_positive(self.system.mass(q)?.as_mut_slice(), &mut f) {
@@ -262,6 +274,16 @@ impl NonlinearMotion {
         }
         Ok(f)
     }
+}
+
+/// A constant mass matrix's inverse times an amplitude; `None` where it is not positive definite in double precision.
+fn over(mass: &DMatrix<f64>, force: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
+    let part = |of: fn(&Complex<f64>) -> f64| {
+        let mut x = force.map(|z| of(&z));
+        small::solve_positive(mass.clone().as_mut_slice(), x.as_mut_slice()).then_some(x)
+    };
+    let (re, im) = (part(|z| z.re)?, part(|z| z.im)?);
+    Some(re.zip_map(&im, Complex::new))
 }
 
 /// The mass matrix of a system at a position.

@@ -54,6 +54,14 @@ impl Driven {
         )
     }
 
+    /// What acts on the coordinates, each force as `over` makes it of one.
+    pub fn over(
+        excitation: &Excitation,
+        over: impl Fn(&DVector<Complex<f64>>) -> DVector<Complex<f64>>,
+    ) -> Option<Self> {
+        Self::of(excitation, Clone::clone, over)
+    }
+
     fn of(
         excitation: &Excitation,
         load: impl Fn(&DVector<f64>) -> DVector<f64>,

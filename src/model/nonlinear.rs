@@ -44,6 +44,11 @@ pub trait EquationsOfMotion: Any + Send + Sync {
         Err(no_mass("this"))
     }
 
+    /// The mass matrix where it is the same at every q: harmonic forces are divided by it once, not at every evaluation.
+    fn constant_mass(&self) -> Option<DMatrix<f64>> {
+        None
+    }
+
     /// The derivative of the acceleration by `(q, v)`, shape `(n, 2n)`; `None`: it is had by differences.
     ///
     /// # Errors
@@ -198,6 +203,11 @@ impl NonlinearSystem {
             return Err(Error::bad_value("mass", value, "it must be"));
         }
         Ok(mass.to_dense())
+    }
+
+    /// The mass matrix where it is the same at every q.
+    pub(crate) fn constant_mass(&self) -> Option<DMatrix<f64>> {
+        self.equations.constant_mass()
     }
 
     /// Checks that the mass matrix at q is symmetric and positive definite.

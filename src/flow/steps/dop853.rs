@@ -7,7 +7,7 @@ use crate::flow::steps::dense_output::Dense;
 use crate::flow::steps::dop853_tableau::{
     ALL_STAGES, DENSE, ERROR_3, ERROR_5, NODES, ROWS, STAGES,
 };
-use crate::flow::steps::state::{State, rate, square_distance, weighted_sum};
+use crate::flow::steps::state::{State, rate, stage_state, stiffness, weighted_sum};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::model::Dynamics;
 use std::cmp::Ordering;
@@ -42,8 +42,7 @@ fn combined(fifth: f64, third: f64) -> f64 {
 }
 
 impl<S: State> Dop853<S> {
-    /// The rate at stage K from those before it; the number is known at compile time, so that the sum is written out and
-    /// its zeros are left out.
+    /// The rate at stage K from those before it.
     #[inline]
     fn stage<D: Dynamics, const K: usize>(
         &mut self,
@@ -58,10 +57,7 @@ impl<S: State> Dop853<S> {
             Ordering::Equal => &mut self.end,
             Ordering::Greater => &mut self.scratch,
         };
-        weighted_sum::<S, K>(known, ROWS[K - 1], target);
-        for (y, x) in target.slice_mut().iter_mut().zip(x.slice()) {
-            *y = x + h * *y;
-        }
+        stage_state::<S, K>(known, ROWS[K - 1], (x, h), target);
         self.n_rhs += 1;
         rate(dynamics, drive, target, &mut next[0])
     }
@@ -83,15 +79,10 @@ impl<S: State> Dop853<S> {
         Ok(())
     }
 
-    /// Hairer's quotient `h |f(y13) - f(y12)|/|y13 - y12|` of the end and the last stage before it, which are at one time.
+    /// The stiffness that the end and the last stage before it tell.
     fn stiffness(&self, h: f64) -> f64 {
-        let rates = square_distance(&self.stages[STAGES], &self.stages[STAGES - 1]);
-        let states = square_distance(&self.end, &self.trial);
-        if states > 0.0 {
-            h.abs() * (rates / states).sqrt()
-        } else {
-            0.0
-        }
+        let rates = [&self.stages[STAGES], &self.stages[STAGES - 1]];
+        stiffness(h, rates, [&self.end, &self.trial])
     }
 }
 
@@ -327,7 +318,7 @@ mod tests {
     }
 
     fn distance(a: &[f64; 2], b: &[f64; 2]) -> f64 {
-        square_distance(a, b).sqrt()
+        (a[0] - b[0]).hypot(a[1] - b[1])
     }
 
     /// The mean distance of a dense output from the motion, at equal times of which the last is the end.

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::steps::control::{Controller, StepControl};
 use crate::flow::steps::dense_output::Dense;
-use crate::flow::steps::state::{State, rate, square_distance, weighted_sum};
+use crate::flow::steps::state::{State, rate, stage_state, stiffness, weighted_sum};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::flow::steps::tableau::{DENSE, ERROR, NODES, ROWS, STAGES};
 use crate::model::Dynamics;
@@ -23,8 +23,7 @@ pub(crate) struct DormandPrince<S> {
 }
 
 impl<S: State> DormandPrince<S> {
-    /// The rate at stage K from those before it; the number is known at compile time, so that the sum is written out and
-    /// its zeros are left out.
+    /// The rate at stage K from those before it.
     #[inline]
     fn stage<D: Dynamics, const K: usize>(
         &mut self,
@@ -40,10 +39,7 @@ impl<S: State> DormandPrince<S> {
         } else {
             &mut self.trial
         };
-        weighted_sum::<S, K>(known, row, target);
-        for (y, x) in target.slice_mut().iter_mut().zip(x.slice()) {
-            *y = x + h * *y;
-        }
+        stage_state::<S, K>(known, row, (x, h), target);
         rate(dynamics, drive, target, &mut next[0])
     }
 
@@ -54,16 +50,11 @@ impl<S: State> DormandPrince<S> {
         h.abs() * tolerance.norm(&self.error, (x, &self.end))
     }
 
-    /// Hairer's quotient `h |f(y7) - f(y6)|/|y7 - y6|`.
+    /// The stiffness that the end and the last stage before it tell.
     #[inline]
     fn stiffness(&self, h: f64) -> f64 {
-        let rates = square_distance(&self.stages[STAGES - 1], &self.stages[STAGES - 2]);
-        let states = square_distance(&self.end, &self.trial);
-        if states > 0.0 {
-            h.abs() * (rates / states).sqrt()
-        } else {
-            0.0
-        }
+        let rates = [&self.stages[STAGES - 1], &self.stages[STAGES - 2]];
+        stiffness(h, rates, [&self.end, &self.trial])
     }
 }
 

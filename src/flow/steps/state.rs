@@ -70,9 +70,37 @@ pub(super) fn rate<S: State, D: Dynamics>(
     dynamics.driven(drive, q, v, dv)
 }
 
-/// The square of the distance of two states or rates.
+/// The state at stage K of an explicit method, `x + h sum_k c_k y_k` over the rates before it; the number is known at compile
+/// time, so that the sum is written out and its zeros are left out.
+#[allow(
+    clippy::inline_always,
+    reason = "the weights of a caller are known when it is compiled"
+)]
+#[inline(always)]
+pub(super) fn stage_state<S: State, const K: usize>(
+    rates: &[S],
+    weights: &[f64],
+    (x, h): (&S, f64),
+    state: &mut S,
+) {
+    weighted_sum::<S, K>(rates, weights, state);
+    for (y, x) in state.slice_mut().iter_mut().zip(x.slice()) {
+        *y = x + h * *y;
+    }
+}
+
+/// Hairer's quotient `h |f(b) - f(a)|/|b - a|` of two states of a step that are at one time (Hairer and Wanner, Solving Ordinary
+/// Differential Equations II, section IV.2).
 #[inline]
-pub(super) fn square_distance<S: State>(a: &S, b: &S) -> f64 {
-    let pairs = a.slice().iter().zip(b.slice());
-    pairs.map(|(a, b)| (a - b).powi(2)).sum()
+pub(super) fn stiffness<S: State>(h: f64, rates: [&S; 2], states: [&S; 2]) -> f64 {
+    let square_distance = |[a, b]: [&S; 2]| -> f64 {
+        let pairs = a.slice().iter().zip(b.slice());
+        pairs.map(|(a, b)| (a - b).powi(2)).sum()
+    };
+    let (rates, states) = (square_distance(rates), square_distance(states));
+    if states > 0.0 {
+        h.abs() * (rates / states).sqrt()
+    } else {
+        0.0
+    }
 }

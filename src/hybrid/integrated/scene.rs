@@ -1,6 +1,6 @@
 //! A scene that is integrated, where it is now.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;
@@ -58,6 +58,8 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     /// When the motion was found stiff, if it was.
     pub(super) stiff_from: Option<f64>,
     /// Series made.
+    /// Why a step could not be tried, and when it began: its stages led to what is no number.
+    pub(super) beyond: Option<(f64, Error)>,
     pub(super) n_series: usize,
     pub(super) n_steps: usize,
     pub(super) n_gap_evaluations: usize,
@@ -104,6 +106,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             grazes: Vec::new(),
             extents: Vec::new(),
             stiff_from: None,
+            beyond: None,
             n_series: 0,
             n_steps: 0,
             n_gap_evaluations: 0,
@@ -118,6 +121,23 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     pub(super) fn step<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<bool> {
         let (at, x) = (self.moment(), &self.x);
         self.stepper.step(dynamics, StepStart { at, x }, h)
+    }
+
+    /// The same; false, too, where its stages lead to what is no number: a shorter one may not.
+    #[inline]
+    pub(super) fn step_within_doubles<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        h: f64,
+    ) -> Result<bool> {
+        let taken = self.step(dynamics, h);
+        match taken {
+            Err(error) if error.is_not_finite() => {
+                self.beyond = Some((self.clock.time(), error));
+                Ok(false)
+            }
+            taken => taken,
+        }
     }
 
     /// The dense output of the step last taken.

@@ -105,7 +105,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let rate = self.stepper.start_rate().clone();
         let (d0, d1) = (size(self, self.x.slice()), size(self, rate.slice()));
         let trial = trial_step(d0, d1).min(span);
-        if !self.step(dynamics, trial)? {
+        if !self.step_within_doubles(dynamics, trial)? {
             return Ok(trial);
         }
         let change: Vec<f64> = self
@@ -215,9 +215,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let is_last = wanted >= 0.999 * left;
         let h = if is_last { left } else { wanted };
         if self.is_too_short(h) {
-            return Ok(Trial::TooShort);
+            let now = self.clock.time();
+            let beyond = self.beyond.take_if(|(start, _)| *start == now);
+            return beyond.map_or(Ok(Trial::TooShort), |(_, error)| Err(error));
         }
-        let error = if self.step(dynamics, h)? {
+        let error = if self.step_within_doubles(dynamics, h)? {
             let (at, x, attainable) = (self.moment(), &self.x, self.attainable());
             self.stepper
                 .error(dynamics, StepStart { at, x }, h, attainable)?

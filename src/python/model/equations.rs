@@ -110,6 +110,13 @@ impl EquationsOfMotion for PyEquations {
         }
     }
 
+    fn constant_mass(&self) -> Option<DMatrix<f64>> {
+        match &self.mass {
+            Some(Mass::Constant(mass)) => Some(mass.clone()),
+            _ => None,
+        }
+    }
+
     fn jacobian(&self, t: f64, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
         let place = Place { time: Some(t), q };
         self.jacobian
