@@ -106,6 +106,7 @@ def compare(before: Record, now: Record, in_roundings: bool) -> bool:
     worst = max((d.roundings / condition_of(d.name, known) for d in differences), default=0.0)
     print(
         f"{len(common)} values, {numbers} entries: {len(differences)} values differ in a bit, {len(wrong)} by more than "
-        f"{MOST} roundings times their condition (the most: {worst:.3g}), {len(lost)} are not there now, {len(now) - len(common)} were not there before"
+        f"{MOST} roundings times their condition (the most: {worst:.3g}), {len(lost)} are not there now, "
+        f"{len(now) - len(common)} were not there before"
     )
     return not by_case

@@ -23,7 +23,8 @@ def test_the_ledger_balances_through_impacts_chatter_and_contact():
 
 def ledger_of_a_period(orbit):
     energy = orbit.energy
-    assert energy.t[0] == 0 and energy.t[-1] == pytest.approx(orbit.period, rel=1e-12)
+    assert energy.t[0] == 0
+    assert energy.t[-1] == pytest.approx(orbit.period, rel=1e-12)
     stored = energy.kinetic + energy.potential
     size = max(energy.kinetic.max(), energy.impact_loss[-1], abs(energy.forcing_work[-1]))
     assert stored[-1] == pytest.approx(stored[0], abs=1e-9 * size)

@@ -109,7 +109,12 @@ REST = (
 
 # Nothing is kept but the state.
 KEPT = (
-    Change(KEEP, "        let wanted = recorder.wanted();\n        if wanted.events {", "", "    }\n\n    /// Records the rest of impacts"),
+    Change(
+        KEEP,
+        "        let wanted = recorder.wanted();\n        if wanted.events {",
+        "",
+        "    }\n\n    /// Records the rest of impacts",
+    ),
     Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Whether the motion leaves"),
 )
 
