@@ -32,9 +32,9 @@ CALLS = {
 MACHINERY = {
     "search for contacts": re.compile(r"vibroimpact::contact::|integrated::contact|::take_gaps|model::contact"),
     "release of held stops": re.compile(r"integrated::release|flow::constrained"),
-    "impacts": re.compile(r"vibroimpact::impact::|event_loop::(strike|settle)|::collide$"),
+    "impacts": re.compile(r"vibroimpact::impact::|event_loop::(strike|hold_or_release)|::collide$"),
     "integrator": re.compile(r"flow::steps|pendulum_series|flow::taylor"),
-    "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::shaking"),
+    "load or forcing": re.compile(r"::loaded$|flow::drive|flow::split|flow::series_forcing"),
     "clock, for Ctrl-C": re.compile(r"python::interrupt|Timespec|clock_gettime"),
 }
 KINDS = (*CALLS, *MACHINERY)

@@ -6,7 +6,7 @@ from report.cost.bare.change import NEVER, Change
 
 SCENE, BLOCK = "src/flow/scene_flow.rs", "src/flow/block.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
-LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/settle", "/strike"))
+LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/hold_or_release", "/strike"))
 EXACT, KEEP, NEXT = "src/hybrid/closed_form/system.rs", "src/hybrid/closed_form/arcs.rs", "src/contact/next.rs"
 
 # One type of flow, without inputs.
@@ -120,11 +120,11 @@ KEPT = (
 
 # Nobody is asked whether to go on.
 WATCH = (
-    Change(LOOP, "            watch.work(work)?;\n", ""),
+    Change(LOOP, "            observer.work(work)?;\n", ""),
     Change(NEXT, "            if let Some(work) = made {", "", "            if self.level == first_level {"),
     Change(
         NEXT,
-        "                watch.work(STEPS_PER_LOOK * self.state.len())?;",
+        "                observer.work(STEPS_PER_LOOK * self.state.len())?;",
         "",
         "                self.leave_out();",
     ),

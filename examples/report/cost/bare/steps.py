@@ -32,7 +32,7 @@ INPUTS = (
     ),
     Change(
         SERIES_OF,
-        "            Excitation::Base(base) => self.expand_shaken(coefficients, base),",
+        "            PendulumForcing::Base(base) => self.expand_shaken(coefficients, base),",
         f"            _ => {NEVER},\n",
         "        }\n    }\n",
     ),
