@@ -63,8 +63,10 @@ impl Record {
                 return;
             }
             let (q, v) = motion.state(start.until(start.at(t)).clamp(0.0, span));
-            samples.q.set_row(samples.next, &q.transpose());
-            samples.v.set_row(samples.next, &v.transpose());
+            let row = samples.next;
+            for (j, (q, v)) in q.iter().zip(&v).enumerate() {
+                (samples.q[(row, j)], samples.v[(row, j)]) = (*q, *v);
+            }
             samples.next += 1;
         }
     }

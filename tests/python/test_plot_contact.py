@@ -80,7 +80,7 @@ class TestEnergy:
         with pytest.raises(ValueError, match=r'keep.*"motion"'):
             vi.plot.energy(slow_oscillator(keep="impacts"))
         with pytest.raises(ValueError, match="data must be a trajectory"):
-            vi.plot.energy(vi.modes(vi.paper_system(kind=3)))
+            vi.plot.energy(vi.modes(vi.LinearSystem(1, 0, 1)))
         assert plt.get_fignums() == []
 
 

@@ -130,14 +130,20 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         dynamics: &E,
         h: f64,
     ) -> Result<bool> {
-        let taken = self.step(dynamics, h);
-        match taken {
-            Err(error) if error.is_not_finite() => {
-                self.beyond = Some((self.clock.time(), error));
-                Ok(false)
-            }
-            taken => taken,
+        match self.step(dynamics, h) {
+            Ok(is_taken) => Ok(is_taken),
+            Err(error) => self.refuse(error),
         }
+    }
+
+    /// Takes note of why a step could not be tried, if it was for want of numbers.
+    #[cold]
+    fn refuse(&mut self, error: Error) -> Result<bool> {
+        if !error.is_not_finite() {
+            return Err(error);
+        }
+        self.beyond = Some((self.clock.time(), error));
+        Ok(false)
     }
 
     /// The dense output of the step last taken.
