@@ -1,7 +1,11 @@
 //! Existence maps from outside: the fold line in closed form, cells against `periodic_orbits`, the same bits on any number
 //! of threads and in any pieces, bad input refused by name.
 
+#[path = "common/random.rs"]
+mod random;
+
 use nalgebra::{Complex, DMatrix, dvector};
+use random::Random;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
@@ -152,17 +156,7 @@ fn a_force_that_grows_with_the_frequency_moves_the_fold_line_with_it() {
     }
 }
 
-/// Indices that look random: a linear congruence (Knuth's MMIX), its high bits.
-fn scattered(i: usize, count: usize) -> usize {
-    let turn = |x: u64| {
-        x.wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407)
-    };
-    let high = turn(turn(turn(i as u64))) >> 33;
-    usize::try_from(high % count as u64).expect("an index")
-}
-
-/// Compares scattered cells of a map with the orbits of the scene made for each.
+/// Compares random cells of a map with the orbits of the scene made for each.
 fn compare(
     scene: &Scene,
     pattern: &Pattern,
@@ -173,11 +167,9 @@ fn compare(
     let options = SweepOptions { threads: Some(1) };
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
     let found = existence_map(scene, pattern, x, y, n_periods, options, go_on).expect("solved");
-    for sample in 0..10 {
-        let (i, j) = (
-            scattered(2 * sample, x.values.len()),
-            scattered(2 * sample + 1, y.values.len()),
-        );
+    let mut random = Random::new(1);
+    for _ in 0..10 {
+        let (i, j) = (random.below(x.values.len()), random.below(y.values.len()));
         let changed = scene
             .replace(x.parameter.change(x.values[i]))
             .and_then(|s| s.replace(y.parameter.change(y.values[j])))
