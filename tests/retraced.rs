@@ -198,7 +198,7 @@ fn retrace(kind: Kind) {
         }
     }
     println!("{kind:?}: {retraced} orbits, largest drift {worst:e}");
-    assert!(cases.have(retraced, 1));
+    assert!(cases.is_one() || retraced > 0);
 }
 
 fn cases() -> Cases {
@@ -295,5 +295,5 @@ fn members_of_a_family() {
         }
     }
     println!("members of families: {retraced}, largest drift {worst:e}");
-    assert!(cases.have(retraced, 1));
+    assert!(cases.is_one() || retraced > 0);
 }
