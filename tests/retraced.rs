@@ -3,13 +3,16 @@
 
 #[path = "common/random.rs"]
 mod random;
+#[path = "common/scenes.rs"]
+mod scenes;
 
-use nalgebra::{DMatrix, DVector, dvector};
+use nalgebra::{DMatrix, dvector};
 use random::{Cases, Random};
+use scenes::{harmonic, linear, scene, upper};
 use std::f64::consts::TAU;
 use vibroimpact::{
     FreeParameter, Harmonic, Keep, LinearSystem, Method, OrbitOptions, Pattern, PeriodicOrbit,
-    Reaction, Scene, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits, simulate,
+    Reaction, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits, simulate,
 };
 
 const PERIODS: usize = 1000;
@@ -141,14 +144,11 @@ impl Kind {
     fn stops(self, random: &mut Random, n: usize) -> Vec<Stop> {
         let normal = random.vector(n);
         let e = random_restitution(random);
-        let stop = |normal: DVector<f64>, clearance: f64, e: f64| {
-            Stop::new(normal, clearance, e).expect("valid")
-        };
         match self {
-            Self::Once | Self::Twice => vec![stop(normal, random.between(-0.1, 0.6), e)],
+            Self::Once | Self::Twice => vec![upper(normal, random.between(-0.1, 0.6), e)],
             Self::BothSides => {
-                let lower = stop(normal.clone(), random.between(0.1, 0.6), e).on_side(Side::Lower);
-                vec![stop(normal, random.between(0.1, 0.6), e), lower]
+                let lower = upper(normal.clone(), random.between(0.1, 0.6), e).on_side(Side::Lower);
+                vec![upper(normal, random.between(0.1, 0.6), e), lower]
             }
             Self::Together => [0, 1]
                 .map(|coordinate| {
@@ -182,7 +182,7 @@ fn retrace(kind: Kind) {
         let n = least + random.below(4 - least);
         let system = random_system(&mut random, n);
         let forcing = random_forcing(&mut random, n);
-        let scene = Scene::new(system, forcing, kind.stops(&mut random, n)).expect("valid");
+        let scene = scene(system, forcing, kind.stops(&mut random, n));
         let n_periods = 1 + random.below(3);
         let orbits =
             periodic_orbits(&scene, &kind.pattern(), &kind.options(n_periods)).expect("solved");
@@ -243,16 +243,15 @@ fn members_of_a_family() {
         if !(0.05..0.95).contains(&restitution) {
             continue;
         }
-        let system = LinearSystem::new(dvector![1.0], dvector![2.0 * eta], dvector![1.0]);
+        let system = linear(dvector![1.0], dvector![2.0 * eta], dvector![1.0]);
         // The only phases with orbits: the steady velocity is zero at the impact.
         let phase = (2.0 * eta * w).atan2(1.0 - w * w);
         let scene = |clearance: f64| {
-            Scene::new(
-                system.clone().expect("valid"),
-                Harmonic::new(dvector![1.0.into()], w, phase).expect("valid"),
-                [Stop::new(0, clearance, restitution).expect("valid")],
+            scene(
+                system.clone(),
+                harmonic(&[1.0], w, phase),
+                [upper(0, clearance, restitution)],
             )
-            .expect("valid")
         };
         let label = format!("case {case}, eta = {eta}, w = {w}, n_periods = {n_periods}");
         let given = OrbitOptions {
