@@ -1,40 +1,17 @@
 //! Impacts that accumulate and lasting contact, against closed forms, for exact and stepped flights (theory 9).
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
-use vibroimpact::{
-    DoublePendulum, Forcing, Harmonic, LinearSystem, Method, Reaction, Scene, Segment, SegmentKind,
-    Side, SimulateOptions, Status, Stop, Trajectory, Wall, WallSide, nalgebra, simulate,
+use scenes::{
+    BOTH, ball, harmonic, linear, loaded, lower, oscillator, run, scene, shaken_ball, upper, with,
 };
-
-const BOTH: [Method; 2] = [Method::Exact, Method::Rk45];
-
-fn with(method: Method, rtol: f64) -> SimulateOptions {
-    SimulateOptions {
-        method,
-        rtol,
-        ..Default::default()
-    }
-}
-
-/// A ball of unit mass under unit gravity above a floor, on a table that shakes with the given acceleration at unit
-/// frequency: `q'' = -1 + a cos(t + phase)`.
-fn ball(restitution: f64, shake: f64, phase: f64) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
-        .expect("valid")
-        .with_load(dvector![-1.0])
-        .expect("valid");
-    let floor = Stop::new(0, 0.0, restitution)
-        .expect("valid")
-        .on_side(Side::Lower);
-    let forcing = if shake > 0.0 {
-        Harmonic::new(dvector![shake.into()], 1.0, phase)
-            .expect("valid")
-            .into()
-    } else {
-        Forcing::Unforced
-    };
-    Scene::new(system, forcing, [floor]).expect("valid")
-}
+use std::f64::consts::PI;
+use vibroimpact::{
+    DoublePendulum, Forcing, Harmonic, Method, Reaction, Scene, Segment, SegmentKind, Side,
+    SimulateOptions, Status, Trajectory, Wall, WallSide, nalgebra, simulate,
+};
 
 fn of_kind(run: &Trajectory, kind: SegmentKind) -> Vec<Segment> {
     let segments = run.segments().expect("kept");
@@ -44,11 +21,12 @@ fn of_kind(run: &Trajectory, kind: SegmentKind) -> Vec<Segment> {
 #[test]
 fn a_run_that_ends_among_accumulating_impacts_ends_at_its_time() {
     // Beside the ball another body goes on at unit speed.
-    let system = LinearSystem::new(dvector![1.0, 1.0], DVector::zeros(2), DVector::zeros(2))
-        .and_then(|system| system.with_load(dvector![1.0, 0.0]))
-        .expect("valid");
-    let stop = Stop::new(dvector![1.0, 0.0], 0.0, 0.9).expect("valid");
-    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    let system = loaded(
+        linear(dvector![1.0, 1.0], DVector::zeros(2), DVector::zeros(2)),
+        &[1.0, 0.0],
+    );
+    let stop = upper(dvector![1.0, 0.0], 0.0, 0.9);
+    let scene = scene(system, Forcing::Unforced, [stop]);
     for method in BOTH {
         let run = |end: f64| {
             let (q0, v0) = (dvector![-0.5, 0.0], dvector![0.0, 1.0]);
@@ -72,14 +50,7 @@ fn a_bouncing_ball_comes_to_rest_at_its_closed_form_time() {
         for e in [0.5, 0.9, 0.99] {
             let fall = 2f64.sqrt();
             let end = fall * (1.0 + 2.0 * e / (1.0 - e));
-            let run = simulate(
-                &ball(e, 0.0, 0.0),
-                &dvector![1.0],
-                &dvector![0.0],
-                (0.0, 1.5 * end),
-                &with(method, 1e-9),
-            )
-            .expect("runs");
+            let run = run(&ball(e), &[1.0], &[0.0], 1.5 * end, &with(method, 1e-9));
             assert_eq!(run.status(), Status::Finished, "{}", run.message());
             let chatter = of_kind(&run, SegmentKind::Chatter);
             let stick = of_kind(&run, SegmentKind::Stick);
@@ -103,7 +74,7 @@ fn flights_of_a_ball_are_found_at_once() {
     for rtol in [1e-3, 1e-9, 1e-12] {
         let options = with(Method::Exact, rtol);
         let (q0, v0) = (dvector![1.0], dvector![0.0]);
-        let run = simulate(&ball(0.9, 0.0, 0.0), &q0, &v0, (0.0, 40.0), &options).expect("runs");
+        let run = simulate(&ball(0.9), &q0, &v0, (0.0, 40.0), &options).expect("runs");
         let stats = run.stats();
         assert!(stats.n_gap_evaluations <= 4 * stats.n_flights, "{stats:?}");
     }
@@ -116,14 +87,7 @@ fn the_impacts_recorded_before_rest_grow_as_the_logarithm_of_the_tolerance() {
             atol: 1e-3 * rtol,
             ..with(Method::Exact, rtol)
         };
-        let run = simulate(
-            &ball(0.7, 0.0, 0.0),
-            &dvector![1.0],
-            &dvector![0.0],
-            (0.0, 20.0),
-            &options,
-        )
-        .expect("runs");
+        let run = run(&ball(0.7), &[1.0], &[0.0], 20.0, &options);
         run.impacts().len() as f64
     };
     // The speed at entry goes as the root of the tolerance: (1/2) ln(100)/ln(1/e) impacts more for two digits.
@@ -138,16 +102,15 @@ fn a_plastic_ball_leaves_a_shaken_table_when_the_table_falls_away() {
     // Held while a cos(t) <= 1; let go when it exceeds 1, at t = 2 pi - arccos(1/a).
     for method in BOTH {
         let shake = 1.2f64;
-        let run = simulate(
-            &ball(0.0, shake, std::f64::consts::PI),
-            &dvector![0.0],
-            &dvector![0.0],
-            (0.0, 12.0),
+        let run = run(
+            &shaken_ball(0.0, shake, PI),
+            &[0.0],
+            &[0.0],
+            12.0,
             &with(method, 1e-10),
-        )
-        .expect("runs");
+        );
         let stick = of_kind(&run, SegmentKind::Stick);
-        let release = std::f64::consts::PI - (1.0 / shake).acos();
+        let release = PI - (1.0 / shake).acos();
         assert_eq!(stick[0].start, 0.0);
         assert!(
             (stick[0].end - release).abs() < 1e-9,
@@ -173,34 +136,22 @@ fn a_plastic_ball_leaves_a_shaken_table_when_the_table_falls_away() {
 
 /// Two masses coupled by inertia and springs, soft forcing: chatter and lasting contact of one stop.
 fn pair(reaction: &Reaction) -> Scene {
-    let system = LinearSystem::new(
+    let system = linear(
         dmatrix![2.0, 0.5; 0.5, 1.0],
         dmatrix![0.1, 0.0; 0.0, 0.2],
         dmatrix![3.0, -1.0; -1.0, 2.0],
-    )
-    .expect("valid");
-    let stop = Stop::new(0, 0.1, 0.5)
-        .expect("valid")
+    );
+    let stop = upper(0, 0.1, 0.5)
         .with_reaction(reaction.clone())
         .expect("valid");
-    let force = Harmonic::new(dvector![1.0.into(), 0.5.into()], 0.3, 0.0).expect("valid");
-    Scene::new(system, force, [stop]).expect("valid")
+    scene(system, harmonic(&[1.0, 0.5], 0.3, 0.0), [stop])
 }
 
 #[test]
 fn exact_and_stepped_flights_agree_through_chatter_and_contact() {
     for reaction in [Reaction::Inertia, Reaction::Coordinate] {
         let scene = pair(&reaction);
-        let run = |method| {
-            simulate(
-                &scene,
-                &dvector![0.0, 0.0],
-                &dvector![0.0, 0.0],
-                (0.0, 60.0),
-                &with(method, 1e-10),
-            )
-            .expect("runs")
-        };
+        let run = |method| run(&scene, &[0.0; 2], &[0.0; 2], 60.0, &with(method, 1e-10));
         let (exact, stepped) = (run(Method::Exact), run(Method::Rk45));
         assert_eq!(exact.status(), Status::Finished, "{}", exact.message());
         let (a, b) = (
@@ -220,14 +171,7 @@ fn exact_and_stepped_flights_agree_through_chatter_and_contact() {
 fn while_held_the_gap_is_zero_and_the_force_follows_the_law() {
     let scene = pair(&Reaction::Inertia);
     for method in BOTH {
-        let run = simulate(
-            &scene,
-            &dvector![0.0, 0.0],
-            &dvector![0.0, 0.0],
-            (0.0, 30.0),
-            &with(method, 1e-10),
-        )
-        .expect("runs");
+        let run = run(&scene, &[0.0; 2], &[0.0; 2], 30.0, &with(method, 1e-10));
         for held in of_kind(&run, SegmentKind::Stick) {
             for k in 0..=20 {
                 let t = held.start + (held.end - held.start) * f64::from(k) / 20.0;
@@ -255,14 +199,13 @@ fn while_held_the_gap_is_zero_and_the_force_follows_the_law() {
 fn halving_the_tolerance_of_entry_changes_nothing_beyond_it() {
     let scene = pair(&Reaction::Coordinate);
     let end = |rtol| {
-        let run = simulate(
+        let run = run(
             &scene,
-            &dvector![0.0, 0.0],
-            &dvector![0.0, 0.0],
-            (0.0, 60.0),
+            &[0.0; 2],
+            &[0.0; 2],
+            60.0,
             &with(Method::Exact, rtol),
-        )
-        .expect("runs");
+        );
         run.last().0.clone()
     };
     let best = end(1e-13);
@@ -273,21 +216,13 @@ fn halving_the_tolerance_of_entry_changes_nothing_beyond_it() {
 
 #[test]
 fn a_run_cut_inside_a_contact_goes_on_as_one() {
-    let scene = ball(0.4, 1.2, 0.0);
+    let scene = shaken_ball(0.4, 1.2, 0.0);
     for method in BOTH {
         let options = with(method, 1e-10);
-        let whole = simulate(
-            &scene,
-            &dvector![0.3],
-            &dvector![0.0],
-            (0.0, 20.0),
-            &options,
-        )
-        .expect("runs");
+        let whole = run(&scene, &[0.3], &[0.0], 20.0, &options);
         let held = of_kind(&whole, SegmentKind::Stick)[0];
         let cut = 0.5 * (held.start + held.end);
-        let first =
-            simulate(&scene, &dvector![0.3], &dvector![0.0], (0.0, cut), &options).expect("runs");
+        let first = run(&scene, &[0.3], &[0.0], cut, &options);
         let (q, v) = first.last();
         let rest = simulate(&scene, q, v, (cut, 20.0), &options).expect("runs");
         assert_eq!(of_kind(&rest, SegmentKind::Stick)[0].start, cut);
@@ -304,12 +239,11 @@ fn what_is_pressed_late_is_held_in_complex_modes_too() {
         -0.858_124_480_709_842_7, 1.305_797_378_039_217, -0.447_672_897_329_374_1;
         0.0, -0.447_672_897_329_374_1, 0.447_672_897_329_374_1];
     let dashpot = dvector![1.071_526_612_363_991_5, 0.0, 0.0];
-    let system = LinearSystem::new(DVector::from_element(3, 1.0), dashpot, springs).expect("valid");
+    let system = linear(DVector::from_element(3, 1.0), dashpot, springs);
     let force = dvector![(-0.170_613_178_837_506_15).into(), 0.0.into(), 0.0.into()];
     let force =
         Harmonic::new(force, 0.901_756_213_019_644_4, -0.309_393_093_218_078_2).expect("valid");
-    let stop = Stop::new(2, 0.0, 1.0).expect("valid");
-    let scene = Scene::new(system, force, [stop]).expect("valid");
+    let scene = scene(system, force, [upper(2, 0.0, 1.0)]);
     let (q0, v0) = (
         dvector![0.0, 0.0, 0.0],
         dvector![0.342_733_574_214_197_5, 0.0, 0.0],
@@ -328,22 +262,9 @@ fn what_is_pressed_late_is_held_in_complex_modes_too() {
 #[test]
 fn nothing_holds_what_has_no_force_and_nothing_lets_go_at_rest() {
     // An equilibrium exactly on the stop: no force, no acceleration; it stays for ever.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
-    let scene = Scene::new(
-        system,
-        Forcing::Unforced,
-        [Stop::new(0, 0.0, 0.5).expect("valid")],
-    )
-    .expect("valid");
+    let scene = oscillator(0.1, Forcing::Unforced, [upper(0, 0.0, 0.5)]);
     for method in BOTH {
-        let run = simulate(
-            &scene,
-            &dvector![0.0],
-            &dvector![0.0],
-            (0.0, 10.0),
-            &with(method, 1e-9),
-        )
-        .expect("runs");
+        let run = run(&scene, &[0.0], &[0.0], 10.0, &with(method, 1e-9));
         assert_eq!(run.status(), Status::Finished, "{}", run.message());
         assert_eq!((run.last().0[0], run.last().1[0]), (0.0, 0.0));
         assert!(run.impacts().is_empty());
@@ -355,15 +276,14 @@ fn a_pendulum_comes_to_rest_against_a_wall_that_it_leans_on() {
     // The wall stands left of the hanging position's bob: the second bob leans on it with its weight.
     let pendulum = DoublePendulum::new(1.0, 1.0, (0.4, 0.4)).expect("valid");
     let wall = Wall::new(1, -0.3, 0.5, WallSide::Right).expect("valid");
-    let scene = Scene::new(pendulum, Forcing::Unforced, [wall]).expect("valid");
-    let run = simulate(
+    let scene = scene(pendulum, Forcing::Unforced, [wall]);
+    let run = run(
         &scene,
-        &dvector![-0.5, -0.5],
-        &dvector![0.0, 0.0],
-        (0.0, 200.0),
+        &[-0.5, -0.5],
+        &[0.0; 2],
+        200.0,
         &SimulateOptions::default(),
-    )
-    .expect("runs");
+    );
     assert_eq!(run.status(), Status::Finished, "{}", run.message());
     let (q, v) = run.last();
     assert!((q[0].sin() + q[1].sin() + 0.3).abs() < 1e-10 && v.amax() < 1e-8);
@@ -380,11 +300,10 @@ fn a_pendulum_comes_to_rest_against_a_wall_that_it_leans_on() {
 #[test]
 fn time_goes_forward_however_wide_the_margin() {
     let stiffness = dmatrix![10_001.0, -10_000.0; -10_000.0, 10_001.0];
-    let system = LinearSystem::new(dvector![1.0, 1.0], &stiffness * 0.02, stiffness);
-    let system = system.expect("valid").with_load(dvector![0.3, 0.0]);
-    let force = Harmonic::new(dvector![1.5.into(), 0.0.into()], 0.7, 0.0).expect("valid");
-    let stop = Stop::new(1, 0.3, 0.7).expect("valid");
-    let scene = Scene::new(system.expect("valid"), force, [stop]).expect("valid");
+    let system = linear(dvector![1.0, 1.0], &stiffness * 0.02, stiffness);
+    let system = loaded(system, &[0.3, 0.0]);
+    let force = harmonic(&[1.5, 0.0], 0.7, 0.0);
+    let scene = scene(system, force, [upper(1, 0.3, 0.7)]);
     for rtol in [1e-2, 1e-3, 1e-4, 1e-5] {
         let (q0, v0) = (dvector![0.0, 0.0], dvector![0.3, 0.3]);
         let run = simulate(&scene, &q0, &v0, (0.0, 11.0), &with(Method::Rk45, rtol));
@@ -409,15 +328,14 @@ fn an_impact_without_restitution_is_one_impact_in_complex_modes() {
         (100.0, 10.0, 0.1),
         (100.0, 10.0, 1.0),
     ] {
-        let system = LinearSystem::new(
+        let system = linear(
             dvector![1.0, mass],
             dmatrix![damping, 0.0; 0.0, 0.0],
             dmatrix![k + 1.0, -k; -k, k + 2.0],
         );
-        let system = system.expect("valid").with_load(dvector![0.0, -1.0]);
-        let force = Harmonic::new(dvector![1.5.into(), 0.0.into()], 1.0, 0.0).expect("valid");
-        let floor = Stop::new(1, 0.0, 0.0).expect("valid").on_side(Side::Lower);
-        let scene = Scene::new(system.expect("valid"), force, [floor]).expect("valid");
+        let system = loaded(system, &[0.0, -1.0]);
+        let force = harmonic(&[1.5, 0.0], 1.0, 0.0);
+        let scene = scene(system, force, [lower(1, 0.0, 0.0)]);
         let label = format!("{mass} {k} {damping}");
         let (q0, v0) = (dvector![0.3, 0.3], dvector![0.0, 0.0]);
         let [exact, stepped] = BOTH.map(|method| {
@@ -449,15 +367,14 @@ fn an_impact_without_restitution_is_one_impact_in_complex_modes() {
 #[test]
 fn a_wavy_flight_within_the_margin_ends_at_a_contact() {
     let (mass, k) = (0.1, 1e6);
-    let system = LinearSystem::new(
+    let system = linear(
         dvector![1.0, mass],
         dmatrix![1.0, 0.0; 0.0, 0.0],
         dmatrix![k + 1.0, -k; -k, k + 2.0],
     );
-    let system = system.expect("valid").with_load(dvector![0.0, -1.0]);
-    let force = Harmonic::new(dvector![1.5.into(), 0.0.into()], 1.0, 0.0).expect("valid");
-    let floor = Stop::new(1, 0.0, 0.7).expect("valid").on_side(Side::Lower);
-    let scene = Scene::new(system.expect("valid"), force, [floor]).expect("valid");
+    let system = loaded(system, &[0.0, -1.0]);
+    let force = harmonic(&[1.5, 0.0], 1.0, 0.0);
+    let scene = scene(system, force, [lower(1, 0.0, 0.7)]);
     let none = dvector![0.0, 0.0];
     let run = simulate(
         &scene,
@@ -485,14 +402,14 @@ fn what_does_not_strike_moves_on_while_impacts_accumulate() {
     // Two oscillators of their own; the first one's impacts lose all but a thousandth of their speed, and accumulate over a time in
     // which the other goes a long way.
     let (growth, stiffness) = (0.003, 0.2f64);
-    let system = LinearSystem::new(
+    let system = linear(
         dvector![1.0, 1.0],
         dvector![-2.0 * growth, -2.0 * growth],
         dvector![2.0, stiffness],
     );
-    let stop = Stop::new(0, 0.0, 0.001).expect("valid");
+    let stop = upper(0, 0.0, 0.001);
     let stops = [stop.on_side(Side::Lower)];
-    let scene = Scene::new(system.expect("valid"), Forcing::Unforced, stops).expect("valid");
+    let scene = scene(system, Forcing::Unforced, stops);
     let w = (stiffness - growth * growth).sqrt();
     for method in BOTH {
         let start = (&dvector![0.4, 0.4], &dvector![-0.4, 0.4]);

@@ -1,34 +1,27 @@
 //! Several contacts at once, in motion: struck together, held together, let go by one another (theory 9).
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scene, upper, with};
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Forcing, Harmonic, Keep, Kind, LinearSystem, Method, PaperOptions, Scene, SegmentKind, Side,
-    SimulateOptions, Status, Stop, SweepOptions, paper_scene, simulate, simulate_many,
+    Forcing, Keep, Kind, Method, PaperOptions, Scene, SegmentKind, Side, SimulateOptions, Status,
+    Stop, SweepOptions, paper_scene, simulate, simulate_many,
 };
-
-const BOTH: [Method; 2] = [Method::Exact, Method::Rk45];
-
-fn with(method: Method) -> SimulateOptions {
-    SimulateOptions {
-        method,
-        ..Default::default()
-    }
-}
 
 /// A column of beads in contact above a floor, heights q, under unit gravity.
 fn column(beads: usize, restitution: f64) -> Scene {
-    let system = LinearSystem::new(
-        DVector::from_element(beads, 1.0),
-        DVector::zeros(beads),
-        DVector::zeros(beads),
-    )
-    .expect("valid")
-    .with_load(DVector::from_element(beads, -1.0))
-    .expect("valid");
-    let floor = Stop::new(0, 0.0, restitution)
-        .expect("valid")
-        .on_side(Side::Lower);
+    let system = loaded(
+        linear(
+            DVector::from_element(beads, 1.0),
+            DVector::zeros(beads),
+            DVector::zeros(beads),
+        ),
+        DVector::from_element(beads, -1.0).as_slice(),
+    );
+    let floor = lower(0, 0.0, restitution);
     // Bead i may not pass bead i + 1 from below: q_i - q_{i+1} <= 0.
     let between = (0..beads - 1).map(|i| {
         let normal = DVector::from_fn(beads, |j, _| match j {
@@ -36,10 +29,10 @@ fn column(beads: usize, restitution: f64) -> Scene {
             j if j == i + 1 => -1.0,
             _ => 0.0,
         });
-        Stop::new(normal, 0.0, restitution).expect("valid")
+        upper(normal, 0.0, restitution)
     });
     let stops: Vec<Stop> = std::iter::once(floor).chain(between).collect();
-    Scene::new(system, Forcing::Unforced, stops).expect("valid")
+    scene(system, Forcing::Unforced, stops)
 }
 
 #[test]
@@ -53,7 +46,7 @@ fn an_elastic_column_of_ten_beads_rebounds_as_one_body() {
             &high,
             &DVector::zeros(10),
             (0.0, 4.0),
-            &with(method),
+            &with(method, 1e-9),
         )
         .expect("runs");
         assert_eq!(run.status(), Status::Finished, "{}", run.message());
@@ -80,7 +73,7 @@ fn a_plastic_column_comes_to_rest_and_stays_in_every_contact() {
             &dvector![0.5, 0.6, 0.9],
             &DVector::zeros(3),
             (0.0, 10.0),
-            &with(method),
+            &with(method, 1e-9),
         )
         .expect("runs");
         assert_eq!(run.status(), Status::Finished, "{}", run.message());
@@ -99,29 +92,22 @@ fn a_plastic_column_comes_to_rest_and_stays_in_every_contact() {
 #[test]
 fn three_stops_on_two_coordinates_hold_together() {
     // A corner with a third plane through its edge: dependent normals. Pushed into it, the motion rests.
-    let system = LinearSystem::new(
-        dmatrix![1.0, 0.2; 0.2, 1.0],
-        DMatrix::zeros(2, 2),
-        dmatrix![1.0, 0.0; 0.0, 1.0],
-    )
-    .expect("valid")
-    .with_load(dvector![1.0, 1.0])
-    .expect("valid");
+    let system = loaded(
+        linear(
+            dmatrix![1.0, 0.2; 0.2, 1.0],
+            DMatrix::zeros(2, 2),
+            dmatrix![1.0, 0.0; 0.0, 1.0],
+        ),
+        &[1.0, 1.0],
+    );
     let stops = [
-        Stop::new(0, 0.2, 0.3).expect("valid"),
-        Stop::new(1, 0.2, 0.3).expect("valid"),
-        Stop::new(dvector![1.0, 1.0], 0.4, 0.3).expect("valid"),
+        upper(0, 0.2, 0.3),
+        upper(1, 0.2, 0.3),
+        upper(dvector![1.0, 1.0], 0.4, 0.3),
     ];
-    let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
+    let scene = scene(system, Forcing::Unforced, stops);
     for method in BOTH {
-        let run = simulate(
-            &scene,
-            &dvector![0.0, 0.05],
-            &dvector![0.3, 0.1],
-            (0.0, 20.0),
-            &with(method),
-        )
-        .expect("runs");
+        let run = run(&scene, &[0.0, 0.05], &[0.3, 0.1], 20.0, &with(method, 1e-9));
         assert_eq!(
             run.status(),
             Status::Finished,
@@ -139,23 +125,11 @@ fn three_stops_on_two_coordinates_hold_together() {
 #[test]
 fn two_stops_without_room_end_or_rest_but_never_loop() {
     // Both sides of one coordinate at the same place: nothing can move there.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
-    let stops = [
-        Stop::new(0, 0.0, 0.5).expect("valid"),
-        Stop::new(0, 0.0, 0.5).expect("valid").on_side(Side::Lower),
-    ];
-    let force = Harmonic::new(dvector![1.0.into()], 1.0, 0.0).expect("valid");
-    let scene = Scene::new(system, force, stops).expect("valid");
+    let stops = [upper(0, 0.0, 0.5), lower(0, 0.0, 0.5)];
+    let scene = oscillator(0.1, harmonic(&[1.0], 1.0, 0.0), stops);
     for method in BOTH {
         for speed in [0.0, 0.5] {
-            let run = simulate(
-                &scene,
-                &dvector![0.0],
-                &dvector![speed],
-                (0.0, 10.0),
-                &with(method),
-            )
-            .expect("runs");
+            let run = run(&scene, &[0.0], &[speed], 10.0, &with(method, 1e-9));
             assert!(matches!(
                 run.status(),
                 Status::Finished | Status::UnresolvedContact
@@ -168,24 +142,25 @@ fn two_stops_without_room_end_or_rest_but_never_loop() {
 #[test]
 fn stops_at_one_place_are_struck_together_while_another_is_held() {
     // The second body is pressed onto its stop; a spring draws the first one to it, where two stops wait: the livelier one rules.
-    let system = LinearSystem::new(
-        dvector![1.0, 1.0],
-        dvector![0.0, 0.0],
-        dmatrix![1.0, -1.0; -1.0, 1.0],
-    )
-    .and_then(|system| system.with_load(dvector![0.0, 5.0]))
-    .expect("valid");
+    let system = loaded(
+        linear(
+            dvector![1.0, 1.0],
+            dvector![0.0, 0.0],
+            dmatrix![1.0, -1.0; -1.0, 1.0],
+        ),
+        &[0.0, 5.0],
+    );
     let between = |e| {
-        let stop = Stop::new(dvector![1.0, -1.0], 0.0, e).expect("valid");
+        let stop = upper(dvector![1.0, -1.0], 0.0, e);
         stop.on_side(Side::Lower)
     };
     for k in 0..40 {
         let clearance = 0.5 + 0.01 * f64::from(k);
-        let held = Stop::new(1, clearance, 0.0).expect("valid");
+        let held = upper(1, clearance, 0.0);
         let stops = [held, between(0.5), between(1.0)];
-        let scene = Scene::new(system.clone(), Forcing::Unforced, stops).expect("valid");
+        let scene = scene(system.clone(), Forcing::Unforced, stops);
         let (q, v) = (dvector![clearance + 0.05, clearance], dvector![0.0, 0.0]);
-        let run = simulate(&scene, &q, &v, (0.0, 2.0), &with(Method::Exact)).expect("runs");
+        let run = simulate(&scene, &q, &v, (0.0, 2.0), &with(Method::Exact, 1e-9)).expect("runs");
         let impact = run
             .impacts()
             .iter()
@@ -202,29 +177,17 @@ fn stops_at_one_place_are_struck_together_while_another_is_held() {
 #[test]
 fn an_impact_of_one_stop_lets_another_go() {
     // The first coordinate is pressed on its stop; the second strikes a stop that is coupled to it by inertia.
-    let system = LinearSystem::new(
-        dmatrix![1.0, 0.6; 0.6, 1.0],
-        DMatrix::zeros(2, 2),
-        dmatrix![0.1, 0.0; 0.0, 1.0],
-    )
-    .expect("valid")
-    .with_load(dvector![0.05, 0.0])
-    .expect("valid");
-    let stops = [
-        Stop::new(0, 0.0, 0.0).expect("valid"),
-        Stop::new(1, 0.3, 0.9).expect("valid").on_side(Side::Lower),
-    ];
-    let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
-    let runs = BOTH.map(|method| {
-        simulate(
-            &scene,
-            &dvector![0.0, 0.0],
-            &dvector![0.0, -1.0],
-            (0.0, 6.0),
-            &with(method),
-        )
-        .expect("runs")
-    });
+    let system = loaded(
+        linear(
+            dmatrix![1.0, 0.6; 0.6, 1.0],
+            DMatrix::zeros(2, 2),
+            dmatrix![0.1, 0.0; 0.0, 1.0],
+        ),
+        &[0.05, 0.0],
+    );
+    let stops = [upper(0, 0.0, 0.0), lower(1, 0.3, 0.9)];
+    let scene = scene(system, Forcing::Unforced, stops);
+    let runs = BOTH.map(|method| run(&scene, &[0.0; 2], &[0.0, -1.0], 6.0, &with(method, 1e-9)));
     for run in &runs {
         assert_eq!(run.status(), Status::Finished, "{}", run.message());
     }

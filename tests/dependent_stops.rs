@@ -1,52 +1,37 @@
 //! Stops whose normals depend on each other: two that face each other without room, the same stop twice, more stops in a corner
 //! than it has directions. What they let a body do is known in closed form, whoever of them carries the load.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DVector, dmatrix, dvector};
+use scenes::{BOTH, harmonic, linear, loaded, lower, scene, unit_mass, upper, with};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Reaction, Scene, Side, SimulateOptions,
-    Status, Stop, Trajectory, nalgebra, simulate,
+    Forcing, Harmonic, ImpactSide, Method, Reaction, Scene, Status, Stop, Trajectory, nalgebra,
 };
 
-const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
-
-fn run(scene: &Scene, q0: DVector<f64>, v0: DVector<f64>, end: f64, method: Method) -> Trajectory {
-    let options = SimulateOptions {
-        method,
-        ..SimulateOptions::default()
-    };
-    let run = simulate(scene, &q0, &v0, (0.0, end), &options).expect("runs");
+fn run(scene: &Scene, q0: &[f64], v0: &[f64], end: f64, method: Method) -> Trajectory {
+    let run = scenes::run(scene, q0, v0, end, &with(method, 1e-9));
     assert_eq!(run.status(), Status::Finished, "{}", run.message());
     run
 }
 
-fn upper(normal: &[f64], clearance: f64, restitution: f64) -> Stop {
-    let normal = DVector::from_row_slice(normal);
-    Stop::new(normal, clearance, restitution).expect("valid")
-}
-
-fn lower(normal: &[f64], clearance: f64, restitution: f64) -> Stop {
-    upper(normal, clearance, restitution).on_side(Side::Lower)
-}
-
 /// A mass on a spring, pushed by a constant and a harmonic force.
-fn oscillator(load: f64, force: f64, stops: Vec<Stop>) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![5.0])
-        .and_then(|system| system.with_load(dvector![load]))
-        .expect("valid");
-    let forcing = Harmonic::new(dvector![force.into()], 2.3, 0.4).expect("valid");
-    Scene::new(system, Forcing::from(forcing), stops).expect("valid")
+fn pushed(load: f64, force: f64, stops: Vec<Stop>) -> Scene {
+    let forcing = harmonic(&[force], 2.3, 0.4);
+    scene(loaded(unit_mass(0.0, 5.0), &[load]), forcing, stops)
 }
 
 #[test]
 fn a_body_without_room_stays_whichever_stop_the_force_presses_it_to() {
-    for method in METHODS {
+    for method in BOTH {
         let stops = vec![
-            lower(&[1.0], 0.0, 0.3),
-            upper(&[-0.9], 0.0, 0.9),
-            upper(&[1.0], 0.0, 1.0),
+            lower(0, 0.0, 0.3),
+            upper(dvector![-0.9], 0.0, 0.9),
+            upper(0, 0.0, 1.0),
         ];
-        let scene = oscillator(0.2, 0.6, stops);
-        let run = run(&scene, dvector![0.0], dvector![0.0], 60.0, method);
+        let scene = pushed(0.2, 0.6, stops);
+        let run = run(&scene, &[0.0], &[0.0], 60.0, method);
         let (q, v) = run.last();
         assert!(
             q[0].abs() < 1e-15 && v[0].abs() < 1e-15,
@@ -58,10 +43,10 @@ fn a_body_without_room_stays_whichever_stop_the_force_presses_it_to() {
 
 #[test]
 fn a_body_that_comes_where_it_has_no_room_comes_to_rest() {
-    for method in METHODS {
+    for method in BOTH {
         for (e, f) in [(0.5, 0.5), (0.9, 0.2), (1.0, 0.0)] {
-            let scene = oscillator(0.0, 0.6, vec![lower(&[1.0], 0.0, e), upper(&[1.0], 0.0, f)]);
-            let run = run(&scene, dvector![0.0], dvector![0.7], 20.0, method);
+            let scene = pushed(0.0, 0.6, vec![lower(0, 0.0, e), upper(0, 0.0, f)]);
+            let run = run(&scene, &[0.0], &[0.7], 20.0, method);
             let (q, v) = run.last();
             assert!(
                 q[0].abs() < 1e-12 && v[0].abs() < 1e-12,
@@ -73,10 +58,10 @@ fn a_body_that_comes_where_it_has_no_room_comes_to_rest() {
 
 #[test]
 fn a_stop_given_twice_holds_and_lets_go_as_one() {
-    for method in METHODS {
-        let once = oscillator(-1.0, 2.0, vec![lower(&[1.0], 0.0, 0.4)]);
-        let twice = oscillator(-1.0, 2.0, vec![lower(&[1.0], 0.0, 0.4); 2]);
-        let end = |scene: &Scene| run(scene, dvector![0.0], dvector![0.0], 40.0, method);
+    for method in BOTH {
+        let once = pushed(-1.0, 2.0, vec![lower(0, 0.0, 0.4)]);
+        let twice = pushed(-1.0, 2.0, vec![lower(0, 0.0, 0.4); 2]);
+        let end = |scene: &Scene| run(scene, &[0.0], &[0.0], 40.0, method);
         let (one, two) = (end(&once), end(&twice));
         let apart = (one.last().0[0] - two.last().0[0]).abs();
         assert!(apart < 1e-7, "{method:?} {apart:e}");
@@ -88,36 +73,23 @@ fn a_stop_given_twice_holds_and_lets_go_as_one() {
 /// cone of the reactions.
 #[test]
 fn a_corner_with_more_stops_than_directions_holds_as_the_cone_of_its_reactions() {
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0])
-        .expect("valid");
+    let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0]);
     let i = nalgebra::Complex::new(0.0, 1.0);
     // The force (sin t, -cos t) turns from straight down to the right; the left-most reaction is (0.6, 0.8), the right-most (-0.6, 0.8).
     let forcing = Harmonic::new(dvector![-i, (-1.0).into()], 1.0, 0.0).expect("valid");
     let stops = [
-        lower(&[0.6, 0.8], 0.0, 0.5),
-        lower(&[0.0, 1.0], 0.0, 0.5),
-        lower(&[-0.6, 0.8], 0.0, 0.5),
+        lower(dvector![0.6, 0.8], 0.0, 0.5),
+        lower(dvector![0.0, 1.0], 0.0, 0.5),
+        lower(dvector![-0.6, 0.8], 0.0, 0.5),
     ];
-    let scene = Scene::new(system, Forcing::from(forcing), stops).expect("valid");
+    let scene = scene(system, forcing, stops);
     let leaves = 0.6f64.atan2(0.8);
-    for method in METHODS {
-        let rest = run(
-            &scene,
-            dvector![0.0, 0.0],
-            dvector![0.0, 0.0],
-            leaves - 1e-6,
-            method,
-        );
+    for method in BOTH {
+        let rest = run(&scene, &[0.0; 2], &[0.0; 2], leaves - 1e-6, method);
         assert!(rest.last().0.amax() < 1e-14, "{method:?} {}", rest.last().0);
         // Behind that it slides along the right-most stop, driven by sin(t - leaves).
         let later = leaves + 0.5;
-        let run = run(
-            &scene,
-            dvector![0.0, 0.0],
-            dvector![0.0, 0.0],
-            later,
-            method,
-        );
+        let run = run(&scene, &[0.0; 2], &[0.0; 2], later, method);
         let far = 0.5 - 0.5f64.sin();
         let along = dvector![0.8, 0.6] * far;
         let off = (run.last().0 - &along).amax();
@@ -129,20 +101,17 @@ fn a_corner_with_more_stops_than_directions_holds_as_the_cone_of_its_reactions()
 #[test]
 fn a_stop_that_is_held_takes_part_in_the_impacts_of_others() {
     let (m, k) = (dmatrix![1.5, 0.5; 0.5, 1.2], dmatrix![3.0, -1.0; -1.0, 3.0]);
-    let system = LinearSystem::new(m, dvector![0.0, 0.0], k)
-        .and_then(|system| system.with_load(dvector![-2.0, 0.0]))
-        .expect("valid");
-    let forcing = Harmonic::new(dvector![0.0.into(), 2.5.into()], 1.7, 0.3).expect("valid");
+    let system = loaded(linear(m, dvector![0.0, 0.0], k), &[-2.0, 0.0]);
     let stops = [
-        lower(&[1.0, 0.0], 0.0, 0.9),
-        upper(&[0.3, 1.0], 0.4, 0.8),
-        lower(&[0.2, 1.0], 0.3, 0.7)
+        lower(dvector![1.0, 0.0], 0.0, 0.9),
+        upper(dvector![0.3, 1.0], 0.4, 0.8),
+        lower(dvector![0.2, 1.0], 0.3, 0.7)
             .with_reaction(Reaction::Direction(dvector![0.1, 1.0]))
             .expect("valid"),
     ];
-    let scene = Scene::new(system, Forcing::from(forcing), stops).expect("valid");
-    for method in METHODS {
-        let run = run(&scene, dvector![0.0, 0.0], dvector![0.0, 0.0], 60.0, method);
+    let scene = scene(system, harmonic(&[0.0, 2.5], 1.7, 0.3), stops);
+    for method in BOTH {
+        let run = run(&scene, &[0.0; 2], &[0.0; 2], 60.0, method);
         assert!(run.impacts().iter().any(|i| i.stop == 2), "{method:?}");
         for k in 0..=6000 {
             let (q, _) = run
@@ -157,12 +126,12 @@ fn a_stop_that_is_held_takes_part_in_the_impacts_of_others() {
 #[test]
 fn a_body_without_room_in_a_corner_stays_whatever_the_force() {
     // Three stops whose normals span the plane positively: any force is carried by two of them, and which ones turns with it.
-    for method in METHODS {
+    for method in BOTH {
         for normals in [
             [[1.0, 0.0], [-0.5, 0.8], [-0.5, -0.9]],
             [[0.5, -0.51], [1.0, 0.0], [-1.0, 1.0]],
         ] {
-            let system = LinearSystem::new(
+            let system = linear(
                 dmatrix![2.3, 0.07; 0.07, 1.5],
                 dmatrix![0.0, 0.0; 0.0, 0.0],
                 dmatrix![2.7, 0.05; 0.05, 2.3],
@@ -174,14 +143,9 @@ fn a_body_without_room_in_a_corner_stays_whatever_the_force() {
                     nalgebra::Complex::new(-0.55, across)
                 ];
                 let forcing = Harmonic::new(push, 0.7, 0.3).expect("valid");
-                let stops = normals.map(|normal| upper(&normal, 0.0, 0.5));
-                let scene = Scene::new(
-                    system.clone().expect("valid"),
-                    Forcing::from(forcing),
-                    stops,
-                );
-                let start = (dvector![0.0, 0.0], dvector![0.0, 0.0]);
-                let run = run(&scene.expect("valid"), start.0, start.1, 40.0, method);
+                let stops = normals.map(|normal| upper(DVector::from_row_slice(&normal), 0.0, 0.5));
+                let scene = scene(system.clone(), forcing, stops);
+                let run = run(&scene, &[0.0; 2], &[0.0; 2], 40.0, method);
                 assert!(run.last().0.amax() < 1e-10, "{method:?} {}", run.last().0);
             }
         }
@@ -191,22 +155,23 @@ fn a_body_without_room_in_a_corner_stays_whatever_the_force() {
 #[test]
 fn a_body_slides_along_two_stops_by_its_load_alone() {
     // Its dashpot acts along a coordinate that the stops keep: nothing damps the one motion that they leave.
-    let system = LinearSystem::new(
-        dvector![300.0, 2.0, 0.06],
-        dvector![0.0, 2.0, 0.0],
-        dvector![0.0, 0.0, 0.0],
-    )
-    .and_then(|system| system.with_load(dvector![-0.8, -0.5, 0.6]))
-    .expect("valid");
+    let system = loaded(
+        linear(
+            dvector![300.0, 2.0, 0.06],
+            dvector![0.0, 2.0, 0.0],
+            dvector![0.0, 0.0, 0.0],
+        ),
+        &[-0.8, -0.5, 0.6],
+    );
     let along = |stop: Stop| stop.with_reaction(Reaction::Coordinate).expect("valid");
     let stops = [
-        along(upper(&[0.9, 0.9, 0.3], 0.2, 0.03)),
-        along(lower(&[0.0, 1.0, 0.0], 0.4, 0.0)),
+        along(upper(dvector![0.9, 0.9, 0.3], 0.2, 0.03)),
+        along(lower(dvector![0.0, 1.0, 0.0], 0.4, 0.0)),
     ];
-    let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
-    for method in METHODS {
-        let start = dvector![0.0, -0.4, 0.56 / 0.3];
-        let run = run(&scene, start, dvector![0.0, 0.0, 0.0], 10.0, method);
+    let scene = scene(system, Forcing::Unforced, stops);
+    for method in BOTH {
+        let start = [0.0, -0.4, 0.56 / 0.3];
+        let run = run(&scene, &start, &[0.0; 3], 10.0, method);
         assert!(run.impacts().is_empty(), "{method:?}");
         // q'' = M^-1 load - b x, with 0.9 q0'' + 0.3 q2'' = 0.
         let free = [-0.8 / 300.0, 0.6 / 0.06];

@@ -1,22 +1,17 @@
 //! The energy ledger: every entry against a closed form somewhere, and the balance everywhere (theory 9).
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scene, upper, with};
 use vibroimpact::{
-    BaseMotion, Change, DoublePendulum, Energy, EquationsOfMotion, Forcing, Harmonic, LinearSystem,
-    Method, NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, Side,
-    SimulateOptions, Stop, Trajectory, Wall, WallSide, simulate,
+    BaseMotion, Change, DoublePendulum, Energy, EquationsOfMotion, Forcing, Harmonic, Method,
+    NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, SimulateOptions, Stop,
+    Wall, WallSide, simulate,
 };
 
 const RTOL: f64 = 1e-9;
-
-fn run(scene: &Scene, q: DVector<f64>, v: DVector<f64>, end: f64, method: Method) -> Trajectory {
-    let options = SimulateOptions {
-        method,
-        rtol: RTOL,
-        ..Default::default()
-    };
-    simulate(scene, &q, &v, (0.0, end), &options).expect("runs")
-}
 
 /// The balance is zero within ten tolerances of the largest entry.
 fn assert_balanced(energy: &Energy, what: &str) {
@@ -40,14 +35,10 @@ fn assert_balanced(energy: &Energy, what: &str) {
 
 #[test]
 fn a_ball_loses_its_closed_form_energy_at_each_impact_and_all_of_it_in_the_end() {
-    let system = LinearSystem::new(dvector![2.0], dvector![0.0], dvector![0.0])
-        .expect("valid")
-        .with_load(dvector![-6.0])
-        .expect("valid");
-    let floor = Stop::new(0, 0.0, 0.8).expect("valid").on_side(Side::Lower);
-    let scene = Scene::new(system, Forcing::Unforced, [floor]).expect("valid");
-    for method in [Method::Exact, Method::Rk45] {
-        let run = run(&scene, dvector![1.0], dvector![0.0], 12.0, method);
+    let system = loaded(linear(dvector![2.0], dvector![0.0], dvector![0.0]), &[-6.0]);
+    let scene = scene(system, Forcing::Unforced, [lower(0, 0.0, 0.8)]);
+    for method in BOTH {
+        let run = run(&scene, &[1.0], &[0.0], 12.0, &with(method, RTOL));
         let energy = run.energy().expect("kept");
         assert_balanced(&energy, "ball");
         // Mass 2, weight 6, height 1: six units of energy, e^2 of them left after each impact.
@@ -71,19 +62,11 @@ fn a_ball_loses_its_closed_form_energy_at_each_impact_and_all_of_it_in_the_end()
 #[test]
 fn a_damped_forced_oscillator_loses_what_its_dampers_take() {
     // The steady response: work and loss per period are pi c w A^2, equal.
-    let system = LinearSystem::new(dmatrix![1.0], dmatrix![0.2], dmatrix![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![1.0.into()], 0.7, 0.0).expect("valid");
-    let scene = Scene::new(system, force, Vec::<Stop>::new()).expect("valid");
+    let scene = oscillator(0.2, harmonic(&[1.0], 0.7, 0.0), Vec::<Stop>::new());
     let y = nalgebra::Complex::new(1.0 - 0.49, 0.14).inv();
     let period = std::f64::consts::TAU / 0.7;
-    for method in [Method::Exact, Method::Rk45] {
-        let run = run(
-            &scene,
-            dvector![y.re],
-            dvector![-0.7 * y.im],
-            period,
-            method,
-        );
+    for method in BOTH {
+        let run = run(&scene, &[y.re], &[-0.7 * y.im], period, &with(method, RTOL));
         let energy = run.energy().expect("kept");
         assert_balanced(&energy, "steady");
         let loss = std::f64::consts::PI * 0.2 * 0.7 * y.norm_sqr();
@@ -95,22 +78,20 @@ fn a_damped_forced_oscillator_loses_what_its_dampers_take() {
 #[test]
 fn every_kind_of_scene_balances() {
     for reaction in [Reaction::Inertia, Reaction::Coordinate] {
-        let system = LinearSystem::new(
-            dmatrix![2.0, 0.5; 0.5, 1.0],
-            dmatrix![0.1, 0.05; -0.05, 0.2],
-            dmatrix![3.0, -1.0; -0.8, 2.0],
-        )
-        .expect("valid")
-        .with_load(dvector![0.3, 0.1])
-        .expect("valid");
-        let stop = Stop::new(0, 0.1, 0.5)
-            .expect("valid")
+        let system = loaded(
+            linear(
+                dmatrix![2.0, 0.5; 0.5, 1.0],
+                dmatrix![0.1, 0.05; -0.05, 0.2],
+                dmatrix![3.0, -1.0; -0.8, 2.0],
+            ),
+            &[0.3, 0.1],
+        );
+        let stop = upper(0, 0.1, 0.5)
             .with_reaction(reaction.clone())
             .expect("valid");
-        let force = Harmonic::new(dvector![1.0.into(), 0.5.into()], 0.3, 0.4).expect("valid");
-        let scene = Scene::new(system, force, [stop]).expect("valid");
-        for method in [Method::Exact, Method::Rk45] {
-            let run = run(&scene, dvector![0.0, 0.0], dvector![0.0, 0.0], 50.0, method);
+        let scene = scene(system, harmonic(&[1.0, 0.5], 0.3, 0.4), [stop]);
+        for method in BOTH {
+            let run = run(&scene, &[0.0; 2], &[0.0; 2], 50.0, &with(method, RTOL));
             assert!(
                 run.segments()
                     .expect("kept")
@@ -126,14 +107,9 @@ fn every_kind_of_scene_balances() {
     let pendulum = DoublePendulum::new(1.0, 2.0, (0.05, 0.02)).expect("valid");
     let base = BaseMotion::new(0.3, 1.2, 0.0).expect("valid");
     let wall = Wall::new(1, 0.4, 0.7, WallSide::Right).expect("valid");
-    let scene = Scene::new(pendulum, base, [wall]).expect("valid");
-    let run_1 = run(
-        &scene,
-        dvector![0.0, 0.0],
-        dvector![0.3, 0.0],
-        40.0,
-        Method::Auto,
-    );
+    let usual = with(Method::Auto, RTOL);
+    let pair = scene(pendulum, base, [wall]);
+    let run_1 = run(&pair, &[0.0; 2], &[0.3, 0.0], 40.0, &usual);
     assert!(run_1.impacts().len() > 3);
     assert_balanced(&run_1.energy().expect("kept"), "pendulum");
 
@@ -146,35 +122,19 @@ fn every_kind_of_scene_balances() {
     .expect("valid");
     let base = BaseMotion::new(0.05, 4.0, 0.5).expect("valid");
     let wall = Wall::new(2, -0.5, 0.6, WallSide::Left).expect("valid");
-    let scene = Scene::new(chain, base, [wall]).expect("valid");
-    let still = DVector::zeros(3);
-    let run_2 = run(
-        &scene,
-        still.clone(),
-        still.add_scalar(1.5),
-        10.0,
-        Method::Auto,
-    );
+    let three = scene(chain, base, [wall]);
+    let run_2 = run(&three, &[0.0; 3], &[1.5; 3], 10.0, &usual);
     assert_balanced(&run_2.energy().expect("kept"), "chain");
 }
 
 #[test]
 fn the_ledger_at_asked_times_is_the_one_along_the_way() {
-    let system = LinearSystem::new(dmatrix![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![1.0.into()], 0.8, 0.0).expect("valid");
-    let scene = Scene::new(system, force, [Stop::new(0, 0.3, 0.7).expect("valid")]).expect("valid");
+    let scene = oscillator(0.1, harmonic(&[1.0], 0.8, 0.0), [upper(0, 0.3, 0.7)]);
     let options = SimulateOptions {
         t_eval: Some((0..=50).map(f64::from).collect()),
         ..Default::default()
     };
-    let run = simulate(
-        &scene,
-        &dvector![0.0],
-        &dvector![0.0],
-        (0.0, 50.0),
-        &options,
-    )
-    .expect("runs");
+    let run = run(&scene, &[0.0], &[0.0], 50.0, &options);
     let energy = run.energy().expect("kept");
     assert_eq!(energy.balance.len(), 51);
     assert_balanced(&energy, "asked times");
@@ -208,7 +168,7 @@ impl Functions {
             Reaction::Coordinate
         };
         let stop = Stop::new(1, 0.2, 0.4).and_then(|s| s.with_reaction(reaction));
-        Scene::new(system, force, [stop.expect("valid")]).expect("valid")
+        scene(system, force, [stop.expect("valid")])
     }
 }
 
@@ -285,19 +245,18 @@ fn a_drive_among_the_functions_brings_what_dampers_take_not() {
     // The same drive as a forcing and in the acceleration: what the one ledger has as work, the other has as negative loss.
     let pendulum = DoublePendulum::new(1.0, 2.0, (0.0, 0.0)).expect("valid");
     let scene = Functions::scene(&pendulum, [true, true], 0.1, false);
-    let start = (dvector![0.1, 0.1], dvector![0.0, 0.0]);
-    let energy = run(&scene, start.0.clone(), start.1.clone(), 20.0, Method::Auto)
-        .energy()
-        .expect("kept");
+    let ledger = |scene: &Scene| {
+        let run = run(scene, &[0.1; 2], &[0.0; 2], 20.0, &with(Method::Auto, RTOL));
+        run.energy().expect("kept")
+    };
+    let energy = ledger(&scene);
     assert_balanced(&energy, "drive");
-    let force = Harmonic::new(dvector![0.1.into(), 0.0.into()], 1.3, 0.0).expect("valid");
+    let force = harmonic(&[0.1, 0.0], 1.3, 0.0);
     let forced = scene
         .replace(Change::System(pendulum.into()))
         .expect("fits");
-    let forced = forced.replace(Change::Forcing(force.into())).expect("fits");
-    let other = run(&forced, start.0, start.1, 20.0, Method::Auto)
-        .energy()
-        .expect("kept");
+    let forced = forced.replace(Change::Forcing(force)).expect("fits");
+    let other = ledger(&forced);
     let (brought, work) = (energy.damping_loss.last(), other.forcing_work.last());
     let (brought, work) = (-brought.expect("there"), work.expect("there"));
     assert!(
@@ -329,9 +288,8 @@ fn functions_in_lasting_contact_balance() {
         }
     }
     let system = NonlinearSystem::new(Pressed).expect("one coordinate");
-    let stop = Stop::new(0, 0.1, 0.5).expect("valid");
-    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
-    let run = run(&scene, dvector![0.0], dvector![0.0], 60.0, Method::Auto);
+    let scene = scene(system, Forcing::Unforced, [upper(0, 0.1, 0.5)]);
+    let run = run(&scene, &[0.0], &[0.0], 60.0, &with(Method::Auto, RTOL));
     let kinds = run.segments().expect("kept");
     assert!(kinds.iter().any(|s| s.kind == SegmentKind::Stick));
     assert_balanced(&run.energy().expect("kept"), "pressed");
@@ -344,10 +302,10 @@ fn a_ledger_of_functions_needs_mass_and_potential() {
         let scene = Functions::scene(&pendulum, knows, 0.0, false);
         let run = run(
             &scene,
-            dvector![0.1, 0.0],
-            dvector![0.0, 0.0],
+            &[0.1, 0.0],
+            &[0.0; 2],
             1.0,
-            Method::Auto,
+            &with(Method::Auto, RTOL),
         );
         let message = run.energy().expect_err("not known").to_string();
         let start = format!("system is a NonlinearSystem without {lack}, but the energy ledger");

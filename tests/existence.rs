@@ -1,14 +1,21 @@
 //! Existence maps from outside: the fold line in closed form, cells against `periodic_orbits`, the same bits on any number
 //! of threads and in any pieces, bad input refused by name.
 
+#[path = "common/random.rs"]
+mod random;
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{Complex, DMatrix, dvector};
+use random::Random;
+use scenes::{harmonic, scene, unit_mass, upper};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Axis, BaseMotion, Change, Error, ExistenceCell, ExistenceMap, Harmonic, Kind, LinearSystem,
-    OrbitOptions, OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress,
-    Scene, Stop, SweepOptions, existence_at, existence_map, existence_tile, paper_scene,
-    paper_system, periodic_orbits,
+    Axis, BaseMotion, Change, Error, ExistenceCell, ExistenceMap, Kind, LinearSystem, OrbitOptions,
+    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress, Scene,
+    SweepOptions, existence_at, existence_map, existence_tile, paper_scene, paper_system,
+    periodic_orbits,
 };
 
 fn grid(low: f64, high: f64, n: usize) -> impl Iterator<Item = f64> {
@@ -95,11 +102,8 @@ fn least_force(k: f64, eta: f64, e: f64, clearance: f64, w: f64, n: usize) -> f6
 #[test]
 fn the_fold_line_is_where_its_closed_form_puts_it() {
     let (k, eta, e, clearance, n) = (1.0, 0.05, 0.8, 1.0, 1);
-    let system =
-        LinearSystem::new(dvector![1.0], dvector![2.0 * eta], dvector![k * k]).expect("valid");
-    let force = Harmonic::new(dvector![1.0.into()], 2.0, 0.0).expect("valid");
-    let scene =
-        Scene::new(system, force, [Stop::new(0, clearance, e).expect("valid")]).expect("valid");
+    let force = harmonic(&[1.0], 2.0, 0.0);
+    let scene = scene(unit_mass(2.0 * eta, k * k), force, [upper(0, clearance, e)]);
     let frequency = axis("frequency", grid(1.6, 4.0, 37));
     for &w in &frequency.values {
         let fold = least_force(k, eta, e, clearance, w, n);
@@ -137,7 +141,7 @@ fn a_force_that_grows_with_the_frequency_moves_the_fold_line_with_it() {
         .and_then(|s| s.with_influence(dvector![1.0]))
         .expect("valid");
     let base = BaseMotion::new(0.5, 2.0, 0.0).expect("valid");
-    let scene = Scene::new(system, base, [Stop::new(0, 1.0, 0.8).expect("valid")]).expect("valid");
+    let scene = scene(system, base, [upper(0, 1.0, 0.8)]);
     for w in [1.7, 2.3, 3.1] {
         let fold = least_force(1.0, 0.05, 0.8, 1.0, w, 1) / (0.5 * w * w);
         let y = axis(
@@ -152,17 +156,7 @@ fn a_force_that_grows_with_the_frequency_moves_the_fold_line_with_it() {
     }
 }
 
-/// Indices that look random: a linear congruence (Knuth's MMIX), its high bits.
-fn scattered(i: usize, count: usize) -> usize {
-    let turn = |x: u64| {
-        x.wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407)
-    };
-    let high = turn(turn(turn(i as u64))) >> 33;
-    usize::try_from(high % count as u64).expect("an index")
-}
-
-/// Compares scattered cells of a map with the orbits of the scene made for each.
+/// Compares random cells of a map with the orbits of the scene made for each.
 fn compare(
     scene: &Scene,
     pattern: &Pattern,
@@ -173,11 +167,9 @@ fn compare(
     let options = SweepOptions { threads: Some(1) };
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
     let found = existence_map(scene, pattern, x, y, n_periods, options, go_on).expect("solved");
-    for sample in 0..10 {
-        let (i, j) = (
-            scattered(2 * sample, x.values.len()),
-            scattered(2 * sample + 1, y.values.len()),
-        );
+    let mut random = Random::new(1);
+    for _ in 0..10 {
+        let (i, j) = (random.below(x.values.len()), random.below(y.values.len()));
         let changed = scene
             .replace(x.parameter.change(x.values[i]))
             .and_then(|s| s.replace(y.parameter.change(y.values[j])))
@@ -252,18 +244,17 @@ fn cells_are_what_periodic_orbits_finds() {
 #[test]
 fn cells_of_other_forms_are_what_periodic_orbits_finds() {
     // Complex modes: damping that the modes do not share.
-    let stops = || [0usize, 1].map(|i| Stop::new(i, 0.15, 0.8).expect("valid"));
+    let stops = || [0usize, 1].map(|i| upper(i, 0.15, 0.8));
     let paper = paper_system(1.0, 3.2, 0.0).expect("valid");
     let damping = DMatrix::from_row_slice(2, 2, &[0.02, -0.01, -0.01, 0.05]);
     let system = LinearSystem::new(paper.mass().clone(), damping, paper.stiffness().clone())
         .and_then(|s| s.with_influence(dvector![1.0, 0.0]))
         .expect("valid");
-    let scene = Scene::new(
+    let scene = scene(
         system,
         BaseMotion::new(0.05, 1.5, 0.0).expect("valid"),
         stops(),
-    )
-    .expect("valid");
+    );
     let (x, y) = (
         axis("damping_scale", [0.0, 0.3, 1.0, 2.0]),
         axis("frequency", grid(1.2, 1.8, 7)),
@@ -319,9 +310,8 @@ fn cells_of_two_instants_are_what_periodic_orbits_finds() {
 
 #[test]
 fn resonance_and_no_damping_are_cells_like_others() {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![4.0]).expect("valid");
-    let force = Harmonic::new(dvector![0.3.into()], 1.0, 0.0).expect("valid");
-    let scene = Scene::new(system, force, [Stop::new(0, 0.5, 0.7).expect("valid")]).expect("valid");
+    let force = harmonic(&[0.3], 1.0, 0.0);
+    let scene = scene(unit_mass(0.0, 4.0), force, [upper(0, 0.5, 0.7)]);
     let (x, y) = (
         axis("frequency", [2.0, 2.0 + 1e-12, 1.9, 1.0, 4.0]),
         axis("restitution", [0.0, 0.7, 1.0]),
@@ -467,12 +457,11 @@ fn wrong_questions_are_refused_by_name() {
     ] {
         assert_eq!(name.parse::<Parameter>().expect("a name").to_string(), name);
     }
-    let unforced = Scene::new(
+    let unforced = scenes::scene(
         scene.system().clone(),
         vibroimpact::Forcing::Unforced,
         scene.stops().to_vec(),
-    )
-    .expect("valid");
+    );
     assert!(existence_at(&unforced, &Pattern::single(1), 1).is_err());
     let changed = scene.replace(Change::Frequency(1.4)).expect("valid");
     assert!(existence_at(&changed, &Pattern::single(1), 2).is_ok());

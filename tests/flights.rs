@@ -1,20 +1,15 @@
 //! Exact flights from outside: orbits retraced, closed forms, random scenes against brute force, diagnoses.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DVector, dvector};
+use scenes::{ball, harmonic, linear, loaded, oscillator, run, scene, unit_mass, upper};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Change, Forcing, FreeParameter, Harmonic, ImpactSide, Keep, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Pattern, Scene, SegmentKind, Side, SimulateOptions, Status, Stop, paper_scene,
-    periodic_orbits, simulate,
+    Change, Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Pattern,
+    Scene, SegmentKind, SimulateOptions, Status, Stop, paper_scene, periodic_orbits, simulate,
 };
-
-fn ball(e: f64) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
-        .and_then(|s| s.with_load(dvector![-1.0]))
-        .expect("valid");
-    let floor = Stop::new(0, 0.0, e).expect("valid").on_side(Side::Lower);
-    Scene::new(system, Forcing::Unforced, [floor]).expect("valid")
-}
 
 #[test]
 fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
@@ -80,14 +75,7 @@ fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
 #[test]
 fn a_bouncing_ball_keeps_its_closed_form_until_its_impacts_are_completed() {
     for e in [0.5f64, 0.9] {
-        let run = simulate(
-            &ball(e),
-            &dvector![1.0],
-            &dvector![0.0],
-            (0.0, 100.0),
-            &SimulateOptions::default(),
-        )
-        .expect("runs");
+        let run = run(&ball(e), &[1.0], &[0.0], 100.0, &SimulateOptions::default());
         assert_eq!(run.status(), Status::Finished);
         let v = 2f64.sqrt();
         for (k, impact) in run.impacts().iter().enumerate() {
@@ -110,14 +98,7 @@ fn a_bouncing_ball_keeps_its_closed_form_until_its_impacts_are_completed() {
 
 #[test]
 fn a_plastic_impact_ends_in_lasting_contact() {
-    let run = simulate(
-        &ball(0.0),
-        &dvector![1.0],
-        &dvector![0.0],
-        (0.0, 9.0),
-        &SimulateOptions::default(),
-    )
-    .expect("runs");
+    let run = run(&ball(0.0), &[1.0], &[0.0], 9.0, &SimulateOptions::default());
     assert_eq!((run.status(), run.impacts().len()), (Status::Finished, 1));
     let last = *run
         .segments()
@@ -132,26 +113,13 @@ fn a_plastic_impact_ends_in_lasting_contact() {
 #[test]
 fn an_elastic_oscillator_bounces_for_ever_at_the_same_speed() {
     // q'' + q = 0 with a wall at c: period 2 (pi - arccos(c)) for unit energy... half a turn minus the part cut off.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
-    let scene = Scene::new(
-        system,
-        Forcing::Unforced,
-        [Stop::new(0, 0.5, 1.0).expect("valid")],
-    )
-    .expect("valid");
+    let scene = oscillator(0.0, Forcing::Unforced, [upper(0, 0.5, 1.0)]);
     let options = SimulateOptions {
         keep: Keep::Impacts,
         max_impacts: Some(100_000),
         ..Default::default()
     };
-    let run = simulate(
-        &scene,
-        &dvector![-1.0],
-        &dvector![0.0],
-        (0.0, 1e9),
-        &options,
-    )
-    .expect("runs");
+    let run = run(&scene, &[-1.0], &[0.0], 1e9, &options);
     assert_eq!(
         (run.status(), run.impacts().len()),
         (Status::MaxImpacts, 100_000)
@@ -164,14 +132,7 @@ fn an_elastic_oscillator_bounces_for_ever_at_the_same_speed() {
 }
 
 fn forced(clearance: f64, w: f64) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![1.0.into()], w, 0.0).expect("valid");
-    Scene::new(
-        system,
-        force,
-        [Stop::new(0, clearance, 0.8).expect("valid")],
-    )
-    .expect("valid")
+    oscillator(0.1, harmonic(&[1.0], w, 0.0), [upper(0, clearance, 0.8)])
 }
 
 #[test]
@@ -186,8 +147,7 @@ fn shallow_contacts_are_never_missed() {
         t_eval: Some(times.clone()),
         ..Default::default()
     };
-    let (_, q, _) = simulate(&open, &dvector![0.0], &dvector![0.0], (0.0, 60.0), &options)
-        .expect("runs")
+    let (_, q, _) = run(&open, &[0.0], &[0.0], 60.0, &options)
         .samples()
         .expect("kept");
     let peaks: Vec<(f64, f64)> = (1..times.len() - 1)
@@ -198,17 +158,16 @@ fn shallow_contacts_are_never_missed() {
     for &(time, height) in &peaks[..8] {
         for step in 0..26 {
             let depth = 10f64.powf(-6.0 + 0.2 * f64::from(step));
-            let run = simulate(
+            let run = run(
                 &forced(height - depth, w),
-                &dvector![0.0],
-                &dvector![0.0],
-                (0.0, time + 1.0),
+                &[0.0],
+                &[0.0],
+                time + 1.0,
                 &SimulateOptions {
                     max_impacts: Some(1),
                     ..Default::default()
                 },
-            )
-            .expect("runs");
+            );
             assert_eq!(run.impacts().len(), 1, "peak {time} depth {depth:e}");
             assert!((run.impacts()[0].time - time).abs() < (4.0 * depth).sqrt() + 1e-3);
         }
@@ -218,14 +177,12 @@ fn shallow_contacts_are_never_missed() {
 #[test]
 fn a_touch_within_rounding_is_a_graze_and_any_deeper_one_an_impact() {
     // q = -cos t reaches 1 exactly.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
     let scene = |clearance: f64| {
-        Scene::new(
-            system.clone(),
+        scene(
+            unit_mass(0.0, 1.0),
             Forcing::Unforced,
-            [Stop::new(0, clearance, 0.9).expect("valid")],
+            [upper(0, clearance, 0.9)],
         )
-        .expect("valid")
     };
     for (gap, grazes, impacts) in [
         (0.0, 3, 0),
@@ -240,14 +197,7 @@ fn a_touch_within_rounding_is_a_graze_and_any_deeper_one_an_impact() {
             max_impacts: Some(1),
             ..Default::default()
         };
-        let run = simulate(
-            &scene(1.0 + gap),
-            &dvector![-1.0],
-            &dvector![0.0],
-            (0.0, 6.0 * 3.0),
-            &options,
-        )
-        .expect("runs");
+        let run = run(&scene(1.0 + gap), &[-1.0], &[0.0], 6.0 * 3.0, &options);
         assert_eq!(
             (run.grazes().len(), run.impacts().len()),
             (grazes, impacts),
@@ -263,11 +213,12 @@ fn a_touch_within_rounding_is_a_graze_and_any_deeper_one_an_impact() {
 #[test]
 fn touches_beside_a_stop_that_is_held_are_listed() {
     // The first body rests on its stop; q = -cos t of the second one reaches 1 exactly.
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 1.0])
-        .and_then(|system| system.with_load(dvector![1.0, 0.0]))
-        .expect("valid");
-    let stop = |i: usize, clearance| Stop::new(i, clearance, 0.5).expect("valid");
-    let scene = Scene::new(system, Forcing::Unforced, [stop(0, 0.0), stop(1, 1.0)]).expect("valid");
+    let system = loaded(
+        linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 1.0]),
+        &[1.0, 0.0],
+    );
+    let stop = |i: usize, clearance| upper(i, clearance, 0.5);
+    let scene = scene(system, Forcing::Unforced, [stop(0, 0.0), stop(1, 1.0)]);
     let (q, v) = (dvector![0.0, -1.0], dvector![0.0, 0.0]);
     let run = simulate(&scene, &q, &v, (0.0, 15.0), &SimulateOptions::default()).expect("runs");
     assert!(run.impacts().is_empty());
@@ -284,10 +235,9 @@ fn contacts_of_one_step_come_in_order_however_close_they_are() {
     // Two oscillators q_i = -cos(w_i t), each with its own stop, reached at known times that are all but the same.
     let apart = |times: [f64; 2]| {
         let w = dvector![1.0, 1.7];
-        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], w.component_mul(&w))
-            .expect("valid");
-        let stops = [0, 1].map(|i| Stop::new(i, -(w[i] * times[i]).cos(), 0.8).expect("valid"));
-        let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
+        let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], w.component_mul(&w));
+        let stops = [0, 1].map(|i| upper(i, -(w[i] * times[i]).cos(), 0.8));
+        let scene = scene(system, Forcing::Unforced, stops);
         let (q, v) = (dvector![-1.0, -1.0], dvector![0.0, 0.0]);
         let options = SimulateOptions::default();
         simulate(&scene, &q, &v, (0.0, 1.7), &options).expect("runs")
@@ -312,9 +262,9 @@ fn the_position_goes_on_at_an_impact_beside_a_very_slow_motion() {
     // Steps as long as the slow motion allows must not carry the fast one over the last bit of a flight.
     for slow in [1e-3, 1e-6, 1e-9] {
         let stiffness = dvector![1.0, slow * slow];
-        let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
-        let stop = Stop::new(dvector![1.0, 0.1], 0.5, 1.0).expect("valid");
-        let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [stop]).expect("valid");
+        let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
+        let stop = upper(dvector![1.0, 0.1], 0.5, 1.0);
+        let scene = scene(system, Forcing::Unforced, [stop]);
         let (q, v) = (dvector![-1.0, 0.0], dvector![0.0, -0.02]);
         let run = simulate(&scene, &q, &v, (0.0, 30.0), &SimulateOptions::default()).expect("runs");
         assert!(run.impacts().len() > 2, "{}", run.message());
@@ -335,9 +285,8 @@ fn a_contact_at_the_end_of_the_span_is_counted_if_it_is_not_later() {
     // q = -cos t reaches the stop at t = 1 + k 0.05; the span ends within rounding before, at or after.
     for k in 0..20 {
         let contact = 1.0 + 0.05 * f64::from(k);
-        let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
-        let stop = Stop::new(0, -contact.cos(), 0.8).expect("valid");
-        let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+        let stop = upper(0, -contact.cos(), 0.8);
+        let scene = oscillator(0.0, Forcing::Unforced, [stop]);
         let go = |q: &DVector<f64>, v: &DVector<f64>, span: (f64, f64)| {
             simulate(&scene, q, v, span, &SimulateOptions::default()).expect("runs")
         };
@@ -369,14 +318,7 @@ fn a_contact_at_the_end_of_the_span_is_counted_if_it_is_not_later() {
 
 #[test]
 fn both_sides_of_an_impact_can_be_asked_for() {
-    let run = simulate(
-        &ball(0.5),
-        &dvector![1.0],
-        &dvector![0.0],
-        (0.0, 3.0),
-        &SimulateOptions::default(),
-    )
-    .expect("runs");
+    let run = run(&ball(0.5), &[1.0], &[0.0], 3.0, &SimulateOptions::default());
     let impact = run.impacts()[0];
     let (_, before) = run.state(impact.time, ImpactSide::Before).expect("kept");
     let (q, after) = run.state(impact.time, ImpactSide::After).expect("kept");
@@ -391,14 +333,7 @@ fn both_sides_of_an_impact_can_be_asked_for() {
         keep: Keep::Final,
         ..Default::default()
     };
-    let run = simulate(
-        &ball(0.5),
-        &dvector![1.0],
-        &dvector![0.0],
-        (0.0, 2.0),
-        &sampled,
-    )
-    .expect("runs");
+    let run = scenes::run(&ball(0.5), &[1.0], &[0.0], 2.0, &sampled);
     let (times, _, v) = run.samples().expect("asked for");
     assert_eq!(times.len(), 3);
     assert!((v[1] - impact.departure).abs() < 1e-14);
@@ -469,9 +404,8 @@ fn flights_do_not_depend_on_how_they_are_cut_nor_on_the_origin_of_time() {
 #[test]
 fn every_touch_within_rounding_is_listed_wherever_the_steps_fall() {
     // cos(t - phase) below a stop within rounding of its amplitude: a touch at every peak, at phase + 2 pi k.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
-    let stop = Stop::new(0, 1.0 + 4.0 * f64::EPSILON, 0.8).expect("valid");
-    let scene = Scene::new(system, Forcing::Unforced, [stop]).expect("valid");
+    let stop = upper(0, 1.0 + 4.0 * f64::EPSILON, 0.8);
+    let scene = oscillator(0.0, Forcing::Unforced, [stop]);
     for k in 0..4000 {
         let phase = 0.3 + 1e-3 * f64::from(k);
         let options = SimulateOptions {
@@ -495,10 +429,11 @@ fn a_load_on_what_grows_is_followed_to_the_largest_numbers() {
     // y'' - c y' + k y = 1 from rest: (e^(c t) - 1 - c t)/c^2 for k = 0, and next to that for the least k.
     let c = 0.57;
     for k in [0.0, 1e-30, -1e-30, 1e-200] {
-        let system = LinearSystem::new(dvector![1.0], dvector![-c], dvector![k])
-            .and_then(|s| s.with_load(dvector![1.0]))
-            .expect("valid");
-        let scene = Scene::new(system, Forcing::Unforced, [] as [Stop; 0]).expect("valid");
+        let scene = scene(
+            loaded(unit_mass(-c, k), &[1.0]),
+            Forcing::Unforced,
+            [] as [Stop; 0],
+        );
         for end in [1e-3, 1.0, 20.0, 64.0, 65.0, 100.0, 300.0, 600.0] {
             let (q, v) = (dvector![0.0], dvector![0.0]);
             let run = simulate(&scene, &q, &v, (0.0, end), &SimulateOptions::default());
@@ -521,9 +456,8 @@ fn a_load_on_what_grows_is_followed_to_the_largest_numbers() {
 /// `x'' = x`: of 1e-200 at rest there is `1e-200 cosh 800 = 1e147` after 800, of nothing nothing, though `e^800` is no double.
 #[test]
 fn what_the_motion_does_not_hold_does_not_grow() {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![-1.0]).expect("valid");
     let run = |stops: Vec<Stop>, start: f64| {
-        let scene = Scene::new(system.clone(), Forcing::Unforced, stops).expect("valid");
+        let scene = scene(unit_mass(0.0, -1.0), Forcing::Unforced, stops);
         let options = SimulateOptions::default();
         simulate(
             &scene,
@@ -534,7 +468,7 @@ fn what_the_motion_does_not_hold_does_not_grow() {
         )
     };
     let end = 1e-200 * (400.0_f64.exp() / 2.0) * 400.0_f64.exp();
-    for stops in [vec![], vec![Stop::new(0, 1e300, 0.5).expect("valid")]] {
+    for stops in [vec![], vec![upper(0, 1e300, 0.5)]] {
         for (start, end) in [(0.0, 0.0), (1e-200, end)] {
             let found = run(stops.clone(), start).expect("fits").last().0[0];
             assert!((found - end).abs() <= 1e-12 * end, "{found:e} {end:e}");

@@ -1,21 +1,21 @@
 //! Stops hit together, one parameter free: orbits that come in narrow pairs.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{Complex, dmatrix, dvector};
+use scenes::{linear, lower, upper};
 use vibroimpact::{
-    Change, FreeParameter, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Scene, Side,
-    Stop, periodic_orbits,
+    Change, FreeParameter, Harmonic, OrbitOptions, Parameter, Pattern, Scene, periodic_orbits,
 };
 
 fn scene(frequency: f64) -> Scene {
     let stiffness = dmatrix![3.0, -1.0; -1.0, 2.0];
-    let system = LinearSystem::new(dmatrix![1.0, 0.2; 0.2, 1.5], &stiffness * 0.04, stiffness);
+    let system = linear(dmatrix![1.0, 0.2; 0.2, 1.5], &stiffness * 0.04, stiffness);
     let force = dvector![Complex::new(1.0, 0.0), Complex::new(0.3, 0.4)];
     let forcing = Harmonic::new(force, frequency, 0.0).expect("valid");
-    let stops = [
-        Stop::new(0, 0.3, 0.6).expect("valid"),
-        Stop::new(1, 0.2, 0.5).expect("valid").on_side(Side::Lower),
-    ];
-    Scene::new(system.expect("valid"), forcing, stops).expect("valid")
+    let stops = [upper(0, 0.3, 0.6), lower(1, 0.2, 0.5)];
+    Scene::new(system, forcing, stops).expect("valid")
 }
 
 /// `|L^-1 d|` at a frequency, for the scene's own force: the factor on the force at which the stops are hit together.

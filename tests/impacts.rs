@@ -4,7 +4,7 @@
 mod random;
 
 use nalgebra::{Cholesky, DMatrix, DVector, dmatrix, dvector};
-use random::{Random, number};
+use random::{Cases, Random};
 use vibroimpact::{Release, ResolvedImpacts, contact_forces, resolve_impacts};
 
 /// A mass, and normals of stops as columns, each with `b = M^-1 n`.
@@ -76,9 +76,8 @@ impl Body {
 
 #[test]
 fn newtons_law_never_gains_energy_and_leaves_no_stop_closing() {
-    let mut random = Random(0x5EED);
-    let mut several_rounds = 0;
-    for _ in 0..number("VIBROIMPACT_CASES", 5_000) {
+    let (cases, mut several_rounds) = (Cases::new(0x5EED, 5_000), 0);
+    for (_, mut random) in cases.each() {
         let body = Body::random(&mut random);
         let k = body.normals.ncols();
         let v = random.vector(body.mass.nrows());
@@ -106,7 +105,7 @@ fn newtons_law_never_gains_energy_and_leaves_no_stop_closing() {
         }
         several_rounds += usize::from(found.rounds > 1);
     }
-    assert!(several_rounds > 0);
+    assert!(cases.is_one() || several_rounds > 0);
 }
 
 #[test]
@@ -236,8 +235,7 @@ fn contacts_leave_stay_or_are_undecided() {
 fn stuck_motion_is_the_nearest_the_stops_allow() {
     // Gauss's principle: of all accelerations with N^T a <= 0, the true one is nearest to the free one in the mass norm, so
     // the direction to every other makes no obtuse angle: (a' - a)^T M (a - a_free) >= 0.
-    let mut random = Random(0xACCE1);
-    for _ in 0..number("VIBROIMPACT_CASES", 5_000) {
+    for (_, mut random) in Cases::new(0xACCE1, 5_000).each() {
         let body = Body::random(&mut random);
         let (n, k) = (body.mass.nrows(), body.normals.ncols());
         let free = random.vector(n);

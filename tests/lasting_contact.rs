@@ -1,45 +1,31 @@
 //! `find_orbit` through chatter and lasting contact: against closed forms and against the simulated return map.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use scenes::{harmonic, linear, loaded, lower, scene, shaken_ball};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, Change, DoublePendulum, Error, Forcing, Harmonic, Keep, LinearSystem,
-    PeriodicOrbit, Reaction, Scene, SegmentKind, Side, SimulateOptions, Stop, Trajectory, Wall,
-    WallSide, find_orbit, nalgebra, simulate,
+    BaseMotion, Change, DoublePendulum, Error, Harmonic, Keep, PeriodicOrbit, Reaction, Scene,
+    SegmentKind, SimulateOptions, Trajectory, Wall, WallSide, find_orbit, nalgebra, simulate,
 };
-
-/// A ball of unit mass and weight on a table that shakes: `q'' = -1 + a cos(t)`, floor at 0.
-fn ball(restitution: f64, shake: f64) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
-        .expect("valid")
-        .with_load(dvector![-1.0])
-        .expect("valid");
-    let floor = Stop::new(0, 0.0, restitution)
-        .expect("valid")
-        .on_side(Side::Lower);
-    let forcing = Harmonic::new(dvector![shake.into()], 1.0, 0.0).expect("valid");
-    Scene::new(system, Forcing::from(forcing), [floor]).expect("valid")
-}
 
 /// Two masses, the first above a floor and shaken, coupled by inertia and by a spring.
 fn pair(restitution: f64, reaction: Reaction, frequency: f64, damping: f64) -> Scene {
     let c = damping;
-    let system = LinearSystem::new(
-        dmatrix![1.0, 0.3; 0.3, 1.0],
-        dmatrix![c, -c; -c, 2.0 * c],
-        dmatrix![1.0, -1.0; -1.0, 3.0],
-    )
-    .expect("valid")
-    .with_load(dvector![-1.5, 0.0])
-    .expect("valid");
-    let floor = Stop::new(0, 0.0, restitution)
-        .expect("valid")
-        .on_side(Side::Lower)
+    let system = loaded(
+        linear(
+            dmatrix![1.0, 0.3; 0.3, 1.0],
+            dmatrix![c, -c; -c, 2.0 * c],
+            dmatrix![1.0, -1.0; -1.0, 3.0],
+        ),
+        &[-1.5, 0.0],
+    );
+    let floor = lower(0, 0.0, restitution)
         .with_reaction(reaction)
         .expect("valid");
-    let force = dvector![2.75.into(), 0.0.into()];
-    let forcing = Harmonic::new(force, frequency, 0.0).expect("valid");
-    Scene::new(system, Forcing::from(forcing), [floor]).expect("valid")
+    scene(system, harmonic(&[2.75, 0.0], frequency, 0.0), [floor])
 }
 
 /// A double pendulum that slow motion of its base presses against a wall.
@@ -47,7 +33,7 @@ fn pendulum(restitution: f64) -> Scene {
     let system = DoublePendulum::new(1.0, 1.0, (0.2, 0.1)).expect("valid");
     let wall = Wall::new(1, -0.1, restitution, WallSide::Right).expect("valid");
     let base = BaseMotion::new(0.4, 0.4, 0.0).expect("valid");
-    Scene::new(system, Forcing::from(base), [wall]).expect("valid")
+    scene(system, base, [wall])
 }
 
 /// A run long enough to settle.
@@ -86,9 +72,9 @@ fn falling_root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
 #[test]
 fn the_ball_on_a_table_has_its_closed_form() {
     for (e, a) in [(0.0, 1.3), (0.5, 1.3), (0.5, 1.1), (0.8, 1.1)] {
-        let scene = ball(e, a);
+        let scene = shaken_ball(e, a, 0.0);
         let orbit = find_orbit(&scene, &settled(&scene, dvector![0.3], 12.0), None).expect("found");
-        // FreeParameter motion from an angle with a speed: height and speed at another angle.
+        // Free motion from an angle with a speed: height and speed at another angle.
         let height = |from: f64, speed: f64, to: f64| {
             let s = to - from;
             (speed - a * from.sin()) * s - a * (to.cos() - from.cos()) - 0.5 * s * s
@@ -305,14 +291,14 @@ fn a_stop_held_for_good_leaves_the_motion_of_the_rest() {
     assert!(multipliers[2].norm() < 1e-12);
 
     let rest = find_orbit(
-        &ball(0.5, 0.9),
-        &settled(&ball(0.5, 0.9), dvector![0.3], 12.0),
+        &shaken_ball(0.5, 0.9, 0.0),
+        &settled(&shaken_ball(0.5, 0.9, 0.0), dvector![0.3], 12.0),
         None,
     );
     let rest = rest.expect("at rest");
     assert!(rest.is_admissible() == Some(true));
     // Shaken harder it would have to be pulled down, by the most where the table falls fastest.
-    let pulled = find_orbit(&ball(0.5, 1.3), &rest, None).expect("closed");
+    let pulled = find_orbit(&shaken_ball(0.5, 1.3, 0.0), &rest, None).expect("closed");
     let violation = pulled.violation().expect("pulled");
     assert!(
         violation.reason.contains("pulling force"),
@@ -326,19 +312,14 @@ fn a_stop_held_for_good_leaves_the_motion_of_the_rest() {
 #[test]
 fn rest_that_is_not_chatter_alone_is_refused() {
     // Two balls on one table: one bounces to rest while the other is held already.
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0])
-        .expect("valid")
-        .with_load(dvector![-1.0, -1.0])
-        .expect("valid");
-    let floor = |i: usize, e: f64| Stop::new(i, 0.0, e).expect("valid").on_side(Side::Lower);
+    let system = loaded(
+        linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0]),
+        &[-1.0, -1.0],
+    );
+    let floor = |i: usize, e: f64| lower(i, 0.0, e);
     let force = dvector![1.3.into(), 1.3.into()];
     let forcing = Harmonic::new(force, 1.0, 0.0).expect("valid");
-    let scene = Scene::new(
-        system,
-        Forcing::from(forcing),
-        [floor(0, 0.3), floor(1, 0.6)],
-    );
-    let scene = scene.expect("valid");
+    let scene = scene(system, forcing, [floor(0, 0.3), floor(1, 0.6)]);
     let run = settled(&scene, dvector![0.3, 0.3], 12.0);
     let Err(Error::BadValue {
         argument, value, ..

@@ -1,28 +1,24 @@
 //! Contacts that nothing presses at first, or no longer: gaps that open by a high derivative, forces that begin from zero, forces
 //! that are nothing but rounding. What follows is known in closed form.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use scenes::{BOTH, linear, loaded, lower, scene, unit_mass, upper, with};
 use std::f64::consts::{FRAC_PI_2, PI};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Reaction, Scene, SegmentKind, Side,
-    SimulateOptions, Status, Stop, Trajectory, nalgebra, simulate,
+    Forcing, Harmonic, ImpactSide, Method, Reaction, Scene, SegmentKind, Side, Status, Stop,
+    Trajectory, nalgebra, simulate,
 };
-
-const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
 
 fn run(
     scene: &Scene,
     (q0, v0): (DVector<f64>, DVector<f64>),
-    (start, end): (f64, f64),
+    span: (f64, f64),
     method: Method,
 ) -> Trajectory {
-    let options = SimulateOptions {
-        method,
-        rtol: 1e-10,
-        atol: 1e-13,
-        ..SimulateOptions::default()
-    };
-    let run = simulate(scene, &q0, &v0, (start, end), &options).expect("runs");
+    let run = simulate(scene, &q0, &v0, span, &with(method, 1e-10)).expect("runs");
     assert_eq!(run.status(), Status::Finished, "{}", run.message());
     run
 }
@@ -31,33 +27,27 @@ fn still(n: usize) -> (DVector<f64>, DVector<f64>) {
     (DVector::zeros(n), DVector::zeros(n))
 }
 
-fn stop(normal: &[f64], clearance: f64, restitution: f64, side: Side) -> Stop {
-    Stop::new(DVector::from_row_slice(normal), clearance, restitution)
-        .expect("valid")
-        .on_side(side)
-}
-
 /// Two unit masses side by side under the force `sin t` each, the second on a spring: apart they are at `t - sin t` and
 /// `(sin t - t cos t)/2`, so that between them `t^5/120` opens.
 fn side_by_side(side: Side) -> Scene {
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 1.0]);
+    let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 1.0]);
     let push = nalgebra::Complex::new(0.0, -1.0);
     let forcing = Harmonic::new(dvector![push, push], 1.0, 0.0).expect("valid");
-    let between = stop(&[1.0, -1.0], 0.0, 0.5, side);
-    Scene::new(system.expect("valid"), Forcing::from(forcing), [between]).expect("valid")
+    let between = upper(dvector![1.0, -1.0], 0.0, 0.5).on_side(side);
+    scene(system, forcing, [between])
 }
 
 #[test]
 fn a_body_is_let_go_where_another_that_nothing_couples_to_it_is_struck() {
     // x'' + x = -0.9 sin 2t falls onto its stop where 0.6 sin 2t lets go of what rests on the other: at odd multiples of pi/2.
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![1.0, 4.0]);
+    let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![1.0, 4.0]);
     let push = dvector![nalgebra::Complex::from(-0.9), nalgebra::Complex::from(0.6)];
     let forcing = Harmonic::new(push, 2.0, -FRAC_PI_2).expect("valid");
     let stops = [
-        stop(&[1.0, 0.0], 0.0, 0.5, Side::Lower),
-        stop(&[0.0, 1.0], 0.0, 0.001, Side::Upper),
+        lower(dvector![1.0, 0.0], 0.0, 0.5),
+        upper(dvector![0.0, 1.0], 0.0, 0.001),
     ];
-    let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops).expect("valid");
+    let scene = scene(system, forcing, stops);
     let run = run(&scene, still(2), (0.0, 30.0), Method::Exact);
     let instants: Vec<f64> = (1..10).map(|k| PI * f64::from(k) + FRAC_PI_2).collect();
     let struck: Vec<f64> = (run.impacts().iter())
@@ -80,7 +70,7 @@ fn a_body_is_let_go_where_another_that_nothing_couples_to_it_is_struck() {
 
 #[test]
 fn a_gap_opens_by_its_fifth_derivative() {
-    for method in METHODS {
+    for method in BOTH {
         let run = run(&side_by_side(Side::Lower), still(2), (0.0, 2.0), method);
         assert!(run.impacts().is_empty(), "{method:?}");
         for t in [0.01, 0.1, 0.7, 2.0] {
@@ -95,12 +85,11 @@ fn a_gap_opens_by_its_fifth_derivative() {
 fn a_gap_opens_by_its_fourth_derivative_from_where_nothing_moves() {
     // x'' + x/16 = 3/8 (cos 400 t - 1)
     let (w, fast, a) = (0.25, 400.0, 0.375);
-    let system = LinearSystem::new(dvector![0.8], dvector![0.0], dvector![0.05]).expect("valid");
+    let system = linear(dvector![0.8], dvector![0.0], dvector![0.05]);
     let system = system.with_load(dvector![-0.3]).expect("valid");
     let push = dvector![nalgebra::Complex::from(0.3)];
     let forcing = Harmonic::new(push, fast, 0.0).expect("valid");
-    let wall = stop(&[1.0], 0.0, 0.5, Side::Upper);
-    let scene = Scene::new(system, Forcing::from(forcing), [wall]).expect("valid");
+    let scene = scene(system, forcing, [upper(0, 0.0, 0.5)]);
     let run = run(&scene, still(1), (0.0, 0.4), Method::Exact);
     assert!(run.impacts().is_empty());
     for t in [1e-3, 0.01, 0.1, 0.4] {
@@ -114,7 +103,7 @@ fn a_gap_opens_by_its_fourth_derivative_from_where_nothing_moves() {
 #[test]
 fn a_contact_is_pressed_from_the_fifth_derivative_on() {
     // Together they are two masses on one spring: 2 q'' + q = 2 sin t.
-    for method in METHODS {
+    for method in BOTH {
         let run = run(&side_by_side(Side::Upper), still(2), (0.0, 2.0), method);
         assert!(run.impacts().is_empty(), "{method:?}");
         let w = 0.5f64.sqrt();
@@ -131,10 +120,10 @@ fn a_contact_is_pressed_from_the_fifth_derivative_on() {
 fn a_contact_is_let_go_where_every_force_is_zero() {
     // The second of two masses on one spring swings as -cos t while the first is held; at pi/2 nothing is left but its speed.
     let stiffness = dmatrix![1.0, -1.0; -1.0, 1.0];
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
-    let held = stop(&[1.0, 0.0], 0.0, 0.5, Side::Lower);
-    let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [held]).expect("valid");
-    for method in METHODS {
+    let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], stiffness);
+    let held = lower(dvector![1.0, 0.0], 0.0, 0.5);
+    let scene = scene(system, Forcing::Unforced, [held]);
+    for method in BOTH {
         for start in [0.0, -1e6, 1e4] {
             let free = 1.4;
             let end = start + 0.5 * std::f64::consts::PI + free;
@@ -153,15 +142,12 @@ fn a_body_crosses_a_narrow_room() {
     // The force -cos t holds a unit mass at the lower stop until pi/2; it is at the upper one when `s - sin s` is the room.
     let push = nalgebra::Complex::new(-1.0, 0.0);
     let forcing = Harmonic::new(dvector![push], 1.0, 0.0).expect("valid");
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0]).expect("valid");
-    for method in METHODS {
+    let system = unit_mass(0.0, 0.0);
+    for method in BOTH {
         for room in [1e-9, 1e-6] {
-            let stops = [
-                stop(&[1.0], 0.0, 0.0, Side::Lower),
-                stop(&[1.0], room, 0.0, Side::Upper),
-            ];
-            let scene = Scene::new(system.clone(), Forcing::from(forcing.clone()), stops);
-            let run = run(&scene.expect("valid"), still(1), (0.0, 3.0), method);
+            let stops = [lower(0, 0.0, 0.0), upper(0, room, 0.0)];
+            let scene = scene(system.clone(), forcing.clone(), stops);
+            let run = run(&scene, still(1), (0.0, 3.0), method);
             let crossing = (6.0 * room).cbrt();
             let impacts = run.impacts();
             assert_eq!(impacts.len(), 1, "{method:?} {room:e} {impacts:?}");
@@ -176,15 +162,15 @@ fn a_body_crosses_a_narrow_room() {
 #[test]
 fn an_impact_leaves_the_contacts_it_does_not_reach() {
     // One coordinate is pressed to a stop, the other goes to and fro between two.
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0])
-        .and_then(|system| system.with_load(dvector![-1.0, 0.0]));
+    let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![0.0, 0.0]);
+    let system = loaded(system, &[-1.0, 0.0]);
     let stops = [
-        stop(&[1.0, 0.0], 0.0, 1.0, Side::Lower),
-        stop(&[0.0, 1.0], 0.0, 1.0, Side::Lower),
-        stop(&[0.0, 1.0], 1.0, 1.0, Side::Upper),
+        lower(dvector![1.0, 0.0], 0.0, 1.0),
+        lower(dvector![0.0, 1.0], 0.0, 1.0),
+        upper(dvector![0.0, 1.0], 1.0, 1.0),
     ];
-    let scene = Scene::new(system.expect("valid"), Forcing::Unforced, stops).expect("valid");
-    for method in METHODS {
+    let scene = scene(system, Forcing::Unforced, stops);
+    for method in BOTH {
         let given = (dvector![0.0, 0.5], dvector![0.0, 1.0]);
         let run = run(&scene, given, (0.0, 20.0), method);
         assert_eq!(run.impacts().len(), 20, "{method:?}");
@@ -202,9 +188,9 @@ fn a_force_of_rounding_shortens_no_step() {
     // After an impact without restitution two bodies in one stream move as one: nothing presses them together.
     let (mass, rate) = (dmatrix![1.7, -0.3; -0.3, 1.8], 0.017);
     let scene = |mass: &nalgebra::DMatrix<f64>| {
-        let system = LinearSystem::new(mass.clone(), mass * rate, dvector![0.0, 0.0]);
-        let between = stop(&[1.0, -1.0], 0.0, 0.0, Side::Lower);
-        Scene::new(system.expect("valid"), Forcing::Unforced, [between]).expect("valid")
+        let system = linear(mass.clone(), mass * rate, dvector![0.0, 0.0]);
+        let between = lower(dvector![1.0, -1.0], 0.0, 0.0);
+        scene(system, Forcing::Unforced, [between])
     };
     for v in [0.13, 0.133_788_3, 0.2, 0.21] {
         let given = (dvector![0.0, 0.0], dvector![v, 0.25]);
@@ -219,13 +205,14 @@ fn a_force_of_rounding_shortens_no_step() {
 fn what_slides_between_two_walls_comes_to_rest_there() {
     // Dampers in proportion to the masses: along the walls v' = -v/25, and no force but rounding holds the bodies on them.
     let mass = dmatrix![1.98, 0.84; 0.84, 1.74];
-    let system = LinearSystem::new(mass.clone(), 0.04 * &mass, dvector![0.0, 0.0]).expect("valid");
-    let walls = [Side::Lower, Side::Upper].map(|side| stop(&[0.8, 0.5], 0.0, 0.8, side));
-    let scene = Scene::new(system, Forcing::Unforced, walls).expect("valid");
+    let system = linear(mass.clone(), 0.04 * &mass, dvector![0.0, 0.0]);
+    let walls =
+        [Side::Lower, Side::Upper].map(|side| upper(dvector![0.8, 0.5], 0.0, 0.8).on_side(side));
+    let scene = scene(system, Forcing::Unforced, walls);
     let (normal, thrown) = (dvector![0.8, 0.5], dvector![0.9, -0.7]);
     let give = mass.try_inverse().expect("regular") * &normal;
     let along = &thrown - &give * (normal.dot(&thrown) / normal.dot(&give));
-    for method in METHODS {
+    for method in BOTH {
         let run = run(
             &scene,
             (dvector![0.0, 0.0], thrown.clone()),
@@ -244,14 +231,14 @@ fn what_slides_between_two_walls_comes_to_rest_there() {
 fn a_force_that_hardly_changes_holds() {
     // sin(w t) with a period of ages presses a mass on a spring to its stop, or draws it away.
     let w = 1e-9;
-    for method in METHODS {
+    for method in BOTH {
         for (sign, side) in [(1.0, Side::Lower), (-1.0, Side::Lower), (1.0, Side::Upper)] {
             let push = nalgebra::Complex::new(0.0, -2.0 * sign);
             let forcing = Harmonic::new(dvector![push], w, 0.0).expect("valid");
-            let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![3.0]);
-            let stops = [stop(&[1.0], 0.0, 0.9, side)];
-            let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops);
-            let run = run(&scene.expect("valid"), still(1), (0.0, 200.0), method);
+            let system = linear(dvector![1.0], dvector![0.1], dvector![3.0]);
+            let stops = [upper(0, 0.0, 0.9).on_side(side)];
+            let scene = scene(system, forcing, stops);
+            let run = run(&scene, still(1), (0.0, 200.0), method);
             let is_drawn = (sign > 0.0) == (side == Side::Lower);
             let (q, _) = run.last();
             // Quasi-static: the spring takes the force, less the damper's share.
@@ -267,15 +254,13 @@ fn a_fast_force_that_moves_nothing_lets_go_in_its_first_period() {
     // A unit mass pressed by 1.1 against a stop at its place, and by 2.2 cos(w t): let go where cos w t = -1/2. A step over nearly
     // sixteen periods sees a slow force; the second stop leaves no room in which anything could move.
     let w = 1e3;
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
-        .and_then(|system| system.with_load(dvector![1.1]));
     let push = Harmonic::new(dvector![nalgebra::Complex::new(2.2, 0.0)], w, 0.0).expect("valid");
     let stops = vec![
-        stop(&[0.7], 0.35, 0.5, Side::Upper),
-        stop(&[0.7], -0.35, 0.5, Side::Lower),
+        upper(dvector![0.7], 0.35, 0.5),
+        lower(dvector![0.7], -0.35, 0.5),
     ];
-    let scene = Scene::new(system.expect("valid"), Forcing::from(push), stops).expect("valid");
-    for method in METHODS {
+    let scene = scene(loaded(unit_mass(0.0, 0.0), &[1.1]), push, stops);
+    for method in BOTH {
         let run = run(
             &scene,
             (dvector![0.5], dvector![0.0]),
@@ -301,18 +286,17 @@ fn fast_forcing_that_begins_from_zero_presses_until_it_turns() {
     let push = [-0.03, -0.08].map(|f| nalgebra::Complex::new(f, 0.0));
     let forcing = Harmonic::new(push.to_vec().into(), frequency, -FRAC_PI_2).expect("valid");
     for k in 0..20 {
-        let system = LinearSystem::new(
+        let system = linear(
             dvector![1.0, 1.0],
             dmatrix![0.185 + 0.003 * f64::from(k), 0.007; 0.007, 0.138],
             dmatrix![0.55, -0.24; -0.24, 0.55],
         );
         let stops = [
-            stop(&[-0.3, -0.06], 0.0, 0.9, Side::Upper),
-            stop(&[0.0, 1.0], 0.0, 0.5, Side::Lower),
+            upper(dvector![-0.3, -0.06], 0.0, 0.9),
+            lower(dvector![0.0, 1.0], 0.0, 0.5),
         ];
-        let scene = Scene::new(system.expect("valid"), forcing.clone(), stops);
-        let scene = scene.expect("valid");
-        for method in METHODS {
+        let scene = scene(system, forcing.clone(), stops);
+        for method in BOTH {
             let run = run(&scene, still(2), (0.0, 0.01), method);
             let segments = run.segments().expect("kept");
             let free = segments.iter().find(|s| s.kind == SegmentKind::Flight);
@@ -326,13 +310,14 @@ fn fast_forcing_that_begins_from_zero_presses_until_it_turns() {
 fn a_release_leaves_alone_what_is_pressed_little() {
     // The first body is pressed by sin(1e-9 - 1e-10 t), up to t = 10; the second by 1e-10 cos(sqrt(2) t), the spring to the third.
     let stiffness = dmatrix![1.0, 0.0, 0.0; 0.0, 2.0, -1.0; 0.0, -1.0, 2.0];
-    let system = LinearSystem::new(dvector![1.0, 1.0, 1.0], DVector::zeros(3), stiffness);
+    let system = linear(dvector![1.0, 1.0, 1.0], DVector::zeros(3), stiffness);
     let push = dvector![1.0, 0.0, 0.0].map(nalgebra::Complex::from);
     let forcing = Harmonic::new(push, 1e-10, -FRAC_PI_2 - 1e-9).expect("valid");
-    let stops = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|n| stop(&n, 0.0, 0.5, Side::Lower));
-    let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops).expect("valid");
+    let stops =
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|n| lower(DVector::from_row_slice(&n), 0.0, 0.5));
+    let scene = scene(system, forcing, stops);
     let start = (dvector![0.0, 0.0, -1e-10], DVector::zeros(3));
-    for method in METHODS {
+    for method in BOTH {
         let run = run(&scene, start.clone(), (0.0, 15.0), method);
         let segments = run.segments().expect("kept");
         assert!(
@@ -359,12 +344,12 @@ fn a_force_along_one_normal_leaves_what_else_is_touched_at_rest() {
         let coupling = 0.03 * f64::from(k) + 0.014;
         let mass = dmatrix![1.9, coupling; coupling, 0.99];
         let (damping, stiffness) = (&mass * 0.03, dmatrix![0.11, 0.01; 0.01, 0.04]);
-        let system = LinearSystem::new(mass, damping, stiffness).expect("valid");
+        let system = linear(mass, damping, stiffness);
         let push = dvector![-0.2, 0.2].map(nalgebra::Complex::from);
         let forcing = Harmonic::new(push, 1.0, 0.0).expect("valid");
         let stops = [
-            stop(&[1.0, 0.0], 0.0, 0.0, Side::Upper),
-            stop(&[1.0, -1.0], 0.0, 0.5, Side::Lower),
+            upper(dvector![1.0, 0.0], 0.0, 0.0),
+            lower(dvector![1.0, -1.0], 0.0, 0.5),
         ];
         for reaction in [Reaction::Inertia, Reaction::Coordinate] {
             let mut stops = stops.clone();
@@ -372,8 +357,8 @@ fn a_force_along_one_normal_leaves_what_else_is_touched_at_rest() {
                 .clone()
                 .with_reaction(reaction.clone())
                 .expect("valid");
-            let scene = Scene::new(system.clone(), forcing.clone(), stops).expect("valid");
-            for method in METHODS {
+            let scene = scene(system.clone(), forcing.clone(), stops);
+            for method in BOTH {
                 let run = run(&scene, still(2), (0.0, 1.5), method);
                 assert!(
                     run.impacts().is_empty() && run.stats().n_flights < 5,
@@ -415,15 +400,13 @@ fn what_happens_far_away_reaches_a_stop_that_is_held() {
         };
         let stiffness = DMatrix::from_fn(n, n, spring);
         let masses = DVector::from_element(n, 1.0);
-        let system =
-            LinearSystem::new(masses, DVector::zeros(n), stiffness.clone()).expect("valid");
+        let system = linear(masses, DVector::zeros(n), stiffness.clone());
         let near = DVector::from_fn(n, |i, _| f64::from(u8::from(i == 0)));
         for sign in [1.0, -1.0] {
             let far = DVector::from_fn(n, |i, _| if i == n - 1 { sign } else { 0.0 });
             let amplitude = far.map(|f| nalgebra::Complex::new(0.0, -f));
             let forcing = Harmonic::new(amplitude, w, 0.0).expect("valid");
-            let end = stop(near.as_slice(), 0.0, 0.5, Side::Upper);
-            let scene = Scene::new(system.clone(), Forcing::from(forcing), [end]).expect("valid");
+            let scene = scene(system.clone(), forcing, [upper(near.clone(), 0.0, 0.5)]);
             // Pulled, the chain leaves at once; pushed, when the neighbour comes back.
             let held = stiffness.view((1, 1), (n - 1, n - 1)).into_owned();
             let neighbour = |t: f64| pushed(&held, &far.rows(1, n - 1).into_owned(), w, t)[0];
@@ -436,7 +419,7 @@ fn what_happens_far_away_reaches_a_stop_that_is_held() {
                     after = middle;
                 }
             }
-            for method in METHODS {
+            for method in BOTH {
                 let run = run(&scene, still(n), (0.0, 12.0), method);
                 let (stay, leave) = if sign > 0.0 {
                     (0.999 * before, after)
@@ -474,13 +457,13 @@ fn what_dashpots_hand_on_presses_from_the_fifth_derivative_on() {
     let twisted = &dashpots + dmatrix![0.0, 0.3, 0.0; -0.3, 0.0, 0.7; 0.0, -0.7, 0.0];
     for damping in [dashpots, twisted] {
         let masses = dvector![1.3, 0.7, 1.1];
-        let system = LinearSystem::new(masses, damping, DVector::zeros(3)).expect("valid");
+        let system = linear(masses, damping, DVector::zeros(3));
         for (sign, stays) in [(1.0, true), (-1.0, false)] {
             let amplitude = dvector![0.0, 0.0, sign].map(|f| nalgebra::Complex::new(0.0, -f));
             let forcing = Harmonic::new(amplitude, 1.0, 0.0).expect("valid");
-            let stops = [stop(&[1.0, 0.0, 0.0], 0.0, 1.0, Side::Upper)];
-            let scene = Scene::new(system.clone(), Forcing::from(forcing), stops).expect("valid");
-            for method in METHODS {
+            let stops = [upper(dvector![1.0, 0.0, 0.0], 0.0, 1.0)];
+            let scene = scene(system.clone(), forcing, stops);
+            for method in BOTH {
                 let run = run(&scene, still(3), (0.0, 2.0), method);
                 assert!(run.impacts().is_empty(), "{sign} {method:?}");
                 let moved = run.last().0[0];
@@ -492,15 +475,15 @@ fn what_dashpots_hand_on_presses_from_the_fifth_derivative_on() {
 
 #[test]
 fn what_only_a_damper_slows_stays_where_a_stop_has_stopped_it() {
-    for method in METHODS {
+    for method in BOTH {
         for k in 1..60 {
             let k = f64::from(k);
             let (mass, damper, normal) = (0.3 + 0.11 * k, 0.2 + 0.037 * k, 0.1 + 0.013 * k);
-            let system = LinearSystem::new(dvector![mass], dvector![damper], dvector![0.0]);
-            let floor = stop(&[normal], 0.0, 0.0, Side::Lower);
-            let scene = Scene::new(system.expect("valid"), Forcing::Unforced, [floor]);
+            let system = linear(dvector![mass], dvector![damper], dvector![0.0]);
+            let floor = lower(dvector![normal], 0.0, 0.0);
+            let scene = scene(system, Forcing::Unforced, [floor]);
             let start = (dvector![0.0], dvector![-0.089 * k.sqrt()]);
-            let run = run(&scene.expect("valid"), start, (-1e6, 60.0 - 1e6), method);
+            let run = run(&scene, start, (-1e6, 60.0 - 1e6), method);
             assert_eq!(run.impacts().len(), 1);
             let segments = run.segments().expect("kept");
             let last = segments.last().expect("some");
@@ -513,21 +496,20 @@ fn what_only_a_damper_slows_stays_where_a_stop_has_stopped_it() {
 #[test]
 fn two_gaps_open_one_after_the_other_from_rest() {
     // The second body is pushed by a sine from zero; a dashpot between the two draws the first one after it, an order later.
-    let system = LinearSystem::new(
+    let system = linear(
         dvector![1.0, 1.0],
         dmatrix![15.6, 1.1; 1.1, 13.6],
         dmatrix![1.8, 0.0; 0.0, 1.8],
-    )
-    .expect("valid");
+    );
     let force = dvector![0.0.into(), 2.4.into()];
     let forcing = Forcing::from(Harmonic::new(force, 0.8, -FRAC_PI_2).expect("valid"));
     let stops = [
-        stop(&[1.0, -1.0], 0.0, 0.9, Side::Upper),
-        stop(&[1.0, 0.0], 0.0, 0.5, Side::Upper),
+        upper(dvector![1.0, -1.0], 0.0, 0.9),
+        upper(dvector![1.0, 0.0], 0.0, 0.5),
     ];
-    let free = Scene::new(system.clone(), forcing.clone(), Vec::<Stop>::new()).expect("valid");
-    let scene = Scene::new(system, forcing, stops).expect("valid");
-    for method in METHODS {
+    let free = scene(system.clone(), forcing.clone(), Vec::<Stop>::new());
+    let scene = scene(system, forcing, stops);
+    for method in BOTH {
         let [free, bounded] = [&free, &scene].map(|scene| run(scene, still(2), (0.0, 2.0), method));
         assert!(bounded.impacts().is_empty());
         let off = (free.last().0 - bounded.last().0).amax();
@@ -539,19 +521,19 @@ fn two_gaps_open_one_after_the_other_from_rest() {
 fn a_stop_between_bodies_that_rest_does_not_open_by_rounding() {
     // The first body is struck without restitution and pressed for good; nothing moves the second, whose speed is what the modes leave
     // of that impact.
-    let system = LinearSystem::new(
+    let system = linear(
         dvector![1.0, 1.0],
         dvector![0.0, 0.0],
         dmatrix![1.83, 0.21; 0.21, 0.94],
     );
-    let system = system.expect("valid").with_load(dvector![-1.0, 0.0]);
+    let system = loaded(system, &[-1.0, 0.0]);
     let force = dvector![nalgebra::Complex::from(0.5), nalgebra::Complex::from(0.0)];
     let forcing = Harmonic::new(force, 1.25, 0.0).expect("valid");
     let stops = [
-        stop(&[1.0, 0.0], 0.0, 0.0, Side::Lower),
-        stop(&[1.0, -1.0], 0.0, 0.5, Side::Upper),
+        lower(dvector![1.0, 0.0], 0.0, 0.0),
+        upper(dvector![1.0, -1.0], 0.0, 0.5),
     ];
-    let scene = Scene::new(system.expect("valid"), Forcing::from(forcing), stops).expect("valid");
+    let scene = scene(system, forcing, stops);
     for k in 0..50 {
         let v0 = dvector![-0.5 - 0.013 * f64::from(k), 0.0];
         let span = (-1e6, -1e6 + 20.0);

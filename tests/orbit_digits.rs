@@ -1,18 +1,21 @@
 //! What an orbit knows to rounding: speeds after impacts that are little beside the motion, and where a stop is passed.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::dvector;
+use scenes::{oscillator, upper};
 use std::f64::consts::PI;
 use vibroimpact::{
-    Forcing, FreeParameter, Harmonic, Kind, LinearSystem, OrbitOptions, Orbits, PaperOptions,
-    Pattern, PeriodicOrbit, Scene, Side, Stop, paper_scene, periodic_orbits,
+    Forcing, FreeParameter, Harmonic, Kind, OrbitOptions, Orbits, PaperOptions, Pattern,
+    PeriodicOrbit, Side, Stop, paper_scene, periodic_orbits,
 };
 
 /// The orbits with one impact in a forcing period of a unit mass on a unit spring that hits the first stop.
 fn orbits(damping: f64, (force, frequency): (f64, f64), stops: &[Stop]) -> Orbits {
-    let system = LinearSystem::new(dvector![1.0], dvector![damping], dvector![1.0]).expect("valid");
     let force = dvector![force.into()];
     let forcing = Forcing::Harmonic(Harmonic::new(force, frequency, 0.0).expect("valid"));
-    let scene = Scene::new(system, forcing, stops.iter().cloned()).expect("valid");
+    let scene = oscillator(damping, forcing, stops.iter().cloned());
     periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default()).expect("solved")
 }
 
@@ -21,7 +24,7 @@ fn small_speeds_beside_a_fast_forcing_keep_their_digits() {
     // The forcing moves the mass at 5e-4; v+ = -e/(1 + e) p for a unit mass.
     let e = 0.7;
     for damping in [0.0, 0.02, 20.0] {
-        let stop = Stop::new(0, 1e-7, e).expect("valid");
+        let stop = upper(0, 1e-7, e);
         let found = orbits(damping, (1.0, 2000.0), &[stop]);
         assert_eq!(found.len(), 2);
         for orbit in found.iter() {
@@ -43,7 +46,7 @@ fn small_impulses_beside_a_fast_forcing_keep_their_digits() {
     let square = c * c + g * g;
     let root = ((d * c).powi(2) + square * (amplitude - d) * (amplitude + d)).sqrt();
     let wanted = [(-d * c - root) / square, (-d * c + root) / square];
-    let stop = Stop::new(0, d, e).expect("valid");
+    let stop = upper(0, d, e);
     let mut found: Vec<f64> = orbits(0.0, (1.0, w), &[stop])
         .iter()
         .map(|orbit| orbit.impacts()[0].impulse)
@@ -83,9 +86,9 @@ fn speeds_after_impacts_obey_their_law_at_every_instant() {
 
 #[test]
 fn a_stop_that_is_passed_or_touched_is_so_where_the_motion_turns_back() {
-    let hit = Stop::new(0, 0.1, 0.7).expect("valid");
+    let hit = upper(0, 0.1, 0.7);
     let below = |clearance: f64| {
-        let lower = Stop::new(0, clearance, 0.7).expect("valid");
+        let lower = upper(0, clearance, 0.7);
         orbits(0.2, (1.0, 1.7), &[hit.clone(), lower.on_side(Side::Lower)])
     };
     let smallest = |orbits: &Orbits| {

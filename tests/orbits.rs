@@ -1,12 +1,15 @@
 //! Periodic orbits from outside: the paper's three kinds with the public numbers of theory section 3, closed forms,
 //! degenerate cases.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DVector, dvector};
+use scenes::{harmonic, loaded, oscillator, periods, scene, unit_mass, upper};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    BaseMotion, Change, FreeParameter, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
-    Pattern, Reaction, Scene, Stop, Verdict, first_kind_coefficients, modes, paper_scene,
-    paper_system, periodic_orbits,
+    BaseMotion, Change, FreeParameter, Kind, OrbitOptions, PaperOptions, Pattern, Reaction, Scene,
+    Stop, Verdict, first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits,
 };
 
 fn kind(kind: Kind, damping: f64) -> Scene {
@@ -18,13 +21,6 @@ fn kind(kind: Kind, damping: f64) -> Scene {
         },
     )
     .expect("valid")
-}
-
-fn periods(n_periods: usize) -> OrbitOptions {
-    OrbitOptions {
-        n_periods,
-        ..Default::default()
-    }
 }
 
 fn first_kind(damping: f64) -> vibroimpact::Orbits {
@@ -238,7 +234,11 @@ fn an_orbit_closes_and_its_coefficients_draw_it() {
 fn without_impacts_the_steady_response_is_the_orbit() {
     // F/(k - w^2 + i c w) for one degree of freedom, no stop reached.
     let orbits = periodic_orbits(
-        &oscillator(4.0, 0.3, 0.0, 0.7, 5.0, 0.8, 1.5),
+        &scene(
+            unit_mass(0.3, 4.0),
+            harmonic(&[0.8], 1.5, 0.0),
+            [upper(0, 5.0, 0.7)],
+        ),
         &Pattern::none(),
         &periods(1),
     )
@@ -253,27 +253,6 @@ fn without_impacts_the_steady_response_is_the_orbit() {
     assert!((orbits[0].v0()[0] + 1.5 * response.im).abs() < 1e-15);
 }
 
-fn oscillator(
-    stiffness: f64,
-    damping: f64,
-    load: f64,
-    e: f64,
-    clearance: f64,
-    force: f64,
-    w: f64,
-) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![damping], dvector![stiffness])
-        .and_then(|s| s.with_load(dvector![load]))
-        .expect("valid");
-    let harmonic = Harmonic::new(dvector![force.into()], w, 0.0).expect("valid");
-    Scene::new(
-        system,
-        harmonic,
-        [Stop::new(0, clearance, e).expect("valid")],
-    )
-    .expect("valid")
-}
-
 #[test]
 fn a_ball_on_a_shaken_table_has_its_closed_form() {
     // The gap to the table is -q: gravity pushes q up to the stop at 0. Base a cos(w t + phase) seen from the table:
@@ -281,7 +260,11 @@ fn a_ball_on_a_shaken_table_has_its_closed_form() {
     let (g, a, w, e) = (9.81, 0.02, 60.0, 0.7);
     for n in [1, 2] {
         let orbits = periodic_orbits(
-            &oscillator(0.0, 0.0, g, e, 0.0, a * w * w, w),
+            &scene(
+                loaded(unit_mass(0.0, 0.0), &[g]),
+                harmonic(&[a * w * w], w, 0.0),
+                [upper(0, 0.0, e)],
+            ),
             &Pattern::single(0),
             &periods(n),
         )
@@ -312,7 +295,7 @@ fn the_fold_of_the_single_impact_orbit_is_where_it_should_be() {
     // Shaw and Holmes (1983): alpha of the orbit grows with the forcing, so the fold lies at one amplitude exactly.
     let at = |force: f64| {
         periodic_orbits(
-            &oscillator(1.0, 0.1, 0.0, 0.8, 1.0, force, 2.8),
+            &oscillator(0.1, harmonic(&[force], 2.8, 0.0), [upper(0, 1.0, 0.8)]),
             &Pattern::single(0),
             &periods(2),
         )
@@ -334,12 +317,11 @@ fn undamped_elastic_impacts_leave_a_family_at_two_phases_only() {
                 .and_then(|s| s.with_reaction(reaction.clone()))
                 .expect("valid")
         };
-        Scene::new(
+        scene(
             system,
             BaseMotion::new(0.072, 1.5, 0.0).expect("valid"),
             [stop(0), stop(1)],
         )
-        .expect("valid")
     };
     for reaction in [Reaction::Coordinate, Reaction::Inertia] {
         for (stops, dimension) in [(vec![0, 1], 2), (vec![0], 1), (vec![1], 1)] {
@@ -369,7 +351,11 @@ fn undamped_elastic_impacts_leave_a_family_at_two_phases_only() {
 
 #[test]
 fn resonance_without_damping_has_no_steady_response_but_an_impact_orbit() {
-    let scene = oscillator(4.0, 0.0, 0.0, 0.7, 0.5, 0.3, 2.0);
+    let scene = scene(
+        unit_mass(0.0, 4.0),
+        harmonic(&[0.3], 2.0, 0.0),
+        [upper(0, 0.5, 0.7)],
+    );
     assert_eq!(
         periodic_orbits(&scene, &Pattern::none(), &periods(1))
             .expect("solved")

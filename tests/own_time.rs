@@ -1,11 +1,15 @@
 //! Equations of motion that depend on time by themselves, and the Jacobians that they give, as the search for orbits has them.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{Complex, DMatrix, dmatrix, dvector};
+use scenes::{linear, upper};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use vibroimpact::{
-    EquationsOfMotion, Forcing, Harmonic, LinearSystem, NonlinearSystem, OrbitOptions, Pattern,
-    PeriodicOrbit, Result, Scene, SimulateOptions, Stop, find_orbit, periodic_orbits, simulate,
+    EquationsOfMotion, Forcing, Harmonic, NonlinearSystem, OrbitOptions, Pattern, PeriodicOrbit,
+    Result, Scene, SimulateOptions, find_orbit, periodic_orbits, simulate,
 };
 
 const W: f64 = 1.4;
@@ -57,25 +61,21 @@ const STILL: Shaken = Shaken {
     jacobian: None,
 };
 
-fn stop() -> Stop {
-    Stop::new(0, 0.3, 0.7).expect("valid")
-}
-
 fn scene(system: Shaken, force: Complex<f64>) -> Scene {
     let forcing = Harmonic::new(dvector![force], W, 0.0).expect("valid");
     Scene::new(
         NonlinearSystem::new(system).expect("valid"),
         forcing,
-        [stop()],
+        [upper(0, 0.3, 0.7)],
     )
     .expect("valid")
 }
 
 /// The orbit of the same motion with all of its force given as a forcing, in closed form.
 fn known(force: Complex<f64>) -> PeriodicOrbit {
-    let system = LinearSystem::new(dmatrix![1.0], dmatrix![DAMPING], dmatrix![1.0]);
+    let system = linear(dmatrix![1.0], dmatrix![DAMPING], dmatrix![1.0]);
     let forcing = Harmonic::new(dvector![force], W, 0.0).expect("valid");
-    let scene = Scene::new(system.expect("valid"), forcing, [stop()]).expect("valid");
+    let scene = Scene::new(system, forcing, [upper(0, 0.3, 0.7)]).expect("valid");
     let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
     let found = orbits
         .expect("solved")
@@ -104,7 +104,7 @@ fn the_time_of_the_equations_moves_with_the_phase() {
             let system = NonlinearSystem::new(system).expect("valid");
             let later = system.with_time_offset(shift).expect("finite");
             let forcing = Harmonic::new(dvector![outside], W, W * shift).expect("valid");
-            Scene::new(later, forcing, [stop()]).expect("valid")
+            Scene::new(later, forcing, [upper(0, 0.3, 0.7)]).expect("valid")
         };
         let orbit = find_orbit(&scene, &wanted, None).expect("closed");
         assert!((orbit.q0()[0] - wanted.q0()[0]).abs() < 1e-10);
@@ -161,7 +161,7 @@ fn equations_that_do_not_repeat_with_the_forcing_are_refused() {
         ..STILL
     })
     .expect("valid");
-    let free = Scene::new(system, Forcing::Unforced, [stop()]).expect("valid");
+    let free = Scene::new(system, Forcing::Unforced, [upper(0, 0.3, 0.7)]).expect("valid");
     let message = find_orbit(&free, &wanted, None)
         .expect_err("no forcing")
         .to_string();

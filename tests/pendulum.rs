@@ -178,7 +178,7 @@ fn losses(
 
 #[test]
 fn wall_impacts_lose_what_their_restitution_says_and_no_bob_passes() {
-    let mut random = Random(0x5eed);
+    let mut random = Random::new(0x5eed);
     for restitution in [1.0, 0.6, 0.95] {
         for (chain, bob, position, side, end) in [
             (pair(1.0, 1.0), 1, 0.3, WallSide::Right, 20.0),

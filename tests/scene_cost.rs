@@ -2,37 +2,39 @@
 //! `Trajectory::stats` counts what did run, and what is not asked for is not kept. The instructions that each part of a scene
 //! costs are printed by `cargo bench --bench scene_cost`.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use scenes::{BOTH, harmonic, linear, oscillator, scene, upper};
 use vibroimpact::{
-    BaseMotion, Coefficient, DoublePendulum, Forcing, Harmonic, Keep, LinearSystem, Method, Scene,
-    Side, SimulateOptions, Stats, Stop, Trajectory, Wall, WallSide, plan, simulate,
+    BaseMotion, Coefficient, DoublePendulum, Forcing, Harmonic, Keep, Method, Scene, Side,
+    SimulateOptions, Stats, Stop, Trajectory, Wall, WallSide, plan, simulate,
 };
 
-fn linear(damping: DMatrix<f64>, forcing: Forcing, stops: Vec<Stop>) -> Scene {
+fn pair(damping: DMatrix<f64>, forcing: Forcing, stops: Vec<Stop>) -> Scene {
     let (mass, stiffness) = (dmatrix![2.0, 0.5; 0.5, 1.0], dmatrix![5.0, -2.0; -2.0, 3.0]);
-    let system = LinearSystem::new(mass, damping, stiffness).expect("valid");
-    Scene::new(system, forcing, stops).expect("valid")
+    let system = linear(mass, damping, stiffness);
+    scene(system, forcing, stops)
 }
 
 /// Proportional damping.
 fn modal(forcing: Forcing, stops: Vec<Stop>) -> Scene {
-    linear(dmatrix![0.5, -0.2; -0.2, 0.3] * 0.1, forcing, stops)
+    pair(dmatrix![0.5, -0.2; -0.2, 0.3] * 0.1, forcing, stops)
 }
 
-fn harmonic() -> Forcing {
-    Harmonic::new(dvector![1.0.into(), 0.3.into()], 0.9, 0.0)
-        .expect("valid")
-        .into()
+fn force() -> Forcing {
+    harmonic(&[1.0, 0.3], 0.9, 0.0)
 }
 
 fn stop() -> Stop {
-    Stop::new(0, 0.1, 0.7).expect("valid")
+    upper(0, 0.1, 0.7)
 }
 
 fn pendulum(stops: Vec<Wall>) -> Scene {
     let system = DoublePendulum::new(1.0, 2.0, (0.05, 0.02)).expect("valid");
     let base = BaseMotion::new(0.3, 1.2, 0.0).expect("valid");
-    Scene::new(system, base, stops).expect("valid")
+    scene(system, base, stops)
 }
 
 fn run_with(scene: &Scene, options: &SimulateOptions) -> Trajectory {
@@ -60,8 +62,8 @@ fn assert_plan(scene: &Scene, named: &[&str], left_out: &[&str]) {
 fn a_linear_system_takes_no_steps() {
     for scene in [
         modal(Forcing::Unforced, vec![stop()]),
-        modal(harmonic(), vec![stop()]),
-        linear(dmatrix![0.3, 0.0; 0.0, 0.0], harmonic(), vec![stop()]),
+        modal(force(), vec![stop()]),
+        pair(dmatrix![0.3, 0.0; 0.0, 0.0], force(), vec![stop()]),
     ] {
         let stats = run(&scene);
         assert_eq!((stats.n_rhs, stats.n_steps), (0, 0));
@@ -73,11 +75,11 @@ fn a_linear_system_takes_no_steps() {
 #[test]
 fn proportional_damping_needs_real_modes_alone() {
     assert_plan(
-        &modal(harmonic(), vec![stop()]),
+        &modal(force(), vec![stop()]),
         &["real modes"],
         &["complex", "exponential"],
     );
-    let coupled = linear(dmatrix![0.3, 0.0; 0.0, 0.0], harmonic(), vec![stop()]);
+    let coupled = pair(dmatrix![0.3, 0.0; 0.0, 0.0], force(), vec![stop()]);
     assert_plan(&coupled, &["complex modes"], &["real modes", "exponential"]);
     // Four equal oscillators, each driven by the one before: a defective state matrix.
     let ones = || Coefficient::Diagonal(DVector::from_element(4, 1.0));
@@ -86,9 +88,9 @@ fn proportional_damping_needs_real_modes_alone() {
         1 => -1.0,
         _ => 0.0,
     });
-    let defective = LinearSystem::new(ones(), ones().scaled(0.1), chain).expect("valid");
+    let defective = linear(ones(), ones().scaled(0.1), chain);
     let force = Harmonic::new(DVector::from_element(4, 1.0.into()), 0.9, 0.0).expect("valid");
-    let scene = Scene::new(defective, force, [stop()]).expect("valid");
+    let scene = scene(defective, force, [stop()]);
     assert_plan(
         &scene,
         &["matrix exponential", "enlarged"],
@@ -106,14 +108,12 @@ fn without_forcing_the_response_is_free() {
         &["harmonic", "steady", "resonance"],
     );
     assert_plan(
-        &modal(harmonic(), vec![stop()]),
+        &modal(force(), vec![stop()]),
         &["harmonic forcing", "steady response split off"],
         &["no forcing", "resonance"],
     );
     // An oscillator driven at its own frequency has no steady response to split off.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![0.1.into()], 1.0, 0.0).expect("valid");
-    let resonant = Scene::new(system, force, [stop()]).expect("valid");
+    let resonant = oscillator(0.0, harmonic(&[0.1], 1.0, 0.0), [stop()]);
     assert_plan(
         &resonant,
         &["harmonic forcing", "near resonance"],
@@ -123,7 +123,7 @@ fn without_forcing_the_response_is_free() {
 
 #[test]
 fn without_stops_there_is_one_flight_and_no_search() {
-    let scene = modal(harmonic(), vec![]);
+    let scene = modal(force(), vec![]);
     let none = Stats {
         n_flights: 1,
         ..Stats::default()
@@ -166,20 +166,18 @@ fn a_nonlinear_system_takes_steps_and_no_modes() {
 
 #[test]
 fn stops_that_are_coupled_are_said_to_be() {
-    let upper = || stop();
-    let lower = || stop().on_side(Side::Lower);
-    let two = modal(harmonic(), vec![upper(), lower()]);
+    let two = modal(force(), vec![stop(), stop().on_side(Side::Lower)]);
     assert_plan(&two, &["2 stops", "complementarity"], &["each by itself"]);
-    let system = LinearSystem::new(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![1.0, 2.0]);
-    let stops = [stop(), Stop::new(1, 0.1, 0.7).expect("valid")];
-    let apart = Scene::new(system.expect("valid"), harmonic(), stops).expect("valid");
+    let system = linear(dvector![1.0, 1.0], dvector![0.0, 0.0], dvector![1.0, 2.0]);
+    let stops = [stop(), upper(1, 0.1, 0.7)];
+    let apart = scene(system, force(), stops);
     assert_plan(&apart, &["2 stops", "each by itself"], &["complementarity"]);
 }
 
 #[test]
 fn what_is_not_asked_for_is_not_kept() {
     let wall = Wall::new(1, 0.1, 0.7, WallSide::Right).expect("valid");
-    for scene in [modal(harmonic(), vec![stop()]), pendulum(vec![wall])] {
+    for scene in [modal(force(), vec![stop()]), pendulum(vec![wall])] {
         let whole = run_with(&scene, &SimulateOptions::default());
         assert!(whole.save().motion.is_some());
         for keep in [Keep::Impacts, Keep::Final] {
@@ -218,26 +216,20 @@ fn no_damping_is_damping_of_no_size() {
         (run.last().0.clone(), run.last().1.clone(), run.stats())
     };
     // Proportional: complex modes would round in another way.
-    let full = |size: f64| {
-        linear(
-            dmatrix![5.0, -2.0; -2.0, 3.0] * size,
-            harmonic(),
-            vec![stop()],
-        )
-    };
+    let full = |size: f64| pair(dmatrix![5.0, -2.0; -2.0, 3.0] * size, force(), vec![stop()]);
     let diagonal = |size: f64| {
         let (mass, stiffness) = (dvector![2.0, 0.3], dvector![5.0, 1.1]);
-        let system = LinearSystem::new(mass, dvector![size, size], stiffness).expect("valid");
-        Scene::new(system, harmonic(), [stop()]).expect("valid")
+        let system = linear(mass, dvector![size, size], stiffness);
+        scene(system, force(), [stop()])
     };
     let pendulum = |size: f64| {
         let system = DoublePendulum::new(1.0, 2.0, (size, size)).expect("valid");
         let wall = Wall::new(1, 0.1, 0.7, WallSide::Right).expect("valid");
-        Scene::new(system, harmonic(), [wall]).expect("valid")
+        scene(system, force(), [wall])
     };
     let linear_scenes: [&dyn Fn(f64) -> Scene; 2] = [&full, &diagonal];
     for scene in linear_scenes {
-        for method in [Method::Exact, Method::Rk45] {
+        for method in BOTH {
             let (without, with) = (end(&scene(0.0), method), end(&scene(LEAST), method));
             assert!(without.2.n_impacts > 0);
             assert_eq!(without, with);
@@ -257,11 +249,10 @@ fn ten_thousand_diagonal_modes_are_stepped_one_by_one() {
     let ones = DVector::from_element(N, 1.0);
     let damping = DVector::from_fn(N, |i, _| 0.02 * frequency(i));
     let stiffness = DVector::from_fn(N, |i, _| frequency(i).powi(2));
-    let system = LinearSystem::new(ones, damping, stiffness).expect("valid");
+    let system = linear(ones, damping, stiffness);
     let normal = DVector::from_element(N, 1.0 / (N as f64).sqrt());
-    let stop = Stop::new(normal.clone(), 0.3, 0.6).expect("valid");
-    let force = Harmonic::new((normal * 0.2).map(Into::into), 0.7, 0.0).expect("valid");
-    let scene = Scene::new(system, force, [stop]).expect("valid");
+    let force = harmonic((&normal * 0.2).as_slice(), 0.7, 0.0);
+    let scene = scene(system, force, [upper(normal, 0.3, 0.6)]);
     let (q0, v0) = (DVector::zeros(N), DVector::from_element(N, 0.005));
     let run = |method| {
         let options = SimulateOptions {

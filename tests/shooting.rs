@@ -1,37 +1,15 @@
 //! `find_orbit` from outside: against the closed form, against simulation, and where the problem is singular.
 
-use nalgebra::{DVector, dmatrix, dvector};
+#[path = "common/scenes.rs"]
+mod scenes;
+
+use nalgebra::DVector;
+use scenes::{harmonic, lower, oscillator, periods, run, scene, upper};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Change, Error, Forcing, Harmonic, Keep, Kind, LinearSystem, OrbitOptions, PaperOptions,
-    Pattern, PeriodicOrbit, Scene, SegmentKind, Side, SimulateOptions, Stop, find_orbit, nalgebra,
-    paper_scene, periodic_orbits, simulate,
+    Change, Error, Forcing, Keep, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene,
+    SegmentKind, SimulateOptions, find_orbit, nalgebra, paper_scene, periodic_orbits, simulate,
 };
-
-fn options(n_periods: usize) -> OrbitOptions {
-    OrbitOptions {
-        n_periods,
-        ..Default::default()
-    }
-}
-
-fn harmonic(force: DVector<f64>, frequency: f64) -> Forcing {
-    Harmonic::new(force.map(Into::into), frequency, 0.0)
-        .expect("valid")
-        .into()
-}
-
-/// One oscillator of unit mass and stiffness with an upper stop.
-fn oscillator(damping: f64, force: f64, frequency: f64, clearance: f64, restitution: f64) -> Scene {
-    let system = LinearSystem::new(dmatrix![1.0], dmatrix![damping], dmatrix![1.0]).expect("valid");
-    let stop = Stop::new(0, clearance, restitution).expect("valid");
-    let forcing = if force > 0.0 {
-        harmonic(dvector![force], frequency)
-    } else {
-        Forcing::Unforced
-    };
-    Scene::new(system, forcing, vec![stop]).expect("valid")
-}
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
 fn opening(orbit: &PeriodicOrbit) -> f64 {
@@ -53,13 +31,13 @@ fn opening(orbit: &PeriodicOrbit) -> f64 {
 #[test]
 fn a_neighbour_leads_to_the_closed_form() {
     let guess = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
-    let guesses = periodic_orbits(&guess, &Pattern::single(1), &options(2)).expect("found");
+    let guesses = periodic_orbits(&guess, &Pattern::single(1), &periods(2)).expect("found");
     let damped = PaperOptions {
         damping: Some(0.055),
         ..Default::default()
     };
     let scene = paper_scene(Kind::Three, &damped).expect("valid");
-    let wanted = periodic_orbits(&scene, &Pattern::single(1), &options(2)).expect("found");
+    let wanted = periodic_orbits(&scene, &Pattern::single(1), &periods(2)).expect("found");
     assert_eq!(guesses.len(), 2);
     for (guess, wanted) in guesses.iter().zip(wanted.iter()) {
         let orbit = find_orbit(&scene, guess, None).expect("converges");
@@ -74,17 +52,12 @@ fn a_neighbour_leads_to_the_closed_form() {
 
 #[test]
 fn two_instants_and_two_stops_together_agree_with_their_own_solvers() {
-    let system = LinearSystem::new(dmatrix![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
-    let stops = vec![
-        Stop::new(0, 0.5, 0.8).expect("valid"),
-        Stop::new(0, 0.55, 0.7).expect("valid").on_side(Side::Lower),
-    ];
-    let forcing = harmonic(dvector![1.0], 1.4);
-    let scene = Scene::new(system, forcing, stops).expect("valid");
+    let stops = vec![upper(0, 0.5, 0.8), lower(0, 0.55, 0.7)];
+    let scene = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), stops);
     let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
-    let guesses = periodic_orbits(&scene, &pattern, &options(1)).expect("searched");
+    let guesses = periodic_orbits(&scene, &pattern, &periods(1)).expect("searched");
     let near = scene.replace(Change::ForcingScale(1.01)).expect("valid");
-    let wanted = periodic_orbits(&near, &pattern, &options(1)).expect("searched");
+    let wanted = periodic_orbits(&near, &pattern, &periods(1)).expect("searched");
     assert!(!guesses.is_empty());
     for guess in guesses.iter() {
         let orbit = find_orbit(&near, guess, None).expect("converges");
@@ -127,7 +100,7 @@ fn two_instants_and_two_stops_together_agree_with_their_own_solvers() {
 #[test]
 fn a_trajectory_leads_to_the_orbit_it_settles_on() {
     let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
-    let wanted = periodic_orbits(&scene, &Pattern::single(1), &options(2)).expect("found");
+    let wanted = periodic_orbits(&scene, &Pattern::single(1), &periods(2)).expect("found");
     let stable = &wanted[0];
     assert_eq!(stable.stability().expect("computed").is_stable, Some(true));
     // Off the orbit by a thousandth, and far from settled.
@@ -152,20 +125,13 @@ fn many_instants_close_and_are_retraced() {
     let (mut found, mut n_held) = (Vec::new(), 0);
     for step in 0..60 {
         let frequency = 0.2 + 0.01 * f64::from(step);
-        let scene = oscillator(0.1, 1.0, frequency, 0.1, 0.6);
+        let scene = oscillator(0.1, harmonic(&[1.0], frequency, 0.0), [upper(0, 0.1, 0.6)]);
         let period = TAU / frequency;
         let settle = SimulateOptions {
             t_eval: None,
             ..Default::default()
         };
-        let run = simulate(
-            &scene,
-            &dvector![0.0],
-            &dvector![0.0],
-            (0.0, 60.0 * period),
-            &settle,
-        )
-        .expect("valid");
+        let run = run(&scene, &[0.0], &[0.0], 60.0 * period, &settle);
         if run.status() != vibroimpact::Status::Finished {
             continue;
         }
@@ -212,13 +178,21 @@ fn an_impact_without_speed_is_a_regular_point() {
     // The steady response touches a stop at its own amplitude: an orbit whose impact has no speed.
     let (damping, frequency) = (0.2, 1.3);
     let amplitude = 1.0 / (1.0f64 - frequency * frequency).hypot(damping * frequency);
-    let near = oscillator(damping, 1.0, frequency, 0.999 * amplitude, 0.7);
-    let guesses = periodic_orbits(&near, &Pattern::single(0), &options(1)).expect("found");
+    let near = oscillator(
+        damping,
+        harmonic(&[1.0], frequency, 0.0),
+        [upper(0, 0.999 * amplitude, 0.7)],
+    );
+    let guesses = periodic_orbits(&near, &Pattern::single(0), &periods(1)).expect("found");
     let slow = guesses
         .iter()
         .min_by(|a, b| a.impacts()[0].approach.total_cmp(&b.impacts()[0].approach))
         .expect("two orbits");
-    let grazing = oscillator(damping, 1.0, frequency, amplitude, 0.7);
+    let grazing = oscillator(
+        damping,
+        harmonic(&[1.0], frequency, 0.0),
+        [upper(0, amplitude, 0.7)],
+    );
     let orbit = find_orbit(&grazing, slow, None).expect("converges");
     assert!(
         orbit.impacts()[0].approach.abs() < 1e-11,
@@ -233,15 +207,8 @@ fn an_impact_without_speed_is_a_regular_point() {
 fn without_forcing_the_period_is_found() {
     // q'' + q = 0 below a stop at c, elastic: from the stop with speed s, amplitude a = hypot(c, s), back after
     // 2 pi - 2 arccos(c/a).
-    let scene = oscillator(0.0, 0.0, 0.0, 0.5, 1.0);
-    let run = simulate(
-        &scene,
-        &dvector![0.0],
-        &dvector![1.0],
-        (0.0, 30.0),
-        &SimulateOptions::default(),
-    )
-    .expect("valid");
+    let scene = oscillator(0.0, Forcing::Unforced, [upper(0, 0.5, 1.0)]);
+    let run = run(&scene, &[0.0], &[1.0], 30.0, &SimulateOptions::default());
     let orbit = find_orbit(&scene, &run, None).expect("a family; the nearest member");
     let amplitude = 0.5f64.hypot(orbit.v0()[0]);
     assert!((orbit.period() - (TAU - 2.0 * (0.5 / amplitude).acos())).abs() < 1e-12);
@@ -253,15 +220,8 @@ fn without_forcing_the_period_is_found() {
     assert_eq!(argument, "n_periods");
     // Self-excited: negative damping feeds what the impact takes. Unit frequency, -2 eta = 0.1, c = 0: half-turns of the
     // spiral, e^{eta pi/wd} e = 1 at no e but one; with c > 0 the amplitude settles by itself.
-    let excited = oscillator(-0.1, 0.0, 0.0, 0.5, 0.8);
-    let run = simulate(
-        &excited,
-        &dvector![0.0],
-        &dvector![0.6],
-        (0.0, 400.0),
-        &SimulateOptions::default(),
-    )
-    .expect("valid");
+    let excited = oscillator(-0.1, Forcing::Unforced, [upper(0, 0.5, 0.8)]);
+    let run = scenes::run(&excited, &[0.0], &[0.6], 400.0, &SimulateOptions::default());
     let orbit = find_orbit(&excited, &run, None).expect("converges");
     assert!(opening(&orbit) < 1e-10);
     let multipliers = &orbit.stability().expect("computed").orders[0].multipliers;
@@ -273,15 +233,8 @@ fn without_forcing_the_period_is_found() {
 
 #[test]
 fn motions_without_impacts_are_the_steady_response() {
-    let scene = oscillator(0.2, 1.0, 0.7, 10.0, 0.5);
-    let run = simulate(
-        &scene,
-        &dvector![0.0],
-        &dvector![0.0],
-        (0.0, 50.0),
-        &SimulateOptions::default(),
-    )
-    .expect("valid");
+    let scene = oscillator(0.2, harmonic(&[1.0], 0.7, 0.0), [upper(0, 10.0, 0.5)]);
+    let run = run(&scene, &[0.0], &[0.0], 50.0, &SimulateOptions::default());
     let orbit = find_orbit(&scene, &run, None).expect("linear");
     let y = nalgebra::Complex::new(1.0 - 0.49, 0.2 * 0.7).inv();
     let q = |t: f64| (y * nalgebra::Complex::from_polar(1.0, 0.7 * t + orbit.phase())).re;
@@ -294,7 +247,7 @@ fn motions_without_impacts_are_the_steady_response() {
 
 #[test]
 fn what_cannot_be_a_guess_is_refused() {
-    let scene = oscillator(0.1, 1.0, 0.8, 0.2, 0.6);
+    let scene = oscillator(0.1, harmonic(&[1.0], 0.8, 0.0), [upper(0, 0.2, 0.6)]);
     let still = DVector::zeros(1);
     let short = simulate(
         &scene,
@@ -321,7 +274,7 @@ fn what_cannot_be_a_guess_is_refused() {
         .to_string();
     assert!(text.contains("keep"), "{text}");
     let pendulum = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
-    let orbits = periodic_orbits(&pendulum, &Pattern::single(1), &options(2)).expect("found");
+    let orbits = periodic_orbits(&pendulum, &Pattern::single(1), &periods(2)).expect("found");
     for (scene, n, word) in [
         (&scene, None, "guess"),
         (&pendulum, Some(3), "n_periods"),
@@ -354,7 +307,7 @@ fn third(part: f64, linear: bool) -> Scene {
 fn large_angles_have_an_orbit_near_the_linear_one_that_nears_it_with_the_square_of_the_amplitude() {
     let apart = |part: f64| {
         let linear =
-            periodic_orbits(&third(part, true), &Pattern::single(1), &options(2)).expect("found");
+            periodic_orbits(&third(part, true), &Pattern::single(1), &periods(2)).expect("found");
         let orbit = find_orbit(&third(part, false), &linear[0], None).expect("converges");
         assert!(
             orbit.is_admissible() == Some(true) && opening(&orbit) < 1e-9,
@@ -370,7 +323,7 @@ fn large_angles_have_an_orbit_near_the_linear_one_that_nears_it_with_the_square_
 #[test]
 fn multipliers_of_large_angles_are_those_of_the_simulated_return_map() {
     let linear =
-        periodic_orbits(&third(1.0, true), &Pattern::single(1), &options(2)).expect("found");
+        periodic_orbits(&third(1.0, true), &Pattern::single(1), &periods(2)).expect("found");
     let orbit = find_orbit(&third(1.0, false), &linear[0], None).expect("converges");
     let start = 0.4 * orbit.period();
     let keep = SimulateOptions {
@@ -416,7 +369,7 @@ fn a_pendulum_against_a_wall_is_followed_from_its_trajectory() {
     let pendulum = vibroimpact::DoublePendulum::new(1.0, 2.0, (0.1, 0.05)).expect("valid");
     let base = vibroimpact::BaseMotion::new(0.25, 1.0, 0.0).expect("valid");
     let wall = vibroimpact::Wall::new(1, 0.3, 0.7, vibroimpact::WallSide::Right).expect("valid");
-    let scene = Scene::new(pendulum, base, [wall]).expect("valid");
+    let scene = scene(pendulum, base, [wall]);
     let still = DVector::zeros(2);
     let span = (0.0, 300.0 * TAU);
     let run = simulate(&scene, &still, &still, span, &SimulateOptions::default()).expect("runs");

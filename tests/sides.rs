@@ -1,35 +1,21 @@
 //! The two sides of an impact, wherever in a run it falls: at its start, inside, at its last instant; asked for by
 //! `Trajectory::state`, by `t_eval` and by the points for drawing; as run and as restored.
 
+#[path = "common/scenes.rs"]
+mod scenes;
+
 use nalgebra::{DVector, dvector};
+use scenes::{BOTH, ball, harmonic, oscillator, scene, unit_mass, upper, with};
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Forcing, Harmonic, ImpactSide, Keep, LinearSystem, Method, Scene,
-    SegmentKind, Side, SimulateOptions, Status, Stop, Trajectory, Wall, WallSide, simulate,
+    BaseMotion, DoublePendulum, Forcing, ImpactSide, Keep, Method, SegmentKind, Side,
+    SimulateOptions, Status, Trajectory, Wall, WallSide, simulate,
 };
 
-const METHODS: [Method; 2] = [Method::Exact, Method::Rk45];
 const E: f64 = 0.5;
-
-/// A ball of weight 1 over a floor.
-fn ball() -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![0.0])
-        .expect("valid")
-        .with_load(dvector![-1.0])
-        .expect("valid");
-    let floor = Stop::new(0, 0.0, E).expect("valid").on_side(Side::Lower);
-    Scene::new(system, Forcing::Unforced, [floor]).expect("valid")
-}
-
-fn options(method: Method) -> SimulateOptions {
-    SimulateOptions {
-        method,
-        ..Default::default()
-    }
-}
 
 fn dropped(height: f64, speed: f64, end: f64, options: &SimulateOptions) -> Trajectory {
     let (q0, v0) = (dvector![height], dvector![speed]);
-    simulate(&ball(), &q0, &v0, (0.0, end), options).expect("runs")
+    simulate(&ball(E), &q0, &v0, (0.0, end), options).expect("runs")
 }
 
 /// The run and what becomes of it when it is saved and made again.
@@ -63,11 +49,11 @@ fn assert_sides(run: &Trajectory) {
 
 #[test]
 fn an_impact_that_ends_a_run_has_two_sides() {
-    for method in METHODS {
+    for method in BOTH {
         for max_impacts in [1, 2, 3] {
             let ended = SimulateOptions {
                 max_impacts: Some(max_impacts),
-                ..options(method)
+                ..with(method, 1e-9)
             };
             for run in both(dropped(1.0, 0.0, 100.0, &ended)) {
                 assert_eq!(run.status(), Status::MaxImpacts);
@@ -91,10 +77,10 @@ fn an_impact_that_ends_a_run_has_two_sides() {
 
 #[test]
 fn a_flight_of_no_length_is_a_side_and_no_segment() {
-    for method in METHODS {
+    for method in BOTH {
         let ended = SimulateOptions {
             max_impacts: Some(3),
-            ..options(method)
+            ..with(method, 1e-9)
         };
         let run = dropped(0.0, -1.0, 100.0, &ended);
         let segments = run.segments().expect("kept");
@@ -110,8 +96,8 @@ fn a_flight_of_no_length_is_a_side_and_no_segment() {
 
 #[test]
 fn an_impact_at_the_start_has_two_sides() {
-    for method in METHODS {
-        for run in both(dropped(0.0, -1.0, 0.5, &options(method))) {
+    for method in BOTH {
+        for run in both(dropped(0.0, -1.0, 0.5, &with(method, 1e-9))) {
             assert_eq!(run.impacts()[0].time, 0.0);
             assert_sides(&run);
             let (times, _, v) = run.samples().expect("kept");
@@ -124,17 +110,15 @@ fn an_impact_at_the_start_has_two_sides() {
 
 #[test]
 fn the_sides_at_the_ends_do_not_depend_on_the_rounding_of_a_time_in_periods() {
-    let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![0.3.into()], 0.7, 0.0).expect("valid");
-    let scene = Scene::new(system, force, [Stop::new(0, 0.0, E).expect("valid")]).expect("valid");
-    for method in METHODS {
+    let scene = oscillator(0.1, harmonic(&[0.3], 0.7, 0.0), [upper(0, 0.0, E)]);
+    for method in BOTH {
         for k in 0..100 {
             let t0 = 0.1 * f64::from(k);
             let run = |end: f64, max_impacts: Option<usize>, t_eval: Option<Vec<f64>>| {
                 let asked = SimulateOptions {
                     max_impacts,
                     t_eval,
-                    ..options(method)
+                    ..with(method, 1e-9)
                 };
                 simulate(&scene, &dvector![0.0], &dvector![1.0], (t0, end), &asked).expect("runs")
             };
@@ -177,9 +161,9 @@ fn the_sides_at_the_ends_do_not_depend_on_the_rounding_of_a_time_in_periods() {
 
 #[test]
 fn samples_are_after_an_impact_at_any_instant() {
-    for method in METHODS {
+    for method in BOTH {
         for keep in [Keep::Motion, Keep::Impacts, Keep::Final] {
-            let known = dropped(0.0, -1.0, 1.2, &options(method));
+            let known = dropped(0.0, -1.0, 1.2, &with(method, 1e-9));
             let times: Vec<f64> = known.impacts().iter().map(|i| i.time).collect();
             assert_eq!(times.len(), 2);
             let last = times[1];
@@ -188,7 +172,7 @@ fn samples_are_after_an_impact_at_any_instant() {
                     t_eval: Some(times.clone()),
                     keep,
                     max_impacts,
-                    ..options(method)
+                    ..with(method, 1e-9)
                 };
                 let run = dropped(0.0, -1.0, end, &sampled);
                 let (t, q, v) = run.samples().expect("asked for");
@@ -213,11 +197,11 @@ fn samples_are_after_an_impact_at_any_instant() {
 
 #[test]
 fn a_run_that_ends_before_it_flies_has_its_state() {
-    for method in METHODS {
+    for method in BOTH {
         let none = SimulateOptions {
             max_impacts: Some(0),
             t_eval: Some(vec![0.0]),
-            ..options(method)
+            ..with(method, 1e-9)
         };
         for (height, before, after) in [(1.0, -1.0, -1.0), (0.0, -1.0, E)] {
             for run in both(dropped(height, -1.0, 1.0, &none)) {
@@ -234,18 +218,17 @@ fn a_run_that_ends_before_it_flies_has_its_state() {
 #[test]
 fn a_jam_keeps_the_state_it_ends_in() {
     // A stop on both sides and no room: nothing that pushes keeps both closed.
-    let system = LinearSystem::new(dvector![1.0], dvector![0.0], dvector![1.0]).expect("valid");
-    let stop = || Stop::new(0, 0.0, E).expect("valid");
-    let scene = Scene::new(
+    let system = unit_mass(0.0, 1.0);
+    let stop = || upper(0, 0.0, E);
+    let scene = scene(
         system,
         Forcing::Unforced,
         [stop(), stop().on_side(Side::Lower)],
     );
-    let scene = scene.expect("valid");
-    for method in METHODS {
+    for method in BOTH {
         let sampled = SimulateOptions {
             t_eval: Some(vec![0.0]),
-            ..options(method)
+            ..with(method, 1e-9)
         };
         let run = simulate(&scene, &dvector![0.0], &dvector![1.0], (0.0, 1.0), &sampled);
         for run in both(run.expect("runs")) {
@@ -263,13 +246,13 @@ fn steps_of_a_pendulum_have_both_sides_at_the_ends() {
     let pendulum = DoublePendulum::new(1.0, 2.0, (0.05, 0.02)).expect("valid");
     let base = BaseMotion::new(0.3, 1.2, 0.0).expect("valid");
     let wall = Wall::new(1, 0.0, 0.7, WallSide::Right).expect("valid");
-    let scene = Scene::new(pendulum, base, [wall]).expect("valid");
+    let scene = scene(pendulum, base, [wall]);
     for method in [Method::Taylor, Method::Rk45] {
         let run = |max_impacts, t_eval| {
             let asked = SimulateOptions {
                 max_impacts,
                 t_eval,
-                ..options(method)
+                ..with(method, 1e-9)
             };
             let (q0, v0) = (dvector![0.0, 0.0], dvector![0.2, 0.5]);
             simulate(&scene, &q0, &v0, (1.3, 50.0), &asked).expect("runs")

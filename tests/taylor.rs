@@ -1,30 +1,24 @@
 //! Laws of motions along Taylor series (theory 8): against closed forms, against Runge-Kutta steps of the same scene, and
-//! against what cannot change. Random cases: `VIBROIMPACT_CASES` (default 200) and `VIBROIMPACT_SEED`.
+//! against what cannot change.
 
 #[path = "common/random.rs"]
 mod random;
+#[path = "common/scenes.rs"]
+mod scenes;
 
 use nalgebra::{Complex, DMatrix, DVector, dvector};
-use random::{Random, number};
+use random::{Cases, Random};
+use scenes::{run, scene, upper, with};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, Constraint, DoublePendulum, Error, Forcing, Harmonic, ImpactSide, Keep, Kind,
-    Method, NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, Stop,
-    SweepOptions, Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
+    Method, NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, SweepOptions,
+    Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
 };
 
-fn options(method: Method, rtol: f64) -> SimulateOptions {
-    SimulateOptions {
-        method,
-        rtol,
-        atol: 1e-3 * rtol,
-        ..Default::default()
-    }
-}
-
 fn taylor(rtol: f64) -> SimulateOptions {
-    options(Method::Taylor, rtol)
+    with(Method::Taylor, rtol)
 }
 
 fn end(run: &Trajectory) -> Vec<f64> {
@@ -54,7 +48,7 @@ fn start() -> (DVector<f64>, DVector<f64>) {
 /// One link of length one under gravity one, with stops.
 fn link(stops: Vec<Constraint>) -> Scene {
     let chain = PendulumChain::new(dvector![1.0], dvector![1.0], &dvector![0.0], 1.0);
-    Scene::new(chain.expect("valid"), Forcing::Unforced, stops).expect("valid")
+    scene(chain.expect("valid"), Forcing::Unforced, stops)
 }
 
 /// The quarter of the period of a link that swings to an angle: `K(sin(angle/2)) = pi/(2 agm(1, cos(angle/2)))`.
@@ -164,14 +158,7 @@ fn no_contact_deeper_than_the_error_of_the_motion_is_missed() {
                 // The same swing from anywhere: v^2 = 2 (cos q - cos angle).
                 let q0 = -start;
                 let v0 = (2.0 * (f64::cos(q0) - angle.cos())).sqrt();
-                let run = simulate(
-                    &scene,
-                    &dvector![q0],
-                    &dvector![v0],
-                    (0.0, 3.0),
-                    &taylor(rtol),
-                )
-                .expect("runs");
+                let run = run(&scene, &[q0], &[v0], 3.0, &taylor(rtol));
                 let tolerance = 1e-3 * rtol + rtol * 2.0 * angle.sin();
                 let is_found = !run.impacts().is_empty() || depth < 1.5 * tolerance;
                 impacts += usize::from(!run.impacts().is_empty());
@@ -236,7 +223,7 @@ fn random_case(random: &mut Random) -> (Scene, DVector<f64>, DVector<f64>) {
     } else {
         Side::Upper
     };
-    let stop = Stop::new(random.below(n), random.between(0.2, 0.4), e).expect("valid");
+    let stop = upper(random.below(n), random.between(0.2, 0.4), e);
     stops.push(stop.on_side(side).into());
     let system: vibroimpact::System = if n == 2 && random.below(2) == 0 {
         DoublePendulum::with_damping_matrix(
@@ -252,17 +239,16 @@ fn random_case(random: &mut Random) -> (Scene, DVector<f64>, DVector<f64>) {
             .into()
     };
     let (q0, v0) = (vector(random, -0.1, 0.1), vector(random, -1.0, 1.0));
-    (Scene::new(system, forcing, stops).expect("valid"), q0, v0)
+    (scene(system, forcing, stops), q0, v0)
 }
 
 #[test]
 fn series_and_runge_kutta_steps_agree_impact_by_impact() {
-    let mut random = Random(number("VIBROIMPACT_SEED", 7) as u64);
-    let mut impacts = 0;
-    for case in 0..number("VIBROIMPACT_CASES", 200) {
+    let (cases, mut impacts) = (Cases::new(7, 200), 0);
+    for (case, mut random) in cases.each() {
         let (scene, q0, v0) = random_case(&mut random);
         let run =
-            |method| simulate(&scene, &q0, &v0, (0.0, 2.0), &options(method, 1e-11)).expect("runs");
+            |method| simulate(&scene, &q0, &v0, (0.0, 2.0), &with(method, 1e-11)).expect("runs");
         let (series, steps) = (run(Method::Taylor), run(Method::Rk45));
         let (a, b) = (series.impacts(), steps.impacts());
         assert_eq!(a.len(), b.len(), "{case}");
@@ -281,7 +267,7 @@ fn series_and_runge_kutta_steps_agree_impact_by_impact() {
         );
         assert!(series.stats().n_steps < steps.stats().n_steps, "{case}");
     }
-    assert!(impacts > 100, "{impacts}");
+    assert!(cases.have(impacts, 25), "{impacts}");
 }
 
 #[test]
@@ -330,7 +316,7 @@ const SPAN: (f64, f64) = (0.3, 12.0);
 /// Restitutions from none to full: runs side by side end at once, chatter, rest on the wall and leave it, or fly on.
 #[test]
 fn runs_abreast_are_those_one_by_one() {
-    let mut random = Random(number("VIBROIMPACT_SEED", 5) as u64);
+    let mut random = Random::new(5);
     let final_state = |rtol: f64, max_impacts: Option<usize>| SimulateOptions {
         keep: Keep::Final,
         max_impacts,
@@ -343,7 +329,7 @@ fn runs_abreast_are_those_one_by_one() {
         let chain = PendulumChain::new(masses, lengths, &dampers, 9.81).expect("valid");
         let base = BaseMotion::new(0.1, 3.0, 0.4).expect("valid");
         let wall = Wall::new(n - 1, 0.15, restitution, WallSide::Right).expect("valid");
-        let scene = Scene::new(chain, base, [wall]).expect("valid");
+        let scene = scene(chain, base, [wall]);
         // More than a tile, and no multiple of those side by side.
         let starts = [-0.4, 0.5].map(|low| {
             DVector::from_fn(n * 37, |_, _| 0.5 * low + 0.5 * random.between(-0.4, 0.1))
@@ -408,27 +394,13 @@ fn what_has_no_series_is_refused_by_name_and_gets_steps_by_default() {
     }
     let free = link(vec![]);
     assert!(plan(&free).expect("a plan").contains("Taylor series"));
-    let run = simulate(
-        &free,
-        &dvector![0.1],
-        &dvector![0.0],
-        (0.0, 10.0),
-        &SimulateOptions::default(),
-    )
-    .expect("runs");
+    let run = run(&free, &[0.1], &[0.0], 10.0, &SimulateOptions::default());
     assert!(run.stats().n_steps > 1 && run.stats().n_gap_evaluations == 0);
 }
 
 #[test]
 fn speeds_beyond_the_doubles_end_the_run() {
-    let run = simulate(
-        &link(vec![]),
-        &dvector![0.3],
-        &dvector![1e60],
-        (0.0, 1.0),
-        &taylor(1e-9),
-    )
-    .expect("runs");
+    let run = run(&link(vec![]), &[0.3], &[1e60], 1.0, &taylor(1e-9));
     assert_eq!(run.status(), vibroimpact::Status::StepUnderflow);
     assert_eq!(run.last().0[0], 0.3);
 }

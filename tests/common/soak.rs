@@ -4,10 +4,10 @@ use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::Path;
 
-const HEADER: &str = "compared,seed,first,count,disagree\n";
+const HEADER: &str = "compared,seed,count,disagree\n";
 
-/// Adds a line: what was compared, of scenes of a seed from a first one on, and how often it disagreed.
-pub fn note(compared: &str, seed: u64, first: u64, count: usize, disagree: usize) {
+/// Adds a line: what was compared, of scenes of which seed, how often, and how often it disagreed.
+pub fn note(compared: &str, seed: u64, count: usize, disagree: usize) {
     let Ok(path) = std::env::var("VIBROIMPACT_SOAKS") else {
         return;
     };
@@ -18,6 +18,6 @@ pub fn note(compared: &str, seed: u64, first: u64, count: usize, disagree: usize
     };
     let file = OpenOptions::new().create(true).append(true).open(&path);
     file.expect("a file that can be written to")
-        .write_all(format!("{header}{compared},{seed},{first},{count},{disagree}\n").as_bytes())
+        .write_all(format!("{header}{compared},{seed},{count},{disagree}\n").as_bytes())
         .expect("room for a line");
 }

@@ -164,7 +164,7 @@ fn equation_13_joint_dampers() {
     fails(wanted.m22);
 }
 
-/// FreeParameter part of (14) for one mode, at a complex time.
+/// Free part of (14) for one mode, at a complex time.
 fn displacement(mode: &Mode, [a, b]: [f64; 2], t: Complex<f64>) -> Complex<f64> {
     let turn = t * mode.damped;
     (-t * mode.eta).exp() * (turn.cos() * a + turn.sin() * b)

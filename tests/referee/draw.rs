@@ -1,10 +1,18 @@
 //! Parts of systems at random: matrices and forces, usual ones and such as break things.
 
 use crate::case::ForceCase;
-use crate::random::{Random, round_to};
+use crate::random::Random;
 use crate::roots::eigenvalues;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A number with one significant digit, or itself.
+pub fn round_to(is_round: bool, x: f64) -> f64 {
+    if !is_round || x == 0.0 || !x.is_finite() {
+        return x;
+    }
+    format!("{x:.0e}").parse().expect("a number")
+}
 
 pub struct Draw<'a> {
     pub random: &'a mut Random,

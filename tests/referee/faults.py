@@ -137,7 +137,7 @@ def build(copy: Path, tests: str) -> str:
 
 def disagreeing(program: str, name: str, fault: str, scenes: int) -> tuple[set[int], list[str]]:
     """Run a test of a referee: the scenes that disagree, and the lines that count them by classes."""
-    environment = os.environ | {"VIBROIMPACT_FAULT": fault, "VIBROIMPACT_REFEREE": str(scenes)}
+    environment = os.environ | {"VIBROIMPACT_FAULT": fault, "VIBROIMPACT_CASES": str(scenes)}
     run = subprocess.run([program, name, "--nocapture"], env=environment, capture_output=True, text=True, check=False)
     said = run.stdout + run.stderr
     if " scenes in " not in said and " looked at, " not in said:

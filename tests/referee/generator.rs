@@ -2,8 +2,8 @@
 //! for which things coincide exactly.
 
 use crate::case::{Case, Push, StopCase};
-use crate::draw::Draw;
-use crate::random::{Random, round_to};
+use crate::draw::{Draw, round_to};
+use crate::random::Random;
 use crate::roots::eigenvalues;
 use crate::shallow::make_shallow;
 use nalgebra::{DMatrix, DVector};
@@ -169,7 +169,7 @@ fn drive_one(case: &mut Case, random: &mut Random) {
 
 /// Scene number `number` of a seed.
 pub fn scene(seed: u64, number: u64) -> Case {
-    let mut random = Random::new(seed, number);
+    let mut random = Random::of_case(seed, number);
     let n = random.of(&[1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 4, 5, 6]);
     let is_round = random.chance(50);
     let mut draw = Draw {

@@ -1,9 +1,7 @@
 //! A referee for `simulate`: a slow simulator of linear scenes that shares nothing with the library, a generator of scenes,
-//! and a comparison of the two. The number of scenes comes from `VIBROIMPACT_REFEREE`, the first one from
-//! `VIBROIMPACT_REFEREE_FROM`, their seed from `VIBROIMPACT_REFEREE_SEED`; `VIBROIMPACT_REFEREE_SCENE` picks one, and with
-//! `VIBROIMPACT_REFEREE_SHRINK` each kind of disagreement is shown on the smallest scene found. `VIBROIMPACT_SOAKS` names a table of
-//! what was compared. Where the two disagree in the units of a scene and agree in all others that are tried, rounding decides: such
-//! scenes are told, and counted apart.
+//! and a comparison of the two. Where they disagree in the units of a scene and agree in all others that are tried, rounding
+//! decides: such scenes are told, and counted apart. A scene that is looked at alone is shown, and each kind of its disagreements
+//! on the smallest scene like it.
 
 mod accumulation;
 mod alterations;
@@ -30,6 +28,7 @@ mod motion;
 mod phases;
 mod places;
 mod polynomial;
+#[path = "../common/random.rs"]
 mod random;
 mod record;
 mod reference;
@@ -45,6 +44,7 @@ mod units;
 
 use case::Case;
 use compare::Verdict;
+use random::Cases;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -170,10 +170,6 @@ const FOUND: [(u64, &[u64]); 45] = [
 /// After this time a scene counts as one without end.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-fn from_environment(name: &str) -> Option<u64> {
-    std::env::var(name).ok().and_then(|text| text.parse().ok())
-}
-
 #[derive(Default)]
 struct Tally {
     agree: usize,
@@ -275,11 +271,9 @@ fn what_was_found_stays_mended() {
 
 #[test]
 fn the_library_agrees_with_the_referee() {
-    let count = from_environment("VIBROIMPACT_REFEREE").unwrap_or(300);
-    let seed = from_environment("VIBROIMPACT_REFEREE_SEED").unwrap_or(1);
-    let only = from_environment("VIBROIMPACT_REFEREE_SCENE");
-    let from = from_environment("VIBROIMPACT_REFEREE_FROM").unwrap_or(0);
-    let numbers: Vec<u64> = only.map_or((from..from + count).collect(), |n| vec![n]);
+    let cases = Cases::new(1, 300);
+    let seed = cases.seed;
+    let numbers: Vec<u64> = cases.numbers().map(|number| number as u64).collect();
     let (next, tally, began) = (
         AtomicU64::new(0),
         Mutex::new(Tally::default()),
@@ -294,7 +288,7 @@ fn the_library_agrees_with_the_referee() {
                     let k = next.fetch_add(1, Ordering::Relaxed) as usize;
                     let Some(&number) = numbers.get(k) else { break };
                     let case = generator::scene(seed, number);
-                    if only.is_some() {
+                    if cases.is_one() {
                         println!("{}", case.dump());
                         compare::print(&case);
                     }
@@ -326,15 +320,14 @@ fn the_library_agrees_with_the_referee() {
     });
     let tally = tally.into_inner().expect("no panic");
     tally.print(numbers.len(), began.elapsed());
-    if only.is_none() {
+    if cases.is_one() {
+        tally.print_smallest(seed);
+    } else {
         let (total, rounding) = (numbers.len(), tally.in_one_unit.len());
         let disagree = total - tally.agree - tally.no_scene - rounding;
-        soak::note("linear scenes", seed, from, total, disagree);
+        soak::note("linear scenes", seed, total, disagree);
         let alone = "linear scenes in one system of units alone";
-        soak::note(alone, seed, from, total, rounding);
-    }
-    if from_environment("VIBROIMPACT_REFEREE_SHRINK").is_some() {
-        tally.print_smallest(seed);
+        soak::note(alone, seed, total, rounding);
     }
     assert!(
         tally.classes.is_empty(),
@@ -342,12 +335,12 @@ fn the_library_agrees_with_the_referee() {
     );
     // Else nothing would have been compared.
     assert!(
-        only.is_some() || 100 * tally.no_scene <= numbers.len(),
+        cases.is_one() || 100 * tally.no_scene <= numbers.len(),
         "{} are no scene",
         tally.no_scene
     );
     assert!(
-        only.is_some() || tally.parts > 0.5 * numbers.len() as f64,
+        cases.is_one() || tally.parts > 0.5 * numbers.len() as f64,
         "compared {} spans of {}",
         tally.parts,
         numbers.len()

@@ -19,7 +19,7 @@ pub struct Plane {
 /// The scene in the referee's numbers, and what does not depend on the stops held.
 pub struct Model {
     pub n: usize,
-    /// FreeParameter acceleration `a = rows . x`.
+    /// Free acceleration `a = rows . x`.
     pub free: Matrix,
     pub frequency: Dd,
     pub stops: Vec<Plane>,

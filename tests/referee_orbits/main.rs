@@ -1,5 +1,4 @@
 //! A referee of periodic orbits that shares no line with the library: plain matrices, an exponential and a solver of its own.
-//! The number of scenes is `VIBROIMPACT_CASES`, their seed `VIBROIMPACT_SEED`; `VIBROIMPACT_CASE` picks one.
 
 mod causes;
 mod closing;
@@ -16,7 +15,7 @@ mod soak;
 use closing::misfit;
 use nalgebra::DVector;
 use plant::{KINDS, Plant, random_plant};
-use random::{Random, chosen, number};
+use random::{Cases, Random};
 use returns::Returns;
 use scan::{Times, phases};
 use std::f64::consts::TAU;
@@ -29,21 +28,13 @@ const CLOSED: f64 = 1e-9;
 /// What a sampled gap may be below zero where the orbit is admissible, relative to the motion.
 const TOUCH: f64 = 1e-10;
 
-fn seed() -> u64 {
-    number("VIBROIMPACT_SEED", 0x0B17) as u64
+fn cases(default: usize) -> Cases {
+    Cases::new(0x0B17, default)
 }
 
 /// The scenes asked for: the number of each, a plant and numbers for the questions.
 fn scenes(default: usize) -> impl Iterator<Item = (usize, Random, Plant)> {
-    let cases = number("VIBROIMPACT_CASES", default);
-    let seed = seed();
-    let only = chosen("VIBROIMPACT_CASE");
-    let wanted = (0..cases).filter(move |case| only.is_none_or(|only| only == *case));
-    wanted.map(move |case| {
-        let mut random = Random((seed << 20) + 7919 * case as u64 + 1);
-        for _ in 0..8 {
-            random.unit();
-        }
+    cases(default).each().map(|(case, mut random)| {
         let plant = random_plant(&mut random, KINDS[case % KINDS.len()]);
         (case, random, plant)
     })
@@ -51,7 +42,7 @@ fn scenes(default: usize) -> impl Iterator<Item = (usize, Random, Plant)> {
 
 /// Whether one scene alone is looked at, which need not have all that is counted.
 fn is_one() -> bool {
-    chosen("VIBROIMPACT_CASE").is_some()
+    cases(0).is_one()
 }
 
 /// What is asked of a scene.
@@ -161,7 +152,7 @@ fn each_orbit(
 
 fn none_failed(subject: &str, failures: &[String], total: usize) {
     if !is_one() {
-        soak::note(subject, seed(), 0, total, failures.len());
+        soak::note(subject, cases(0).seed, total, failures.len());
     }
     println!("{total} looked at, {} failed", failures.len());
     let shown: Vec<&str> = failures.iter().take(60).map(String::as_str).collect();
@@ -438,7 +429,7 @@ fn lists_of_one_impact_are_complete() {
         }
     }
     none_failed("lists of one impact", &failures, compared);
-    assert!(compared > 0);
+    assert!(is_one() || compared > 0);
 }
 
 #[test]
@@ -502,5 +493,5 @@ fn lists_of_two_impacts_are_complete() {
     }
     println!("{total} orbits");
     none_failed("lists of two impacts", &failures, compared);
-    assert!(compared > 0);
+    assert!(is_one() || compared > 0);
 }

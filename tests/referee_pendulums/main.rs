@@ -1,6 +1,5 @@
 //! A referee for pendulums with large motions, in steps and along Taylor series: chains written down from the places of their
-//! bobs, followed by extrapolated steps that are much shorter than the motion. The number of scenes is `VIBROIMPACT_CASES`
-//! (default 100), their seed `VIBROIMPACT_SEED`; `VIBROIMPACT_CASE` picks one.
+//! bobs, followed by extrapolated steps that are much shorter than the motion.
 
 mod chain;
 mod compare;
@@ -12,24 +11,17 @@ mod scenes;
 mod soak;
 
 use nalgebra::DVector;
-use random::{Random, chosen, number};
+use random::Cases;
 use vibroimpact::{SimulateOptions, simulate};
 
 /// Times at which states are compared.
 const SAMPLES: usize = 40;
 #[test]
 fn pendulums_move_as_the_referee_says() {
-    let (count, seed) = (
-        number("VIBROIMPACT_CASES", 100),
-        number("VIBROIMPACT_SEED", 1) as u64,
-    );
-    let only = chosen("VIBROIMPACT_CASE");
+    let cases = Cases::new(1, 100);
+    let (count, seed) = (cases.numbers().len(), cases.seed);
     let (mut parts, mut failed, mut hits) = (0.0, Vec::new(), 0);
-    for number in (0..count).filter(|k| only.is_none_or(|only| only == *k)) {
-        let mut random = Random((seed << 24) + 7919 * number as u64 + 1);
-        for _ in 0..8 {
-            random.unit();
-        }
+    for (number, mut random) in cases.each() {
         let case = scenes::scene(&mut random);
         let times: Vec<f64> = (1..SAMPLES)
             .map(|k| case.end * k as f64 / SAMPLES as f64)
@@ -59,7 +51,7 @@ fn pendulums_move_as_the_referee_says() {
             .iter()
             .filter(|h| h.time < reference.until)
             .count();
-        if only.is_some() {
+        if cases.is_one() {
             println!(
                 "{case:?}\n{:?} until {} ({:?})",
                 reference.main, reference.until, reference.main.why
@@ -73,8 +65,8 @@ fn pendulums_move_as_the_referee_says() {
             failed.push(number);
         }
     }
-    if only.is_none() {
-        soak::note("pendulums", seed, 0, count, failed.len());
+    if !cases.is_one() {
+        soak::note("pendulums", seed, count, failed.len());
     }
     println!(
         "{count} scenes looked at, compared {:.3} of the spans, {hits} impacts",
@@ -85,7 +77,7 @@ fn pendulums_move_as_the_referee_says() {
         "the library and the referee disagree: {failed:?}"
     );
     assert!(
-        only.is_some() || parts > 0.4 * count as f64,
+        cases.is_one() || parts > 0.4 * count as f64,
         "compared {parts} spans of {count}"
     );
 }

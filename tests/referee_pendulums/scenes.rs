@@ -35,10 +35,6 @@ fn damped(dampers: &[f64]) -> DMatrix<f64> {
     damping
 }
 
-fn is_likely(random: &mut Random, percent: usize) -> bool {
-    random.below(100) < percent
-}
-
 fn restitution(random: &mut Random) -> f64 {
     match random.below(6) {
         0 | 1 => 0.0,
@@ -51,16 +47,13 @@ fn restitution(random: &mut Random) -> f64 {
 fn face(random: &mut Random, lengths: &[f64], start: &[f64]) -> Face {
     let n = lengths.len();
     let restitution = restitution(random);
-    let room = if is_likely(random, 25) {
+    let room = if random.chance(25) {
         0.0
     } else {
         random.between(0.02, 0.6)
     };
-    let kind = if is_likely(random, 65) {
-        let (bob, side) = (
-            random.below(n),
-            if is_likely(random, 50) { 1.0 } else { -1.0 },
-        );
+    let kind = if random.chance(65) {
+        let (bob, side) = (random.below(n), if random.chance(50) { 1.0 } else { -1.0 });
         let reach: f64 = (0..=bob).map(|i| lengths[i] * start[i].sin()).sum();
         // What hangs straight down touches a wall at zero without rounding.
         Kind::Wall {
@@ -70,10 +63,10 @@ fn face(random: &mut Random, lengths: &[f64], start: &[f64]) -> Face {
         }
     } else {
         let mut normal = vec![0.0; n];
-        let side = if is_likely(random, 50) { 1.0 } else { -1.0 };
+        let side = if random.chance(50) { 1.0 } else { -1.0 };
         let at = random.below(n);
         normal[at] = side;
-        if n > 1 && is_likely(random, 40) {
+        if n > 1 && random.chance(40) {
             normal[(at + 1) % n] = -side;
         }
         let along: f64 = normal.iter().zip(start).map(|(n, q)| n * q).sum();
@@ -87,11 +80,11 @@ fn face(random: &mut Random, lengths: &[f64], start: &[f64]) -> Face {
 
 /// The scene of a number.
 pub fn scene(random: &mut Random) -> Case {
-    let is_pair = is_likely(random, 40);
+    let is_pair = random.chance(40);
     let n = if is_pair { 2 } else { 1 + random.below(3) };
     let dampers: Vec<f64> = (0..n)
         .map(|_| {
-            if is_likely(random, 50) {
+            if random.chance(50) {
                 0.0
             } else {
                 random.between(0.0, 0.3)
@@ -112,31 +105,31 @@ pub fn scene(random: &mut Random) -> Case {
         (
             masses,
             lengths,
-            if is_likely(random, 30) { 1.0 } else { 9.81 },
+            if random.chance(30) { 1.0 } else { 9.81 },
             None,
         )
     };
-    let base = is_likely(random, 60).then(|| {
-        let phase = if is_likely(random, 50) {
+    let base = random.chance(60).then(|| {
+        let phase = if random.chance(50) {
             0.0
         } else {
             random.between(-3.0, 3.0)
         };
         [random.between(0.01, 0.3), random.between(0.3, 6.0), phase]
     });
-    let hangs = is_likely(random, 30);
-    let angle = if is_likely(random, 70) { 0.5 } else { 2.5 };
+    let hangs = random.chance(30);
+    let angle = if random.chance(70) { 0.5 } else { 2.5 };
     let mut start: Vec<f64> = (0..2 * n).map(|_| random.between(-angle, angle)).collect();
     if hangs {
         start[..n].fill(0.0);
     }
-    if is_likely(random, 40) {
+    if random.chance(40) {
         start[n..].fill(0.0);
     }
     let faces = (0..random.below(4))
         .map(|_| face(random, &lengths, &start))
         .collect();
-    let method = if is_likely(random, 60) {
+    let method = if random.chance(60) {
         Method::Taylor
     } else {
         Method::Rk45

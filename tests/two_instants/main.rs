@@ -7,7 +7,7 @@ mod random;
 
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use plain::{Face, Plain, Sides, random_plain};
-use random::{Random, number};
+use random::Cases;
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
     Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side, Stop, Verdict,
@@ -64,14 +64,9 @@ fn check_orbit(plain: &Plain, orbit: &PeriodicOrbit, label: &str) {
 
 #[test]
 fn random_scenes_have_the_orbits_that_a_scan_finds() {
-    let cases = number("VIBROIMPACT_CASES", 40);
-    let count = number(
-        "VIBROIMPACT_SCAN",
-        if cases > 40 { 100_000 } else { 10_000 },
-    );
-    let mut random = Random(number("VIBROIMPACT_SEED", 0x5EED) as u64);
-    let (mut total, mut spent) = (0, 0.0);
-    for case in 0..cases {
+    let cases = Cases::new(0x5EED, 40);
+    let mut total = 0;
+    for (case, mut random) in cases.each() {
         let sides = [Sides::One, Sides::Two, Sides::Symmetric][case % 3];
         let plain = random_plain(&mut random, sides);
         let label = format!(
@@ -80,9 +75,7 @@ fn random_scenes_have_the_orbits_that_a_scan_finds() {
             plain.n_periods
         );
         let (scene, pattern) = plain.scene();
-        let start = std::time::Instant::now();
         let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
-        spent += start.elapsed().as_secs_f64();
         let t = plain.period();
         let folded = |dt: f64| {
             if sides == Sides::One {
@@ -94,7 +87,7 @@ fn random_scenes_have_the_orbits_that_a_scan_finds() {
         // At T/2 like instants have a shorter orbit, and symmetric scenes a double zero: tests of their own.
         let is_half = |dt: f64| sides != Sides::Two && (dt - 0.5 * t).abs() < 1e-5 * t;
         let mut expected: Vec<f64> = plain
-            .scan(count)
+            .scan(10_000)
             .into_iter()
             .filter(|&dt| !is_half(dt))
             .map(folded)
@@ -139,12 +132,8 @@ fn random_scenes_have_the_orbits_that_a_scan_finds() {
             orbits.reason()
         );
     }
-    println!(
-        "{total} orbits in {cases} scenes, {:.3} ms a search",
-        1e3 * spent / cases as f64
-    );
     assert!(
-        total >= cases / 2,
+        cases.have(total, 50),
         "{total} orbits are too few to mean anything"
     );
 }
@@ -239,9 +228,8 @@ fn the_symmetric_orbit_of_a_two_sided_oscillator_has_its_closed_form() {
 
 #[test]
 fn asymmetric_orbits_of_a_symmetric_scene_come_in_pairs() {
-    let mut random = Random(77);
-    let mut pairs = 0;
-    for case in 0..60 {
+    let (cases, mut pairs) = (Cases::new(77, 60), 0);
+    for (case, mut random) in cases.each() {
         let plain = random_plain(&mut random, Sides::Symmetric);
         let (scene, pattern) = plain.scene();
         let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
@@ -262,7 +250,7 @@ fn asymmetric_orbits_of_a_symmetric_scene_come_in_pairs() {
             pairs += usize::from((dt / t - 0.5).abs() > 1e-6);
         }
     }
-    assert!(pairs >= 10, "{pairs}");
+    assert!(cases.have(pairs, 15), "{pairs}");
 }
 
 #[test]
@@ -294,9 +282,8 @@ fn a_shorter_orbit_gone_through_twice_is_not_an_orbit_of_two_impacts() {
 
 #[test]
 fn a_given_phase_gives_the_flight_time_and_the_clearance() {
-    let mut random = Random(4242);
-    let mut total = 0;
-    for case in 0..40 {
+    let (cases, mut total) = (Cases::new(4242, 40), 0);
+    for (case, mut random) in cases.each() {
         let plain = random_plain(&mut random, Sides::One);
         let (scene, pattern) = plain.scene();
         // The phases of orbits at the given clearance give these orbits back.
@@ -345,7 +332,7 @@ fn a_given_phase_gives_the_flight_time_and_the_clearance() {
             total += again.len();
         }
     }
-    assert!(total > 20, "{total}");
+    assert!(cases.have(total, 50), "{total}");
     let plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
     let (scene, pattern) = plain.scene();
     let options = OrbitOptions {
@@ -361,8 +348,7 @@ fn a_given_phase_gives_the_flight_time_and_the_clearance() {
 #[test]
 fn an_impact_that_leaves_no_speed_leaves_nothing_undecided() {
     // e = 0: the contacts then agree to second order where the instants meet.
-    let mut random = Random(621);
-    for case in 0..300 {
+    for (case, mut random) in Cases::new(621, 300).each() {
         let mut plain = random_plain(&mut random, Sides::One);
         for face in &mut plain.faces {
             face.restitution = 0.0;
@@ -382,9 +368,8 @@ fn an_impact_that_leaves_no_speed_leaves_nothing_undecided() {
 
 #[test]
 fn the_monodromy_matrix_is_the_derivative_of_the_return_map() {
-    let mut random = Random(99);
-    let mut checked = 0;
-    for case in 0..30 {
+    let (cases, mut checked) = (Cases::new(99, 30), 0);
+    for (case, mut random) in cases.each() {
         let sides = if case % 2 == 0 {
             Sides::Two
         } else {
@@ -398,17 +383,14 @@ fn the_monodromy_matrix_is_the_derivative_of_the_return_map() {
         let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
         for orbit in orbits.iter() {
             let stability = orbit.stability().expect("converges");
-            // Where an impact is slow the return map is too curved for differences.
+            // Where an impact is slow beside the motion the return map is too curved for differences.
+            let fast = orbit.v0().amax().max(plain.w * orbit.q0().amax());
             let slowest = orbit
                 .impacts()
                 .iter()
                 .map(|i| i.approach.abs())
                 .fold(f64::INFINITY, f64::min);
-            let Some(order) = stability
-                .orders
-                .first()
-                .filter(|_| slowest > 0.1 * orbit.v0().amax())
-            else {
+            let Some(order) = stability.orders.first().filter(|_| slowest > 0.1 * fast) else {
                 continue;
             };
             let (n, dt) = (plain.n(), flight_time(orbit));
@@ -442,7 +424,7 @@ fn the_monodromy_matrix_is_the_derivative_of_the_return_map() {
             checked += 1;
         }
     }
-    assert!(checked > 20, "{checked}");
+    assert!(cases.have(checked, 50), "{checked}");
 }
 
 #[test]

@@ -123,14 +123,13 @@ def soaked(soaks: Sequence[Mapping[str, str]]) -> list[str]:
     if not soaks:
         return []
     words = """Random scenes, answers that are exactly zero among them, beside referees that share no line with the library: a
-slow simulator in twice the precision, pendulums by extrapolated midpoint steps, orbits by brute force. A seed and a first scene
-say which; where two answers hang on rounding, a scene is compared up to there, and a difference that is gone in three other
-systems of units (of length, time and mass) is one of rounding too: from seed 142 on these are counted apart. Each line is a
-soak by hand (`VIBROIMPACT_SOAKS=docs/report/soaks.csv` before `cargo test --release`, with `VIBROIMPACT_REFEREE` and
-`VIBROIMPACT_REFEREE_SEED` for simulations, `VIBROIMPACT_CASES` and `VIBROIMPACT_SEED` for the others), and says how many
-disagreed then: each of those was mended, in the library or in the referee, and is among the tests since. The tests run some
-hundreds of random scenes each time."""
-    header = ("compared", "seed", "first", "count", "disagree")
+slow simulator in twice the precision, pendulums by extrapolated midpoint steps, orbits by brute force. A seed says which;
+where two answers hang on rounding, a scene is compared up to there, and a difference that is gone in three other systems of
+units (of length, time and mass) is one of rounding too: from seed 142 on these are counted apart. Each line is a soak by hand
+(`VIBROIMPACT_SOAKS=docs/report/soaks.csv` before `cargo test --release`, with `VIBROIMPACT_CASES` and `VIBROIMPACT_SEED`), and
+says how many disagreed then: each of those was mended, in the library or in the referee, and is among the tests since. The
+tests run some hundreds of random scenes each time."""
+    header = ("compared", "seed", "count", "disagree")
     return [f"## Random scenes beside a referee\n\n{words}\n\n" + table(header, [[s[key] for key in header] for s in soaks])]
 
 
