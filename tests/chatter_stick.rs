@@ -27,13 +27,13 @@ fn a_run_that_ends_among_accumulating_impacts_ends_at_its_time() {
     );
     let stop = upper(dvector![1.0, 0.0], 0.0, 0.9);
     let scene = scene(system, Forcing::Unforced, [stop]);
-    for method in BOTH {
+    for method in [Method::Exact, Method::Rk45, Method::Dop853, Method::Radau] {
         let run = |end: f64| {
             let (q0, v0) = (dvector![-0.5, 0.0], dvector![0.0, 1.0]);
             simulate(&scene, &q0, &v0, (0.0, end), &with(method, 1e-9)).expect("runs")
         };
         let whole = of_kind(&run(60.0), SegmentKind::Chatter)[0];
-        for part in [0.1, 0.5, 0.9] {
+        for part in (1..400).map(|k| f64::from(k) / 400.0) {
             let end = whole.start + part * (whole.end - whole.start);
             let cut = run(end);
             let (q, v) = cut.last();

@@ -106,7 +106,7 @@ fn third_derivative_growth(block: Block, is_free: bool, softest: f64) -> f64 {
 impl<D: Drive> LinearFlow for BlockFlow<D> {
     type Propagator = BlockPropagator<D>;
 
-    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         // A pair more than there are blocks: that of the forcing.
         state.reserve(modal_state.len() + 1);
@@ -114,7 +114,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         state.extend(D::stored(self.drive.phasor(angle)));
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState) {
+    fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
         modal_state.extend_from_slice(&state[..self.parts.len()]);
     }

@@ -92,13 +92,13 @@ impl DenseFlow {
 impl LinearFlow for DenseFlow {
     type Propagator = DMatrix<f64>;
 
-    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         state.extend_from_slice(modal_state);
         state.push([angle.cos(), angle.sin()]);
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState) {
+    fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
         modal_state.extend_from_slice(&state[..self.matrix.nrows() / 2]);
     }

@@ -12,9 +12,9 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     type Propagator: Default;
 
     /// The flow's state for the whole motion in modal pairs at a forcing angle.
-    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>);
+    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>);
     /// The whole motion in modal pairs.
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState);
+    fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState);
     /// Puts a state's forcing at an angle that is known better than by adding up steps.
     fn set_angle(&self, state: &mut [Pair], angle: f64);
     /// Fills the propagator for a time.
@@ -82,9 +82,9 @@ pub(crate) fn propagate<F: LinearFlow>(
     modal_state: &mut ModalState,
 ) {
     let (mut propagator, mut state) = (F::Propagator::default(), Vec::new());
-    flow.from_modal(modal_state, angle, &mut state);
+    flow.state_from_modal(modal_state, angle, &mut state);
     forward(flow, &mut propagator, &mut state, span);
-    flow.to_modal_pairs(&state, modal_state);
+    flow.modal_from_state(&state, modal_state);
 }
 
 /// Rates slower than this part of the fastest change nothing while anything else does.
@@ -123,7 +123,7 @@ pub(crate) mod contract {
         };
         let entered = |modal_state: &[Pair]| {
             let mut state = Vec::new();
-            flow.from_modal(modal_state, 0.4, &mut state);
+            flow.state_from_modal(modal_state, 0.4, &mut state);
             state
         };
         let at = |t: f64| {
@@ -133,7 +133,7 @@ pub(crate) mod contract {
         };
         let modal_state = |state: &[Pair]| {
             let mut modal_state = Vec::new();
-            flow.to_modal_pairs(state, &mut modal_state);
+            flow.modal_from_state(state, &mut modal_state);
             modal_state
         };
         let close = |a: &[Pair], b: &[Pair], tolerance: f64| {

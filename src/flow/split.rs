@@ -71,7 +71,7 @@ impl SplitFlow {
 impl LinearFlow for SplitFlow {
     type Propagator = BlockPropagator<Undriven>;
 
-    fn from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
         let (sin, cos) = angle.sin_cos();
         let u = [cos, sin];
         state.clear();
@@ -83,7 +83,7 @@ impl LinearFlow for SplitFlow {
         state.push(u);
     }
 
-    fn to_modal_pairs(&self, state: &[Pair], modal_state: &mut ModalState) {
+    fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
         if let Some((&u, free)) = state.split_last() {
             modal_state.extend(free.iter().enumerate().map(|(j, z)| {
@@ -242,7 +242,7 @@ mod tests {
         // At rest under the load at -50; the motion about it reaches 0.4.
         let split = SplitFlow::new(&[block], &[[0.0, -200.0]], 0.8, &force).expect("no resonance");
         let (mut state, mut norms) = (Vec::new(), Vec::new());
-        split.from_modal(&[[-49.8, 0.1]], 0.0, &mut state);
+        split.state_from_modal(&[[-49.8, 0.1]], 0.0, &mut state);
         split.norms(&state, &mut norms);
         let least = |clearance: f64| {
             split

@@ -27,11 +27,11 @@ pub(crate) enum Arrival {
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Counts {
     /// Evaluations of the right-hand side.
-    pub n_rhs: usize,
+    pub rhs: usize,
     /// Steps of an integrator.
-    pub n_steps: usize,
+    pub steps: usize,
     /// Evaluations of a gap with its derivatives.
-    pub n_gap_evaluations: usize,
+    pub gap_evaluations: usize,
 }
 
 /// What moves a hybrid system from event to event.

@@ -72,6 +72,7 @@ mod tests {
     use nalgebra::dvector;
 
     /// The circle of radius one from inside, its reaction across its normal: the way onto it bends.
+    #[allow(clippy::unnecessary_wraps, reason = "as stops are asked for")]
     fn circle(q: &DVector<f64>) -> Result<StopsAt> {
         let normal = q / q.norm();
         let reaction = &normal + 0.5 * dvector![-normal[1], normal[0]];

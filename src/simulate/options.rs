@@ -156,9 +156,9 @@ impl Stats {
     /// The same with what a flow counted.
     pub(crate) fn with(self, counts: Counts) -> Self {
         Self {
-            n_rhs: counts.n_rhs,
-            n_steps: counts.n_steps,
-            n_gap_evaluations: counts.n_gap_evaluations,
+            n_rhs: counts.rhs,
+            n_steps: counts.steps,
+            n_gap_evaluations: counts.gap_evaluations,
             ..self
         }
     }

@@ -27,6 +27,10 @@ pub(crate) enum StepChoice {
 }
 
 /// The method that steps now.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one in a run, and every step would follow a pointer"
+)]
 enum Running<S> {
     DormandPrince(DormandPrince<S>),
     Dop853(Dop853<S>),

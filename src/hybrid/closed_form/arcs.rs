@@ -25,7 +25,7 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
     fn write(&self, numbers: &mut Vec<f64>) {
         let mut modal_state = Vec::with_capacity(self.state.len());
-        self.flow.to_modal_pairs(self.state, &mut modal_state);
+        self.flow.modal_from_state(self.state, &mut modal_state);
         numbers.extend_from_slice(modal_state.as_flattened());
     }
 }
@@ -34,7 +34,7 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
     fn state(&mut self, local: f64) -> PhysicalState {
         let mut there = self.state.to_vec();
         self.search.forward(&mut there, local);
-        self.flow.to_modal_pairs(&there, &mut self.modal_state);
+        self.flow.modal_from_state(&there, &mut self.modal_state);
         self.scene.form.to_physical(&self.modal_state)
     }
 }

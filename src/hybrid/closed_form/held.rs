@@ -164,7 +164,7 @@ impl HeldFlight<'_> {
         observer: &mut Observer<'_>,
     ) -> Result<(Option<(HeldEvent, f64)>, Seen, Vec<Grazed>)> {
         let mut state = Vec::new();
-        flow.from_modal(&self.modal_state, self.angle, &mut state);
+        flow.state_from_modal(&self.modal_state, self.angle, &mut state);
         let (events, rows) = watched(flow, self.motion, (&self.modal_state, &state));
         let mut search = ContactSearch::new(flow, rows);
         search.evaluate(&state);

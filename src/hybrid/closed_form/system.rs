@@ -123,7 +123,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
 
     pub(super) fn modal_state(&self, state: &[Pair]) -> ModalState {
         let mut modal_state = Vec::with_capacity(state.len());
-        self.flow.to_modal_pairs(state, &mut modal_state);
+        self.flow.modal_from_state(state, &mut modal_state);
         modal_state
     }
 
@@ -132,7 +132,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.clock = self.clock.after(span);
         let angle = self.clock.angle();
         self.flow
-            .from_modal(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+            .state_from_modal(&self.scene.form.to_modal(q, v), angle, &mut self.state);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());
         let unknown = gaps.map(|(clearance, normal)| {
@@ -434,7 +434,8 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.clock = self.clock.at(t);
         let angle = self.clock.angle();
         let modal_state = self.scene.form.to_modal(q, v);
-        self.flow.from_modal(&modal_state, angle, &mut self.state);
+        self.flow
+            .state_from_modal(&modal_state, angle, &mut self.state);
     }
 
     fn advance_to_event(
@@ -491,7 +492,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
 
     fn counts(&self) -> Counts {
         Counts {
-            n_gap_evaluations: self.search.n_gap_evaluations,
+            gap_evaluations: self.search.n_gap_evaluations,
             ..Counts::default()
         }
     }

@@ -29,6 +29,10 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> IntegratedFlow<'a, S, D, F>
     }
 
     /// Degree of the polynomials of its steps.
+    #[allow(
+        clippy::unused_self,
+        reason = "asked of a value whose type has no name"
+    )]
     pub fn degree(&self) -> usize {
         <F::Steps as Stepper<S>>::Dense::DEGREE
     }

@@ -273,9 +273,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     pub(super) fn counts(&self) -> Counts {
         Counts {
-            n_rhs: self.stepper.n_rhs() + self.n_series,
-            n_steps: self.n_steps,
-            n_gap_evaluations: self.n_gap_evaluations,
+            rhs: self.stepper.n_rhs() + self.n_series,
+            steps: self.n_steps,
+            gap_evaluations: self.n_gap_evaluations,
         }
     }
 

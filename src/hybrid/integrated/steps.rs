@@ -215,6 +215,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let is_last = wanted >= 0.999 * left;
         let h = if is_last { left } else { wanted };
         if self.is_too_short(h) {
+            // What is left may be less than a rounding of the time.
+            if is_last {
+                return Ok(Trial::AtEnd);
+            }
             let now = self.clock.time();
             let beyond = self.beyond.take_if(|(start, _)| *start == now);
             return beyond.map_or(Ok(Trial::TooShort), |(_, error)| Err(error));
@@ -424,33 +428,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             // Where stops are held, the drift of their gaps and speeds is projected away before an event.
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
             {
-                let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
-                    break Arrival::Underflow;
-                };
-                if is_recorded {
-                    self.record(dynamics, s, None, recorder)?;
-                }
-                self.arrive(s);
-                self.settle(&self.held.clone())?;
-                self.evaluate_gaps()?;
-                break Arrival::Release { stop };
+                break self.arrive_at_release(dynamics, stop, (x, h), recorder)?;
             }
             if let Some((stop, x, passed)) = found {
                 let order = orders.map_or(0, |orders| orders[stop]);
-                self.note_extent(stop, x, h);
-                let landed = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
-                let Some(s) = landed else {
-                    break Arrival::Underflow;
-                };
-                if is_recorded {
-                    self.record(dynamics, s, None, recorder)?;
-                }
-                self.arrive(s);
-                if IS_HELD {
-                    self.settle(&self.held.clone())?;
-                }
-                self.evaluate_gaps_on_arrival()?;
-                break Arrival::Contact { stop };
+                let parts = (x, passed, h);
+                break self.arrive_at_contact(dynamics, (stop, order), parts, recorder)?;
             }
             if is_recorded {
                 self.record(dynamics, h, is_last.then_some(last), recorder)?;
@@ -469,6 +452,47 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         };
         self.record_grazes(&arrival, recorder);
         Ok(arrival)
+    }
+
+    /// Steps to the release of a stop, near a part x of the step last taken.
+    fn arrive_at_release<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        stop: usize,
+        (x, h): (f64, f64),
+        recorder: &mut dyn Recorder,
+    ) -> Result<Arrival> {
+        let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
+            return Ok(Arrival::Underflow);
+        };
+        self.record(dynamics, s, None, recorder)?;
+        self.arrive(s);
+        self.settle(&self.held.clone())?;
+        self.evaluate_gaps()?;
+        Ok(Arrival::Release { stop })
+    }
+
+    /// Steps to the contact of a stop, near a part x of the step last taken and before another, `passed`; `order` is that of the
+    /// zero of its gap where the step began.
+    fn arrive_at_contact<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        (stop, order): (usize, usize),
+        (x, passed, h): (f64, f64, f64),
+        recorder: &mut dyn Recorder,
+    ) -> Result<Arrival> {
+        self.note_extent(stop, x, h);
+        let landed = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
+        let Some(s) = landed else {
+            return Ok(Arrival::Underflow);
+        };
+        self.record(dynamics, s, None, recorder)?;
+        self.arrive(s);
+        if !self.held.is_empty() {
+            self.settle(&self.held.clone())?;
+        }
+        self.evaluate_gaps_on_arrival()?;
+        Ok(Arrival::Contact { stop })
     }
 
     /// Makes the gaps at the end of the step those at the present state.

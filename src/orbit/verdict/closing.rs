@@ -105,9 +105,10 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
             self.span = span;
         }
         let angle = self.scene.frequency * flight.start + phase;
-        self.flow.from_modal(&flight.after, angle, &mut self.state);
+        self.flow
+            .state_from_modal(&flight.after, angle, &mut self.state);
         self.flow.advance(&self.propagator, &mut self.state);
-        self.flow.to_modal_pairs(&self.state, &mut self.end);
+        self.flow.modal_from_state(&self.state, &mut self.end);
     }
 
     /// By how much the flights miss their ends, and the contacts their stops, relative to the size of the motion; of free

@@ -98,7 +98,7 @@ impl<'a> Judge<'a> {
             for flight in free {
                 let angle = scene.frequency * flight.start + phase;
                 let mut entered = Vec::new();
-                f.from_modal(&flight.after, angle, &mut entered);
+                f.state_from_modal(&flight.after, angle, &mut entered);
                 for (stop, row) in self.gaps.iter().enumerate() {
                     let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
                     if is_low_bounce(start, end, flight.span, margins[stop]) {
@@ -142,7 +142,7 @@ impl<'a> Judge<'a> {
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         with_flow!(&self.flow, f => {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
-                f.from_modal(&flight.after, scene.frequency * flight.start + phase, state);
+                f.state_from_modal(&flight.after, scene.frequency * flight.start + phase, state);
             };
             search(f, (&self.gaps, &margins, effort), flights, start, &mut found, observer)?;
         });
