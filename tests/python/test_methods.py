@@ -93,3 +93,37 @@ def test_ensembles_take_every_method(method):
         run = vi.simulate(scene, q0[i], v0[i], (0, 10), method=method)
         assert ends.q[i] == run.final[0]
         assert ends.v[i] == run.final[1]
+
+
+def stiff_pair(mass):
+    """Two masses with a cubic spring, 1e6 times as stiff as the linear one, and a damper between them."""
+
+    def acceleration(t, q, v):
+        with np.errstate(over="ignore", invalid="ignore"):
+            stretch = q[1] - q[0]
+            force = 2e3 * (v[1] - v[0]) + stretch + 1e6 * stretch**3
+            return [10 * (force - q[0] - 0.02 * v[0]), -force]
+
+    system = vi.NonlinearSystem(2, acceleration, mass=mass)
+    return vi.Scene(system, vi.Harmonic([1.0, 0.5], 0.6), vi.Stop(1, 0.3, 0.7))
+
+
+@pytest.mark.parametrize("method", STEPS)
+def test_a_step_whose_stages_overflow_is_refused(method):
+    run = vi.simulate(stiff_pair([[0.1, 0], [0, 1]]), [0, 0], [0.3, 0.3], (0, 0.1), method=method, rtol=1e-3, atol=1e-4)
+    assert run.status == "finished"
+
+
+def test_an_acceleration_that_is_no_number_from_some_time_on_is_an_error():
+    system = vi.NonlinearSystem(1, lambda t, q, v: np.nan if t > 1 else -q)
+    for method in STEPS:
+        with pytest.raises(ValueError, match=r"acceleration\[0\] at t = 1.*is NaN"):
+            vi.simulate(vi.Scene(system), 0.0, 1.0, (0, 2), method=method)
+
+
+@pytest.mark.parametrize("method", STEPS)
+def test_a_constant_mass_is_that_of_a_function(method):
+    mass = np.array([[0.1, 0.01], [0.01, 1.0]])
+    runs = [vi.simulate(stiff_pair(m), [0, 0], [0.3, 0.3], (0, 3), method=method, rtol=1e-8) for m in (mass, lambda q: mass)]
+    assert len(runs[0].impacts) == len(runs[1].impacts) > 0
+    assert np.allclose(runs[0].final, runs[1].final, atol=1e-8)

@@ -44,8 +44,10 @@ impl State for Vec<f64> {
 )]
 #[inline(always)]
 pub(super) fn weighted_sum<S: State, const K: usize>(rates: &[S], weights: &[f64], sum: &mut S) {
-    sum.slice_mut().fill(0.0);
-    for k in 0..K {
+    for (sum, rate) in sum.slice_mut().iter_mut().zip(rates[0].slice()) {
+        *sum = weights[0] * rate;
+    }
+    for k in 1..K {
         if weights[k] != 0.0 {
             for (sum, rate) in sum.slice_mut().iter_mut().zip(rates[k].slice()) {
                 *sum += weights[k] * rate;
