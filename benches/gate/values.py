@@ -35,7 +35,7 @@ def values(result: Any, name: str) -> Named:
         yield f"{name}.len", np.asarray(len(result))
         for k, value in enumerate(result):
             yield from values(value, f"{name}[{k}]")
-    elif not callable(result):
+    elif not (callable(result) or hasattr(result, "ctypes")):
         raise TypeError(f"{name} is a {type(result).__name__}, which has no numbers that are known")
 
 

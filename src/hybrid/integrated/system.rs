@@ -215,10 +215,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
         let is_new = self.held != stops;
         self.held.clear();
         self.held.extend_from_slice(stops);
-        if is_new {
-            self.peak_forces.clear();
-            self.peak_forces.resize(stops.len(), 0.0);
-        }
+        self.peak_forces.clear();
+        self.peak_forces.resize(stops.len(), 0.0);
         if !stops.is_empty() {
             self.settle(stops)?;
         }
