@@ -130,6 +130,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     ) -> Result<Option<f64>> {
         let held = self.held_motion();
         let k = self.held.iter().position(|&s| s == stop).unwrap_or(0);
+        let rounding = self.force_rounding(k)?;
         let mut is_taken = true;
         let mut force = |s: f64| -> Result<f64> {
             is_taken &= self.step(dynamics, s)?;
@@ -139,15 +140,21 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             force(0.0)?;
             0.0
         } else {
-            zero_near(guess, h, force)?
+            zero_near(guess, h, rounding, force)?
         };
         Ok(is_taken.then_some(s))
     }
 }
 
 /// The zero of a force that falls along a step of length h, near a guess, by the secant method from a little before that: where
-/// the step begins the force may begin from zero, too. The force is asked for last where it is found.
-fn zero_near(guess: f64, h: f64, mut force: impl FnMut(f64) -> Result<f64>) -> Result<f64> {
+/// the step begins the force may begin from zero, too. The force is asked for last where it is found; `rounding` is what is left
+/// of one that is zero.
+fn zero_near(
+    guess: f64,
+    h: f64,
+    rounding: f64,
+    mut force: impl FnMut(f64) -> Result<f64>,
+) -> Result<f64> {
     let mut s0 = BESIDE * guess;
     let mut f0 = force(s0)?;
     let (mut s, mut f) = (guess, force(guess)?);
@@ -159,7 +166,7 @@ fn zero_near(guess: f64, h: f64, mut force: impl FnMut(f64) -> Result<f64>) -> R
         let there = force(next)?;
         if there.abs() >= f.abs() {
             // One that falls through zero almost without slope leads a secant beyond it.
-            if f > 0.0 && there < 0.0 && next > s {
+            if f > rounding && there < 0.0 && next > s {
                 return zero_between(s, next, h, force);
             }
             // One that falls no further is rounding, on which a secant would lead anywhere: back to the step before.
@@ -207,7 +214,7 @@ mod tests {
                     last = s;
                     Ok(left - 2.0 * s * s * s)
                 };
-                let found = zero_near(guess, h, force).expect("finite");
+                let found = zero_near(guess, h, 1e-16, force).expect("finite");
                 let lost = 1e-16 * left / (6.0 * zero * zero) + 1e-15 * h;
                 assert!((found - zero).abs() <= lost, "{left:e} {guess:e} {found}");
                 assert_eq!(last, found);
@@ -230,7 +237,7 @@ mod tests {
                     let is_lost = value.abs() <= rounding.abs();
                     Ok(if is_lost { noise } else { value })
                 };
-                let found = zero_near(0.9 * zero, h, force).expect("finite");
+                let found = zero_near(0.9 * zero, h, rounding.abs(), force).expect("finite");
                 let lost = 2.0 * (rounding / slope).abs() + 1e-17;
                 assert!((found - zero).abs() <= lost, "{rounding:e} {seed} {found}");
                 assert_eq!(last, found);
@@ -244,7 +251,7 @@ mod tests {
         for rounding in [-1e-16, 0.0, 1e-16] {
             for guess in [0.5, 0.5 + 1e-13, 0.5 - 1e-13, 0.499] {
                 let force = |s: f64| Ok(s * (0.5 - s) + rounding);
-                let found = zero_near(guess, 0.7, force).expect("finite");
+                let found = zero_near(guess, 0.7, 1e-16, force).expect("finite");
                 assert!((found - 0.5).abs() < 1e-14, "{rounding:e} {guess} {found}");
             }
         }
