@@ -12,11 +12,11 @@ import vibroimpact as vi
 from report.extremes.bodies import final, simulated
 from report.extremes.condition import Parts, truth
 from report.extremes.finding import EPSILON, FACTOR, ROUNDING, Finding, measured, short
-from report.extremes.motion import Motion, Run, Side, rule_of, run
+from report.extremes.motion import EVERY, Motion, Run, Side, rule_of, run
 from report.extremes.orbits import FOLD, oscillator
 from report.extremes.periodic import one_stop, reach
 from report.extremes.registry import DIGITS
-from report.extremes.several import END, METHODS, coupled_stops, outcome
+from report.extremes.several import END, coupled_stops, outcome
 from report.extremes.steady import RANK, steady
 from report.page import table
 
@@ -116,7 +116,7 @@ def coincidence() -> Series:
     for delta in (1e-3, 1e-6, 1e-9, 1e-12, 0.0, -1e-12, -1e-9, -1e-6, -1e-3):
         expected = outcome(delta)
         states[delta] = np.array([float(x) for part in expected.parts for x in part])
-        ends = {m: final(simulated(coupled_stops(delta), [0, 0], [1, 1], END, m), m) for m in METHODS}
+        ends = {m: final(simulated(coupled_stops(delta), [0, 0], [1, 1], END, m), m) for m in EVERY}
         found = [measured("", m, end, expected, rule_of(m)).error for m, end in ends.items()]
         errors.append(found[0])
         conditions.append(max(expected.conditions))
@@ -130,7 +130,7 @@ def coincidence() -> Series:
         "decides, and where rounding decides the order no digit of the outcome is left: a property of Newton's law with coupled "
         "stops, and why such orbits have no multipliers."
     )
-    header = ("delta", "condition", "q1", "q2", "v1", "v2", *(f"error, {m}" for m in METHODS))
+    header = ("delta", "condition", "q1", "q2", "v1", "v2", *(f"error, {m}" for m in EVERY))
     return Series("Coincident impacts of coupled stops", words, header, rows)
 
 

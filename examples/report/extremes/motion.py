@@ -20,6 +20,10 @@ SMALL = 2.0**-30  # angle of the link for a unit of position, where the motion d
 RTOL = 1e-11  # of steps
 MARGIN = 1e-13  # rtol of exact flights, where it is only the width of a graze
 ATOL = 1e-3  # of rtol, for motions of unit size
+STEPPED = ("rk45", "dop853", "radau")  # any scene
+LINEAR = ("exact", *STEPPED)
+PENDULUM = ("taylor", *STEPPED)
+EVERY = (*LINEAR, "taylor")  # in swings so small that a link is linear
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class Motion:
     def methods(self) -> tuple[str, ...]:
         """Methods that apply: no link carries a constant load, nor one whose base would move beyond the doubles."""
         is_constant = self.load or (self.force and self.frequency < 1e-100)
-        return ("exact", "rk45") if is_constant else ("exact", "rk45", "taylor")
+        return LINEAR if is_constant else EVERY
 
     @property
     def truth(self) -> Truth:

@@ -11,17 +11,15 @@ import vibroimpact as vi
 from report.extremes.condition import Parts, Truth, truth
 from report.extremes.extrapolated import State, extrapolated
 from report.extremes.finding import Finding, fact, measured
-from report.extremes.motion import ATOL, RTOL, rule_of
+from report.extremes.motion import ATOL, PENDULUM, RTOL, rule_of
 from report.extremes.registry import case
-
-METHODS = ("taylor", "rk45")
 
 
 def link(name: str, stops: Sequence[vi.Stop], q: float, v: float, end: float, expected: Truth) -> Iterator[Finding]:
     """A link of unit length under unit gravity between stops of its angle: times and speeds of its impacts."""
     scene = vi.Scene(vi.PendulumChain([1], [1], gravity=1), None, stops)
     count = len(expected.parts[0])
-    for method in METHODS:
+    for method in PENDULUM:
         found = vi.simulate(scene, q, v, (0, end), method=method, rtol=RTOL, atol=ATOL * RTOL).impacts[:count]
         values = [found["time"], found["speed_before"]]
         yield measured(f"{name}: times and speeds of {count} impacts", method, values, expected, rule_of(method))
@@ -131,7 +129,7 @@ def two_links(name: str, mass_ratio: float, length_ratio: float, end: float, ste
     q, v = [0.9, -0.7], [0.1, 0.2]
     expected = truth(double_pendulum(steps), mass_ratio, length_ratio, *q, *v, end)
     scene = vi.Scene(vi.DoublePendulum(mass_ratio, length_ratio))
-    for method in METHODS:
+    for method in PENDULUM:
         found = vi.simulate(scene, q, v, (0, end), method=method, rtol=RTOL, atol=ATOL * RTOL, keep="final")
         yield fact(f"{name}: status", method, found.status, "finished")
         yield measured(f"{name}: q, v at t = {end:g}", method, np.array(found.final), expected, rule_of(method))

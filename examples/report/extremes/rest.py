@@ -13,11 +13,9 @@ from report.extremes.bodies import MASS, final, simulated
 from report.extremes.condition import Parts, Truth, known, truth
 from report.extremes.exponential import system_truth
 from report.extremes.finding import Finding, fact, measured, stepped
-from report.extremes.motion import ATOL, Motion, Side, rule_of, run, tolerance
+from report.extremes.motion import ATOL, EVERY, LINEAR, Motion, Side, rule_of, run, tolerance
 from report.extremes.registry import case
 from report.extremes.starts import rest
-
-STEPS = ("exact", "rk45")
 
 
 def ball(height: mpf, restitution: mpf, gravity: mpf) -> Parts:
@@ -78,13 +76,13 @@ def corner() -> Iterator[Finding]:
     """Two coupled bodies thrown into a corner under a load; links that hang into one."""
     stops = [vi.Stop(0, 0.2, 0.3), vi.Stop(1, 0.3, 0.6)]
     scene = vi.Scene(vi.LinearSystem([[1, 0.2], [0.2, 1]], [0, 0], [1, 1], load=[1, 1]), None, stops)
-    for method in STEPS:
+    for method in LINEAR:
         rtol = tolerance(method)
         found = vi.simulate(scene, [0, 0.05], [0.3, 0.1], (0, 30), method=method, rtol=rtol, atol=ATOL * rtol)
         yield fact("loaded bodies: status, held at the end", method, at_end(found), ("finished", [0, 1]))
         yield measured("loaded bodies: q, v", method, found.final, known([0.2, 0.3], [0, 0]), stepped(rtol))
     stops = [vi.Stop(i, -0.2, 0.3, side="lower") for i in (0, 1)]
-    for method in (*STEPS, "taylor"):
+    for method in EVERY:
         found = simulated(stops, [0.3, 0.4], [0, 0], 60.0, method, gravity=1.0, damping=0.4)
         yield fact("links: status, held at the end", method, at_end(found), ("finished", [0, 1]))
         yield measured("links: q, v", method, final(found, method), known([0.2, 0.2], [0, 0]), stepped(tolerance(method)))
@@ -112,13 +110,13 @@ def by_another() -> Iterator[Finding]:
     coupling, load, distance, restitution, end = inputs
     stops = [vi.Stop(0, 0, 0), vi.Stop(1, distance, restitution, side="lower")]
     scene = vi.Scene(vi.LinearSystem([[1, coupling], [coupling, 1]], [0, 0], [0, 0], load=[load, 0]), None, stops)
-    for method in STEPS:
+    for method in LINEAR:
         rtol = tolerance(method)
         found = vi.simulate(scene, [0, 0], [0, -1], (0, end), method=method, rtol=rtol, atol=ATOL * rtol)
         segments = [(str(s["kind"]), int(s["stop"])) for s in found.segments]
         yield fact("pressed by a load: segments", method, segments, [("stick", 0), ("flight", -1)])
         yield measured("pressed by a load: q, v", method, found.final, truth(let_go, *inputs), rule_of(method))
-    for method in (*STEPS, "taylor"):
+    for method in EVERY:
         found = simulated(stops, [0, 0], [0, -1], end, method)
         expected = truth(links_let_go, distance, restitution, end)
         yield measured("links, at rest on the stop: q, v", method, final(found, method), expected, rule_of(method))
@@ -145,7 +143,7 @@ def without_slope() -> Iterator[Finding]:
     expected = system_truth(
         np.eye(2), np.zeros((2, 2)), stiffness, [0, 0], [0.75, 0], 1.0, mp.pi / 2, [0, 0], [0, 3 * start], flight
     )
-    for method in STEPS:
+    for method in LINEAR:
         rtol = tolerance(method)
         found = vi.simulate(scene, [0, start], [0, 0], (0, end), method=method, rtol=rtol, atol=ATOL * rtol)
         kinds = [str(kind) for kind in found.segments["kind"]]

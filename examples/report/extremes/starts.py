@@ -9,7 +9,7 @@ from mpmath import mp, mpf
 import vibroimpact as vi
 from report.extremes.condition import Parts, known, truth
 from report.extremes.finding import Finding, fact, measured, refused, stepped
-from report.extremes.motion import RTOL, Motion, Side, impacts, rule_of, run
+from report.extremes.motion import EVERY, PENDULUM, RTOL, Motion, Side, impacts, rule_of, run
 from report.extremes.registry import case
 
 
@@ -90,7 +90,7 @@ def touching() -> Iterator[Finding]:
 @case("start in penetration")
 def inside() -> Iterator[Finding]:
     for depth in (1e-6, 0.8):
-        for method in ("exact", "rk45", "taylor"):
+        for method in EVERY:
             motion, sides = Motion(q=0.7, length=1.0), [Side(0.7 - depth, 0.5)]
             yield refused(f"by {depth:g}, {method}", lambda m=motion, s=sides, a=method: run(m, s, a), "q0", "margin")
 
@@ -131,6 +131,6 @@ def balanced() -> Iterator[Finding]:
 def hanging() -> Iterator[Finding]:
     """A double pendulum that hangs along a vertical wall."""
     scene = vi.Scene(vi.DoublePendulum(1, 1, (0.1, 0.1)), None, vi.Wall(1, 0, 0.5))
-    for method in ("taylor", "rk45"):
+    for method in PENDULUM:
         found = vi.simulate(scene, [0, 0], [0, 0], (0, 1e3), method=method)
         yield measured("a double pendulum along a wall: q, v", method, found.final, known([0, 0], [0, 0]), rule_of(method))

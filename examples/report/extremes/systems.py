@@ -12,7 +12,7 @@ import vibroimpact as vi
 from report.extremes.condition import Parts, truth
 from report.extremes.exponential import system, system_truth
 from report.extremes.finding import Finding, measured
-from report.extremes.motion import ATOL, RTOL, SMALL, rule_of
+from report.extremes.motion import ATOL, LINEAR, RTOL, SMALL, STEPPED, rule_of
 from report.extremes.registry import case
 
 Array = Sequence[Sequence[float]] | Sequence[float] | np.ndarray
@@ -45,7 +45,7 @@ def states(
     expected = system_truth(m, c, k, load, force[0], force[1], 0.0, *START, length)
     forcing = vi.Harmonic(*force) if np.any(force[0]) else None
     scene = vi.Scene(vi.LinearSystem(m, c, k, load=load), forcing)
-    for method in ("exact", "rk45"):
+    for method in LINEAR:
         end = vi.simulate(scene, *START, (0, length), method=method, rtol=RTOL, atol=ATOL * RTOL, keep="final").final
         yield measured(f"{name}: q, v at t = {length:g}", method, end, expected, rule_of(method))
 
@@ -68,7 +68,7 @@ def links(
     linear = vi.Scene(vi.LinearSystem(m, c, k))
     for method, scene, unit, expected in (
         ("exact", linear, 1.0, given),
-        ("rk45", linear, 1.0, given),
+        *((method, linear, 1.0, given) for method in STEPPED),
         ("taylor", pendulum, SMALL, linked),
     ):
         q, v = (unit * np.array(x) for x in START)
