@@ -44,11 +44,11 @@ by a closed form or by {DIGITS}-digit arithmetic that takes the doubles given to
   ever) is theory's, 1 or 2.
 - *rounding*, for what is computed in closed form (exact flights, orbits, modes):
   error <= {FACTOR} x max(condition, 1) x {EPSILON:.1e}.
-- *steps*, for what is integrated to a tolerance (`rk45`, `dop853`, `radau`, `taylor`), and for rest after infinitely many impacts
-  by any method, which is completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where a line
-  does not say otherwise, and {MARGIN:g} for exact flights, where it is the width of contacts and touches; atol is {ATOL:g} rtol times the
-  size of the motion. *steps, at each impact* allows one rtol for every impact of a long run: in steps errors add up, by no
-  more than that; only exact flights are held to *rounding* there, which is to be without drift.
+- *steps*, for what is integrated to a tolerance (`rk45`, `dop853`, `radau`, `taylor`), and for rest after infinitely many
+  impacts by any method, which is completed to a tolerance: error <= {FACTOR} x max(condition, 1) x rtol. rtol is {RTOL:g} where
+  a line does not say otherwise, and {MARGIN:g} for exact flights, where it is the width of contacts and touches; atol is
+  {ATOL:g} rtol times the size of the motion. *steps, at each impact* allows one rtol for every impact of a long run: in steps
+  errors add up, by no more than that; only exact flights are held to *rounding* there, which is to be without drift.
 - *fact*: a count, an order, a status or a verdict equals the one that theory gives.
 - *refusal*: bad input raises `ValueError`, and its message has the argument and the words of the rule.
 
