@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import vibroimpact as vi
 
 W = np.sqrt(1 - 0.05**2)
+METHODS = ("rk45", "dop853", "radau")
 
 
 def scene(wall):
@@ -40,20 +41,24 @@ def finds_scipy(wall, end, rtol):
     return len(run.t_events[0]) > 0
 
 
+def found_here(wall, end, rtol, method):
+    """Return what is found at the wall: "impact", "graze" or "nothing"."""
+    run = vi.simulate(scene(wall), 0, 0, (0, end), method=method, rtol=rtol, atol=1e-3 * rtol, max_impacts=1)
+    return "impact" if len(run.impacts) else "graze" if len(run.grazes) else "nothing"
+
+
 def main():
     """Print the counts."""
-    print("rtol   missed by SciPy RK45   missed by rk45   listed as grazes")
+    print("rtol   missed by SciPy RK45", *(f"  missed by {method}   its grazes" for method in METHODS))
+    contacts = [(height - depth, time + np.pi) for time, height in peaks() for depth in 10 ** np.arange(-6, -0.9, 0.2)]
     for exponent in range(3, 13):
         rtol = 10.0**-exponent
-        missed = {"scipy": 0, "own": 0, "graze": 0}
-        for time, height in peaks():
-            for depth in 10 ** np.arange(-6, -0.9, 0.2):
-                wall, end = height - depth, time + np.pi
-                run = vi.simulate(scene(wall), 0, 0, (0, end), method="rk45", rtol=rtol, atol=1e-3 * rtol, max_impacts=1)
-                missed["scipy"] += not finds_scipy(wall, end, rtol)
-                missed["own"] += not (len(run.impacts) or len(run.grazes))
-                missed["graze"] += not len(run.impacts) and len(run.grazes) > 0
-        print(f"{rtol:.0e} {missed['scipy']:15} {missed['own']:15} {missed['graze']:15}")
+        missed = sum(not finds_scipy(wall, end, rtol) for wall, end in contacts)
+        print(f"{rtol:.0e} {missed:19}", end="")
+        for method in METHODS:
+            found = [found_here(wall, end, rtol, method) for wall, end in contacts]
+            print(f"{found.count('nothing'):18} {found.count('graze'):12}", end="")
+        print(flush=True)
 
 
 if __name__ == "__main__":
