@@ -35,7 +35,7 @@ fn existence(criterion: &mut Criterion) {
             bencher.iter(|| {
                 let options = SweepOptions { threads: Some(1) };
                 let go_on = &mut |_| ControlFlow::Continue(());
-                existence_map(black_box(&scene), &pattern, &x, &y, 2, options, go_on)
+                existence_map(black_box(&scene), &pattern, (&x, &y), 2, options, go_on)
                     .expect("solved")
             });
         });

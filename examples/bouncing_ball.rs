@@ -104,8 +104,7 @@ fn check_map() -> Result<()> {
     let map = existence_map(
         &ball(1.0)?,
         &Pattern::single(0),
-        &accelerations,
-        &restitutions,
+        (&accelerations, &restitutions),
         1,
         SweepOptions::default(),
         &mut |_| ControlFlow::Continue(()),

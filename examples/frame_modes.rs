@@ -160,8 +160,7 @@ fn print_map(scene: &Scene, both: &Pattern) -> Result<()> {
     let map = existence_map(
         scene,
         both,
-        &frequencies,
-        &clearances,
+        (&frequencies, &clearances),
         1,
         SweepOptions::default(),
         go_on,

@@ -220,8 +220,7 @@ fn an_ensemble_of_pendulums_has_the_bits_of_one_by_one() {
     let go_on = &mut |_| ControlFlow::Continue(());
     let ends = simulate_many(
         &scene,
-        &q0,
-        &v0,
+        (&q0, &v0),
         (0.0, 30.0),
         &options,
         SweepOptions::default(),

@@ -41,8 +41,7 @@ fn map(
     existence_map(
         scene,
         &Pattern::single(stop),
-        x,
-        y,
+        (x, y),
         n_periods,
         options,
         go_on,
@@ -166,7 +165,7 @@ fn compare(
     let mut seen = [0; 3];
     let options = SweepOptions { threads: Some(1) };
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
-    let found = existence_map(scene, pattern, x, y, n_periods, options, go_on).expect("solved");
+    let found = existence_map(scene, pattern, (x, y), n_periods, options, go_on).expect("solved");
     let mut random = Random::new(1);
     for _ in 0..10 {
         let (i, j) = (random.below(x.values.len()), random.below(y.values.len()));
@@ -284,8 +283,7 @@ fn cells_of_other_forms_are_what_periodic_orbits_finds() {
     let found = existence_map(
         &first,
         &Pattern::together(&[0, 1]).expect("valid"),
-        &x,
-        &y,
+        (&x, &y),
         3,
         SweepOptions::default(),
         &mut |_| ControlFlow::Continue(()),
@@ -338,11 +336,12 @@ fn threads_and_pieces_make_no_difference() {
     let total = alone.len();
     let mut pieces = Vec::new();
     for range in [0..1000, 1000..1001, 1001..1001, 1001..total] {
-        pieces
-            .extend(existence_tile(&scene, &Pattern::single(1), &x, &y, 2, range).expect("solved"));
+        pieces.extend(
+            existence_tile(&scene, &Pattern::single(1), (&x, &y), 2, range).expect("solved"),
+        );
     }
     assert_eq!(bits(&pieces), bits(&alone));
-    assert!(existence_tile(&scene, &Pattern::single(1), &x, &y, 2, 0..total + 1).is_err());
+    assert!(existence_tile(&scene, &Pattern::single(1), (&x, &y), 2, 0..total + 1).is_err());
 }
 
 #[test]
@@ -393,7 +392,7 @@ fn an_observer_hears_of_progress_and_may_stop() {
             last = Some(p);
             ControlFlow::Continue(())
         };
-        existence_map(&scene, &Pattern::single(1), &x, &y, 2, options, watch).expect("solved");
+        existence_map(&scene, &Pattern::single(1), (&x, &y), 2, options, watch).expect("solved");
         assert_eq!(
             last,
             Some(Progress {
@@ -402,7 +401,7 @@ fn an_observer_hears_of_progress_and_may_stop() {
             })
         );
         let stop = &mut |_: Progress| ControlFlow::Break(());
-        let broken = existence_map(&scene, &Pattern::single(1), &x, &y, 2, options, stop);
+        let broken = existence_map(&scene, &Pattern::single(1), (&x, &y), 2, options, stop);
         assert_eq!(broken, Err(Error::Interrupted));
     }
 }
@@ -415,8 +414,7 @@ fn wrong_questions_are_refused_by_name() {
         existence_map(
             &scene,
             &Pattern::single(stop),
-            x,
-            y,
+            (x, y),
             n_periods,
             SweepOptions::default(),
             untouched,

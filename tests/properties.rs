@@ -574,7 +574,7 @@ proptest! {
             if !is_short {
                 return Ok(());
             }
-            let map = existence_map(&scene, &pattern, &x, &y, n_periods, SweepOptions::default(), &mut |_| ControlFlow::Continue(()));
+            let map = existence_map(&scene, &pattern, (&x, &y), n_periods, SweepOptions::default(), &mut |_| ControlFlow::Continue(()));
             if let Ok(map) = map && is_moderate(&scene) {
                 for (j, &b) in map.y.iter().enumerate() {
                     for (i, &a) in map.x.iter().enumerate() {

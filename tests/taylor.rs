@@ -300,7 +300,7 @@ fn assert_many_are_each(scene: &Scene, starts: &[DVector<f64>; 2], options: &Sim
         .map(|x| DMatrix::from_row_slice(x.len() / n, n, x.as_slice()));
     let sweep = SweepOptions::default();
     let go_on = &mut |_| ControlFlow::Continue(());
-    let many = simulate_many(scene, &q0, &v0, SPAN, options, sweep, go_on).expect("runs");
+    let many = simulate_many(scene, (&q0, &v0), SPAN, options, sweep, go_on).expect("runs");
     for i in 0..q0.nrows() {
         let (q, v) = (q0.row(i).transpose(), v0.row(i).transpose());
         let one = simulate(scene, &q, &v, SPAN, options).expect("runs");
@@ -355,8 +355,7 @@ fn an_observer_stops_runs_abreast() {
     let sweep = SweepOptions::default();
     let stopped = simulate_many(
         &large_motions(),
-        &start,
-        &start,
+        (&start, &start),
         hours,
         &options,
         sweep,

@@ -138,8 +138,7 @@ pub(crate) fn _existence_cells<'py>(
         sweep::existence_map(
             model,
             &q.pattern,
-            &q.x,
-            &q.y,
+            (&q.x, &q.y),
             q.n_periods,
             options,
             &mut |p| observe(fraction(p)),
@@ -256,7 +255,7 @@ pub(crate) fn _simulate_rows<'py>(
     let ends = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
         let sweep = SweepOptions { threads };
         let observer = &mut |p| observe(fraction(p));
-        sweep::simulate_many(model, &q0, &v0, t_span, &options, sweep, observer)
+        sweep::simulate_many(model, (&q0, &v0), t_span, &options, sweep, observer)
             .map_err(|error| counted_from(first, error))
     })?;
     let impacts: Vec<i64> = ends

@@ -58,14 +58,13 @@ struct TrajectoryEnd {
 /// let (q0, v0) = (dmatrix![0.0, 0.0; 0.1, -0.1], dmatrix![0.0, 0.1; 0.0, 0.0]);
 /// let options = SimulateOptions { keep: Keep::Final, ..Default::default() };
 /// let go_on = &mut |_| ControlFlow::Continue(());
-/// let ends = simulate_many(&scene, &q0, &v0, (0.0, 50.0), &options, SweepOptions::default(), go_on)?;
+/// let ends = simulate_many(&scene, (&q0, &v0), (0.0, 50.0), &options, SweepOptions::default(), go_on)?;
 /// assert_eq!(ends.q.shape(), (2, 2));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn simulate_many(
     scene: &Scene,
-    q0: &DMatrix<f64>,
-    v0: &DMatrix<f64>,
+    (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
     options: &SimulateOptions,
     sweep: SweepOptions,

@@ -150,7 +150,7 @@ impl ExistenceMap {
 /// let frequency = Axis::new("frequency".parse()?, [1.4, 1.5, 1.6]);
 /// let clearance = Axis::new("clearance[1]".parse()?, [0.15, 10.0]);
 /// let go_on = &mut |_| ControlFlow::Continue(());
-/// let map = existence_map(&scene, &Pattern::single(1), &frequency, &clearance, 2, SweepOptions::default(), go_on)?;
+/// let map = existence_map(&scene, &Pattern::single(1), (&frequency, &clearance), 2, SweepOptions::default(), go_on)?;
 /// assert_eq!(map.n_orbits, [2, 2, 2, 0, 0, 0]);
 /// assert!(map.cell(1, 0).is_stable);
 /// # Ok::<(), vibroimpact::Error>(())
@@ -158,8 +158,7 @@ impl ExistenceMap {
 pub fn existence_map(
     scene: &Scene,
     pattern: &Pattern,
-    x: &Axis,
-    y: &Axis,
+    (x, y): (&Axis, &Axis),
     n_periods: usize,
     options: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -189,8 +188,7 @@ pub fn existence_map(
 pub fn existence_tile(
     scene: &Scene,
     pattern: &Pattern,
-    x: &Axis,
-    y: &Axis,
+    (x, y): (&Axis, &Axis),
     n_periods: usize,
     cells: Range<usize>,
 ) -> Result<Vec<ExistenceCell>> {

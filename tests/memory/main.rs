@@ -172,7 +172,7 @@ fn an_ensemble_takes_a_row_for_each_trajectory() {
         };
         let go_on = &mut |_| ControlFlow::Continue(());
         let (ends, peak) =
-            peak_of(|| simulate_many(&case.scene, &q0, &v0, (0.0, span), &options, sweep, go_on));
+            peak_of(|| simulate_many(&case.scene, (&q0, &v0), (0.0, span), &options, sweep, go_on));
         assert!(ends.expect("runs").n_impacts.iter().all(|&n| n > 0));
         peak
     };

@@ -143,8 +143,7 @@ fn oscillator(
     load: f64,
     restitution: f64,
     clearances: (f64, f64),
-    force: f64,
-    w: f64,
+    (force, w): (f64, f64),
     n_periods: usize,
 ) -> Plain {
     let face = |normal: f64, clearance: f64| Face {
@@ -173,7 +172,7 @@ fn the_symmetric_orbit_of_a_two_sided_oscillator_has_its_closed_form() {
         (3, 3.3, 4.0, 0.2, 0.6),
         (1, 0.8, 0.5, 0.6, 1.0),
     ] {
-        let plain = oscillator(0.1, 0.0, e, (clearance, clearance), force, w, n_periods);
+        let plain = oscillator(0.1, 0.0, e, (clearance, clearance), (force, w), n_periods);
         let (scene, pattern) = plain.scene();
         let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
         let (t, a) = (plain.period(), plain.state_matrix());
@@ -258,7 +257,7 @@ fn a_shorter_orbit_gone_through_twice_is_not_an_orbit_of_two_impacts() {
     let mut found = 0;
     for force in [0.8, 1.0, 1.5, 3.0] {
         for (w, n_periods) in [(1.7, 2), (2.8, 2), (2.8, 4), (0.7, 2)] {
-            let mut plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.3), force, w, n_periods);
+            let mut plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.3), (force, w), n_periods);
             plain.faces[1] = plain.faces[0].clone();
             let (scene, pattern) = plain.scene();
             let half = OrbitOptions {
@@ -333,7 +332,7 @@ fn a_given_phase_gives_the_flight_time_and_the_clearance() {
         }
     }
     assert!(cases.have(total, 50), "{total}");
-    let plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
+    let plain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), (1.0, 1.7), 1);
     let (scene, pattern) = plain.scene();
     let options = OrbitOptions {
         phase: Some(0.3),
@@ -432,7 +431,7 @@ fn undamped_modes_in_step_with_the_period_keep_their_unknowns() {
     // w = w_1 exactly, no damping: no steady response; and a rigid body under a load (a ball between two plates).
     for (stiffness, load, w) in [(4.0, 0.0, 2.0), (0.0, 0.4, 1.3), (4.0, 0.1, 2.0)] {
         for sides in [Sides::One, Sides::Two] {
-            let mut plain = oscillator(0.0, load, 0.7, (0.3, 0.5), 0.6, w, 2);
+            let mut plain = oscillator(0.0, load, 0.7, (0.3, 0.5), (0.6, w), 2);
             plain.stiffness[(0, 0)] = stiffness;
             if sides == Sides::One {
                 plain.faces[1] = plain.faces[0].clone();
@@ -476,7 +475,7 @@ fn undamped_modes_in_step_with_the_period_keep_their_unknowns() {
 
 #[test]
 fn nothing_is_found_where_the_forcing_is_too_weak() {
-    let plain = oscillator(0.1, 0.0, 0.8, (5.0, 5.0), 0.1, 1.7, 1);
+    let plain = oscillator(0.1, 0.0, 0.8, (5.0, 5.0), (0.1, 1.7), 1);
     let (scene, pattern) = plain.scene();
     let orbits = periodic_orbits(&scene, &pattern, &plain.options()).expect("solved");
     assert_eq!((orbits.verdict(), orbits.len()), (Verdict::None, 0));
@@ -504,7 +503,7 @@ fn nothing_is_found_where_the_forcing_is_too_weak() {
 #[test]
 fn stops_hit_together_meet_all_their_contacts_or_none() {
     // Two equal oscillators, uncoupled, between equal stops: what one does the other does.
-    let single = oscillator(0.1, 0.0, 0.7, (0.3, 0.4), 1.0, 1.7, 1);
+    let single = oscillator(0.1, 0.0, 0.7, (0.3, 0.4), (1.0, 1.7), 1);
     let (scene, pattern) = single.scene();
     let alone = periodic_orbits(&scene, &pattern, &single.options()).expect("solved");
     let pair = |clearance: f64| {
@@ -560,7 +559,7 @@ fn without_damping_and_loss_the_orbits_are_those_of_a_little_of_both() {
         (Sides::Symmetric, 1.7, 1),
     ] {
         let with = |loss: f64| {
-            let mut plain = oscillator(loss, 0.0, 1.0 - loss, (0.3, 0.4), 1.0, w, n_periods);
+            let mut plain = oscillator(loss, 0.0, 1.0 - loss, (0.3, 0.4), (1.0, w), n_periods);
             match sides {
                 Sides::One => plain.faces[1] = plain.faces[0].clone(),
                 Sides::Symmetric => plain.faces[1].clearance = 0.3,
@@ -620,40 +619,40 @@ fn extreme_scenes_are_searched_in_reasonable_time() {
         orbits.len()
     };
     timed(
-        &oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 0.0, 1.7, 1),
+        &oscillator(0.1, 0.0, 0.8, (0.3, 0.4), (0.0, 1.7), 1),
         "no force",
     );
     timed(
-        &oscillator(0.1, 0.0, 0.0, (0.3, 0.3), 1.0, 1.7, 1),
+        &oscillator(0.1, 0.0, 0.0, (0.3, 0.3), (1.0, 1.7), 1),
         "plastic",
     );
     timed(
-        &oscillator(0.1, 0.0, 1e-6, (0.3, 0.3), 1.0, 1.7, 2),
+        &oscillator(0.1, 0.0, 1e-6, (0.3, 0.3), (1.0, 1.7), 2),
         "nearly plastic",
     );
     timed(
-        &oscillator(50.0, 0.0, 0.8, (0.01, 0.02), 1.0, 1.7, 1),
+        &oscillator(50.0, 0.0, 0.8, (0.01, 0.02), (1.0, 1.7), 1),
         "overdamped",
     );
     timed(
-        &oscillator(2.0, 0.0, 0.8, (0.1, 0.2), 1.0, 1.7, 2),
+        &oscillator(2.0, 0.0, 0.8, (0.1, 0.2), (1.0, 1.7), 2),
         "critical",
     );
     timed(
-        &oscillator(0.01, 0.0, 0.8, (0.3, 0.4), 1.0, 0.05, 1),
+        &oscillator(0.01, 0.0, 0.8, (0.3, 0.4), (1.0, 0.05), 1),
         "slow forcing",
     );
     timed(
-        &oscillator(0.01, 0.0, 0.8, (0.003, 0.004), 1.0, 20.0, 1),
+        &oscillator(0.01, 0.0, 0.8, (0.003, 0.004), (1.0, 20.0), 1),
         "fast forcing",
     );
     timed(
-        &oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 12),
+        &oscillator(0.1, 0.0, 0.8, (0.3, 0.4), (1.0, 1.7), 12),
         "twelve periods",
     );
     for n in [2, 3] {
         // One Jordan block of equal oscillators: nothing uncouples.
-        let mut defective = oscillator(0.0, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
+        let mut defective = oscillator(0.0, 0.0, 0.8, (0.3, 0.4), (1.0, 1.7), 1);
         defective.mass = DMatrix::identity(n, n);
         defective.damping = DMatrix::identity(n, n) * 0.2;
         defective.stiffness =
@@ -671,7 +670,7 @@ fn extreme_scenes_are_searched_in_reasonable_time() {
         assert_eq!(timed(&defective, "nearly defective"), found);
     }
     let n = 30;
-    let mut chain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), 1.0, 1.7, 1);
+    let mut chain = oscillator(0.1, 0.0, 0.8, (0.3, 0.4), (1.0, 1.7), 1);
     chain.mass = DMatrix::identity(n, n);
     chain.stiffness = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
         0 => 2.0 * 9.0,
