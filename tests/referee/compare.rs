@@ -187,9 +187,8 @@ pub fn compare_with(
     compare_sticks(
         case,
         reference,
-        &theirs.sticks,
-        until,
-        (slack, &theirs.chatters),
+        (&theirs.sticks, &theirs.chatters),
+        (until, slack),
         &labels,
         &mut first,
     );

@@ -253,9 +253,8 @@ fn known_to(case: &Case, chatters: &[Stretch], time: f64) -> f64 {
 pub fn compare_sticks(
     case: &Case,
     reference: &Reference,
-    theirs: &[Stretch],
-    until: f64,
-    (slack, chatters): (f64, &[Stretch]),
+    (theirs, chatters): (&[Stretch], &[Stretch]),
+    (until, slack): (f64, f64),
     labels: &Labels<'_>,
     first: &mut First,
 ) {
