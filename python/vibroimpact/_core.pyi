@@ -517,7 +517,7 @@ def _restore_orbit(
     spans: Sequence[float],
     states: Sequence[float],
     impulses: Sequence[float],
-    courses: Sequence[tuple[str, Sequence[int], bool, int | None]],
+    modes: Sequence[tuple[str, Sequence[int], bool, int | None]],
 ) -> Orbit: ...
 def _restore_orbits(
     orbits: Sequence[Orbit], verdict: str, reason: str, margin: float | None, basis: ArrayLike | None

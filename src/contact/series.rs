@@ -300,8 +300,8 @@ mod tests {
 
     fn search(c: &[f64], order: usize, span: f64) -> (FirstRoot, Vec<(f64, f64)>) {
         let mut touches = Vec::new();
-        let course = GapSeries::of(c, 1.0).first_contact(order, span, &mut touches);
-        (course, touches)
+        let root = GapSeries::of(c, 1.0).first_contact(order, span, &mut touches);
+        (root, touches)
     }
 
     #[test]
@@ -322,9 +322,9 @@ mod tests {
                 .copied()
                 .filter(|r| *r > 0.0)
                 .fold(f64::INFINITY, f64::min);
-            let (course, touches) = search(&from_roots(&roots, scale), 0, 1.0);
-            let FirstRoot::Crossing { at, .. } = course else {
-                panic!("{roots:?} {course:?}")
+            let (root, touches) = search(&from_roots(&roots, scale), 0, 1.0);
+            let FirstRoot::Crossing { at, .. } = root else {
+                panic!("{roots:?} {root:?}")
             };
             assert!((at - first).abs() < 1e-9, "{roots:?} {at}");
             assert_eq!(touches, []);
@@ -338,10 +338,10 @@ mod tests {
                 // (t - place)^2 (1 + t^6) - depth
                 let mut c = vec![place * place - depth, -2.0 * place, 1.0];
                 c.extend([0.0, 0.0, 0.0, place * place, -2.0 * place, 1.0]);
-                let (course, touches) = search(&c, 0, 1.0);
-                let case = format!("{place} {depth}: {course:?} {touches:?}");
+                let (root, touches) = search(&c, 0, 1.0);
+                let case = format!("{place} {depth}: {root:?} {touches:?}");
                 if depth > 0.0 {
-                    let FirstRoot::Crossing { at, .. } = course else {
+                    let FirstRoot::Crossing { at, .. } = root else {
                         panic!("{case}")
                     };
                     // Near its minimum the gap is known to rounding, and its root to that over the slope.
@@ -349,7 +349,7 @@ mod tests {
                     let error = 4e-15 / depth.sqrt() + 3.0 * depth;
                     assert!((at - wanted).abs() < error, "{case}");
                 } else {
-                    assert_eq!(course, FirstRoot::None, "{case}");
+                    assert_eq!(root, FirstRoot::None, "{case}");
                     // A touch where the span ends belongs to what follows.
                     let is_inside = depth == 0.0 && place < 1.0;
                     assert_eq!(touches.len(), usize::from(is_inside), "{case}");
@@ -363,18 +363,18 @@ mod tests {
         for speed in [1.0, 1e-3, 1e-8, 1e-13] {
             // The next contact is at 2 speed, but for the quintic.
             let c = [1e-17, speed, -0.5, 0.0, 0.0, 0.3];
-            let (course, _) = search(&c, 1, 1.0);
-            let FirstRoot::Crossing { at, .. } = course else {
-                assert!(speed > 0.4, "{speed} {course:?}");
+            let (root, _) = search(&c, 1, 1.0);
+            let FirstRoot::Crossing { at, .. } = root else {
+                assert!(speed > 0.4, "{speed} {root:?}");
                 continue;
             };
             let root = |t: f64| speed - 0.5 * t + 0.3 * t.powi(4);
             assert!(root(at).abs() < 4.0 * f64::EPSILON * speed, "{speed} {at}");
             assert!(at < 2.2 * speed);
         }
-        let (course, _) = search(&[0.0, 0.0, 1.0, -1.0], 2, 1.5);
+        let (root, _) = search(&[0.0, 0.0, 1.0, -1.0], 2, 1.5);
         assert_eq!(
-            course,
+            root,
             FirstRoot::Crossing {
                 at: 1.0,
                 passed: 1.5
@@ -395,11 +395,11 @@ mod tests {
             let mut c: Vec<f64> = (0..14).map(|k| random() * 0.4f64.powi(k) * 2.0).collect();
             c[0] = c[0].abs() * 0.3;
             let value = |t: f64| c.iter().rev().fold(0.0, |sum, c| sum * t + c);
-            let (course, _) = search(&c, 0, 1.0);
+            let (root, _) = search(&c, 0, 1.0);
             let sampled = (0..=4000)
                 .map(|k| f64::from(k) / 4000.0)
                 .find(|t| value(*t) < -1e-9);
-            match (course, sampled) {
+            match (root, sampled) {
                 (FirstRoot::Crossing { at, .. }, Some(t)) => {
                     contacts += 1;
                     assert!(at <= t && value(at).abs() < 1e-13, "{at} {t}");
@@ -428,7 +428,7 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_no_proof() {
-        let (course, _) = search(&[1.0, f64::NAN, 0.0, 0.0], 0, 1.0);
-        assert!(matches!(course, FirstRoot::Undecided { .. }));
+        let (root, _) = search(&[1.0, f64::NAN, 0.0, 0.0], 0, 1.0);
+        assert!(matches!(root, FirstRoot::Undecided { .. }));
     }
 }

@@ -126,7 +126,7 @@ fn facts<Y: HybridSystem + ?Sized>(system: &mut Y) -> Vec<Fact> {
 }
 
 /// What happens to a scene that is struck, held, and let go again: the numbers all along.
-fn course<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
+fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let mut notes = Notes::default();
     let (q, v) = (dvector![0.1, -0.3], dvector![0.7, 0.4]);
     flow.start(&q, &v, 0.3);
@@ -182,7 +182,7 @@ fn course<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
 fn integrated<P: Stepper<[f64; 4], Choice = ()>>(scene: &Scene) -> Vec<Fact> {
     let motion = SceneMotion::new(scene);
     let mut flow = IntegratedFlow::new(&motion, scene, TIGHT, InSteps::<(), P>::new(()));
-    course(&mut flow)
+    facts_of_a_run(&mut flow)
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn both_systems_keep_the_contract() {
     let scene = scene();
     let timed = TimedScene::of(&scene, "the test").expect("linear");
     let exact = with_flow!(&*timed.flow, f => {
-        course(&mut ClosedForm::new(f, &timed, PHASE, Tolerance::USUAL))
+        facts_of_a_run(&mut ClosedForm::new(f, &timed, PHASE, Tolerance::USUAL))
     });
     for (name, found, allowed) in [
         ("rk45", integrated::<DormandPrince<[f64; 4]>>(&scene), 1e-7),

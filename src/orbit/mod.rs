@@ -26,7 +26,7 @@ pub use orbits::{Family, Orbits, Verdict};
 pub use paper_coefficients::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
-pub use saved::{Saved, SavedCourse};
+pub use saved::{SavedMode, SavedOrbit};
 pub use search::{periodic_orbits, periodic_orbits_observed};
 pub use shooting::find::{find_orbit, find_orbit_observed};
 pub use shooting::guess::Guess;

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// An orbit as plain numbers, from which it can be made again: spans of its flights, modal states (after, then before the
 /// next instant, flight by flight), impulses.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Saved {
+pub struct SavedOrbit {
     /// Forcing periods in one period.
     pub n_periods: usize,
     /// Forcing phase at the first impact.
@@ -30,27 +30,27 @@ pub struct Saved {
     pub impulses: Vec<f64>,
     /// What each flight is: its kind, the stops in contact, whether it begins with the next instant of the pattern, the
     /// stop let go at its start. Empty: all of them free, from instant to instant.
-    pub courses: Vec<SavedCourse>,
+    pub modes: Vec<SavedMode>,
 }
 
-/// One entry of [`Saved::courses`].
-pub type SavedCourse = (SegmentKind, Vec<usize>, bool, Option<usize>);
+/// One entry of [`SavedOrbit::modes`].
+pub type SavedMode = (SegmentKind, Vec<usize>, bool, Option<usize>);
 
 impl PeriodicOrbit {
     /// The orbit as plain numbers.
-    pub fn save(&self) -> Saved {
+    pub fn save(&self) -> SavedOrbit {
         let states = self
             .flights()
             .iter()
             .flat_map(|f| f.after.iter().chain(&f.before_next))
             .flatten();
-        Saved {
+        SavedOrbit {
             n_periods: self.n_periods(),
             phase: self.phase(),
             spans: self.flights().iter().map(|f| f.span).collect(),
             states: states.copied().collect(),
             impulses: self.impacts().iter().map(|i| i.impulse).collect(),
-            courses: self.flights().iter().map(saved_course).collect(),
+            modes: self.flights().iter().map(saved_mode).collect(),
         }
     }
 
@@ -58,7 +58,7 @@ impl PeriodicOrbit {
     ///
     /// # Errors
     /// Numbers that do not fit the scene or each other.
-    pub fn restore(scene: &Scene, pattern: Pattern, saved: Saved) -> Result<Self> {
+    pub fn restore(scene: &Scene, pattern: Pattern, saved: SavedOrbit) -> Result<Self> {
         let n = scene.n_dof();
         check(scene, &pattern, &saved)?;
         if saved.states.len() != 4 * n * saved.spans.len() || saved.spans.is_empty() {
@@ -79,14 +79,11 @@ impl PeriodicOrbit {
                 span: *span,
                 after,
                 before_next,
-                mode: saved
-                    .courses
-                    .get(k)
-                    .map_or(ContactMode::FREE, restored_course),
+                mode: saved.modes.get(k).map_or(ContactMode::FREE, restored_mode),
             });
             start += span;
         }
-        let Saved {
+        let SavedOrbit {
             n_periods,
             phase,
             impulses,
@@ -110,7 +107,7 @@ impl PeriodicOrbit {
 }
 
 /// Refuses numbers that no orbit of the scene has: a file may have been changed.
-fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
+fn check(scene: &Scene, pattern: &Pattern, saved: &SavedOrbit) -> Result<()> {
     let refused = |part: &str, found: String, rule: &str| {
         Err(Error::bad_value(
             format!("{part} of the saved orbit"),
@@ -120,13 +117,13 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
     };
     let count = scene.stops().len();
     pattern.check(count)?;
-    let Saved {
+    let SavedOrbit {
         n_periods,
         phase,
         spans,
         states,
         impulses,
-        courses,
+        modes,
     } = saved;
     let mut numbers = spans.iter().chain(states).chain(impulses).chain([phase]);
     if let Some(x) = numbers.find(|x| !x.is_finite()) {
@@ -153,14 +150,14 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
         let found = format!("{} impulses", impulses.len());
         return refused("the pattern", found, &format!("it has {n_struck} impacts"));
     }
-    if !courses.is_empty() && courses.len() != spans.len() {
-        let found = format!("{} courses", courses.len());
+    if !modes.is_empty() && modes.len() != spans.len() {
+        let found = format!("{} modes", modes.len());
         return refused("the flights", found, &format!("there are {}", spans.len()));
     }
-    let begun = if courses.is_empty() {
+    let begun = if modes.is_empty() {
         spans.len()
     } else {
-        courses.iter().filter(|mode| mode.2).count()
+        modes.iter().filter(|mode| mode.2).count()
     };
     // A period without instants is one flight, which begins with none.
     let n_instants = pattern.instants().len();
@@ -168,7 +165,7 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
         let found = format!("{begun} flights that begin with an instant");
         return refused("the pattern", found, &format!("it has {n_instants}"));
     }
-    for (kind, stops, _, released) in courses {
+    for (kind, stops, _, released) in modes {
         let fits = match kind {
             SegmentKind::Flight => stops.is_empty(),
             SegmentKind::Chatter => stops.len() == 1,
@@ -181,13 +178,17 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &Saved) -> Result<()> {
                 "a {} with stops {stops:?}, released {released:?}",
                 kind.name()
             );
-            return refused("a course", found, &format!("the scene has {count} stops"));
+            return refused(
+                "a contact mode",
+                found,
+                &format!("the scene has {count} stops"),
+            );
         }
     }
     Ok(())
 }
 
-fn saved_course(flight: &Flight) -> SavedCourse {
+fn saved_mode(flight: &Flight) -> SavedMode {
     let ContactMode {
         kind,
         stops,
@@ -197,7 +198,7 @@ fn saved_course(flight: &Flight) -> SavedCourse {
     (kind, stops, is_struck, released)
 }
 
-fn restored_course((kind, stops, is_struck, released): &SavedCourse) -> ContactMode {
+fn restored_mode((kind, stops, is_struck, released): &SavedMode) -> ContactMode {
     ContactMode {
         kind: *kind,
         stops: stops.clone(),

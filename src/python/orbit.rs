@@ -1,7 +1,7 @@
 //! A periodic orbit in Python.
 
 use crate::observer::stop_if;
-use crate::orbit::{PeriodicOrbit, Saved, SavedCourse, Stability};
+use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
 use crate::python::argument;
 use crate::python::array::{out_complex, out_matrix, out_vector, times};
 use crate::python::interrupt;
@@ -329,13 +329,13 @@ impl PyOrbit {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let saved = self.0.save();
-        let courses = saved
-            .courses
+        let modes = saved
+            .modes
             .iter()
             .map(|(kind, stops, is_struck, released)| {
                 (kind.name(), stops.clone(), *is_struck, *released)
             });
-        let courses: Vec<_> = courses.collect();
+        let modes: Vec<_> = modes.collect();
         let arguments = PyTuple::new(
             py,
             [
@@ -346,7 +346,7 @@ impl PyOrbit {
                 PyList::new(py, &saved.spans)?.into_any(),
                 PyList::new(py, &saved.states)?.into_any(),
                 PyList::new(py, &saved.impulses)?.into_any(),
-                PyList::new(py, courses)?.into_any(),
+                PyList::new(py, modes)?.into_any(),
             ],
         )?;
         Ok((
@@ -366,20 +366,19 @@ pub(crate) fn _restore_orbit(
     spans: &Bound<'_, PyAny>,
     states: &Bound<'_, PyAny>,
     impulses: &Bound<'_, PyAny>,
-    courses: &Bound<'_, PyAny>,
+    modes: &Bound<'_, PyAny>,
 ) -> PyResult<PyOrbit> {
-    let course = |(kind, stops, is_struck, released): (String, _, _, _)| -> PyResult<SavedCourse> {
+    let mode = |(kind, stops, is_struck, released): (String, _, _, _)| -> PyResult<SavedMode> {
         Ok((SegmentKind::from_name(&kind)?, stops, is_struck, released))
     };
-    let courses: Vec<(String, Vec<usize>, bool, Option<usize>)> =
-        argument::saved("courses", courses)?;
-    let saved = Saved {
+    let modes: Vec<(String, Vec<usize>, bool, Option<usize>)> = argument::saved("modes", modes)?;
+    let saved = SavedOrbit {
         n_periods: argument::saved("n_periods", n_periods)?,
         phase: argument::saved("phase", phase)?,
         spans: argument::saved("spans", spans)?,
         states: argument::saved("states", states)?,
         impulses: argument::saved("impulses", impulses)?,
-        courses: courses.into_iter().map(course).collect::<PyResult<_>>()?,
+        modes: modes.into_iter().map(mode).collect::<PyResult<_>>()?,
     };
     let (py, pattern) = (pattern.py(), self::pattern(pattern)?);
     let scene = &scene.0;

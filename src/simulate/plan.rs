@@ -28,7 +28,7 @@ fn machinery(scene: &Scene) -> Result<String> {
             Some(_) => "harmonic forcing",
             None => "no forcing",
         };
-        let (steps, course) = if has_series(scene) {
+        let (steps, path) = if has_series(scene) {
             let order = series_order(SimulateOptions::default().rtol);
             let steps = format!(
                 "Taylor series whose order grows with the digits asked for, {order} by default"
@@ -40,7 +40,7 @@ fn machinery(scene: &Scene) -> Result<String> {
                     .to_owned();
             (steps, "the interpolant")
         };
-        let stops = contacts_along(scene, course);
+        let stops = contacts_along(scene, path);
         return Ok(format!(
             "nonlinear scene: {steps}, no modes; {forcing}; {stops}"
         ));
@@ -76,8 +76,8 @@ fn count(stops: usize) -> String {
     format!("{stops} stop{}", if stops == 1 { "" } else { "s" })
 }
 
-/// How the contacts of a motion in steps are found: on its course, and where a gap has a bound on its curvature by that.
-fn contacts_along(scene: &Scene, course: &str) -> String {
+/// How the contacts of a motion in steps are found: on its path, and where a gap has a bound on its curvature by that.
+fn contacts_along(scene: &Scene, path: &str) -> String {
     let k = scene.stops().len();
     if k == 0 {
         return "no stops: no event search".to_owned();
@@ -88,7 +88,7 @@ fn contacts_along(scene: &Scene, course: &str) -> String {
         n if n == k => ", and none missed by its bound on the curvature".to_owned(),
         n => format!(", and with {n} of them none missed by their bounds on the curvature"),
     };
-    format!("{}: every contact on {course} found{proved}", count(k))
+    format!("{}: every contact on {path} found{proved}", count(k))
 }
 
 /// What several stops do at one instant.

@@ -95,14 +95,14 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let angle = self.clock.angle();
-        let course = HeldFlight {
+        let flight = HeldFlight {
             motion,
             angle,
             modal_state: motion.reduce(&q, &v),
             orders,
         };
         let (next, seen, touches) =
-            with_flow!(&motion.flow, flow => course.next(flow, span, observer))?;
+            with_flow!(&motion.flow, flow => flight.next(flow, span, observer))?;
         self.search.saw(&seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
