@@ -167,6 +167,9 @@ fn drive_one(case: &mut Case, random: &mut Random) {
     case.label += ", driven at one coordinate";
 }
 
+/// The methods of scenes that are integrated: which of them takes a scene, its number says.
+pub const STEPPED: [Method; 3] = [Method::Rk45, Method::Dop853, Method::Radau];
+
 /// Scene number `number` of a seed.
 pub fn scene(seed: u64, number: u64) -> Case {
     let mut random = Random::of_case(seed, number);
@@ -219,7 +222,7 @@ pub fn scene(seed: u64, number: u64) -> Case {
     let method = if draw.random.chance(80) {
         Method::Exact
     } else {
-        Method::Rk45
+        STEPPED[(number % 3) as usize]
     };
     let rtol = if method == Method::Exact && draw.random.chance(50) {
         1e-13

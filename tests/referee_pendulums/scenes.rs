@@ -132,7 +132,7 @@ pub fn scene(random: &mut Random) -> Case {
     let method = if random.chance(60) {
         Method::Taylor
     } else {
-        Method::Rk45
+        [Method::Rk45, Method::Dop853, Method::Radau][random.below(3)]
     };
     let digits = 5 + random.below(7);
     Case {

@@ -26,9 +26,9 @@ KEPT = (
     Change(steps.SERIES, "        system.record_series(series, step.span, is_last.then_some(last), recorder);", ""),
     Change(
         steps.STEPS,
-        "                let Some(s) = landed else {\n                    break Arrival::Underflow;\n                };\n",
-        "                let Some(s) = landed else {\n                    break Arrival::Underflow;\n                };\n",
-        "                self.arrive(s);",
+        "        let Some(s) = landed else {\n            return Ok(Arrival::Underflow);\n        };\n",
+        "        let Some(s) = landed else {\n            return Ok(Arrival::Underflow);\n        };\n",
+        "        self.arrive(s);",
     ),
 )
 WATCH = (
