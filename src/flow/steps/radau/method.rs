@@ -115,7 +115,7 @@ impl<S: State> Radau<S> {
             self.improve(h);
             add(start.x, &self.z[STAGES - 1], &mut self.end);
             self.reach(start.x);
-            match self.convergence.judge(self.increment(start.x)) {
+            match self.convergence.judge(self.increment()) {
                 Iteration::Continue => {}
                 verdict => return Ok(verdict == Iteration::Converged),
             }
@@ -150,11 +150,22 @@ impl<S: State> Radau<S> {
         }
     }
 
-    /// The size of the increments of the modes, in units of the tolerance.
-    fn increment(&self, x: &S) -> f64 {
-        let ends = (x, &self.most);
-        let square = |d: &S| self.tolerance.norm(d, ends).powi(2);
-        (self.f.iter().map(square).sum::<f64>() / STAGES as f64).sqrt()
+    /// The size of the increments of the modes, in units of the tolerance. Small positions, and velocities, are known to the
+    /// rounding of the largest: no iteration makes less of an increment.
+    fn increment(&self) -> f64 {
+        let (n, most) = (self.pair.len() / 2, self.most.slice());
+        let largest = |half: &[f64]| half.iter().copied().fold(0.0, f64::max);
+        let rounding = 4.0 * f64::EPSILON / self.convergence.goal();
+        let least = [&most[..n], &most[n..]].map(|half| rounding * largest(half));
+        let Tolerance { relative, absolute } = self.tolerance;
+        let scale = |i: usize| (absolute + relative * most[i]).max(least[i / n]);
+        let square = |i: usize| {
+            self.f
+                .iter()
+                .map(move |d| (d.slice()[i] / scale(i)).powi(2))
+        };
+        let squares = (0..2 * n).flat_map(square).sum::<f64>();
+        (squares / (STAGES * 2 * n) as f64).sqrt()
     }
 
     /// Makes the rate at the end and the cubic; false if the rate is no number.

@@ -51,6 +51,11 @@ impl Convergence {
         }
     }
 
+    /// What may be left, in units of the tolerance.
+    pub fn goal(&self) -> f64 {
+        self.goal
+    }
+
     /// Forgets the iterations before.
     pub fn forget(&mut self) {
         self.eta = 1.0;

@@ -697,3 +697,28 @@ fn a_throw_from_zero_back_to_zero_has_the_rounding_of_what_is_between() {
         assert!(largest_difference(radau.end(), &[0.0, -speed]) < 1e-14 * speed * speed);
     }
 }
+
+#[test]
+fn a_coordinate_that_rests_beside_a_large_one_has_its_rounding() {
+    let motion = Motion {
+        acceleration: |_: f64, q: &[f64], _: &[f64], a: &mut [f64]| {
+            (a[0], a[1]) = (q[0], q[0] * 0.1 + q[0] * 0.2 - q[0] * 0.3);
+        },
+        n: 2,
+        jacobian: None,
+    };
+    for size in [1.0, 1e6, 1e15] {
+        for relative in [1e-6, 1e-9, 1e-12] {
+            let (x, given) = ([size, 0.12, size, 0.0], tolerance(relative));
+            let attainable = Tolerance {
+                absolute: given.absolute.max(32.0 * f64::EPSILON * size),
+                ..given
+            };
+            let mut radau = Radau::new(2, given, ());
+            let run = integrate(&mut radau, &motion, &x, 2.0, attainable);
+            let error = (run.x[0] / (size * 2.0_f64.exp()) - 1.0).abs();
+            assert!(error < 1e2 * relative, "{size} {relative} {error}");
+            assert!(run.tried < 400, "{size} {relative} {run:?}");
+        }
+    }
+}
