@@ -23,6 +23,9 @@ fn pendulums_move_as_the_referee_says() {
     let (mut parts, mut failed, mut hits) = (0.0, Vec::new(), 0);
     for (number, mut random) in cases.each() {
         let case = scenes::scene(&mut random);
+        if cases.is_one() {
+            println!("{case:?}");
+        }
         let times: Vec<f64> = (1..SAMPLES)
             .map(|k| case.end * k as f64 / SAMPLES as f64)
             .collect();
@@ -53,7 +56,7 @@ fn pendulums_move_as_the_referee_says() {
             .count();
         if cases.is_one() {
             println!(
-                "{case:?}\n{:?} until {} ({:?})",
+                "{:?} until {} ({:?})",
                 reference.main, reference.until, reference.main.why
             );
         }
