@@ -303,8 +303,8 @@ impl Run<'_> {
                 Some((Event::Release, _)) => self.release(),
                 _ => {}
             }
-            if self.record.hits.len() > 300 {
-                return Err("many impacts");
+            if self.record.hits.len() + self.record.held.len() > 300 {
+                return Err("many impacts or releases");
             }
         }
         Ok(())
