@@ -1,14 +1,11 @@
 //! A linear flow that uncouples into blocks of two (theory 4). The state is the whole motion, forcing included, so that
 //! nothing is subtracted at a resonance; the forcing's `(cos, sin)` is one more pair at its end.
 
-use crate::flow::drive::Alone;
-use crate::flow::drive::Drive;
+use crate::flow::drive::{Alone, Drive};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::softest_rate;
-use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
 use crate::linalg::plane::{plus, times};
-use crate::modal::ModalState;
-use crate::modal::{Block, Pair, Propagation};
+use crate::modal::{Block, ModalState, Pair, Propagation};
 use nalgebra::Complex;
 
 /// One block with what its propagation and its bounds need.

@@ -2,12 +2,10 @@
 //! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::softest_rate;
-use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
-use crate::modal::ModalState;
-use crate::modal::Pair;
+use crate::modal::{ModalState, Pair};
 use nalgebra::{Complex, DMatrix};
 
 /// A flow that does not uncouple.

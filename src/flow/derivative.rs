@@ -1,8 +1,7 @@
 //! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
 
 use crate::flow::modal_scene::ModalScene;
-use crate::model::LinearSystem;
-use crate::model::PhysicalState;
+use crate::model::{LinearSystem, PhysicalState};
 use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;

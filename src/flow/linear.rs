@@ -3,8 +3,7 @@
 //! in pairs of its own.
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::modal::ModalState;
-use crate::modal::Pair;
+use crate::modal::{ModalState, Pair};
 
 /// Smooth motion of a linear system.
 pub(crate) trait LinearFlow: FlowRows + FlowRates {

@@ -2,13 +2,11 @@
 //! plus a free motion, and the steady response is one more block, a rotation at the forcing frequency. What walks along
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
-use crate::flow::block::BlockFlow;
-use crate::flow::block::BlockPropagator;
+use crate::flow::block::{BlockFlow, BlockPropagator};
 use crate::flow::drive::Undriven;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
-use crate::modal::ModalState;
-use crate::modal::{Block, Pair, Response};
+use crate::modal::{Block, ModalState, Pair, Response};
 use crate::tolerance::{NEAR_RESONANCE, RIGID};
 use nalgebra::Complex;
 

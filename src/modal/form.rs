@@ -8,8 +8,7 @@ use crate::modal::block::{Block, Response};
 use crate::modal::complex::{ComplexModes, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
 use crate::modal::state::ModalState;
-use crate::model::LinearSystem;
-use crate::model::PhysicalState;
+use crate::model::{LinearSystem, PhysicalState};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// How the motion uncouples.

@@ -4,7 +4,7 @@
 //! Forcings say what a user means; this is what all equations read. Today there is one harmonic: who asks for
 //! [`Excitation::single`] has no sum over several yet.
 
-use crate::model::forcing::{BaseMotion, Forcing};
+use crate::model::forcing::Forcing;
 use crate::model::moment::Moment;
 use crate::model::system::System;
 use nalgebra::{Complex, DVector};
@@ -39,7 +39,8 @@ impl Excitation {
             (Forcing::BaseMotion(base), System::Linear(system)) => {
                 let pull = system.influence().map(|r| system.mass().times(r));
                 let pull = pull.expect("a scene with base motion has an influence vector");
-                Some((0.0, pull.map(|x| Complex::from(inertia(*base, x)))))
+                let (a, w) = (base.amplitude(), base.frequency());
+                Some((0.0, pull.map(|x| Complex::from(x * a * w * w))))
             }
             (Forcing::BaseMotion(base), _) => Some((
                 base.amplitude() * base.frequency().powi(2),
@@ -88,15 +89,10 @@ impl Excitation {
     }
 }
 
-/// `x A w^2`: the force of a base motion on a coordinate whose row of `M r` is x.
-fn inertia(base: BaseMotion, x: f64) -> f64 {
-    x * base.amplitude() * base.frequency() * base.frequency()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{DoublePendulum, Harmonic, LinearSystem};
+    use crate::model::{BaseMotion, DoublePendulum, Harmonic, LinearSystem};
     use nalgebra::dvector;
 
     fn linear() -> LinearSystem {

@@ -4,8 +4,7 @@
 use crate::error::{Error, Result};
 use crate::model::forcing::BaseMotion;
 use crate::model::linear::LinearSystem;
-use crate::model::pendulum::DoublePendulum;
-use crate::model::pendulum::{pendulum_mass, pendulum_stiffness};
+use crate::model::pendulum::{DoublePendulum, pendulum_mass, pendulum_stiffness};
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
 use crate::model::stop::Stop;

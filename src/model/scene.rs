@@ -1,8 +1,7 @@
 //! A scene: a system, its forcing and its stops, checked against each other once.
 
 use crate::error::{Error, Result};
-use crate::model::change::Change;
-use crate::model::change::{scale_damping, set_clearance, set_restitution};
+use crate::model::change::{Change, scale_damping, set_clearance, set_restitution};
 use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
 use crate::model::excitation::Excitation;

@@ -1,8 +1,7 @@
 //! The motion of whatever a scene's system is.
 
 use crate::error::Result;
-use crate::model::dynamics::Dynamics;
-use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, NonlinearMotion};
+use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, NonlinearMotion};
 use crate::model::input::{Driven, NoInput};
 use crate::model::linear_motion::{Linear, with_linear};
 use crate::model::moment::Moment;

@@ -4,12 +4,12 @@
 use crate::error::Result;
 use crate::flow::steps::{Dense, DenseOutput};
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, with_flow};
-use crate::hybrid::HybridMaps;
-use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
-use crate::hybrid::{ClosedFormMaps, constrained_motions, joined};
-use crate::hybrid::{IntegratedMaps, OrbitDense, OrbitStep};
+use crate::hybrid::{
+    ClosedFormMaps, HybridMaps, IntegratedMaps, OrbitDense, OrbitStep, SegmentKind,
+    constrained_motions, joined,
+};
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::model::PhysicalState;

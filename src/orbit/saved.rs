@@ -2,8 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
-use crate::hybrid::IntegratedMaps;
-use crate::hybrid::SegmentKind;
+use crate::hybrid::{IntegratedMaps, SegmentKind};
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::contact_mode::ContactMode;

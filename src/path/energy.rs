@@ -4,8 +4,9 @@
 use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
-use crate::model::PhysicalState;
-use crate::model::{Contact, Dynamics, Energetics, Moment, Scene, SceneMotion, contacts};
+use crate::model::{
+    Contact, Dynamics, Energetics, Moment, PhysicalState, Scene, SceneMotion, contacts,
+};
 use crate::observer::Observer;
 use crate::path::drawing::Point;
 use crate::path::fading::Fading;

@@ -1,12 +1,11 @@
 //! `find_orbit`.
 
 use crate::orbit::{self, Guess};
-use crate::python::argument;
-use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::simulate::count;
 use crate::python::trajectory::PyTrajectory;
+use crate::python::{argument, interrupt};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 

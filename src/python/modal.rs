@@ -3,12 +3,11 @@
 use crate::error::Error;
 use crate::impact::{self, RecoveryAudit};
 use crate::modal::{self, Spectrum};
-use crate::python::argument;
 use crate::python::array::{matrix, out_complex, out_matrix, out_vector};
-use crate::python::interrupt;
 use crate::python::model::{PyLinearSystem, PyScene, normals};
 use crate::python::pattern::stop_set;
 use crate::python::text::list;
+use crate::python::{argument, interrupt};
 use nalgebra::Complex;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyTypeError;

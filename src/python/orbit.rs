@@ -2,15 +2,14 @@
 
 use crate::observer::stop_if;
 use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
-use crate::python::argument;
 use crate::python::array::{out_complex, out_matrix, out_vector, times};
-use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::pattern::{out_pattern, pattern, shown};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
+use crate::python::{argument, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::{Segment, SegmentKind};
 use nalgebra::{Complex, DVector};

@@ -2,13 +2,12 @@
 
 use crate::model::Parameter;
 use crate::orbit::{self, Family, FreeParameter, OrbitOptions, Orbits, Verdict};
-use crate::python::argument;
 use crate::python::array::out_matrix;
-use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::orbit_facts::{PyFamily, family};
 use crate::python::pattern::pattern;
+use crate::python::{argument, interrupt};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PySlice, PyTuple};

@@ -1,10 +1,9 @@
 //! Simulation in Python.
 
-use crate::python::argument;
 use crate::python::array::{times, vector};
-use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::trajectory::PyTrajectory;
+use crate::python::{argument, interrupt};
 use crate::simulate::{self as core, Keep, Method, SimulateOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

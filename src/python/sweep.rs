@@ -3,12 +3,11 @@
 use crate::error::Error;
 use crate::model::{Forcing, Parameter, Scene};
 use crate::orbit::Pattern;
-use crate::python::argument;
 use crate::python::array::{out_matrix, rows, times};
-use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::pattern::pattern;
 use crate::python::simulate::{count, method, span};
+use crate::python::{argument, interrupt};
 use crate::simulate::{Keep, SimulateOptions};
 use crate::sweep::{self, Axis, ExistenceCell, Progress, SweepOptions};
 use numpy::{IntoPyArray, PyArray1, PyArray2};

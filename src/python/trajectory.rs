@@ -1,12 +1,11 @@
 //! Trajectories in Python.
 
 use crate::observer::stop_if;
-use crate::python::argument;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
-use crate::python::interrupt;
 use crate::python::model::PyScene;
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
+use crate::python::{argument, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::{ImpactSide, Samples, SavedTrajectory, Trajectory};
 use nalgebra::DVector;

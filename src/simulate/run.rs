@@ -8,8 +8,7 @@ use crate::hybrid::{
     series_order,
 };
 use crate::linalg::singular::overflow;
-use crate::model::PhysicalState;
-use crate::model::{Dynamics, Links, Scene, SceneMotion};
+use crate::model::{Dynamics, Links, PhysicalState, Scene, SceneMotion};
 use crate::path::{Evaluator, Path};
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::event_loop::{Ending, EventLoop};

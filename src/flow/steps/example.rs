@@ -5,7 +5,7 @@
 use crate::error::Result;
 use crate::flow::steps::control::StepControl;
 use crate::flow::steps::dense_output::Dense;
-use crate::flow::steps::state::{State, rate, weighted_sum};
+use crate::flow::steps::state::{State, rate, stage_state, weighted_sum};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::model::Dynamics;
 
@@ -75,15 +75,8 @@ impl<S: State> Stepper<S> for BogackiShampine<S> {
     fn step<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<bool> {
         for (k, (row, node)) in ROWS.iter().zip(NODES).enumerate() {
             let (known, next) = self.stages.split_at_mut(k + 1);
-            weighted_sum::<S, 1>(known, row, &mut self.end);
-            for (rate, weight) in known.iter().zip(row).skip(1) {
-                for (y, k) in self.end.slice_mut().iter_mut().zip(rate.slice()) {
-                    *y += weight * k;
-                }
-            }
-            for (y, x) in self.end.slice_mut().iter_mut().zip(start.x.slice()) {
-                *y = x + h * *y;
-            }
+            // Rates that are not known yet have no weight.
+            stage_state::<S, 3>(known, row, (start.x, h), &mut self.end);
             let drive = dynamics.drive(start.at.after(node * h));
             rate(dynamics, drive, &self.end, &mut next[0])?;
         }

@@ -4,8 +4,7 @@ use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::HybridMaps;
 use crate::impact::impulse_matrix;
-use crate::model::PhysicalState;
-use crate::model::along_reactions;
+use crate::model::{PhysicalState, along_reactions};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 

@@ -7,8 +7,9 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
-use crate::model::PhysicalState;
-use crate::model::{Constraint, Contact, Dynamics, GapValue, Moment, Scene, contacts};
+use crate::model::{
+    Constraint, Contact, Dynamics, GapValue, Moment, PhysicalState, Scene, contacts,
+};
 use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
 use nalgebra::DVector;

@@ -14,8 +14,7 @@ use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
-use crate::model::PhysicalState;
-use crate::model::{Dynamics, Links, Scene, contacts};
+use crate::model::{Dynamics, Links, PhysicalState, Scene, contacts};
 use crate::observer::Observer;
 
 /// Flights along Taylor series.

@@ -2,11 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
-use crate::hybrid::HybridMaps;
-use crate::hybrid::IntegratedMaps;
-use crate::hybrid::SegmentKind;
-use crate::hybrid::project_onto;
-use crate::hybrid::{ClosedFormMaps, constrained_motions};
+use crate::hybrid::{
+    ClosedFormMaps, HybridMaps, IntegratedMaps, SegmentKind, constrained_motions, project_onto,
+};
 use crate::impact::wrapped;
 use crate::model::{Scene, System, contacts};
 use crate::orbit::contact_mode::{ContactMode, Event};

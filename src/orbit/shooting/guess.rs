@@ -3,8 +3,7 @@
 //! one.
 
 use crate::error::{Error, Result};
-use crate::hybrid::SegmentKind;
-use crate::hybrid::joined;
+use crate::hybrid::{SegmentKind, joined};
 use crate::model::{Scene, contacts};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;

@@ -1,8 +1,7 @@
 //! What happens along a trajectory, instant by instant: its impacts, and where contact lasts the landings and releases.
 
 use crate::error::{Error, Result};
-use crate::hybrid::SegmentKind;
-use crate::hybrid::joined;
+use crate::hybrid::{SegmentKind, joined};
 use crate::impact::Impact;
 use crate::orbit::contact_mode::Event;
 use crate::simulate::{ImpactSide, Segment, Trajectory};

@@ -6,9 +6,8 @@
 //! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`hybrid/chatter_map.rs`).
 
 use crate::error::Result;
-use crate::hybrid::HybridMaps;
-use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter_map::{Timed, finish};
+use crate::hybrid::{HybridMaps, SegmentKind};
 use crate::impact::saltation;
 use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};

@@ -3,9 +3,9 @@
 
 use crate::contact::walk::{PropagatorLevels, Sought, StopDepth, check_flight};
 use crate::error::Result;
-use crate::flow::FlowRows;
 use crate::flow::{
-    ConstrainedMotion, GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along, with_flow,
+    ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along,
+    with_flow,
 };
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;

@@ -4,8 +4,7 @@
 use crate::contact::polynomial::Quartic;
 use crate::contact::walk::{FlightCheck, PropagatorLevels, Sought, StopDepth, check_flight};
 use crate::error::Result;
-use crate::flow::FlowRows;
-use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, ModalScene, with_flow};
+use crate::flow::{ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
 use crate::observer::Observer;
 use crate::orbit::flights::Flight;

@@ -4,18 +4,15 @@ use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
 use crate::observer::stop_if;
-use crate::python::argument;
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
-use crate::python::interrupt;
 use crate::python::model::bad;
-use crate::python::model::forcing::forcing;
-use crate::python::model::forcing::{PyBaseMotion, PyHarmonic};
+use crate::python::model::forcing::{PyBaseMotion, PyHarmonic, forcing};
 use crate::python::model::linear::PyLinearSystem;
 use crate::python::model::nonlinear::PyNonlinearSystem;
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
 use crate::python::model::pendulum::{PyDoublePendulum, PyPendulumChain};
-use crate::python::model::stop::constraints;
-use crate::python::model::stop::{PyStop, PyWall};
+use crate::python::model::stop::{PyStop, PyWall, constraints};
+use crate::python::{argument, interrupt};
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyTypeError;
