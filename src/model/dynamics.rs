@@ -15,6 +15,8 @@ pub(crate) const DIFFERENCE: f64 = 6e-6;
 
 /// The motion of a system under its forcing.
 pub(crate) trait Dynamics {
+    /// Whether steps have code of their own for the state of one coordinate, and of two, as arrays.
+    const IN_ARRAYS: [bool; 2] = [true; 2];
     /// What drives it at a moment, whatever its state.
     type Drive: Copy;
 
@@ -67,6 +69,7 @@ impl<I: Input> DoublePendulumMotion<I> {
 }
 
 impl<I: Input> Dynamics for DoublePendulumMotion<I> {
+    const IN_ARRAYS: [bool; 2] = [false, true];
     type Drive = I::Push;
 
     fn n_dof(&self) -> usize {
@@ -134,6 +137,7 @@ impl ChainMotion {
 }
 
 impl Dynamics for ChainMotion {
+    const IN_ARRAYS: [bool; 2] = [false; 2];
     type Drive = Option<Swing>;
 
     fn n_dof(&self) -> usize {

@@ -11,6 +11,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// A matrix over the mass: full, or a diagonal, each coordinate by itself.
 pub(crate) trait OverMass {
+    /// As [`Dynamics::IN_ARRAYS`].
+    const IN_ARRAYS: [bool; 2];
+
     /// Number of degrees of freedom.
     fn n_dof(&self) -> usize;
     /// Subtracts its product with x from a.
@@ -18,6 +21,8 @@ pub(crate) trait OverMass {
 }
 
 impl OverMass for DMatrix<f64> {
+    const IN_ARRAYS: [bool; 2] = [true; 2];
+
     fn n_dof(&self) -> usize {
         self.nrows()
     }
@@ -40,6 +45,8 @@ impl OverMass for DMatrix<f64> {
 }
 
 impl OverMass for DVector<f64> {
+    const IN_ARRAYS: [bool; 2] = [false; 2];
+
     fn n_dof(&self) -> usize {
         self.len()
     }
@@ -91,6 +98,7 @@ pub(crate) struct LinearMotion<O, C, I> {
 }
 
 impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
+    const IN_ARRAYS: [bool; 2] = O::IN_ARRAYS;
     type Drive = I::Push;
 
     fn n_dof(&self) -> usize {
@@ -179,23 +187,10 @@ impl Linear<DVector<f64>> {
     }
 }
 
-/// Runs a block of code with a linear motion, whatever it has.
-macro_rules! with_linear {
-    ($linear:expr, $motion:ident => $body:expr) => {
-        match $linear {
-            $crate::model::Linear::Free($motion) => $body,
-            $crate::model::Linear::Driven($motion) => $body,
-            $crate::model::Linear::Damped($motion) => $body,
-            $crate::model::Linear::DampedDriven($motion) => $body,
-        }
-    };
-}
-pub(crate) use with_linear;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Excitation, Forcing, Harmonic};
+    use crate::model::{Excitation, Forcing, Harmonic, SceneMotion};
     use nalgebra::dvector;
 
     #[test]
@@ -223,9 +218,10 @@ mod tests {
             &Excitation::new(&diagonal.clone().into(), &forcing),
         );
         let diagonals = Linear::diagonal(&diagonal, input.clone()).expect("diagonal");
-        let full = Linear::full(&diagonal, input);
-        with_linear!(&diagonals, m => m.acceleration(at, &q, &v, &mut one)).expect("linear");
-        with_linear!(&full, m => m.acceleration(at, &q, &v, &mut other)).expect("linear");
+        let full = SceneMotion::Full(Linear::full(&diagonal, input));
+        let diagonals = SceneMotion::Diagonal(diagonals);
+        (diagonals.acceleration(at, &q, &v, &mut one)).expect("linear");
+        (full.acceleration(at, &q, &v, &mut other)).expect("linear");
         assert_eq!(one, other);
         let full = DMatrix::from_element(3, 3, 1.0);
         let coupled = LinearSystem::new(dvector![1.0, 1.0, 1.0], full, dvector![1.0, 1.0, 1.0]);

@@ -42,7 +42,7 @@ pub(crate) use excitation::{Excitation, HarmonicPart};
 pub use forcing::{BaseMotion, Forcing, Harmonic};
 pub(crate) use input::Driven;
 pub use linear::{Coefficient, LinearSystem};
-pub(crate) use linear_motion::{Linear, with_linear};
+pub(crate) use linear_motion::Linear;
 pub use linearise::linearise;
 pub(crate) use moment::Moment;
 #[cfg(feature = "python")]
@@ -55,7 +55,7 @@ pub use pendulum::{DoublePendulum, PendulumChain};
 pub use reaction::Reaction;
 pub(crate) use room::overlaps;
 pub use scene::Scene;
-pub(crate) use scene_motion::SceneMotion;
+pub(crate) use scene_motion::{SceneMotion, with_motion};
 pub(crate) use state::PhysicalState;
 pub use stop::{Normal, Side, Stop, Wall, WallSide};
 pub use system::System;

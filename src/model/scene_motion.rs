@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, NonlinearMotion};
 use crate::model::input::{Driven, NoInput};
-use crate::model::linear_motion::{Linear, with_linear};
+use crate::model::linear_motion::Linear;
 use crate::model::moment::Moment;
 use crate::model::scene::Scene;
 use crate::model::system::System;
@@ -48,17 +48,25 @@ impl SceneMotion {
 
 /// Runs a block of code with the motion of a scene, whatever its type.
 macro_rules! with_motion {
-    ($scene_motion:expr, $motion:ident => $body:expr) => {
+    ($scene_motion:expr, $motion:ident => $body:expr) => {{
+        use $crate::model::{Linear, SceneMotion};
         match $scene_motion {
-            SceneMotion::Full(linear) => with_linear!(linear, $motion => $body),
-            SceneMotion::Diagonal(linear) => with_linear!(linear, $motion => $body),
+            SceneMotion::Full(Linear::Free($motion)) => $body,
+            SceneMotion::Full(Linear::Driven($motion)) => $body,
+            SceneMotion::Full(Linear::Damped($motion)) => $body,
+            SceneMotion::Full(Linear::DampedDriven($motion)) => $body,
+            SceneMotion::Diagonal(Linear::Free($motion)) => $body,
+            SceneMotion::Diagonal(Linear::Driven($motion)) => $body,
+            SceneMotion::Diagonal(Linear::Damped($motion)) => $body,
+            SceneMotion::Diagonal(Linear::DampedDriven($motion)) => $body,
             SceneMotion::DoublePendulum($motion) => $body,
             SceneMotion::DrivenDoublePendulum($motion) => $body,
             SceneMotion::Chain($motion) => $body,
             SceneMotion::Nonlinear($motion) => $body,
         }
-    };
+    }};
 }
+pub(crate) use with_motion;
 
 impl Dynamics for SceneMotion {
     type Drive = Moment;

@@ -7,6 +7,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::{AnyLoop, Arrival, HybridFlow, IntegratedFlow, Present, SeriesStep, Taylor};
 use crate::model::{Dynamics, PhysicalState};
 use crate::observer::{Observer, ObserverFn};
+use crate::simulate::by_method::SeriesRun;
 use crate::simulate::event_loop::Ending;
 use crate::simulate::record::Record;
 use crate::simulate::run::{Done, Run};
@@ -14,7 +15,7 @@ use std::ops::ControlFlow;
 
 /// One of the runs.
 struct LaneRun<'a, S: State, D: Dynamics> {
-    run: Run<'a, IntegratedFlow<'a, S, D, Taylor>>,
+    run: SeriesRun<'a, S, D>,
     record: Record,
     /// The number of the run; none where there is none left to do.
     item: Option<usize>,
@@ -39,10 +40,7 @@ pub(crate) struct Batch<'a, S: State, D: Dynamics, const K: usize> {
 
 impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
     /// Runs over a span, made one by one.
-    pub fn new(
-        make: impl Fn() -> Run<'a, IntegratedFlow<'a, S, D, Taylor>>,
-        t_span: (f64, f64),
-    ) -> Self {
+    pub fn new(make: impl Fn() -> SeriesRun<'a, S, D>, t_span: (f64, f64)) -> Self {
         let mut lanes: [LaneRun<'a, S, D>; K] = std::array::from_fn(|_| LaneRun::new(make()));
         let series = lanes[0].run.flow.free.search.pendulum().room();
         Self {

@@ -1,6 +1,7 @@
 //! From a scene to a trajectory: flights, contacts, impacts (theory 8, 9).
 
 mod batch;
+mod by_method;
 mod event_loop;
 pub(crate) mod method;
 mod options;
@@ -10,16 +11,17 @@ mod restore;
 mod run;
 mod saved;
 mod saved_rules;
+mod simulation;
 mod trajectory;
 
 pub use crate::hybrid::{Graze, SegmentKind};
 pub use crate::path::{Energy, ImpactSide, Samples, Segment};
 pub(crate) use batch::Batch;
+pub(crate) use by_method::{RunVisitor, SeriesRun, visit_runs};
 pub use method::Method;
-pub(crate) use method::{with_state, with_steps};
 pub use options::{Keep, SimulateOptions, Stats, Status};
 pub use plan::plan;
-pub(crate) use run::{Done, Run, with_series};
-pub use run::{simulate, simulate_observed};
+pub(crate) use run::{Done, Run};
 pub use saved::SavedTrajectory;
+pub use simulation::{simulate, simulate_observed};
 pub use trajectory::Trajectory;

@@ -1,14 +1,15 @@
 //! Many trajectories of one scene: the final states, in constant memory for each, on any number of threads.
 
 use crate::error::{Error, Result};
+use crate::flow::registers;
 use crate::flow::steps::State;
-use crate::flow::{TimedScene, registers, with_flow};
-use crate::hybrid::{AnyLoop, IntegratedFlow, Pendulum, Taylor};
-use crate::model::{Dynamics, Scene, SceneMotion};
+use crate::hybrid::AnyLoop;
+use crate::model::{Dynamics, Scene};
 use crate::observer::ObserverFn;
+use crate::path::Evaluator;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::{
-    Batch, Done, Keep, Method, Run, SimulateOptions, Status, with_series, with_steps,
+    Batch, Done, Keep, Run, RunVisitor, SeriesRun, SimulateOptions, Status, visit_runs,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
 use nalgebra::{DMatrix, DVector};
@@ -101,36 +102,18 @@ pub fn simulate_many(
         };
         k
     ];
-    match options.method.chosen_for(scene) {
-        Method::Exact => {
-            let timed = TimedScene::of(scene, "simulate_many with method=\"exact\"")?;
-            let phase = scene.phase();
-            with_flow!(&*timed.flow, f => {
-                let make = || Run::exact(f, &timed, phase, options);
-                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
-            })?;
-        }
-        Method::Taylor => {
-            let pendulum = Pendulum::new(scene)?;
-            with_series!(&pendulum, scene, options, make => {
-                if registers::width() < 8 {
-                    fill_abreast::<4, _, _>(&mut ends, make, (q0, v0), t_span, sweep, observer)
-                } else {
-                    fill_abreast::<8, _, _>(&mut ends, make, (q0, v0), t_span, sweep, observer)
-                }
-            })?;
-        }
-        steps => {
-            if k > 0 {
-                let of = |rows: &DMatrix<f64>| rows.row(0).transpose();
-                check_jacobian(steps, scene, t_span.0, (&of(q0), &of(v0)))?;
-            }
-            let motion = SceneMotion::new(scene);
-            with_steps!(steps, &motion, scene, options, make => {
-                fill_ends(&mut ends, make, (q0, v0), t_span, sweep, observer)
-            })?;
-        }
+    if k > 0 {
+        let of = |rows: &DMatrix<f64>| rows.row(0).transpose();
+        check_jacobian(options.method, scene, t_span.0, (&of(q0), &of(v0)))?;
     }
+    let runs = ManyRuns {
+        ends: &mut ends,
+        start: (q0, v0),
+        t_span,
+        sweep,
+        observer,
+    };
+    visit_runs(scene, options, "simulate_many", runs)?;
     Ok(Ensemble {
         q: DMatrix::from_fn(k, n, |i, j| ends[i].q[j]),
         v: DMatrix::from_fn(k, n, |i, j| ends[i].v[j]),
@@ -139,45 +122,75 @@ pub fn simulate_many(
     })
 }
 
-/// Fills the ends, each thread with a runner of its own.
-fn fill_ends<'a, M: AnyLoop>(
-    ends: &mut [TrajectoryEnd],
-    make: impl Fn() -> Run<'a, M> + Sync,
-    (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
+/// Many runs, of which the ends are kept.
+struct ManyRuns<'s> {
+    ends: &'s mut [TrajectoryEnd],
+    start: (&'s DMatrix<f64>, &'s DMatrix<f64>),
     t_span: (f64, f64),
     sweep: SweepOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<()> {
-    let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
-        let (q0, v0) = (row(q0, i), row(v0, i));
-        let done = run.run(&q0, &v0, t_span, &mut |_| go_on());
-        done.map(TrajectoryEnd::of)
-            .map_err(|error| of_row(i, error))
-    };
-    fill(ends, TILE, sweep, || Ok(make()), work, observer)
+    observer: &'s mut dyn FnMut(Progress) -> ControlFlow<()>,
 }
 
-/// Fills the ends by K runs abreast.
-fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
-    ends: &mut [TrajectoryEnd],
-    make: impl Fn() -> Run<'a, IntegratedFlow<'a, S, D, Taylor>> + Sync,
-    (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
-    t_span: (f64, f64),
-    sweep: SweepOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<()> {
-    let work = |runs: &mut Batch<'a, S, D, K>,
-                first: usize,
-                slots: &mut [TrajectoryEnd],
-                go_on: ObserverFn<'_>| {
-        let start = |i: usize| (row(q0, first + i), row(v0, first + i));
-        let n = slots.len();
-        let mut put = |i: usize, done: Done| slots[i] = TrajectoryEnd::of(done);
-        let done = runs.run(0..n, start, go_on, &mut put);
-        done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
-    };
-    let together = || Ok(Batch::new(&make, t_span));
-    fill_tiles(ends, TILE_ABREAST, sweep, together, work, observer)
+impl RunVisitor for ManyRuns<'_> {
+    type Output = ();
+
+    /// Fills the ends, each thread with a run of its own.
+    fn visit<'a, M: AnyLoop>(
+        self,
+        make: impl Fn() -> Run<'a, M> + Sync,
+        _: Evaluator,
+    ) -> Result<()> {
+        let (q0, v0) = self.start;
+        let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
+            let (q0, v0) = (row(q0, i), row(v0, i));
+            let done = run.run(&q0, &v0, self.t_span, &mut |_| go_on());
+            done.map(TrajectoryEnd::of)
+                .map_err(|error| of_row(i, error))
+        };
+        let one = || Ok(make());
+        fill(self.ends, TILE, self.sweep, one, work, self.observer)
+    }
+
+    fn visit_series<'a, S: State, D: Dynamics + 'a>(
+        self,
+        make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
+        _: Evaluator,
+    ) -> Result<()> {
+        if registers::width() < 8 {
+            self.fill_abreast::<4, _, _>(make)
+        } else {
+            self.fill_abreast::<8, _, _>(make)
+        }
+    }
+}
+
+impl ManyRuns<'_> {
+    /// Fills the ends by K runs abreast.
+    fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
+        self,
+        make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
+    ) -> Result<()> {
+        let (q0, v0) = self.start;
+        let work = |runs: &mut Batch<'a, S, D, K>,
+                    first: usize,
+                    slots: &mut [TrajectoryEnd],
+                    go_on: ObserverFn<'_>| {
+            let start = |i: usize| (row(q0, first + i), row(v0, first + i));
+            let n = slots.len();
+            let mut put = |i: usize, done: Done| slots[i] = TrajectoryEnd::of(done);
+            let done = runs.run(0..n, start, go_on, &mut put);
+            done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
+        };
+        let together = || Ok(Batch::new(&make, self.t_span));
+        fill_tiles(
+            self.ends,
+            TILE_ABREAST,
+            self.sweep,
+            together,
+            work,
+            self.observer,
+        )
+    }
 }
 
 fn row(rows: &DMatrix<f64>, i: usize) -> DVector<f64> {

@@ -4,7 +4,7 @@ use super::free::FreeFlight;
 use super::scene::Integrated;
 use crate::error::Result;
 use crate::flow::ConstrainedMotion;
-use crate::flow::steps::{DenseOutput, State, Stepper, Tolerance};
+use crate::flow::steps::{State, Tolerance};
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
@@ -26,15 +26,6 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> IntegratedFlow<'a, S, D, F>
     pub fn new(dynamics: &'a D, scene: &'a Scene, tolerance: Tolerance, free: F) -> Self {
         let system = Integrated::new(dynamics, scene, tolerance, free.choice());
         Self { free, system }
-    }
-
-    /// Degree of the polynomials of its steps.
-    #[allow(
-        clippy::unused_self,
-        reason = "asked of a value whose type has no name"
-    )]
-    pub fn degree(&self) -> usize {
-        <F::Steps as Stepper<S>>::Dense::DEGREE
     }
 }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from report.cost.bare.change import NEVER, Change
 
 SCENE, STEPS, SERIES = (
@@ -9,27 +11,23 @@ SCENE, STEPS, SERIES = (
     "src/hybrid/integrated/steps.rs",
     "src/hybrid/integrated/series.rs",
 )
-DYNAMICS, LINEAR, MOMENT = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/model/moment.rs"
-METHOD = "src/simulate/method.rs"
+DYNAMICS, MOTION, MOMENT = "src/model/dynamics.rs", "src/model/scene_motion.rs", "src/model/moment.rs"
 TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
+
+
+def without(*motions: str) -> Iterator[Change]:
+    """Leave out the code of kinds of motion."""
+    for motion in motions:
+        arm = f"            SceneMotion::{motion}({{}}){')' * motion.count('(')} => {{}},"
+        yield Change(MOTION, arm.format("$motion", "$body"), arm.format("_", NEVER))
+
 
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
     Change(MOMENT, "            angle: self.angle + self.frequency * span,", "            angle: 0.0,"),
-    *(
-        Change(
-            LINEAR,
-            f"            $crate::model::Linear::{kind}($motion) => $body,",
-            f"            $crate::model::Linear::{kind}(_) => {NEVER},",
-        )
-        for kind in ("Driven", "DampedDriven")
-    ),
-    Change(
-        METHOD,
-        "            (None, SceneMotion::DrivenDoublePendulum(motion)) => {",
-        f"            (None, SceneMotion::DrivenDoublePendulum(_)) => {NEVER},\n",
-        "            (None, SceneMotion::Chain(motion)) => {",
-    ),
+    *without("Full(Linear::Driven", "Full(Linear::DampedDriven"),
+    *without("Diagonal(Linear::Driven", "Diagonal(Linear::DampedDriven"),
+    *without("DrivenDoublePendulum"),
     Change(
         SERIES_OF,
         "            PendulumForcing::Base(base) => self.expand_shaken(coefficients, base),",
@@ -46,11 +44,7 @@ DAMPING = (
         "            damping: (damping != [0.0; 4]).then_some(damping),",
         f"            damping: if damping == [0.0; 4] {{ None }} else {{ {NEVER} }},",
     ),
-    Change(
-        LINEAR,
-        "            $crate::model::Linear::Damped($motion) => $body,",
-        f"            $crate::model::Linear::Damped(_) => {NEVER},",
-    ),
+    *without("Full(Linear::Damped", "Diagonal(Linear::Damped"),
     Change(SERIES_OF, "self.coefficients.damping.0.is_empty()", "true"),
     Change(TAYLOR, "            if IS_DAMPED {", "", "            let force = excitation.force"),
     Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
