@@ -294,7 +294,7 @@ mod tests {
         let mut levels = PropagatorLevels::new(&flow);
         levels.longest = longest.unwrap_or(levels.longest);
         let mut state = Vec::new();
-        flow.state_from_modal(&[[0.0, -1.0]], 0.0, &mut state);
+        flow.state_from_modal(&vec![[0.0, -1.0]].into(), 0.0, &mut state);
         let go_on = &mut || ControlFlow::Continue(());
         let sought = Sought {
             span: 6.0,

@@ -103,7 +103,7 @@ fn third_derivative_growth(block: Block, is_free: bool, softest: f64) -> f64 {
 impl<D: Drive> LinearFlow for BlockFlow<D> {
     type Propagator = BlockPropagator<D>;
 
-    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         // A pair more than there are blocks: that of the forcing.
         state.reserve(modal_state.len() + 1);

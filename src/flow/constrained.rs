@@ -170,7 +170,7 @@ impl ConstrainedMotion {
     }
 
     /// What rounding leaves unknown of a force beside a state in complex modes: each is taken from all coordinates together.
-    pub fn lost(&self, force: &Quantity, state: &[Pair]) -> f64 {
+    pub fn lost(&self, force: &Quantity, state: &ModalState) -> f64 {
         if !self.form.is_complex() {
             return 0.0;
         }
@@ -189,7 +189,7 @@ impl ConstrainedMotion {
     }
 
     /// Position and velocity of a state of the smaller system.
-    pub fn lift(&self, state: &[Pair]) -> PhysicalState {
+    pub fn lift(&self, state: &ModalState) -> PhysicalState {
         let (y, dy) = self.form.to_physical(state);
         (&self.anchor + &self.free * y, &self.free * dy)
     }

@@ -90,7 +90,7 @@ impl DenseFlow {
 impl LinearFlow for DenseFlow {
     type Propagator = DMatrix<f64>;
 
-    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         state.extend_from_slice(modal_state);
         state.push([angle.cos(), angle.sin()]);

@@ -11,7 +11,7 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     type Propagator: Default;
 
     /// The flow's state for the whole motion in modal pairs at a forcing angle.
-    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>);
+    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>);
     /// The whole motion in modal pairs.
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState);
     /// Puts a state's forcing at an angle that is known better than by adding up steps.
@@ -112,7 +112,7 @@ pub(crate) mod contract {
     /// frequency that of the forcing, zero without.
     pub(crate) fn check<F: LinearFlow>(flow: &F, n: usize, frequency: f64) {
         let has_forcing = frequency > 0.0;
-        let start: Vec<Pair> = (0..n)
+        let start: ModalState = (0..n)
             .map(|i| [0.3 - 0.1 * i as f64, 0.5 + 0.2 * i as f64])
             .collect();
         let go = |t: f64, state: &mut Vec<Pair>| {
@@ -120,7 +120,7 @@ pub(crate) mod contract {
             flow.prepare(t, &mut p);
             flow.advance(&p, state);
         };
-        let entered = |modal_state: &[Pair]| {
+        let entered = |modal_state: &ModalState| {
             let mut state = Vec::new();
             flow.state_from_modal(modal_state, 0.4, &mut state);
             state
@@ -131,7 +131,7 @@ pub(crate) mod contract {
             state
         };
         let modal_state = |state: &[Pair]| {
-            let mut modal_state = Vec::new();
+            let mut modal_state = ModalState::default();
             flow.modal_from_state(state, &mut modal_state);
             modal_state
         };

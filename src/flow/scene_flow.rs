@@ -81,7 +81,7 @@ mod tests {
             let block = Block::Oscillator { w2: k, eta: 0.0 };
             let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
             let flow = block_flow(&[block], vec![[0.0, 1.0]], force.to_vec(), w);
-            let mut z = vec![[0.0, 0.0]];
+            let mut z = vec![[0.0, 0.0]].into();
             with_flow!(&flow, flow => propagate(flow, 0.0, t, &mut z));
             // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines
             let r = f64::sqrt(k);

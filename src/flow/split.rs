@@ -69,7 +69,7 @@ impl SplitFlow {
 impl LinearFlow for SplitFlow {
     type Propagator = BlockPropagator<Undriven>;
 
-    fn state_from_modal(&self, modal_state: &[Pair], angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
         let (sin, cos) = angle.sin_cos();
         let u = [cos, sin];
         state.clear();
@@ -222,7 +222,7 @@ mod tests {
         };
         let load = load.to_vec();
         let unsplit = BlockFlow::new(&BLOCKS, Loaded { load, drive });
-        let start = vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]];
+        let start = ModalState::from(vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]]);
         for t in [0.1, 1.0, 7.0] {
             let (mut a, mut b) = (start.clone(), start.clone());
             propagate(&split, 0.4, t, &mut a);
@@ -240,7 +240,7 @@ mod tests {
         // At rest under the load at -50; the motion about it reaches 0.4.
         let split = SplitFlow::new(&[block], &[[0.0, -200.0]], 0.8, &force).expect("no resonance");
         let (mut state, mut norms) = (Vec::new(), Vec::new());
-        split.state_from_modal(&[[-49.8, 0.1]], 0.0, &mut state);
+        split.state_from_modal(&vec![[-49.8, 0.1]].into(), 0.0, &mut state);
         split.norms(&state, &mut norms);
         let least = |clearance: f64| {
             split

@@ -121,7 +121,7 @@ impl ModalForm {
     }
 
     /// What a sum over complex modes leaves unknown of each position and velocity of a state; `None` where modes are real.
-    pub fn lost(&self, state: &[Pair]) -> Option<[DVector<f64>; 2]> {
+    pub fn lost(&self, state: &ModalState) -> Option<[DVector<f64>; 2]> {
         let Coordinates::Complex { to_physical, .. } = &self.coordinates else {
             return None;
         };
@@ -182,7 +182,7 @@ impl ModalForm {
     }
 
     /// The position and velocity of a state in modal pairs.
-    pub fn to_physical(&self, state: &[Pair]) -> PhysicalState {
+    pub fn to_physical(&self, state: &ModalState) -> PhysicalState {
         let part = |k: usize| DVector::from_iterator(self.n, state.iter().map(|z| z[k]));
         match &self.coordinates {
             Coordinates::Real(shapes) => {
@@ -322,7 +322,7 @@ mod tests {
             };
             assert!((dot(form.position_row(&n)) - n.dot(&q)).abs() < 1e-14);
             assert!((dot(form.velocity_row(&n)) - n.dot(&v)).abs() < 1e-14);
-            let jumped: Vec<Pair> = state
+            let jumped: ModalState = state
                 .iter()
                 .zip(form.velocity_jump(&n))
                 .map(|(z, d)| [z[0] + d[0], z[1] + d[1]])

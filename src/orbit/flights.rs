@@ -4,7 +4,7 @@ use crate::modal::ModalState;
 use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::pattern::Pattern;
 
-/// One flight of an orbit, in modal pairs.
+/// One flight of an orbit, its states in modal pairs; in pairs of position and velocity where the scene has no modes.
 #[derive(Debug, Clone)]
 pub(crate) struct Flight {
     /// Its start, counted from the first impact.

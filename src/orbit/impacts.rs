@@ -2,7 +2,7 @@
 
 use crate::flow::{ModalScene, along};
 use crate::impact::{Impact, wrapped};
-use crate::modal::Pair;
+use crate::modal::ModalState;
 use crate::orbit::contact_mode::struck;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
@@ -16,7 +16,7 @@ pub(crate) fn list_impacts(
     flights: &[Flight],
     impulses: &[f64],
 ) -> Vec<Impact> {
-    let law = |stop: usize, before: &[Pair]| -> std::result::Result<_, Infallible> {
+    let law = |stop: usize, before: &ModalState| -> std::result::Result<_, Infallible> {
         let approach = along(&scene.velocity_rows[stop], before);
         Ok((approach, scene.geometry.restitutions[stop]))
     };
@@ -27,7 +27,7 @@ pub(crate) fn list_impacts(
 /// The impacts of a period, instant by instant; `law` gives the approach speed at a stop in the state before its impact, and
 /// the restitution there.
 pub(crate) fn impacts_by<E>(
-    law: impl Fn(usize, &[Pair]) -> std::result::Result<(f64, f64), E>,
+    law: impl Fn(usize, &ModalState) -> std::result::Result<(f64, f64), E>,
     pattern: &Pattern,
     (frequency, phase): (f64, f64),
     flights: &[Flight],

@@ -11,7 +11,7 @@ use crate::hybrid::{
     constrained_motions, joined,
 };
 use crate::impact::Impact;
-use crate::modal::Pair;
+use crate::modal::ModalState;
 use crate::model::PhysicalState;
 use crate::observer::Observer;
 use crate::orbit::contact_mode::{ContactMode, struck};
@@ -47,7 +47,7 @@ pub(crate) enum OrbitMotion {
 }
 
 /// `(q, v)` as pairs.
-pub(crate) fn paired(state: &DVector<f64>) -> Vec<Pair> {
+pub(crate) fn paired(state: &DVector<f64>) -> ModalState {
     let (q, v) = state.as_slice().split_at(state.len() / 2);
     q.iter().zip(v).map(|(&q, &v)| [q, v]).collect()
 }
@@ -68,7 +68,7 @@ fn line(h: f64, start: &DVector<f64>, end: &DVector<f64>) -> OrbitStep {
 }
 
 /// The inverse of [`paired`].
-fn unpaired(state: &[Pair]) -> DVector<f64> {
+fn unpaired(state: &ModalState) -> DVector<f64> {
     let part = |k: usize| state.iter().map(move |z| z[k]);
     DVector::from_iterator(2 * state.len(), part(0).chain(part(1)))
 }
@@ -111,7 +111,7 @@ impl OrbitMotion {
     }
 
     /// Position and velocity of a state.
-    pub fn physical(&self, state: &[Pair]) -> PhysicalState {
+    pub fn physical(&self, state: &ModalState) -> PhysicalState {
         match self {
             Self::Modal { modal, .. } => modal.form.to_physical(state),
             Self::Stepped { .. } => {
@@ -199,7 +199,7 @@ impl OrbitMotion {
             }
             Self::Stepped { motion, .. } => motion,
         };
-        let law = |stop: usize, before: &[Pair]| -> Result<(f64, f64)> {
+        let law = |stop: usize, before: &ModalState| -> Result<(f64, f64)> {
             let x = unpaired(before);
             let (_, gradient) = motion.gap(stop, &x)?;
             let approach = -gradient.dot(&x.rows(gradient.len(), gradient.len()));
@@ -249,7 +249,7 @@ impl OrbitMotion {
             Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
                 let motion = ClosedFormMaps::new(modal, phase, held.clone());
                 let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
-                let states = |pairs: &[Pair]| joined(&modal.form.to_physical(pairs));
+                let states = |pairs: &ModalState| joined(&modal.form.to_physical(pairs));
                 over_flights(
                     &motion,
                     (pattern, flights),
@@ -306,7 +306,7 @@ fn struck_free(pattern: &Pattern, flights: &[Flight], impacts: &[Impact]) -> Vec
 fn over_flights<M: HybridMaps>(
     motion: &M,
     (pattern, flights): (&Pattern, &[Flight]),
-    state: impl Fn(&[Pair]) -> DVector<f64>,
+    state: impl Fn(&ModalState) -> DVector<f64>,
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
     observer: &mut Observer<'_>,

@@ -72,7 +72,8 @@ impl PeriodicOrbit {
         let mut start = 0.0;
         let mut flights = Vec::new();
         for (k, (span, states)) in saved.spans.iter().zip(pairs.chunks(2 * n)).enumerate() {
-            let (after, before_next) = (states[..n].to_vec(), states[n..].to_vec());
+            let after = states[..n].to_vec().into();
+            let before_next = states[n..].to_vec().into();
             flights.push(Flight {
                 start,
                 span: *span,

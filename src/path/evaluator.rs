@@ -6,7 +6,7 @@ use crate::flow::{
 };
 use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
-use crate::modal::Pair;
+use crate::modal::ModalState;
 use crate::model::PhysicalState;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -61,7 +61,7 @@ impl Evaluator {
                 held,
                 phase,
             } => {
-                let mut state: Vec<Pair> = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
+                let mut state: ModalState = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
                 let angle = clock.angle() + phase;
                 let is_holding = |s: &&Arc<ConstrainedMotion>| s.stops == stops;
                 if let Some(constrained) = held.iter().find(is_holding) {

@@ -23,7 +23,7 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
 
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
     fn write(&self, numbers: &mut Vec<f64>) {
-        let mut modal_state = Vec::with_capacity(self.state.len());
+        let mut modal_state = ModalState::with_capacity(self.state.len());
         self.flow.modal_from_state(self.state, &mut modal_state);
         numbers.extend_from_slice(modal_state.as_flattened());
     }
@@ -90,7 +90,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 flow: self.flow,
                 scene: self.scene,
                 state: &self.state,
-                modal_state: Vec::new(),
+                modal_state: ModalState::default(),
             };
             recorder.arc(&arc, &mut motion);
         }

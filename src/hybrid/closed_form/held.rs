@@ -225,7 +225,7 @@ enum HeldEvent {
 fn watched<H: LinearFlow>(
     flow: &H,
     motion: &ConstrainedMotion,
-    (modal_state, state): (&[Pair], &[Pair]),
+    (modal_state, state): (&ModalState, &[Pair]),
 ) -> (Vec<HeldEvent>, Vec<GapRow>) {
     let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
         let gap = gap.as_ref()?;

@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::HybridMaps;
 use crate::impact::impulse_matrix;
+use crate::modal::ModalState;
 use crate::model::{PhysicalState, along_reactions};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -47,12 +48,12 @@ impl<'a> ClosedFormMaps<'a> {
     }
 
     /// A state in modal pairs.
-    pub fn modal(&self, state: &DVector<f64>) -> Vec<[f64; 2]> {
+    pub fn modal(&self, state: &DVector<f64>) -> ModalState {
         let (q, v) = halves(state);
         self.scene.form.to_modal(&q, &v)
     }
 
-    fn physical(&self, modal: &[[f64; 2]]) -> DVector<f64> {
+    fn physical(&self, modal: &ModalState) -> DVector<f64> {
         joined(&self.scene.form.to_physical(modal))
     }
 
@@ -104,7 +105,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
 
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
         let modal = self.modal(state);
-        let mut rate = vec![[0.0; 2]; modal.len()];
+        let mut rate = ModalState::from(vec![[0.0; 2]; modal.len()]);
         let u = Complex::from_polar(1.0, self.angle(t));
         self.scene.rate(&modal, u, &mut rate);
         let mut rate = self.physical(&rate);

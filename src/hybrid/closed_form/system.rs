@@ -122,7 +122,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     }
 
     pub(super) fn modal_state(&self, state: &[Pair]) -> ModalState {
-        let mut modal_state = Vec::with_capacity(state.len());
+        let mut modal_state = ModalState::with_capacity(state.len());
         self.flow.modal_from_state(state, &mut modal_state);
         modal_state
     }
@@ -354,7 +354,7 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
             .scene
             .form
             .to_modal(&shift, &DVector::zeros(shift.len()));
-        for (z, step) in self.state.iter_mut().zip(moved) {
+        for (z, step) in self.state.iter_mut().zip(&moved) {
             *z = [z[0] + step[0], z[1] + step[1]];
         }
         Ok(())

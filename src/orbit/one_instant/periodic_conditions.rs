@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank::{self, SolutionSet};
-use crate::modal::{Block, Form, Pair, times};
+use crate::modal::{Block, Form, ModalState, Pair, times};
 use crate::tolerance::{DEPENDENT, RETAIN_BELOW};
 use nalgebra::{DMatrix, DVector};
 
@@ -21,7 +21,7 @@ pub(crate) struct PeriodicConditions<'a> {
     pub(in crate::orbit) resonant: Vec<usize>,
     /// `(cos, sin)` parts of the steady response of the eliminated blocks, zero for resonant ones.
     pub(in crate::orbit) steady: Vec<[Pair; 2]>,
-    pub(in crate::orbit) equilibrium: Vec<Pair>,
+    pub(in crate::orbit) equilibrium: ModalState,
     pub(in crate::orbit) period: f64,
 }
 
@@ -55,7 +55,7 @@ impl<'a> PeriodicConditions<'a> {
             resolvents: vec![None; n],
             resonant: Vec::new(),
             steady: vec![[[0.0; 2]; 2]; n],
-            equilibrium: vec![[0.0; 2]; n],
+            equilibrium: vec![[0.0; 2]; n].into(),
             period,
         };
         match &scene.form.form {
@@ -339,11 +339,11 @@ impl<'a> PeriodicConditions<'a> {
     }
 
     /// The state after the instant that X describes; `affine` is 1 for a solution and 0 for a null vector.
-    pub fn state_after(&self, x: &DVector<f64>, affine: f64) -> Vec<Pair> {
+    pub fn state_after(&self, x: &DVector<f64>, affine: f64) -> ModalState {
         let k = self.n_impulses();
         let u = self.phase_part(x);
         let mut resonant = x.as_slice()[k..].chunks_exact(2);
-        let mut state = Vec::with_capacity(self.resolvents.len());
+        let mut state = ModalState::with_capacity(self.resolvents.len());
         for (j, resolvent) in self.resolvents.iter().enumerate() {
             let Some(resolvent) = resolvent else {
                 state.extend(resonant.next().map(|z| [z[0], z[1]]));
@@ -366,8 +366,8 @@ impl<'a> PeriodicConditions<'a> {
     }
 
     /// The state before the instant: the jump of every impulse taken back.
-    pub fn state_before(&self, after: &[Pair], impulses: &DVector<f64>) -> Vec<Pair> {
-        let mut state = after.to_vec();
+    pub fn state_before(&self, after: &ModalState, impulses: &DVector<f64>) -> ModalState {
+        let mut state = after.clone();
         for (&stop, &p) in self.stops.iter().zip(impulses.iter()) {
             for (z, jump) in state.iter_mut().zip(&self.scene.jumps[stop]) {
                 *z = [z[0] + jump[0] * p, z[1] + jump[1] * p];

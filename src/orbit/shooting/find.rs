@@ -6,6 +6,7 @@ use crate::hybrid::{
     ClosedFormMaps, HybridMaps, IntegratedMaps, SegmentKind, constrained_motions, project_onto,
 };
 use crate::impact::wrapped;
+use crate::modal::ModalState;
 use crate::model::{Scene, System, contacts};
 use crate::orbit::contact_mode::{ContactMode, Event};
 use crate::orbit::flights::{Flight, OrbitData};
@@ -149,7 +150,7 @@ fn parts<M: HybridMaps>(
     found: &ShootingState,
     flight_ends: &[FlightEnd],
     motion: &M,
-    pairs: impl Fn(&DVector<f64>) -> Vec<[f64; 2]>,
+    pairs: impl Fn(&DVector<f64>) -> ModalState,
 ) -> Result<OrbitData> {
     let zero = found.times[0];
     let count = flight_ends.len();

@@ -3,7 +3,7 @@
 //! coefficients are analytic functions of dt: restitution, repetition of the resonant modes, and the contacts.
 
 use crate::flow::ModalScene;
-use crate::modal::{Form, Pair, times};
+use crate::modal::{Form, ModalState, Pair, times};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::two_instants::green::{Green, TimeCell, turned};
 use crate::orbit::two_instants::polish::Root;
@@ -269,7 +269,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// The states after the two instants, for scaled unknowns.
-    pub fn states(&self, dt: f64, x: &DVector<f64>) -> [Vec<Pair>; 2] {
+    pub fn states(&self, dt: f64, x: &DVector<f64>) -> [ModalState; 2] {
         let (instant, scene) = (self.instant, self.scene());
         let (impulses, u) = self.read(x);
         let (s, c) = (scene.frequency * dt).sin_cos();

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::flow::{ModalScene, along};
 use crate::impact::wrapped;
 use crate::linalg::rank;
-use crate::modal::Pair;
+use crate::modal::ModalState;
 use crate::observer::Observer;
 use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
@@ -149,13 +149,13 @@ fn flights(
     stops: &[usize],
     first: usize,
     impulses: &[f64],
-    [mut after, mut later]: [Vec<Pair>; 2],
+    [mut after, mut later]: [ModalState; 2],
     (dt, period): (f64, f64),
 ) -> Result<Vec<Flight>> {
     settle_speeds(scene, &stops[..first], &impulses[..first], &mut after)?;
     settle_speeds(scene, &stops[first..], &impulses[first..], &mut later)?;
-    let before = |after: &[Pair], which: std::ops::Range<usize>| {
-        let mut state = after.to_vec();
+    let before = |after: &ModalState, which: std::ops::Range<usize>| {
+        let mut state = after.clone();
         for b in which {
             for (z, jump) in state.iter_mut().zip(&scene.jumps[stops[b]]) {
                 *z = [z[0] + jump[0] * impulses[b], z[1] + jump[1] * impulses[b]];

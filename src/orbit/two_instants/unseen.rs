@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::linalg::rank::{self, SolutionSet};
-use crate::modal::{Block, Form, Pair};
+use crate::modal::{Block, Form, ModalState, Pair};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::tolerance::{CONDITIONS_RANK, SOLVABLE, UNSEEN};
 use nalgebra::{DMatrix, DVector};
@@ -71,7 +71,7 @@ impl<'a> Unseen<'a> {
     }
 
     /// Fills the states of these modes after both instants, a flight time apart; false where a mode does not repeat.
-    pub fn fill(&self, u: Pair, dt: f64, states: &mut [Vec<Pair>; 2]) -> Result<bool> {
+    pub fn fill(&self, u: Pair, dt: f64, states: &mut [ModalState; 2]) -> Result<bool> {
         let w = self.scene.frequency;
         for &(j, block) in &self.modes {
             let set = self.repeating((j, block), u)?;
@@ -92,7 +92,7 @@ impl<'a> Unseen<'a> {
         let mut columns = Vec::new();
         for &mode in &self.modes {
             for x in self.repeating(mode, [1.0, 0.0])?.null_space.column_iter() {
-                let mut state = vec![[0.0; 2]; n];
+                let mut state = ModalState::from(vec![[0.0; 2]; n]);
                 state[mode.0] = [x[0] / w, x[1]];
                 let (q, v) = self.scene.form.to_physical(&state);
                 let both = q.iter().chain(v.iter()).copied();

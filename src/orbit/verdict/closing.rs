@@ -3,7 +3,7 @@
 //! looked at.
 
 use crate::flow::{LinearFlow, ModalScene, along};
-use crate::modal::{Block, Form, Pair};
+use crate::modal::{Block, Form, ModalState, Pair};
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::tolerance::{CLOSING_ROUNDING, FLIGHTS_CLOSED};
@@ -24,7 +24,7 @@ struct Size {
 
 impl Size {
     /// Of a state in modal pairs: by the energy norm where the modes are real, of the coordinates elsewhere.
-    fn of(scene: &ModalScene, state: &[Pair]) -> Self {
+    fn of(scene: &ModalScene, state: &ModalState) -> Self {
         if let (Some(_), Form::Blocks(blocks)) = (scene.form.shapes(), &scene.form.form) {
             let [mut position, mut velocity, mut elastic] = [0.0; 3];
             for (z, block) in state.iter().zip(blocks) {
@@ -82,7 +82,7 @@ pub(crate) struct Carrier<'a, F: LinearFlow> {
     span: f64,
     propagator: F::Propagator,
     state: Vec<Pair>,
-    end: Vec<Pair>,
+    end: ModalState,
 }
 
 impl<'a, F: LinearFlow> Carrier<'a, F> {
@@ -94,7 +94,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
             span: f64::NAN,
             propagator: F::Propagator::default(),
             state: Vec::new(),
-            end: Vec::new(),
+            end: ModalState::default(),
         }
     }
 

@@ -83,7 +83,7 @@ impl<'a> Judge<'a> {
         let rate = rate(scene, flights);
         // Behind impacts that end at rest the states after say nothing of the motion's size.
         let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
-        let margins = margins(scene, rate, ends.map(Vec::as_slice));
+        let margins = margins(scene, rate, ends.map(|state| state.as_slice()));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         let gap = |stop: usize, state: &[Pair]| {
