@@ -116,10 +116,9 @@ pub(crate) const UNCOUPLED: f64 = 1e-12;
 pub(crate) const AGREED: f64 = 1e-9;
 /// Times less apart than this part of them are one instant.
 pub(crate) const INSTANT: f64 = 1e-12;
-/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none.
+/// Acceleration of a gap, relative to the largest terms of those in contact, that the time of its release may leave of none; in
+/// steps that of another's too.
 pub(crate) const RELEASED: f64 = 1e-9;
-/// The same of a scene that is integrated beside another's release, whose time steps know so well.
-pub(crate) const LEFT_BY_STEPS: f64 = 1e-9;
 /// Third derivatives of gaps, had by differences, are zero below this part of what others do to them.
 pub(crate) const STEADY_BY_STEPS: f64 = 1e-6;
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.

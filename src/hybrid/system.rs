@@ -132,13 +132,12 @@ pub(crate) trait Impacts {
     }
     /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
     fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()>;
-    /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes to the end of the
-    /// infinite sequence, where the gap and its speed are zero, or as far on the way there as time is left. The gaps must have been
-    /// evaluated.
+    /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes on over a span, that of
+    /// the infinite sequence or what is left of it, and to where the gap and its speed are zero.
     fn complete_chatter(
         &mut self,
         stop: usize,
-        left: f64,
+        span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()>;
     /// Records the end of impacts that lose speed, in no time, as a segment of chatter.

@@ -201,7 +201,7 @@ impl NonlinearMotion {
             system: system.clone(),
             is_over_mass: over_mass.is_some(),
             force: match over_mass {
-                Some(force) => Driven::over(excitation, |_| force.clone()),
+                Some(force) => Driven::new(&excitation.map(Clone::clone, |_| force.clone())),
                 None => Driven::new(excitation).filter(|_| acting.is_some()),
             },
         }

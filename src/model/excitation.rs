@@ -5,6 +5,7 @@
 //! [`Excitation::single`] has no sum over several yet.
 
 use crate::model::forcing::Forcing;
+use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
 use crate::model::system::System;
 use nalgebra::{Complex, DVector};
@@ -58,6 +59,34 @@ impl Excitation {
                 .collect(),
             frequency: forcing.frequency().unwrap_or(0.0),
         }
+    }
+
+    /// The same with a load and forces that are made of these.
+    pub fn map(
+        &self,
+        load: impl Fn(&DVector<f64>) -> DVector<f64>,
+        force: impl Fn(&DVector<Complex<f64>>) -> DVector<Complex<f64>>,
+    ) -> Self {
+        let given = !self.load.is_empty();
+        let harmonics = self.harmonics.iter().map(|part| HarmonicPart {
+            base: part.base,
+            force: force(&part.force),
+        });
+        Self {
+            load: if given {
+                load(&self.load)
+            } else {
+                DVector::zeros(0)
+            },
+            harmonics: harmonics.collect(),
+            frequency: self.frequency,
+        }
+    }
+
+    /// `M^-1` times all that acts on a linear system.
+    pub fn over_mass(&self, system: &LinearSystem) -> Self {
+        let force = |force: &DVector<Complex<f64>>| system.solve_mass_complex(force);
+        self.map(|load| system.solve_mass(load), force)
     }
 
     /// The one harmonic, where there is any.

@@ -1,7 +1,6 @@
 //! An excitation as integrators evaluate it at a moment. A motion on which nothing acts compiles to code without any of it.
 
 use crate::model::excitation::Excitation;
-use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
 use nalgebra::{Complex, DVector};
 
@@ -42,40 +41,11 @@ pub(crate) struct Swing {
 impl Driven {
     /// What acts on the coordinates of a system; `None` where nothing does.
     pub fn new(excitation: &Excitation) -> Option<Self> {
-        Self::of(excitation, Clone::clone, Clone::clone)
-    }
-
-    /// What acts on a linear system, over its mass; `None` where nothing does.
-    pub fn over_mass(system: &LinearSystem, excitation: &Excitation) -> Option<Self> {
-        Self::of(
-            excitation,
-            |load| system.solve_mass(load),
-            |force| system.solve_mass_complex(force),
-        )
-    }
-
-    /// What acts on the coordinates, each force as `over` makes it of one.
-    pub fn over(
-        excitation: &Excitation,
-        over: impl Fn(&DVector<Complex<f64>>) -> DVector<Complex<f64>>,
-    ) -> Option<Self> {
-        Self::of(excitation, Clone::clone, over)
-    }
-
-    fn of(
-        excitation: &Excitation,
-        load: impl Fn(&DVector<f64>) -> DVector<f64>,
-        force: impl Fn(&DVector<Complex<f64>>) -> DVector<Complex<f64>>,
-    ) -> Option<Self> {
-        let (given, harmonic) = (&excitation.load, excitation.single());
-        (!given.is_empty() || harmonic.is_some()).then(|| Self {
-            load: if given.is_empty() {
-                DVector::zeros(0)
-            } else {
-                load(given)
-            },
+        let (load, harmonic) = (&excitation.load, excitation.single());
+        (!load.is_empty() || harmonic.is_some()).then(|| Self {
+            load: load.clone(),
             base: harmonic.map_or(0.0, |part| part.base),
-            force: harmonic.map_or_else(|| DVector::zeros(0), |part| force(&part.force)),
+            force: harmonic.map_or_else(|| DVector::zeros(0), |part| part.force.clone()),
         })
     }
 }

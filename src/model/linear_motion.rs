@@ -213,10 +213,8 @@ mod tests {
             frequency: 0.7,
         };
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
-        let input = Driven::over_mass(
-            &diagonal,
-            &Excitation::new(&diagonal.clone().into(), &forcing),
-        );
+        let excitation = Excitation::new(&diagonal.clone().into(), &forcing);
+        let input = Driven::new(&excitation.over_mass(&diagonal));
         let diagonals = Linear::diagonal(&diagonal, input.clone()).expect("diagonal");
         let full = SceneMotion::Full(Linear::full(&diagonal, input));
         let diagonals = SceneMotion::Diagonal(diagonals);

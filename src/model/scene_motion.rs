@@ -29,7 +29,7 @@ impl SceneMotion {
         let excitation = scene.excitation();
         match scene.system() {
             System::Linear(system) => {
-                let input = Driven::over_mass(system, &excitation);
+                let input = Driven::new(&excitation.over_mass(system));
                 let diagonal = || Linear::diagonal(system, input.clone());
                 match (system.n_dof() > MOST_FULL).then(diagonal).flatten() {
                     Some(motion) => Self::Diagonal(motion),

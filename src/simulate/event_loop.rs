@@ -358,8 +358,8 @@ impl EventLoop {
             system.raise(reached)?;
             system.evaluate_gaps()?;
         }
-        if self.accumulates(system, reached)? {
-            return self.accumulate(system, reached, t_end, record);
+        if let Some(chatter) = self.accumulates(system, reached)? {
+            return self.accumulate(system, (reached, chatter), t_end, record);
         }
         if self.are_spent(system)? {
             return self.come_to_rest(system, record);
@@ -389,31 +389,32 @@ impl EventLoop {
     fn accumulate<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
-        stop: usize,
+        (stop, chatter): (usize, CompleteChatter),
         t_end: f64,
         record: &mut Record,
     ) -> Resolved {
         let now = system.clock();
-        system.complete_chatter(stop, now.until(now.at(t_end)).max(0.0), record)?;
+        let left = now.until(now.at(t_end)).max(0.0);
+        let span = chatter.span().min(left);
+        system.complete_chatter(stop, span, record)?;
         self.last_impact = None;
         self.still.clear();
         self.still.push(stop);
         self.settle(system)
     }
 
-    /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
-    /// the tolerance, or the flights between them lost in rounding (theory 9).
+    /// The impacts on the stop that was reached, alone, if they accumulate, and so soon that what is left of them is below the
+    /// tolerance, or the flights between them lost in rounding (theory 9).
     fn accumulates<Y: HybridSystem + ?Sized>(
         &self,
         system: &mut Y,
         reached: usize,
-    ) -> Result<bool> {
-        let e = system.restitution(reached);
-        let state = system.gap(reached);
+    ) -> Result<Option<CompleteChatter>> {
+        let (e, state) = (system.restitution(reached), system.gap(reached));
         let (speed, pull) = (state.speed, state.acceleration);
         let is_alone = self.touching.len() == 1;
         if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
-            return Ok(false);
+            return Ok(None);
         }
         let chatter = CompleteChatter {
             restitution: e,
@@ -431,7 +432,7 @@ impl EventLoop {
         let span = chatter.span();
         let is_due = (CHATTER_SAFETY * residual < tolerance || is_low) && regular;
         if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
-            return Ok(false);
+            return Ok(None);
         }
         // Whether every other stop stays open, whatever the impulses, and what is left of the gap, do to it.
         for stop in (0..system.n_stops()).filter(|&stop| stop != reached) {
@@ -442,10 +443,10 @@ impl EventLoop {
             let bend =
                 0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
             if other.gap + span * (drift + bend) - CHATTER_SAFETY * share * residual <= 0.0 {
-                return Ok(false);
+                return Ok(None);
             }
         }
-        Ok(true)
+        Ok(Some(chatter))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
 };
-use crate::impact::{CompleteChatter, put_onto_stops, wrapped};
+use crate::impact::{put_onto_stops, wrapped};
 use crate::modal::ModalState;
 use crate::model::PhysicalState;
 
@@ -376,21 +376,9 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
     fn complete_chatter(
         &mut self,
         stop: usize,
-        left: f64,
+        span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        self.evaluate_gaps()?;
-        let GapState {
-            speed,
-            acceleration,
-            ..
-        } = self.gap(stop);
-        let chatter = CompleteChatter {
-            restitution: self.restitution(stop),
-            speed,
-            acceleration,
-        };
-        let span = chatter.span().min(left);
         let (motion, (q, v)) = self.record_rest(stop, span, recorder)?;
         let (q, v) = motion.propagate(self.clock.angle(), span, &q, &v);
         self.put((&q, &v), span);

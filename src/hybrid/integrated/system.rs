@@ -19,7 +19,7 @@ use crate::model::{
     places,
 };
 use crate::quantity::positive_part;
-use crate::tolerance::{LEFT_BY_STEPS, STEADY_BY_STEPS, TERM_ROUNDINGS};
+use crate::tolerance::{RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -170,7 +170,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
     }
 
     fn left_at_release(&self) -> f64 {
-        LEFT_BY_STEPS
+        RELEASED
     }
 
     fn steady(&self) -> f64 {
@@ -233,10 +233,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
     fn complete_chatter(
         &mut self,
         stop: usize,
-        left: f64,
+        span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        self.complete(stop, left, recorder)
+        self.complete(stop, span, recorder)
     }
 
     fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {
