@@ -32,6 +32,16 @@ impl SegmentKind {
             .find(|kind| kind.name() == name)
             .ok_or_else(|| Error::bad_value("segment", name, "there is no such kind"))
     }
+
+    /// Whether these can be the stops in contact on a part of this kind.
+    pub(crate) fn can_have(self, stops: &[usize]) -> bool {
+        let fits = match self {
+            Self::Flight => stops.is_empty(),
+            Self::Chatter => stops.len() == 1,
+            Self::Stick => !stops.is_empty(),
+        };
+        fits && (1..stops.len()).all(|i| !stops[..i].contains(&stops[i]))
+    }
 }
 
 /// A touch without impact: a gap whose minimum lies within its rounding of zero.

@@ -166,14 +166,8 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &SavedOrbit) -> Result<()> {
         return refused("the pattern", found, &format!("it has {n_instants}"));
     }
     for (kind, stops, _, released) in modes {
-        let fits = match kind {
-            SegmentKind::Flight => stops.is_empty(),
-            SegmentKind::Chatter => stops.len() == 1,
-            SegmentKind::Stick => !stops.is_empty(),
-        };
-        let are_distinct = (1..stops.len()).all(|i| !stops[..i].contains(&stops[i]));
         let are_there = stops.iter().chain(released).all(|&stop| stop < count);
-        if !(fits && are_distinct && are_there) {
+        if !(kind.can_have(stops) && are_there) {
             let found = format!(
                 "a {} with stops {stops:?}, released {released:?}",
                 kind.name()

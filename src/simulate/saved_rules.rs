@@ -110,13 +110,7 @@ pub(super) fn check(scene: &Scene, saved: &SavedTrajectory) -> Result<()> {
             stops
                 .iter()
                 .try_for_each(|&stop| check_stop("a segment", stop, scene))?;
-            let fits = match kind {
-                SegmentKind::Flight => stops.is_empty(),
-                SegmentKind::Chatter => stops.len() == 1,
-                SegmentKind::Stick => !stops.is_empty(),
-            };
-            let are_distinct = (1..stops.len()).all(|i| !stops[..i].contains(&stops[i]));
-            if !(fits && are_distinct) {
+            if !kind.can_have(stops) {
                 let rule = format!("they are not those of a {name}");
                 return Err(refused("a segment", format!("with stops {stops:?}"), &rule));
             }

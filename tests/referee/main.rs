@@ -258,23 +258,31 @@ impl Tally {
 fn what_was_found_stays_mended() {
     for (seed, numbers) in FOUND {
         for &number in numbers {
-            // Those in steps were found with the pair of orders 5 and 4.
-            let case = match generator::scene(seed, number) {
-                exact if exact.method == Method::Exact => exact,
-                stepped => Case {
-                    method: Method::Rk45,
-                    ..stepped
-                },
-            };
-            if let Verdict::Disagree(differences) = compare::judge(&case) {
-                let differences = differences
-                    .iter()
-                    .map(|d| format!("{}: {}", d.class, d.detail));
-                let text = differences.collect::<Vec<_>>().join("\n");
-                panic!("scene {number} of seed {seed}: {text}");
+            for case in by_each_method(&generator::scene(seed, number)) {
+                if let Verdict::Disagree(differences) = compare::judge(&case) {
+                    let differences = differences
+                        .iter()
+                        .map(|d| format!("{}: {}", d.class, d.detail));
+                    let text = differences.collect::<Vec<_>>().join("\n");
+                    let method = case.method.name();
+                    panic!("scene {number} of seed {seed} by {method}: {text}");
+                }
             }
         }
     }
+}
+
+/// A scene by every method that steps, if it is one of these.
+fn by_each_method(case: &Case) -> Vec<Case> {
+    if case.method == Method::Exact {
+        return vec![case.clone()];
+    }
+    let stepped = [Method::Rk45, Method::Dop853, Method::Radau];
+    let by = |method| Case {
+        method,
+        ..case.clone()
+    };
+    stepped.into_iter().map(by).collect()
 }
 
 #[test]

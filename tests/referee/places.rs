@@ -30,7 +30,9 @@ fn openness(
     let counting = reference.counting(case);
     let gap = case.stops[stop].gap(q.as_slice());
     let reach = counting.reach(stop);
-    let terms = counting.size(stop) + reach * (q.amax() + reference.way);
+    // A step knows its positions by the largest of them, which velocities are on their way from or to.
+    let swing = case.by_method(0.0, v.amax() / reference.model.rate);
+    let terms = counting.size(stop) + reach * (q.amax() + swing + reference.way);
     let relative = case.by_method(4e-15, 10.0 * case.rtol);
     let moved = counting.tick() * reach * v.amax();
     // A start counts as in contact within its tolerance.
