@@ -83,6 +83,15 @@ impl Judgement {
     }
 }
 
+/// Where a polynomial is lowest between 0 and 1, and its value there.
+fn lowest(c: &[f64]) -> (f64, f64) {
+    let (d, size) = derivative(c);
+    let turning = roots(&d[..size]);
+    let places = turning.slice().iter().copied().chain([0.0, 1.0]);
+    let values = places.map(|x| (x, value(c, x)));
+    values.fold((0.0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
+}
+
 /// A quantity along a step, known at the parts 0, 1/4, 1/2, 3/4 and 1 of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quartic {
@@ -115,11 +124,7 @@ impl Quartic {
 
     /// Where it is lowest, and its value there.
     pub fn lowest(&self) -> (f64, f64) {
-        let (d, size) = derivative(&self.c);
-        let turning = roots(&d[..size]);
-        let places = turning.slice().iter().copied().chain([0.0, 1.0]);
-        let values = places.map(|x| (x, self.value(x)));
-        values.fold((0.0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
+        lowest(&self.c)
     }
 
     /// Where it first falls from above zero to below it; a touch of zero from above is no fall.
@@ -158,14 +163,8 @@ impl Quintic {
 
     /// Where the gap is lowest, and how far below zero it is there.
     pub fn lowest(&self) -> (f64, f64) {
-        let (d, size) = derivative(&self.c);
-        let turning = roots(&d[..size]);
-        let places = turning.slice().iter().copied().chain([0.0, 1.0]);
-        let deepest = places.map(|x| (x, -self.value(x)));
-        deepest.fold(
-            (0.0, f64::NEG_INFINITY),
-            |a, b| if b.1 > a.1 { b } else { a },
-        )
+        let (x, gap) = lowest(&self.c);
+        (x, -gap)
     }
 
     /// The first contact, a root of the given order at the start divided out, and the touches before it; undecided at the first
