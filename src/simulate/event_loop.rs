@@ -358,8 +358,8 @@ impl EventLoop {
             system.raise(reached)?;
             system.evaluate_gaps()?;
         }
-        if let Some(chatter) = self.accumulates(system, reached)? {
-            return self.accumulate(system, (reached, chatter), t_end, record);
+        if self.accumulates(system, reached)? {
+            return self.accumulate(system, reached, t_end, record);
         }
         if self.are_spent(system)? {
             return self.come_to_rest(system, record);
@@ -389,13 +389,14 @@ impl EventLoop {
     fn accumulate<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
-        (stop, chatter): (usize, CompleteChatter),
+        stop: usize,
         t_end: f64,
         record: &mut Record,
     ) -> Resolved {
+        system.evaluate_gaps()?;
         let now = system.clock();
         let left = now.until(now.at(t_end)).max(0.0);
-        let span = chatter.span().min(left);
+        let span = chatter_at(system, stop).span().min(left);
         system.complete_chatter(stop, span, record)?;
         self.last_impact = None;
         self.still.clear();
@@ -403,24 +404,19 @@ impl EventLoop {
         self.settle(system)
     }
 
-    /// The impacts on the stop that was reached, alone, if they accumulate, and so soon that what is left of them is below the
-    /// tolerance, or the flights between them lost in rounding (theory 9).
+    /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
+    /// the tolerance, or the flights between them lost in rounding (theory 9).
     fn accumulates<Y: HybridSystem + ?Sized>(
         &self,
         system: &mut Y,
         reached: usize,
-    ) -> Result<Option<CompleteChatter>> {
-        let (e, state) = (system.restitution(reached), system.gap(reached));
-        let (speed, pull) = (state.speed, state.acceleration);
+    ) -> Result<bool> {
+        let chatter = chatter_at(system, reached);
+        let (e, speed, pull) = (chatter.restitution, chatter.speed, chatter.acceleration);
         let is_alone = self.touching.len() == 1;
         if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
-            return Ok(None);
+            return Ok(false);
         }
-        let chatter = CompleteChatter {
-            restitution: e,
-            speed,
-            acceleration: pull,
-        };
         let residual = chatter.residual();
         let tolerance = system.tolerance(reached, self.reaches[reached]);
         let regular = self.last_impact.is_some_and(|(stop, before)| {
@@ -432,7 +428,7 @@ impl EventLoop {
         let span = chatter.span();
         let is_due = (CHATTER_SAFETY * residual < tolerance || is_low) && regular;
         if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
-            return Ok(None);
+            return Ok(false);
         }
         // Whether every other stop stays open, whatever the impulses, and what is left of the gap, do to it.
         for stop in (0..system.n_stops()).filter(|&stop| stop != reached) {
@@ -443,10 +439,20 @@ impl EventLoop {
             let bend =
                 0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
             if other.gap + span * (drift + bend) - CHATTER_SAFETY * share * residual <= 0.0 {
-                return Ok(None);
+                return Ok(false);
             }
         }
-        Ok(Some(chatter))
+        Ok(true)
+    }
+}
+
+/// The impacts on a stop that is about to be struck, if they accumulate.
+fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChatter {
+    let state = system.gap(stop);
+    CompleteChatter {
+        restitution: system.restitution(stop),
+        speed: state.speed,
+        acceleration: state.acceleration,
     }
 }
 
