@@ -19,6 +19,9 @@ pub(crate) type SeriesRun<'a, S, D> = Run<'a, IntegratedFlow<'a, S, D, Taylor>>;
 pub(crate) trait RunVisitor: Sized {
     type Output;
 
+    /// What takes linear scenes alone, to be named in errors.
+    const BY_EXACT_FLIGHTS: &'static str;
+
     /// Takes what makes runs, and what reads the arcs that they keep but for motions with stops held, which a run leaves behind.
     fn visit<'a, M: AnyLoop>(
         self,
@@ -36,19 +39,18 @@ pub(crate) trait RunVisitor: Sized {
     }
 }
 
-/// Visits runs of a scene by the method of the options, for a caller to be named in errors.
+/// Visits runs of a scene by the method of the options.
 ///
 /// # Errors
 /// A method that the scene does not have; those of the visitor.
 pub(crate) fn visit_runs<V: RunVisitor>(
     scene: &Scene,
     options: &SimulateOptions,
-    caller: &str,
     visitor: V,
 ) -> Result<V::Output> {
     match options.method.chosen_for(scene) {
         Method::Exact => {
-            let timed = TimedScene::of(scene, &format!("{caller} with method=\"exact\""))?;
+            let timed = TimedScene::of(scene, V::BY_EXACT_FLIGHTS)?;
             let evaluator = Evaluator::Exact {
                 modal: Arc::clone(&timed.modal),
                 flow: Arc::clone(&timed.flow),

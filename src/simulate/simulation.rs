@@ -91,7 +91,7 @@ pub fn simulate_observed(
         t_span,
         observer,
     };
-    let flown = visit_runs(scene, options, "simulate", one);
+    let flown = visit_runs(scene, options, one);
     let (evaluator, done) = flown.map_err(|e| if e == overflow() { beyond() } else { e })?;
     if !(done.last.0.iter().chain(&done.last.1)).all(|x| x.is_finite()) {
         return Err(beyond());
@@ -130,6 +130,8 @@ struct OneRun<'s> {
 
 impl RunVisitor for OneRun<'_> {
     type Output = (Evaluator, Done);
+
+    const BY_EXACT_FLIGHTS: &'static str = "simulate with method=\"exact\"";
 
     fn visit<'a, M: AnyLoop>(
         self,

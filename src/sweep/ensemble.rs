@@ -113,7 +113,7 @@ pub fn simulate_many(
         sweep,
         observer,
     };
-    visit_runs(scene, options, "simulate_many", runs)?;
+    visit_runs(scene, options, runs)?;
     Ok(Ensemble {
         q: DMatrix::from_fn(k, n, |i, j| ends[i].q[j]),
         v: DMatrix::from_fn(k, n, |i, j| ends[i].v[j]),
@@ -133,6 +133,8 @@ struct ManyRuns<'s> {
 
 impl RunVisitor for ManyRuns<'_> {
     type Output = ();
+
+    const BY_EXACT_FLIGHTS: &'static str = "simulate_many with method=\"exact\"";
 
     /// Fills the ends, each thread with a run of its own.
     fn visit<'a, M: AnyLoop>(
