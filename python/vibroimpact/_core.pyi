@@ -49,7 +49,7 @@ _FloatArray: TypeAlias = NDArray[np.float64]
 _ComplexArray: TypeAlias = NDArray[np.complex128]
 _System: TypeAlias = LinearSystem | DoublePendulum | PendulumChain | NonlinearSystem
 _OfPosition: TypeAlias = Callable[[_FloatArray], ArrayLike]
-_Forcing: TypeAlias = Harmonic | BaseMotion
+_Forcing: TypeAlias = Harmonic | Fourier | BaseMotion
 _Stop: TypeAlias = Stop | Wall | NonlinearStop
 _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
@@ -164,6 +164,27 @@ class Harmonic:
     def phase(self) -> float: ...
     def __eq__(self, value: object, /) -> bool: ...
     def __getnewargs__(self) -> tuple[_FloatArray | _ComplexArray, float, float]: ...
+
+@final
+class Fourier:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(
+        cls, amplitudes: ArrayLike, frequency: float, phase: float = 0.0, *, mean: ArrayLike | None = None
+    ) -> Self: ...
+    @staticmethod
+    def fit(samples: ArrayLike, frequency: float, n_harmonics: int) -> Fourier: ...
+    @property
+    def amplitudes(self) -> _FloatArray | _ComplexArray: ...
+    @property
+    def frequency(self) -> float: ...
+    @property
+    def phase(self) -> float: ...
+    @property
+    def mean(self) -> _FloatArray | None: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs_ex__(
+        self,
+    ) -> tuple[tuple[_FloatArray | _ComplexArray, float, float], dict[str, _FloatArray | None]]: ...
 
 @final
 class BaseMotion:

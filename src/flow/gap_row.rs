@@ -7,14 +7,15 @@ use crate::quantity::larger;
 use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
 use nalgebra::Complex;
 
-/// A quantity of the whole motion, `constant - row.z - Re(forcing e^{i angle})`: a gap, or a contact force.
+/// A quantity of the whole motion, `constant - row.z - Re sum_k forcing_k e^{i k angle}`: a gap, or a contact force.
 #[derive(Debug, Clone)]
 pub(crate) struct Quantity {
     pub constant: f64,
     /// Size of the terms that the constant was summed from.
     pub size: f64,
     pub row: Vec<Pair>,
-    pub forcing: Complex<f64>,
+    /// Empty where the forcing does not enter it directly.
+    pub forcing: Vec<Complex<f64>>,
 }
 
 impl Quantity {
@@ -24,8 +25,19 @@ impl Quantity {
             constant: clearance,
             size: clearance.abs(),
             row: row.to_vec(),
-            forcing: Complex::new(0.0, 0.0),
+            forcing: Vec::new(),
         }
+    }
+
+    /// What each harmonic of the forcing adds, zero from where none does.
+    pub fn harmonics(&self) -> impl Iterator<Item = Complex<f64>> {
+        let zeros = std::iter::repeat(Complex::new(0.0, 0.0));
+        self.forcing.iter().copied().chain(zeros)
+    }
+
+    /// The largest that the forcing adds.
+    pub fn amplitude(&self) -> f64 {
+        self.forcing.iter().map(|f| f.norm()).sum()
     }
 }
 
@@ -76,8 +88,9 @@ pub(crate) struct GapRow {
     /// The pairs that decay without turning, without weights: their places, and rows whose sizes on the third derivative bound what
     /// they add to the gap's fourth from then on.
     decaying: Vec<(usize, [Pair; 2])>,
-    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
-    turning: Option<Pair>,
+    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pairs, where there are
+    /// any.
+    turning: Vec<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
 }
@@ -102,7 +115,7 @@ impl GapRow {
             forced,
             forced_growth,
             decaying: Vec::new(),
-            turning: None,
+            turning: Vec::new(),
             relative: SUM_ROUNDINGS,
         }
     }
@@ -119,30 +132,37 @@ impl GapRow {
         self
     }
 
-    /// With a last pair `(cos, sin)` of the forcing's angle, whose part of the gap is the sum of terms of these sizes, though the row on
-    /// it may be smaller.
-    pub fn with_turning(mut self, terms: Pair) -> Self {
-        self.rest.1 += terms[0] + terms[1];
-        self.turning = Some(terms);
+    /// With last pairs `(cos, sin)` of the forcing's angles, whose parts of the gap are sums of terms of these sizes, though the rows on
+    /// them may be smaller.
+    pub fn with_turning(mut self, terms: Vec<Pair>) -> Self {
+        self.rest.1 += terms.iter().map(|[a, b]| a + b).sum::<f64>();
+        self.turning = terms;
         self
     }
 
     /// With what turns with the forcing known to its amplitude only: a force that begins by a high derivative is far below the sums it
     /// comes from.
     pub fn with_whole_turning(mut self) -> Self {
-        let [by_cos, by_sin] = self.turning.unwrap_or_default();
-        self.size += by_cos + by_sin;
+        self.size += self.turning.iter().map(|[a, b]| a + b).sum::<f64>();
         self
     }
 
     /// What rounding leaves unknown of what turns with the forcing, in its second derivative.
     pub fn acceleration_lost(&self, derivatives: &[Derivatives]) -> f64 {
-        match (self.turning, derivatives.last()) {
-            (Some(terms), Some(d)) => {
-                SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
-            }
-            _ => 0.0,
-        }
+        let lost = |(terms, d): (&Pair, &Derivatives)| {
+            SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
+        };
+        self.turning(derivatives).map(lost).sum()
+    }
+
+    /// The terms of what turns with the forcing, with the last pairs.
+    #[inline]
+    fn turning<'a>(
+        &'a self,
+        derivatives: &'a [Derivatives],
+    ) -> impl Iterator<Item = (&'a Pair, &'a Derivatives)> {
+        let first = derivatives.len().saturating_sub(self.turning.len());
+        self.turning.iter().zip(&derivatives[first..])
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
@@ -223,7 +243,7 @@ impl GapRow {
             let [x, y] = derivatives[*place].d3;
             quartic += (slow[0] * x + slow[1] * y).abs() + (fast[0] * x + fast[1] * y).abs();
         }
-        if let (Some([by_cos, by_sin]), Some(d)) = (self.turning, derivatives.last()) {
+        for ([by_cos, by_sin], d) in self.turning(derivatives) {
             // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.
             let [cos, sin] = d.z;
             size += by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos));
