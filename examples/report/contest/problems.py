@@ -21,11 +21,19 @@ EVERY = 100
 DEPTHS = tuple(10.0 ** (-1 - 0.5 * k) for k in range(10))  # overshoots of the shallow contacts, in amplitudes
 
 
+# Of problems whose equations are a user's function.
+VALUES_ALONE = (
+    "heyoka is given the equations as symbols, differentiates them, and compiles Taylor series whose order grows with the digits "
+    "(see its compilation times); to the library they are a function, of which it has values alone, so that its steps are of "
+    "fixed order p, and each digit asks for 10^(1/p) times as many of them: p = 8, and 5 where the motion is stiff."
+)
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """What every contestant is asked for: the state at the end, and the times of impact on the way there.
 
-    `first`: None, or the number of impacts that are asked for where the whole number is infinite.
+    `first`: None, or the number of impacts that are asked for where the whole number is infinite. `behind`: why, where peers may lead.
     """
 
     name: str
@@ -35,6 +43,7 @@ class Problem:
     v0: tuple[float, ...]
     end: float
     first: int | None = None
+    behind: str = ""
 
     @property
     def start(self) -> np.ndarray:
@@ -105,7 +114,8 @@ def duffing() -> Problem:
     """A user's own equation of motion, Duffing's with a hardening spring and its drive, and a stop within its swing."""
     law = laws.duffing(damping=0.1, cubic=1.0, force=1.5, frequency=1.2)
     scene = vi.Scene(vi.NonlinearSystem(1, law, mass=1.0), None, vi.Stop(0, 0.8, 0.8))
-    return Problem("duffing", "Duffing's oscillator, a user's own equation", scene, (0.0,), (0.5,), 60.0)
+    title = "Duffing's oscillator, a user's own equation"
+    return Problem("duffing", title, scene, (0.0,), (0.5,), 60.0, behind=VALUES_ALONE)
 
 
 def stiff(ratio: float) -> Problem:
@@ -134,7 +144,8 @@ def stiff_cubic() -> Problem:
     light, cubic, damping = 0.1, 1e6, 2e3
     system = vi.NonlinearSystem(2, laws.cubic_pair(light, damping, cubic), mass=[[light, 0.0], [0.0, 1.0]])
     scene = vi.Scene(system, vi.Harmonic([1.0, 0.0], 0.6), vi.Stop(1, 0.3, 0.7))
-    return Problem("stiff_cubic", "Stiff pair, a cubic spring 1e6 times as stiff", scene, (0.01, 0.0), (0.3, 0.3), 20.0)
+    title = "Stiff pair, a cubic spring 1e6 times as stiff"
+    return Problem("stiff_cubic", title, scene, (0.01, 0.0), (0.3, 0.3), 20.0, behind=VALUES_ALONE)
 
 
 def equal_pair(ratio: float) -> Problem:

@@ -324,7 +324,9 @@ def parts(
     for problem in wanted:
         here = [p for p in points if p.problem == problem.name]
         picture = f"![{problem.title}](figures/error_vs_runtime_{problem.name}.png)"
-        stands = standing([lead for lead in leads if lead.problem == problem.name])
+        own = [lead for lead in leads if lead.problem == problem.name]
+        why = f" Why: {problem.behind}" if problem.behind and any(lead.is_lost for lead in own) else ""
+        stands = standing(own) + why
         pieces = [f"## {problem.title}", f"{problem.scene.plan()}.", stands, picture, worst_of_many(here), trouble(here)]
         sections.append("\n\n".join(piece for piece in pieces if piece))
     return [
