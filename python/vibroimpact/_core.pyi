@@ -168,9 +168,7 @@ class Harmonic:
 @final
 class Fourier:
     __hash__: ClassVar[None]  # type: ignore[assignment]
-    def __new__(
-        cls, amplitudes: ArrayLike, frequency: float, phase: float = 0.0, *, mean: ArrayLike | None = None
-    ) -> Self: ...
+    def __new__(cls, amplitudes: ArrayLike, frequency: float, phase: float = 0.0, *, mean: ArrayLike | None = None) -> Self: ...
     @staticmethod
     def fit(samples: ArrayLike, frequency: float, n_harmonics: int) -> Fourier: ...
     @property

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+
 import vibroimpact as vi
 
 PAIR = vi.LinearSystem([2.0, 1.0], [[0.3, -0.1], [-0.1, 0.1]], [[5.0, -2.0], [-2.0, 2.0]])
@@ -176,9 +177,7 @@ def test_an_orbit_under_several_harmonics_is_found_and_its_multipliers_are_those
         return np.concatenate(run.final)
 
     q, v = orbit.position(t), orbit.velocity(t)
-    columns = [
-        (mapped(q + h * e[:1], v + h * e[1:]) - mapped(q - h * e[:1], v - h * e[1:])) / (2 * h) for e in np.eye(2)
-    ]
+    columns = [(mapped(q + h * e[:1], v + h * e[1:]) - mapped(q - h * e[:1], v - h * e[1:])) / (2 * h) for e in np.eye(2)]
     expected = np.linalg.eigvals(np.array(columns).T)
     found = orbit.floquet_multipliers
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected.astype(complex)), atol=1e-6)
@@ -200,7 +199,7 @@ def test_a_fourier_goes_out_and_back():
     for force in (plain, full):
         again = pickle.loads(pickle.dumps(force))
         assert again == force
-        assert eval(repr(force), {"Fourier": vi.Fourier, "array": np.array}) == force  # noqa: S307
+        assert eval(repr(force), {"Fourier": vi.Fourier, "array": np.array}) == force
         assert scene(force).forcing == force
     assert plain.mean is None
     assert plain.amplitudes.dtype == float
@@ -286,3 +285,56 @@ def test_a_map_under_several_harmonics_is_its_cells_one_by_one():
             assert found.n_orbits[i, j] == len(orbits)
             if orbits:
                 assert found.is_admissible[i, j] == bool(orbits[0].is_admissible)
+
+
+@pytest.mark.parametrize("mass", [2.0, lambda q: np.array([[2.0 + q[0] ** 2]])])
+def test_a_force_on_a_users_equation_is_the_one_written_into_it(mass):
+    amplitudes, mean = np.array([[1.2], [0.5j], [-0.3]]), 0.4
+
+    def inertia(q):
+        return mass(q)[0, 0] if callable(mass) else mass
+
+    def free(t, q, v):
+        return [-(q[0] + q[0] ** 3 + 0.2 * v[0]) / inertia(q)]
+
+    def driven(t, q, v):
+        harmonics = enumerate(amplitudes[:, 0], 1)
+        force = mean + sum((a * np.exp(1j * k * (1.1 * t + 0.3))).real for k, a in harmonics)
+        return [free(t, q, v)[0] + force / inertia(q)]
+
+    matrix = mass if callable(mass) else [[mass]]
+    stop = vi.Stop(0, 0.4, 0.8)
+    by_forcing = vi.Scene(vi.NonlinearSystem(1, free, mass=matrix), vi.Fourier(amplitudes, 1.1, 0.3, mean=[mean]), stop)
+    written = vi.Scene(vi.NonlinearSystem(1, driven, mass=matrix), None, stop)
+    options = {"method": "dop853", "rtol": 1e-11, "atol": 1e-13}
+    assert_same_impacts(*(vi.simulate(s, 0.0, 0.0, (0.0, 20.0), **options) for s in (by_forcing, written)), 5, 1e-8)
+
+
+def test_small_motions_of_a_pendulum_under_several_harmonics_are_those_of_its_linear_scene():
+    chain = vi.PendulumChain([1.0, 0.6], [1.0, 0.8], damping=0.1, gravity=9.81)
+    large = vi.Scene(chain, vi.Fourier([[1e-5, 0.0], [0.0, 2e-5j]], 2.0), vi.Wall(1, 1e-6, 0.7))
+    small = large.linearise()
+    one, other = (vi.simulate(s, [0.0, 0.0], [0.0, 0.0], (0.0, 10.0), rtol=1e-11, atol=1e-18) for s in (large, small))
+    count = min(len(one.impacts), len(other.impacts), 5)
+    assert count >= 2
+    np.testing.assert_allclose(one.impacts["time"][:count], other.impacts["time"][:count], atol=1e-6)
+
+
+def test_an_orbit_that_sticks_is_found_and_goes_out_and_back():
+    system = vi.LinearSystem(1.0, 0.2, 4.0)
+    force = vi.Fourier([1.5, 0.8j, -0.4], 1.0, 0.3, mean=[0.9])
+    one = vi.Scene(system, force, vi.Stop(0, 0.0, 0.0))
+    long = vi.simulate(one, -0.3, 0.0, (0.0, 50 * one.period))
+    orbit = vi.find_orbit(one, long, 1)
+    assert any(segment["kind"] == "stick" for segment in orbit.segments)
+    assert closed(orbit) < 1e-8
+    for result in (orbit, long):
+        again = pickle.loads(pickle.dumps(result))
+        t = 0.4 * one.period
+        assert np.array_equal(again.position(t), result.position(t))
+
+
+def test_a_plan_names_the_harmonics():
+    assert "forcing of 3 harmonics: its steady response split off" in scene(vi.Fourier(AMPLITUDES, 1.3)).plan()
+    resonant = vi.LinearSystem([1.0, 1.0], [[0.0, 0.0], [0.0, 0.2]], [[2.6**2, 0.0], [0.0, 3.0]])
+    assert "forcing of 3 harmonics: the response from rest" in scene(vi.Fourier(AMPLITUDES, 1.3), resonant).plan()

@@ -33,7 +33,7 @@ VALUES_ALONE = (
 class Problem:
     """What every contestant is asked for: the state at the end, and the times of impact on the way there.
 
-    `first`: None, or the number of impacts that are asked for where the whole number is infinite. `behind`: why, where peers may lead.
+    `first`: None, or the number of impacts that are asked for where the whole number is infinite. `behind`: why peers may lead.
     """
 
     name: str
