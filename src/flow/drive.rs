@@ -132,19 +132,17 @@ pub(crate) struct HarmonicDrive {
     pub force: Vec<Response>,
 }
 
+/// `Re(f u)`, `u = (cos, sin)`.
 #[inline]
-fn real_part(f: Response, u: Complex<f64>) -> Pair {
-    [
-        f[0].re * u.re - f[0].im * u.im,
-        f[1].re * u.re - f[1].im * u.im,
-    ]
+pub(crate) fn real_part(f: Response, u: Pair) -> Pair {
+    f.map(|f| f.re * u[0] - f.im * u[1])
 }
 
 /// The input of one harmonic and its first two derivatives.
 #[inline]
 fn harmonic_inputs(w: f64, f: Response, u: Complex<f64>) -> [Pair; 3] {
-    let value = real_part(f, u);
-    let slope = real_part(f, Complex::new(-w * u.im, w * u.re));
+    let value = real_part(f, [u.re, u.im]);
+    let slope = real_part(f, [-w * u.im, w * u.re]);
     [value, slope, [-w * w * value[0], -w * w * value[1]]]
 }
 
@@ -196,7 +194,7 @@ impl Drive for HarmonicDrive {
 
     #[inline]
     fn added(reply: &Response, u: Complex<f64>) -> Pair {
-        real_part(*reply, u)
+        real_part(*reply, [u.re, u.im])
     }
 
     #[inline]
@@ -270,7 +268,7 @@ impl Drive for FourierDrive {
         let each = reply
             .iter()
             .zip(powers(u))
-            .map(|(&reply, u)| real_part(reply, u));
+            .map(|(&reply, u)| real_part(reply, [u.re, u.im]));
         each.fold(NOTHING, plus)
     }
 

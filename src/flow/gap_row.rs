@@ -73,6 +73,13 @@ struct GapTerm {
     reach: f64,
 }
 
+/// The size of terms by cosine and sine. Angles are counted from a whole turn: the sine has its digits near that, and half a turn
+/// away it has few.
+#[inline]
+fn size_of_turning([by_cos, by_sin]: Pair, [cos, sin]: Pair) -> f64 {
+    by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos))
+}
+
 /// The gap of one stop in pairs of the state, with the weights of its remainder.
 #[derive(Debug, Clone)]
 pub(crate) struct GapRow {
@@ -88,9 +95,10 @@ pub(crate) struct GapRow {
     /// The pairs that decay without turning, without weights: their places, and rows whose sizes on the third derivative bound what
     /// they add to the gap's fourth from then on.
     decaying: Vec<(usize, [Pair; 2])>,
-    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pairs, where there are
-    /// any.
-    turning: Vec<Pair>,
+    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
+    turning: Option<Pair>,
+    /// The same of several harmonics: the last pairs, where they are these.
+    harmonics: Vec<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
 }
@@ -115,7 +123,8 @@ impl GapRow {
             forced,
             forced_growth,
             decaying: Vec::new(),
-            turning: Vec::new(),
+            turning: None,
+            harmonics: Vec::new(),
             relative: SUM_ROUNDINGS,
         }
     }
@@ -136,14 +145,18 @@ impl GapRow {
     /// them may be smaller.
     pub fn with_turning(mut self, terms: Vec<Pair>) -> Self {
         self.rest.1 += terms.iter().map(|[a, b]| a + b).sum::<f64>();
-        self.turning = terms;
+        match terms[..] {
+            [one] => self.turning = Some(one),
+            _ => self.harmonics = terms,
+        }
         self
     }
 
     /// With what turns with the forcing known to its amplitude only: a force that begins by a high derivative is far below the sums it
     /// comes from.
     pub fn with_whole_turning(mut self) -> Self {
-        self.size += self.turning.iter().map(|[a, b]| a + b).sum::<f64>();
+        let terms = self.turning.iter().chain(&self.harmonics);
+        self.size += terms.map(|[a, b]| a + b).sum::<f64>();
         self
     }
 
@@ -152,17 +165,18 @@ impl GapRow {
         let lost = |(terms, d): (&Pair, &Derivatives)| {
             SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
         };
-        self.turning(derivatives).map(lost).sum()
+        let all = self.turning.as_slice().iter().chain(&self.harmonics);
+        let count = all.clone().count();
+        let last = &derivatives[derivatives.len().saturating_sub(count)..];
+        all.zip(last).map(lost).sum()
     }
 
-    /// The terms of what turns with the forcing, with the last pairs.
-    #[inline]
-    fn turning<'a>(
-        &'a self,
-        derivatives: &'a [Derivatives],
-    ) -> impl Iterator<Item = (&'a Pair, &'a Derivatives)> {
-        let first = derivatives.len().saturating_sub(self.turning.len());
-        self.turning.iter().zip(&derivatives[first..])
+    /// What the terms of what turns with several harmonics add to the size of a gap.
+    #[cold]
+    fn size_of_harmonics(&self, derivatives: &[Derivatives]) -> f64 {
+        let last = &derivatives[derivatives.len() - self.harmonics.len()..];
+        let each = self.harmonics.iter().zip(last);
+        each.map(|(terms, d)| size_of_turning(*terms, d.z)).sum()
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
@@ -243,10 +257,11 @@ impl GapRow {
             let [x, y] = derivatives[*place].d3;
             quartic += (slow[0] * x + slow[1] * y).abs() + (fast[0] * x + fast[1] * y).abs();
         }
-        for ([by_cos, by_sin], d) in self.turning(derivatives) {
-            // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.
-            let [cos, sin] = d.z;
-            size += by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos));
+        if let (Some(terms), Some(d)) = (self.turning, derivatives.last()) {
+            size += size_of_turning(terms, d.z);
+        }
+        if !self.harmonics.is_empty() {
+            size += self.size_of_harmonics(derivatives);
         }
         GapModel {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],

@@ -3,9 +3,10 @@
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
 use crate::flow::block::{BlockFlow, BlockPropagator};
-use crate::flow::drive::Undriven;
+use crate::flow::drive::{Undriven, real_part};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
+use crate::linalg::plane::plus;
 use crate::modal::{Block, ModalState, Pair, Response};
 use crate::model::powers;
 use crate::tolerance::{NEAR_RESONANCE, RIGID};
@@ -15,8 +16,9 @@ use nalgebra::Complex;
 #[derive(Debug, Clone)]
 pub(crate) struct SplitFlow {
     flow: BlockFlow<Undriven>,
-    /// By harmonics, then by blocks.
-    steady: Vec<Vec<Response>>,
+    steady: Vec<Response>,
+    /// The responses to the second harmonic, the third and so on.
+    higher: Vec<Vec<Response>>,
     /// Where the load holds each block.
     equilibrium: Vec<Pair>,
 }
@@ -36,7 +38,7 @@ impl SplitFlow {
         if blocks.iter().zip(load).any(refuses) {
             return None;
         }
-        let steady = frequencies.clone().zip(forces).map(|(w, force)| {
+        let mut responses = frequencies.clone().zip(forces).map(|(w, force)| {
             let each = blocks.iter().zip(force);
             each.map(|(block, &force)| block.steady(w, force)).collect()
         });
@@ -47,7 +49,8 @@ impl SplitFlow {
         let all: Vec<Block> = blocks.iter().copied().chain(rotations).collect();
         Some(Self {
             flow: BlockFlow::new(&all, Undriven),
-            steady: steady.collect(),
+            steady: responses.next()?,
+            higher: responses.collect(),
             equilibrium: equilibrium.collect(),
         })
     }
@@ -55,20 +58,32 @@ impl SplitFlow {
     /// Steady response and equilibrium of block j when the rotations are at `turned`.
     #[inline]
     fn rest(&self, j: usize, turned: &[Pair]) -> Pair {
-        let mut rest = self.equilibrium[j];
-        for (steady, u) in self.steady.iter().zip(turned) {
-            let y = steady[j];
-            rest = [0, 1].map(|c| rest[c] + (y[c].re * u[0] - y[c].im * u[1]));
+        let rest = plus(self.equilibrium[j], real_part(self.steady[j], turned[0]));
+        if self.higher.is_empty() {
+            return rest;
         }
-        rest
+        let higher = self.higher.iter().zip(&turned[1..]);
+        higher.fold(rest, |rest, (steady, &u)| {
+            plus(rest, real_part(steady[j], u))
+        })
     }
 
-    /// Where the rotations are at an angle of the first.
+    /// Puts the rotations, behind the blocks of a state, where they are at an angle of the first.
     #[inline]
-    fn turned(&self, angle: f64) -> impl Iterator<Item = Pair> {
+    fn turn(&self, state: &mut [Pair], angle: f64) {
         let (sin, cos) = angle.sin_cos();
-        let phasors = powers(Complex::new(cos, sin));
-        phasors.take(self.steady.len()).map(|u| [u.re, u.im])
+        let turned = &mut state[self.equilibrium.len()..];
+        turned[0] = [cos, sin];
+        if !self.higher.is_empty() {
+            for (place, u) in turned.iter_mut().zip(powers(Complex::new(cos, sin))) {
+                *place = [u.re, u.im];
+            }
+        }
+    }
+
+    /// The responses by harmonics.
+    fn harmonics(&self) -> impl Iterator<Item = &Vec<Response>> {
+        std::iter::once(&self.steady).chain(&self.higher)
     }
 
     /// A row of the whole motion as one of the enlarged state.
@@ -83,7 +98,7 @@ impl SplitFlow {
         };
         row.iter()
             .copied()
-            .chain(self.steady.iter().map(seen))
+            .chain(self.harmonics().map(seen))
             .collect()
     }
 }
@@ -94,8 +109,10 @@ impl LinearFlow for SplitFlow {
     fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
         let n = modal_state.len();
         state.clear();
+        state.reserve(n + 1 + self.higher.len());
         state.extend_from_slice(modal_state);
-        state.extend(self.turned(angle));
+        state.resize(n + 1 + self.higher.len(), [0.0, 0.0]);
+        self.turn(state, angle);
         let (free, turned) = state.split_at_mut(n);
         for (j, z) in free.iter_mut().enumerate() {
             let rest = self.rest(j, turned);
@@ -113,10 +130,7 @@ impl LinearFlow for SplitFlow {
     }
 
     fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        let rotations = &mut state[self.equilibrium.len()..];
-        for (place, u) in rotations.iter_mut().zip(self.turned(angle)) {
-            *place = u;
-        }
+        self.turn(state, angle);
     }
 
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
@@ -160,7 +174,7 @@ impl FlowRows for SplitFlow {
                 part(f).abs() + row.iter().zip(steady).map(terms).sum::<f64>()
             })
         };
-        let turning = self.steady.iter().zip(quantity.harmonics()).map(seen);
+        let turning = self.harmonics().zip(quantity.harmonics()).map(seen);
         let known = Quantity {
             constant: constant - rest,
             size: size + rest.abs(),

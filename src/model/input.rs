@@ -56,6 +56,16 @@ impl Driven {
                 .collect(),
         })
     }
+
+    /// Adds the higher harmonics where the phasor of the first is u, in a function of its own: most have none.
+    #[cold]
+    fn add_higher(&self, u: Complex<f64>, f: &mut [f64]) {
+        for (force, u) in self.higher.iter().zip(powers(u).skip(1)) {
+            for (f, a) in f.iter_mut().zip(force.as_slice()) {
+                *f += a.re * u.re - a.im * u.im;
+            }
+        }
+    }
 }
 
 impl Input for NoInput {
@@ -116,14 +126,8 @@ impl Input for Driven {
         for (f, a) in f.iter_mut().zip(self.force.as_slice()) {
             *f += a.re * cos - a.im * sin;
         }
-        for (force, u) in self
-            .higher
-            .iter()
-            .zip(powers(Complex::new(cos, sin)).skip(1))
-        {
-            for (f, a) in f.iter_mut().zip(force.as_slice()) {
-                *f += a.re * u.re - a.im * u.im;
-            }
+        if !self.higher.is_empty() {
+            self.add_higher(Complex::new(cos, sin), f);
         }
     }
 }

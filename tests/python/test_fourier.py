@@ -307,7 +307,7 @@ def test_a_force_on_a_users_equation_is_the_one_written_into_it(mass):
     by_forcing = vi.Scene(vi.NonlinearSystem(1, free, mass=matrix), vi.Fourier(amplitudes, 1.1, 0.3, mean=[mean]), stop)
     written = vi.Scene(vi.NonlinearSystem(1, driven, mass=matrix), None, stop)
     options = {"method": "dop853", "rtol": 1e-11, "atol": 1e-13}
-    assert_same_impacts(*(vi.simulate(s, 0.0, 0.0, (0.0, 20.0), **options) for s in (by_forcing, written)), 5, 1e-8)
+    assert_same_impacts(*(vi.simulate(s, 0.0, 0.0, (0.0, 30.0), **options) for s in (by_forcing, written)), 5, 1e-8)
 
 
 def test_small_motions_of_a_pendulum_under_several_harmonics_are_those_of_its_linear_scene():
