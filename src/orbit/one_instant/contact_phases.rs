@@ -1,4 +1,4 @@
-//! The phases at which a stop is reached under several harmonics (theory 21): the gap at the instant is a trigonometric polynomial of
+//! The phases at which a stop is reached under several harmonics (theory 10): the gap at the instant is a trigonometric polynomial of
 //! the phase, of which all roots are found, by bounds on its derivatives.
 
 use crate::error::{Error, Result};
