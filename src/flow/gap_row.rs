@@ -80,6 +80,34 @@ fn size_of_turning([by_cos, by_sin]: Pair, [cos, sin]: Pair) -> f64 {
     by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos))
 }
 
+/// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: of the last pairs, where they are these.
+#[derive(Debug, Clone)]
+enum TurningTerms {
+    None,
+    One(Pair),
+    Several(Vec<Pair>),
+}
+
+impl TurningTerms {
+    fn all(&self) -> &[Pair] {
+        match self {
+            Self::None => &[],
+            Self::One(one) => std::slice::from_ref(one),
+            Self::Several(all) => all,
+        }
+    }
+
+    /// With the derivatives of the pairs.
+    fn with<'a>(
+        &'a self,
+        derivatives: &'a [Derivatives],
+    ) -> impl Iterator<Item = (&'a Pair, &'a Derivatives)> {
+        let all = self.all();
+        let last = &derivatives[derivatives.len().saturating_sub(all.len())..];
+        all.iter().zip(last)
+    }
+}
+
 /// The gap of one stop in pairs of the state, with the weights of its remainder.
 #[derive(Debug, Clone)]
 pub(crate) struct GapRow {
@@ -95,10 +123,7 @@ pub(crate) struct GapRow {
     /// The pairs that decay without turning, without weights: their places, and rows whose sizes on the third derivative bound what
     /// they add to the gap's fourth from then on.
     decaying: Vec<(usize, [Pair; 2])>,
-    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
-    turning: Option<Pair>,
-    /// The same of several harmonics: the last pairs, where they are these.
-    harmonics: Vec<Pair>,
+    turning: TurningTerms,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
 }
@@ -123,8 +148,7 @@ impl GapRow {
             forced,
             forced_growth,
             decaying: Vec::new(),
-            turning: None,
-            harmonics: Vec::new(),
+            turning: TurningTerms::None,
             relative: SUM_ROUNDINGS,
         }
     }
@@ -145,17 +169,18 @@ impl GapRow {
     /// them may be smaller.
     pub fn with_turning(mut self, terms: Vec<Pair>) -> Self {
         self.rest.1 += terms.iter().map(|[a, b]| a + b).sum::<f64>();
-        match terms[..] {
-            [one] => self.turning = Some(one),
-            _ => self.harmonics = terms,
-        }
+        self.turning = match terms[..] {
+            [] => TurningTerms::None,
+            [one] => TurningTerms::One(one),
+            _ => TurningTerms::Several(terms),
+        };
         self
     }
 
     /// With what turns with the forcing known to its amplitude only: a force that begins by a high derivative is far below the sums it
     /// comes from.
     pub fn with_whole_turning(mut self) -> Self {
-        let terms = self.turning.iter().chain(&self.harmonics);
+        let terms = self.turning.all().iter();
         self.size += terms.map(|[a, b]| a + b).sum::<f64>();
         self
     }
@@ -165,17 +190,13 @@ impl GapRow {
         let lost = |(terms, d): (&Pair, &Derivatives)| {
             SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
         };
-        let all = self.turning.as_slice().iter().chain(&self.harmonics);
-        let count = all.clone().count();
-        let last = &derivatives[derivatives.len().saturating_sub(count)..];
-        all.zip(last).map(lost).sum()
+        self.turning.with(derivatives).map(lost).sum()
     }
 
     /// What the terms of what turns with several harmonics add to the size of a gap.
     #[cold]
     fn size_of_harmonics(&self, derivatives: &[Derivatives]) -> f64 {
-        let last = &derivatives[derivatives.len() - self.harmonics.len()..];
-        let each = self.harmonics.iter().zip(last);
+        let each = self.turning.with(derivatives);
         each.map(|(terms, d)| size_of_turning(*terms, d.z)).sum()
     }
 
@@ -257,11 +278,10 @@ impl GapRow {
             let [x, y] = derivatives[*place].d3;
             quartic += (slow[0] * x + slow[1] * y).abs() + (fast[0] * x + fast[1] * y).abs();
         }
-        if let (Some(terms), Some(d)) = (self.turning, derivatives.last()) {
-            size += size_of_turning(terms, d.z);
-        }
-        if !self.harmonics.is_empty() {
-            size += self.size_of_harmonics(derivatives);
+        match (&self.turning, derivatives.last()) {
+            (TurningTerms::One(terms), Some(d)) => size += size_of_turning(*terms, d.z),
+            (TurningTerms::Several(_), _) => size += self.size_of_harmonics(derivatives),
+            _ => {}
         }
         GapModel {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],
