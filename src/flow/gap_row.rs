@@ -73,41 +73,6 @@ struct GapTerm {
     reach: f64,
 }
 
-/// The size of terms by cosine and sine. Angles are counted from a whole turn: the sine has its digits near that, and half a turn
-/// away it has few.
-#[inline]
-fn size_of_turning([by_cos, by_sin]: Pair, [cos, sin]: Pair) -> f64 {
-    by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos))
-}
-
-/// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: of the last pairs, where they are these.
-#[derive(Debug, Clone)]
-enum TurningTerms {
-    None,
-    One(Pair),
-    Several(Vec<Pair>),
-}
-
-impl TurningTerms {
-    fn all(&self) -> &[Pair] {
-        match self {
-            Self::None => &[],
-            Self::One(one) => std::slice::from_ref(one),
-            Self::Several(all) => all,
-        }
-    }
-
-    /// With the derivatives of the pairs.
-    fn with<'a>(
-        &'a self,
-        derivatives: &'a [Derivatives],
-    ) -> impl Iterator<Item = (&'a Pair, &'a Derivatives)> {
-        let all = self.all();
-        let last = &derivatives[derivatives.len().saturating_sub(all.len())..];
-        all.iter().zip(last)
-    }
-}
-
 /// The gap of one stop in pairs of the state, with the weights of its remainder.
 #[derive(Debug, Clone)]
 pub(crate) struct GapRow {
@@ -123,7 +88,10 @@ pub(crate) struct GapRow {
     /// The pairs that decay without turning, without weights: their places, and rows whose sizes on the third derivative bound what
     /// they add to the gap's fourth from then on.
     decaying: Vec<(usize, [Pair; 2])>,
-    turning: TurningTerms,
+    /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
+    turning: Option<Pair>,
+    /// The same of several harmonics, the last pairs: their sizes are in that of the clearance.
+    harmonics: Vec<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
 }
@@ -148,7 +116,8 @@ impl GapRow {
             forced,
             forced_growth,
             decaying: Vec::new(),
-            turning: TurningTerms::None,
+            turning: None,
+            harmonics: Vec::new(),
             relative: SUM_ROUNDINGS,
         }
     }
@@ -166,38 +135,36 @@ impl GapRow {
     }
 
     /// With last pairs `(cos, sin)` of the forcing's angles, whose parts of the gap are sums of terms of these sizes, though the rows on
-    /// them may be smaller.
+    /// them may be smaller. Several are known to their amplitudes only.
     pub fn with_turning(mut self, terms: Vec<Pair>) -> Self {
-        self.rest.1 += terms.iter().map(|[a, b]| a + b).sum::<f64>();
-        self.turning = match terms[..] {
-            [] => TurningTerms::None,
-            [one] => TurningTerms::One(one),
-            _ => TurningTerms::Several(terms),
-        };
+        let whole = terms.iter().map(|[a, b]| a + b).sum::<f64>();
+        self.rest.1 += whole;
+        if let [one] = terms[..] {
+            self.turning = Some(one);
+        } else {
+            self.size += whole;
+            self.harmonics = terms;
+        }
         self
     }
 
     /// With what turns with the forcing known to its amplitude only: a force that begins by a high derivative is far below the sums it
     /// comes from.
     pub fn with_whole_turning(mut self) -> Self {
-        let terms = self.turning.all().iter();
-        self.size += terms.map(|[a, b]| a + b).sum::<f64>();
+        let [by_cos, by_sin] = self.turning.unwrap_or_default();
+        self.size += by_cos + by_sin;
         self
     }
 
     /// What rounding leaves unknown of what turns with the forcing, in its second derivative.
     pub fn acceleration_lost(&self, derivatives: &[Derivatives]) -> f64 {
+        let terms = self.turning.as_slice().iter().chain(&self.harmonics);
+        let count = terms.clone().count();
+        let last = &derivatives[derivatives.len().saturating_sub(count)..];
         let lost = |(terms, d): (&Pair, &Derivatives)| {
             SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
         };
-        self.turning.with(derivatives).map(lost).sum()
-    }
-
-    /// What the terms of what turns with several harmonics add to the size of a gap.
-    #[cold]
-    fn size_of_harmonics(&self, derivatives: &[Derivatives]) -> f64 {
-        let each = self.turning.with(derivatives);
-        each.map(|(terms, d)| size_of_turning(*terms, d.z)).sum()
+        terms.zip(last).map(lost).sum()
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of
@@ -278,10 +245,10 @@ impl GapRow {
             let [x, y] = derivatives[*place].d3;
             quartic += (slow[0] * x + slow[1] * y).abs() + (fast[0] * x + fast[1] * y).abs();
         }
-        match (&self.turning, derivatives.last()) {
-            (TurningTerms::One(terms), Some(d)) => size += size_of_turning(*terms, d.z),
-            (TurningTerms::Several(_), _) => size += self.size_of_harmonics(derivatives),
-            _ => {}
+        if let (Some([by_cos, by_sin]), Some(d)) = (self.turning, derivatives.last()) {
+            // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.
+            let [cos, sin] = d.z;
+            size += by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos));
         }
         GapModel {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],
