@@ -85,12 +85,12 @@ impl Steps<'_, '_> {
     /// As [`Observer::work`].
     #[inline]
     pub fn begin(&mut self) -> Result<()> {
-        if self.left == 0 {
-            self.observer.ask()?;
-            self.left = WORK_PER_QUESTION / self.work;
+        if let Some(left) = self.left.checked_sub(1) {
+            self.left = left;
             return Ok(());
         }
-        self.left -= 1;
+        self.observer.ask()?;
+        self.left = WORK_PER_QUESTION / self.work;
         Ok(())
     }
 }

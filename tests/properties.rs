@@ -217,6 +217,12 @@ fn is_moderate(scene: &Scene) -> bool {
         Forcing::Unforced => Vec::new(),
         Forcing::Harmonic(f) => f.amplitude().iter().flat_map(|z| [z.re, z.im]).collect(),
         Forcing::BaseMotion(f) => vec![f.amplitude()],
+        Forcing::Fourier(f) => {
+            let amplitudes = f.amplitudes().iter().flatten().flat_map(|z| [z.re, z.im]);
+            amplitudes
+                .chain(f.mean().into_iter().flatten().copied())
+                .collect()
+        }
     };
     let stops = scene.stops().iter().flat_map(|stop| match stop {
         vibroimpact::Constraint::Stop(stop) => {

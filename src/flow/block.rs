@@ -54,13 +54,14 @@ impl<D: Drive> BlockFlow<D> {
     /// A flow of blocks under a drive.
     pub fn new(blocks: &[Block], drive: D) -> Self {
         let rates = blocks.iter().flat_map(|b| b.roots().map(Complex::norm));
-        let rates = rates.chain([drive.frequency()]);
+        let rates = rates.chain(drive.frequencies());
         let fastest_rate = rates.clone().fold(0.0, f64::max);
         let softest = softest_rate(rates);
         let roots = blocks.iter().flat_map(|b| b.roots());
         let fastest_growth = roots.map(|l| l.re).fold(0.0, f64::max);
         let growth = |j: usize| {
-            let is_free = drive.force(j).iter().all(|f| f.norm() == 0.0);
+            let mut forces = drive.forces(j).flat_map(|(_, f)| f);
+            let is_free = forces.all(|f| f.norm() == 0.0);
             third_derivative_growth(blocks[j], is_free, softest)
         };
         let norm_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
@@ -105,10 +106,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
         state.clear();
-        // A pair more than there are blocks: that of the forcing.
+        // A pair more than there are blocks for each harmonic of the forcing.
         state.reserve(modal_state.len() + 1);
         state.extend_from_slice(modal_state);
-        state.extend(D::stored(self.drive.phasor(angle)));
+        state.extend(self.drive.stored(self.drive.phasor(angle)));
     }
 
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
@@ -117,7 +118,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
     }
 
     fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        let stored = D::stored(self.drive.phasor(angle));
+        let stored = self.drive.stored(self.drive.phasor(angle));
         for (place, u) in state[self.parts.len()..].iter_mut().zip(stored) {
             *place = u;
         }
@@ -144,12 +145,10 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         let (blocks, forcing) = state.split_at_mut(self.parts.len());
         let u = D::read(forcing);
         for (z, (matrix, reply)) in blocks.iter_mut().zip(&propagator.parts) {
-            *z = plus(times(matrix, *z), D::added(*reply, u));
+            *z = plus(times(matrix, *z), D::added(reply, u));
         }
-        for (place, u) in forcing
-            .iter_mut()
-            .zip(D::stored(D::turned(u, propagator.turn)))
-        {
+        let stored = self.drive.stored(D::turned(u, propagator.turn));
+        for (place, u) in forcing.iter_mut().zip(stored) {
             *place = u;
         }
     }
@@ -190,9 +189,8 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
             constant,
             size: known_size,
             row,
-            forcing,
+            ..
         } = quantity;
-        let w = self.drive.frequency();
         let (mut cells, mut forced, mut forced_growth) = (Vec::with_capacity(row.len()), 0.0, 0.0);
         let (mut rest, mut rest_size) = (*constant, *known_size);
         let mut decaying = Vec::new();
@@ -204,21 +202,26 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
                 r[0] * a[0][1] + r[1] * a[1][1],
             ];
             let dual = |r: Pair| (r[0] * r[0] / part.weight + r[1] * r[1]).sqrt();
-            let f = self.drive.force(j);
-            let along = |r: Pair| (f[0] * r[0] + f[1] * r[1]).norm();
-            let size = (f[1].norm_sqr() + part.weight * f[0].norm_sqr()).sqrt();
             // What decays without turning is bounded part by part: behind a stiff damper the faster one is gone soon.
-            let (weight, grown) = if let Some(parts) = part.block.parts() {
-                let shares = parts.fourth_derivatives(*r);
+            let shares = part.block.parts().map(|parts| parts.fourth_derivatives(*r));
+            let weight = if let Some(shares) = shares {
                 decaying.push((j, shares));
-                (0.0, along(shares[0]) + along(shares[1]))
+                0.0
             } else {
-                let weight = dual(image) * part.growth;
-                (weight, weight * size)
+                dual(image) * part.growth
             };
-            forced += along(*r) * w.powi(3);
-            forced_growth += grown * w.powi(3);
-            let is_bounded = part.is_bounded && size == 0.0;
+            let mut is_bounded = part.is_bounded;
+            for (w, f) in self.drive.forces(j) {
+                let along = |r: Pair| (f[0] * r[0] + f[1] * r[1]).norm();
+                let size = (f[1].norm_sqr() + part.weight * f[0].norm_sqr()).sqrt();
+                let grown = match shares {
+                    Some([slow, fast]) => along(slow) + along(fast),
+                    None => weight * size,
+                };
+                forced += along(*r) * w.powi(3);
+                forced_growth += grown * w.powi(3);
+                is_bounded &= size == 0.0;
+            }
             let terms = [r[0] * part.equilibrium[0], r[1] * part.equilibrium[1]];
             rest -= terms[0] + terms[1];
             rest_size += terms[0].abs() + terms[1].abs();
@@ -229,13 +232,13 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
             };
             cells.push((*r, weight, reach));
         }
-        if w > 0.0 {
-            cells.push(([forcing.re, -forcing.im], 0.0, forcing.norm()));
-            forced += forcing.norm() * w.powi(4);
+        for (w, f) in self.drive.frequencies().zip(quantity.harmonics()) {
+            cells.push(([f.re, -f.im], 0.0, f.norm()));
+            forced += f.norm() * w.powi(4);
         }
         GapRow::new(
             cells.into_iter(),
-            (*constant, *known_size + forcing.norm()),
+            (*constant, *known_size + quantity.amplitude()),
             (rest, rest_size),
             (forced, forced_growth),
         )

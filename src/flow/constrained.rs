@@ -8,7 +8,7 @@ use crate::flow::linear::propagate;
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
 use crate::linalg::rank;
-use crate::modal::{Form, ModalForm, ModalState, Pair, pairs};
+use crate::modal::{Form, ModalForm, ModalState, Pair, Response, pairs};
 use crate::model::{LinearSystem, PhysicalState};
 use crate::quantity::room_for;
 use crate::tolerance::{CANCELLED, DEPENDENT, ORTHOGONAL_TOL};
@@ -60,11 +60,15 @@ impl ConstrainedMotion {
             over_mass(system.stiffness().to_dense()),
             over_mass(system.damping().to_dense()),
         );
-        let (own, drawn) = (system.solve_mass(system.load()), &stiffness * &anchor);
+        let given = scene.excitation.constant(n);
+        let (own, drawn) = (system.solve_mass(&given), &stiffness * &anchor);
         // A spring between coordinates that stand where it is at rest pulls at neither.
         let sizes = own.abs() + stiffness.abs() * anchor.abs();
         let load = without_rounding(&(own - drawn), &sizes);
-        let force = system.solve_mass_complex(&scene.amplitude);
+        let harmonics = scene.excitation.harmonics.iter();
+        let forces: Vec<_> = harmonics
+            .map(|part| system.solve_mass_complex(&part.force))
+            .collect();
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();
@@ -76,7 +80,7 @@ impl ConstrainedMotion {
         let flow = modal_flow(
             &form,
             form_load(&form, &reduced.apply(&load)),
-            form_force(&form, &reduced.apply_complex(&force)),
+            form_forces(&form, &reduced, &forces),
             scene.frequency,
         );
 
@@ -90,15 +94,19 @@ impl ConstrainedMotion {
         let forces = (0..stops.len())
             .map(|i| {
                 let g = takes.row(i).transpose();
-                let pulled: Complex<f64> = force.iter().zip(g.iter()).map(|(f, g)| f * *g).sum();
-                let pulls = force.iter().zip(g.iter()).map(|(f, g)| f.norm() * g.abs());
-                let amplitude = cleared(pulled.norm(), pulls.sum());
+                let pull = |force: &DVector<Complex<f64>>| {
+                    let pulled: Complex<f64> =
+                        force.iter().zip(g.iter()).map(|(f, g)| f * *g).sum();
+                    let pulls = force.iter().zip(g.iter()).map(|(f, g)| f.norm() * g.abs());
+                    let amplitude = cleared(pulled.norm(), pulls.sum());
+                    if amplitude > 0.0 { -pulled } else { ZERO }
+                };
                 let size = g.abs().dot(&sizes);
                 Quantity {
                     constant: cleared(g.dot(&load), size),
                     size,
                     row: row(seen(&stiffness, &g), seen(&damping, &g)),
-                    forcing: if amplitude > 0.0 { -pulled } else { ZERO },
+                    forcing: forces.iter().map(pull).collect(),
                 }
             })
             .collect();
@@ -212,7 +220,21 @@ fn form_load(form: &ModalForm, acceleration: &DVector<f64>) -> Vec<Pair> {
     pairs(&without_rounding(&(to_modal * acceleration), &sizes))
 }
 
-fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<[Complex<f64>; 2]> {
+/// What harmonic accelerations of the whole system do to each pair of the smaller one; at least one, that may be zero.
+fn form_forces(
+    form: &ModalForm,
+    reduced: &Reduced,
+    accelerations: &[DVector<Complex<f64>>],
+) -> Vec<Vec<Response>> {
+    if accelerations.is_empty() {
+        return vec![vec![[ZERO; 2]; form.n_dof()]];
+    }
+    let each = accelerations.iter();
+    each.map(|a| form_force(form, &reduced.apply_complex(a)))
+        .collect()
+}
+
+fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<Response> {
     let (re, im) = (
         form_load(form, &acceleration.map(|z| z.re)),
         form_load(form, &acceleration.map(|z| z.im)),

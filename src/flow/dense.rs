@@ -1,11 +1,13 @@
 //! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, cos,
 //! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
 
+use crate::flow::drive::turning;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
-use crate::modal::{ModalState, Pair};
+use crate::modal::{ModalState, Pair, Response};
+use crate::model::powers;
 use nalgebra::{Complex, DMatrix};
 
 /// A flow that does not uncouple.
@@ -13,10 +15,11 @@ use nalgebra::{Complex, DMatrix};
 pub(crate) struct DenseFlow {
     /// State matrix in interleaved pairs, shape `(2n, 2n)`.
     matrix: DMatrix<f64>,
-    /// The matrix enlarged by the load and the forcing, shape `(2n + 3, 2n + 3)`.
+    /// The matrix enlarged by the load and K harmonics, shape `(2n + 1 + 2K, 2n + 1 + 2K)`.
     enlarged: DMatrix<f64>,
     load: Vec<f64>,
-    force: Vec<Complex<f64>>,
+    /// By harmonics, then by entries of the state.
+    forces: Vec<Vec<Complex<f64>>>,
     frequency: f64,
     /// Scales of the unknowns for the norm, and its growth over the longest step.
     unit: Vec<f64>,
@@ -26,25 +29,33 @@ pub(crate) struct DenseFlow {
 }
 
 impl DenseFlow {
-    /// A flow with the given state matrix, load and force in interleaved pairs; frequency zero without forcing.
+    /// A flow with the given state matrix, load and harmonics of a force in interleaved pairs; frequency zero without forcing.
     pub fn new(
         matrix: DMatrix<f64>,
         load: &[Pair],
-        force: &[[Complex<f64>; 2]],
+        forces: &[Vec<Response>],
         frequency: f64,
     ) -> Self {
         let m = matrix.nrows();
         let load: Vec<f64> = load.iter().flatten().copied().collect();
-        let force: Vec<Complex<f64>> = force.iter().flatten().copied().collect();
-        let mut enlarged = DMatrix::zeros(m + 3, m + 3);
+        let flat = |force: &Vec<Response>| force.iter().flatten().copied().collect();
+        let forces: Vec<Vec<Complex<f64>>> = forces.iter().map(flat).collect();
+        let order = m + 1 + 2 * forces.len();
+        let mut enlarged = DMatrix::zeros(order, order);
         enlarged.view_mut((0, 0), (m, m)).copy_from(&matrix);
         for i in 0..m {
             enlarged[(i, m)] = load[i];
-            enlarged[(i, m + 1)] = force[i].re;
-            enlarged[(i, m + 2)] = -force[i].im;
         }
-        enlarged[(m + 1, m + 2)] = -frequency;
-        enlarged[(m + 2, m + 1)] = frequency;
+        for (k, force) in forces.iter().enumerate() {
+            let (cos, sin) = (m + 1 + 2 * k, m + 2 + 2 * k);
+            for i in 0..m {
+                enlarged[(i, cos)] = force[i].re;
+                enlarged[(i, sin)] = -force[i].im;
+            }
+            let w = (k + 1) as f64 * frequency;
+            enlarged[(cos, sin)] = -w;
+            enlarged[(sin, cos)] = w;
+        }
         // Positions in units of velocity over the system's own rate; the growth of the Euclidean norm is at most the
         // largest eigenvalue of the symmetric part, itself at most the norm of that part.
         let rate = {
@@ -66,7 +77,7 @@ impl DenseFlow {
             matrix,
             enlarged,
             load,
-            force,
+            forces,
             frequency,
             unit,
             growth,
@@ -75,8 +86,15 @@ impl DenseFlow {
         }
     }
 
-    fn input(&self, u: Complex<f64>, i: usize) -> f64 {
-        (self.force[i] * u).re
+    /// The frequencies of the harmonics.
+    fn frequencies(&self) -> impl Iterator<Item = f64> {
+        (1..=self.forces.len()).map(|k| k as f64 * self.frequency)
+    }
+
+    /// Where the harmonics are at an angle of the first.
+    fn phasors(&self, angle: f64) -> impl Iterator<Item = Pair> {
+        let phasors = powers(Complex::new(angle.cos(), angle.sin()));
+        phasors.take(self.forces.len()).map(|u| [u.re, u.im])
     }
 
     fn image(&self, z: &[f64]) -> Vec<f64> {
@@ -93,7 +111,7 @@ impl LinearFlow for DenseFlow {
     fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
         state.clear();
         state.extend_from_slice(modal_state);
-        state.push([angle.cos(), angle.sin()]);
+        state.extend(self.phasors(angle));
     }
 
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
@@ -102,8 +120,9 @@ impl LinearFlow for DenseFlow {
     }
 
     fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        if let Some(u) = state.last_mut() {
-            *u = [angle.cos(), angle.sin()];
+        let turned = &mut state[self.matrix.nrows() / 2..];
+        for (place, u) in turned.iter_mut().zip(self.phasors(angle)) {
+            *place = u;
         }
     }
 
@@ -115,9 +134,9 @@ impl LinearFlow for DenseFlow {
         let m = self.matrix.nrows();
         let mut z: Vec<f64> = state.iter().flatten().copied().collect();
         z.insert(m, 1.0);
-        let row = |i: usize| (0..m + 3).map(|j| propagator[(i, j)] * z[j]).sum::<f64>();
+        let row = |i: usize| (0..z.len()).map(|j| propagator[(i, j)] * z[j]).sum::<f64>();
         for (i, pair) in state.iter_mut().enumerate() {
-            let first = if i < m / 2 { 2 * i } else { m + 1 };
+            let first = if i < m / 2 { 2 * i } else { 2 * i + 1 };
             *pair = [row(first), row(first + 1)];
         }
     }
@@ -127,15 +146,19 @@ impl FlowRows for DenseFlow {
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
         let m = self.matrix.nrows();
         let z: Vec<f64> = state[..m / 2].iter().flatten().copied().collect();
-        let u = state[m / 2];
-        let mut phasor = Complex::new(u[0], u[1]);
+        let turned = state[m / 2..].iter().map(|u| Complex::new(u[0], u[1]));
+        let mut phasors: Vec<Complex<f64>> = turned.clone().collect();
         let mut orders = vec![z];
         for order in 0..3 {
             let mut next = self.image(&orders[order]);
             for (i, x) in next.iter_mut().enumerate() {
-                *x += self.input(phasor, i) + if order == 0 { self.load[i] } else { 0.0 };
+                let forces = self.forces.iter().zip(&phasors);
+                let input: f64 = forces.map(|(force, u)| (force[i] * u).re).sum();
+                *x += input + if order == 0 { self.load[i] } else { 0.0 };
             }
-            phasor *= Complex::new(0.0, self.frequency);
+            for (u, w) in phasors.iter_mut().zip(self.frequencies()) {
+                *u *= Complex::new(0.0, w);
+            }
             orders.push(next);
         }
         let norm = orders[3]
@@ -154,15 +177,7 @@ impl FlowRows for DenseFlow {
             // One norm for all, counted once.
             norm: if j == 0 { norm } else { 0.0 },
         }));
-        let w = self.frequency;
-        let turned = [-w * u[1], w * u[0]];
-        derivatives.push(Derivatives {
-            z: u,
-            d1: turned,
-            d2: u.map(|x| -w * w * x),
-            d3: turned.map(|x| -w * w * x),
-            norm: 0.0,
-        });
+        derivatives.extend(turned.zip(self.frequencies()).map(|(u, w)| turning(u, w)));
     }
 
     fn gap_row(&self, quantity: &Quantity) -> GapRow {
@@ -170,7 +185,7 @@ impl FlowRows for DenseFlow {
             constant,
             size: known_size,
             row,
-            forcing,
+            ..
         } = quantity;
         let m = self.matrix.nrows();
         let flat: Vec<f64> = row.iter().flatten().copied().collect();
@@ -181,26 +196,28 @@ impl FlowRows for DenseFlow {
             })
             .sum::<f64>()
             .sqrt();
-        let w3 = self.frequency.powi(3);
-        let direct: Complex<f64> = flat.iter().zip(&self.force).map(|(r, f)| f * *r).sum();
-        let size = self
-            .force
-            .iter()
-            .zip(&self.unit)
-            .map(|(f, s)| f.norm_sqr() * s * s)
-            .sum::<f64>()
-            .sqrt();
         let weight = norm * self.growth;
-        let cells = row.iter().map(|&r| (r, weight, f64::INFINITY));
-        let turning = ([forcing.re, -forcing.im], 0.0, f64::INFINITY);
-        let forced = direct.norm() * w3 + forcing.norm() * w3 * self.frequency;
-        let terms = (*constant, *known_size + forcing.norm());
-        GapRow::new(
-            cells.chain([turning]),
-            terms,
-            terms,
-            (forced, weight * size * w3),
-        )
+        let mut cells: Vec<_> = row.iter().map(|&r| (r, weight, f64::INFINITY)).collect();
+        let (mut forced, mut forced_growth) = (0.0, 0.0);
+        for ((force, w), f) in self
+            .forces
+            .iter()
+            .zip(self.frequencies())
+            .zip(quantity.harmonics())
+        {
+            let w3 = w.powi(3);
+            let direct: Complex<f64> = flat.iter().zip(force).map(|(r, f)| f * *r).sum();
+            let squares = force
+                .iter()
+                .zip(&self.unit)
+                .map(|(f, s)| f.norm_sqr() * s * s);
+            let size = squares.sum::<f64>().sqrt();
+            forced += direct.norm() * w3 + f.norm() * w3 * w;
+            forced_growth += weight * size * w3;
+            cells.push(([f.re, -f.im], 0.0, f64::INFINITY));
+        }
+        let terms = (*constant, *known_size + quantity.amplitude());
+        GapRow::new(cells.into_iter(), terms, terms, (forced, forced_growth))
     }
 
     fn velocity_row(&self, row: &[Pair]) -> Vec<Pair> {
@@ -210,7 +227,7 @@ impl FlowRows for DenseFlow {
     /// Nothing is known of all times to come.
     fn norms(&self, _state: &[Pair], norms: &mut Vec<f64>) {
         norms.clear();
-        norms.resize(self.matrix.nrows() / 2 + 1, f64::INFINITY);
+        norms.resize(self.matrix.nrows() / 2 + self.forces.len(), f64::INFINITY);
     }
 }
 
@@ -224,7 +241,7 @@ impl FlowRates for DenseFlow {
     }
 
     fn fastest_rate(&self) -> f64 {
-        self.matrix.norm().max(self.frequency)
+        self.frequencies().fold(self.matrix.norm(), f64::max)
     }
 
     fn fastest_growth(&self) -> f64 {
@@ -247,7 +264,7 @@ mod tests {
             0.0, 0.0, -1.0, 0.0
         ];
         contract::check(
-            &DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], &force, 0.8),
+            &DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], &[force.to_vec()], 0.8),
             2,
             0.8,
         );

@@ -1,7 +1,7 @@
 //! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
 
 use crate::flow::modal_scene::ModalScene;
-use crate::model::{LinearSystem, PhysicalState};
+use crate::model::{LinearSystem, PhysicalState, powers};
 use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;
@@ -51,7 +51,7 @@ impl LinearEquations {
     }
 
     /// Derivatives of the position of some orders from 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
-    /// `f + Re(F e^{i w t})`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries;
+    /// `f + Re sum_k F_k e^{i k w t}`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries;
     /// `lost` is what is unknown of position and velocity, where that is more than their rounding.
     pub fn derivatives(
         &self,
@@ -73,16 +73,28 @@ impl LinearEquations {
             next.unknown = next.unknown.sup(&of_v);
         }
         let (mut sum, mut terms) = (DVector::zeros(n), DVector::zeros(n));
-        let mut force = scene.amplitude.map(|f| f * Complex::cis(angle));
-        let turn = Complex::new(0.0, scene.frequency);
+        let excitation = &scene.excitation;
+        let phasors = powers(Complex::cis(angle));
+        let mut forces: Vec<(Complex<f64>, DVector<Complex<f64>>)> = (1..)
+            .zip(excitation.harmonics.iter().zip(phasors))
+            .map(|(k, (part, u))| {
+                let turn = Complex::new(0.0, f64::from(k) * scene.frequency);
+                (turn, part.force.map(|f| f * u))
+            })
+            .collect();
         let (inverse, stiffness, damping) = (&self.inverse, &self.stiffness, &self.damping);
         let mut found = Vec::new();
         for k in 2..orders.end {
-            sum.zip_apply(&force, |sum, f| *sum = f.re);
-            terms.zip_apply(&force, |terms, f| *terms = f.norm());
-            if k == 2 {
-                sum += scene.system.load();
-                terms += scene.system.load().abs();
+            sum.fill(0.0);
+            terms.fill(0.0);
+            for (turn, force) in &mut forces {
+                sum.zip_apply(force, |sum, f| *sum += f.re);
+                terms.zip_apply(force, |terms, f| *terms += f.norm());
+                *force *= *turn;
+            }
+            if k == 2 && !excitation.load.is_empty() {
+                sum += &excitation.load;
+                terms += excitation.load.abs();
             }
             sum.gemv(-1.0, &stiffness.entries, &x.value, 1.0);
             sum.gemv(-1.0, &damping.entries, &next.value, 1.0);
@@ -98,7 +110,6 @@ impl LinearEquations {
                 .zip_apply(&after.value, |size, value| *size = value.abs());
             std::mem::swap(&mut x, &mut next);
             std::mem::swap(&mut next, &mut after);
-            force *= turn;
             if k >= orders.start {
                 found.push((next.value.clone(), next.unknown.clone()));
             }

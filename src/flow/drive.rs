@@ -1,9 +1,10 @@
-//! What drives a linear flow: a harmonic force, a constant load, both, or nothing. A flow without forcing or without load
+//! What drives a linear flow: a harmonic force or several, a constant load, both, or nothing. A flow without forcing or without load
 //! compiles to code without them.
 
 use crate::flow::gap_row::Derivatives;
 use crate::linalg::plane::plus;
 use crate::modal::{Block, Pair, Propagation, Response};
+use crate::model::powers;
 use nalgebra::Complex;
 
 /// How a block moves by itself over a fixed time.
@@ -22,35 +23,48 @@ pub(crate) trait Turning {
 
     /// The phasor at an angle.
     fn phasor(&self, angle: f64) -> Self::Phasor;
-    /// The phasor as the pair of a state that it is stored in.
-    fn stored(u: Self::Phasor) -> Option<Pair>;
+    /// The phasors of all harmonics as the pairs of a state that they are stored in.
+    fn stored(&self, u: Self::Phasor) -> impl Iterator<Item = Pair>;
     /// The phasor from the end of a state.
     fn read(stored: &[Pair]) -> Self::Phasor;
+    /// The frequencies of the harmonics.
+    fn frequencies(&self) -> impl Iterator<Item = f64> + Clone;
     /// The phasor after a time whose own phasor is `turn`.
     fn turned(u: Self::Phasor, turn: Self::Phasor) -> Self::Phasor;
     /// The phasor of a span of time: `e^{i w t}`.
     fn turn(&self, t: f64) -> Self::Phasor;
-    /// The stored phasor with its derivatives, if there is one.
-    fn turning(&self, u: Self::Phasor) -> Option<Derivatives>;
+    /// The stored phasors with their derivatives.
+    fn turning(&self, u: Self::Phasor) -> impl Iterator<Item = Derivatives>;
+}
+
+/// A phasor of a frequency with its derivatives.
+#[inline]
+pub(crate) fn turning(u: Complex<f64>, w: f64) -> Derivatives {
+    let (z, d1) = ([u.re, u.im], [-w * u.im, w * u.re]);
+    Derivatives {
+        z,
+        d1,
+        d2: z.map(|x| -w * w * x),
+        d3: d1.map(|x| -w * w * x),
+        norm: 0.0,
+    }
 }
 
 /// What acts on the blocks of a flow.
 pub(crate) trait Drive: Turning {
     /// The response of one block from rest over a fixed time, as a function of the phasor.
-    type Reply: Copy + Default;
+    type Reply: Clone + Default;
 
     /// The reply of block j over a time.
     fn reply(&self, j: usize, alone: &Alone) -> Self::Reply;
     /// What the reply adds to the block's state.
-    fn added(reply: Self::Reply, u: Self::Phasor) -> Pair;
+    fn added(reply: &Self::Reply, u: Self::Phasor) -> Pair;
     /// The input to block j and its first two derivatives.
     fn inputs(&self, j: usize, u: Self::Phasor) -> [Pair; 3];
-    /// The force on block j, zero where there is none.
-    fn force(&self, j: usize) -> Response;
+    /// The harmonics of the force on block j, with their frequencies.
+    fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)>;
     /// The constant load on block j, zero where there is none.
     fn load(&self, j: usize) -> Pair;
-    /// The forcing frequency, zero without forcing.
-    fn frequency(&self) -> f64;
 }
 
 /// No forcing.
@@ -67,19 +81,23 @@ impl Turning for Undriven {
     fn phasor(&self, _angle: f64) {}
 
     #[inline]
-    fn stored((): ()) -> Option<Pair> {
-        None
+    fn stored(&self, (): ()) -> impl Iterator<Item = Pair> {
+        std::iter::empty()
     }
 
     fn read(_stored: &[Pair]) {}
+
+    fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
+        std::iter::empty()
+    }
 
     fn turned((): (), (): ()) {}
 
     fn turn(&self, _t: f64) {}
 
     #[inline]
-    fn turning(&self, (): ()) -> Option<Derivatives> {
-        None
+    fn turning(&self, (): ()) -> impl Iterator<Item = Derivatives> {
+        std::iter::empty()
     }
 }
 
@@ -89,7 +107,7 @@ impl Drive for Undriven {
     fn reply(&self, _j: usize, _alone: &Alone) {}
 
     #[inline]
-    fn added((): (), (): ()) -> Pair {
+    fn added((): &(), (): ()) -> Pair {
         NOTHING
     }
 
@@ -98,16 +116,12 @@ impl Drive for Undriven {
         [NOTHING; 3]
     }
 
-    fn force(&self, _j: usize) -> Response {
-        [Complex::new(0.0, 0.0); 2]
+    fn forces(&self, _j: usize) -> impl Iterator<Item = (f64, Response)> {
+        std::iter::empty()
     }
 
     fn load(&self, _j: usize) -> Pair {
         [0.0, 0.0]
-    }
-
-    fn frequency(&self) -> f64 {
-        0.0
     }
 }
 
@@ -118,12 +132,18 @@ pub(crate) struct HarmonicDrive {
     pub force: Vec<Response>,
 }
 
+/// `Re(f u)`, `u = (cos, sin)`.
 #[inline]
-fn real_part(f: Response, u: Complex<f64>) -> Pair {
-    [
-        f[0].re * u.re - f[0].im * u.im,
-        f[1].re * u.re - f[1].im * u.im,
-    ]
+pub(crate) fn real_part(f: Response, u: Pair) -> Pair {
+    f.map(|f| f.re * u[0] - f.im * u[1])
+}
+
+/// The input of one harmonic and its first two derivatives.
+#[inline]
+fn harmonic_inputs(w: f64, f: Response, u: Complex<f64>) -> [Pair; 3] {
+    let value = real_part(f, [u.re, u.im]);
+    let slope = real_part(f, [-w * u.im, w * u.re]);
+    [value, slope, [-w * w * value[0], -w * w * value[1]]]
 }
 
 impl Turning for HarmonicDrive {
@@ -135,8 +155,12 @@ impl Turning for HarmonicDrive {
     }
 
     #[inline]
-    fn stored(u: Complex<f64>) -> Option<Pair> {
-        Some([u.re, u.im])
+    fn stored(&self, u: Complex<f64>) -> impl Iterator<Item = Pair> {
+        std::iter::once([u.re, u.im])
+    }
+
+    fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
+        std::iter::once(self.frequency)
     }
 
     #[inline]
@@ -155,16 +179,9 @@ impl Turning for HarmonicDrive {
         self.phasor(self.frequency * t)
     }
 
-    fn turning(&self, u: Complex<f64>) -> Option<Derivatives> {
-        let w = self.frequency;
-        let (z, d1) = ([u.re, u.im], [-w * u.im, w * u.re]);
-        Some(Derivatives {
-            z,
-            d1,
-            d2: z.map(|x| -w * w * x),
-            d3: d1.map(|x| -w * w * x),
-            norm: 0.0,
-        })
+    #[inline]
+    fn turning(&self, u: Complex<f64>) -> impl Iterator<Item = Derivatives> {
+        std::iter::once(turning(u, self.frequency))
     }
 }
 
@@ -176,28 +193,102 @@ impl Drive for HarmonicDrive {
     }
 
     #[inline]
-    fn added(reply: Response, u: Complex<f64>) -> Pair {
-        real_part(reply, u)
+    fn added(reply: &Response, u: Complex<f64>) -> Pair {
+        real_part(*reply, [u.re, u.im])
     }
 
     #[inline]
     fn inputs(&self, j: usize, u: Complex<f64>) -> [Pair; 3] {
-        let (w, f) = (self.frequency, self.force[j]);
-        let value = real_part(f, u);
-        let slope = real_part(f, Complex::new(-w * u.im, w * u.re));
-        [value, slope, [-w * w * value[0], -w * w * value[1]]]
+        harmonic_inputs(self.frequency, self.force[j], u)
     }
 
-    fn force(&self, j: usize) -> Response {
-        self.force[j]
+    fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)> {
+        std::iter::once((self.frequency, self.force[j]))
     }
 
     fn load(&self, _j: usize) -> Pair {
         [0.0, 0.0]
     }
+}
 
-    fn frequency(&self) -> f64 {
-        self.frequency
+/// `Re sum_k f_kj e^{i k (w t + phase)}` on block j.
+#[derive(Debug, Clone)]
+pub(crate) struct FourierDrive {
+    pub frequency: f64,
+    /// By harmonics, then by blocks.
+    pub forces: Vec<Vec<Response>>,
+}
+
+impl Turning for FourierDrive {
+    /// That of the first harmonic, of which the others are powers.
+    type Phasor = Complex<f64>;
+
+    fn phasor(&self, angle: f64) -> Complex<f64> {
+        Complex::cis(angle)
+    }
+
+    fn stored(&self, u: Complex<f64>) -> impl Iterator<Item = Pair> {
+        powers(u).take(self.forces.len()).map(|u| [u.re, u.im])
+    }
+
+    fn read(stored: &[Pair]) -> Complex<f64> {
+        HarmonicDrive::read(stored)
+    }
+
+    fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
+        (1..=self.forces.len()).map(|k| k as f64 * self.frequency)
+    }
+
+    fn turned(u: Complex<f64>, turn: Complex<f64>) -> Complex<f64> {
+        u * turn
+    }
+
+    fn turn(&self, t: f64) -> Complex<f64> {
+        Complex::cis(self.frequency * t)
+    }
+
+    fn turning(&self, u: Complex<f64>) -> impl Iterator<Item = Derivatives> {
+        powers(u)
+            .zip(self.frequencies())
+            .map(|(u, w)| turning(u, w))
+    }
+}
+
+impl Drive for FourierDrive {
+    type Reply = Vec<Response>;
+
+    fn reply(&self, j: usize, alone: &Alone) -> Vec<Response> {
+        let each = self
+            .forces(j)
+            .map(|(w, f)| alone.block.forced(alone.t, w, f));
+        each.collect()
+    }
+
+    fn added(reply: &Vec<Response>, u: Complex<f64>) -> Pair {
+        let each = reply
+            .iter()
+            .zip(powers(u))
+            .map(|(&reply, u)| real_part(reply, [u.re, u.im]));
+        each.fold(NOTHING, plus)
+    }
+
+    fn inputs(&self, j: usize, u: Complex<f64>) -> [Pair; 3] {
+        let each = self
+            .forces(j)
+            .zip(powers(u))
+            .map(|((w, f), u)| harmonic_inputs(w, f, u));
+        each.fold([NOTHING; 3], |[a, b, c], [x, y, z]| {
+            [plus(a, x), plus(b, y), plus(c, z)]
+        })
+    }
+
+    fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)> {
+        self.frequencies()
+            .zip(self.forces.iter().map(move |force| force[j]))
+    }
+
+    fn load(&self, _j: usize) -> Pair {
+        [0.0, 0.0]
     }
 }
 
@@ -216,8 +307,12 @@ impl<D: Drive> Turning for Loaded<D> {
     }
 
     #[inline]
-    fn stored(u: D::Phasor) -> Option<Pair> {
-        D::stored(u)
+    fn stored(&self, u: D::Phasor) -> impl Iterator<Item = Pair> {
+        self.drive.stored(u)
+    }
+
+    fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
+        self.drive.frequencies()
     }
 
     #[inline]
@@ -235,7 +330,7 @@ impl<D: Drive> Turning for Loaded<D> {
     }
 
     #[inline]
-    fn turning(&self, u: D::Phasor) -> Option<Derivatives> {
+    fn turning(&self, u: D::Phasor) -> impl Iterator<Item = Derivatives> {
         self.drive.turning(u)
     }
 }
@@ -251,8 +346,8 @@ impl<D: Drive> Drive for Loaded<D> {
     }
 
     #[inline]
-    fn added((loaded, reply): (Pair, D::Reply), u: D::Phasor) -> Pair {
-        plus(D::added(reply, u), loaded)
+    fn added((loaded, reply): &(Pair, D::Reply), u: D::Phasor) -> Pair {
+        plus(D::added(reply, u), *loaded)
     }
 
     #[inline]
@@ -261,15 +356,11 @@ impl<D: Drive> Drive for Loaded<D> {
         [plus(value, self.load[j]), slope, bend]
     }
 
-    fn force(&self, j: usize) -> Response {
-        self.drive.force(j)
+    fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)> {
+        self.drive.forces(j)
     }
 
     fn load(&self, j: usize) -> Pair {
         self.load[j]
-    }
-
-    fn frequency(&self) -> f64 {
-        self.drive.frequency()
     }
 }

@@ -7,14 +7,15 @@ use crate::quantity::larger;
 use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
 use nalgebra::Complex;
 
-/// A quantity of the whole motion, `constant - row.z - Re(forcing e^{i angle})`: a gap, or a contact force.
+/// A quantity of the whole motion, `constant - row.z - Re sum_k forcing_k e^{i k angle}`: a gap, or a contact force.
 #[derive(Debug, Clone)]
 pub(crate) struct Quantity {
     pub constant: f64,
     /// Size of the terms that the constant was summed from.
     pub size: f64,
     pub row: Vec<Pair>,
-    pub forcing: Complex<f64>,
+    /// Empty where the forcing does not enter it directly.
+    pub forcing: Vec<Complex<f64>>,
 }
 
 impl Quantity {
@@ -24,8 +25,19 @@ impl Quantity {
             constant: clearance,
             size: clearance.abs(),
             row: row.to_vec(),
-            forcing: Complex::new(0.0, 0.0),
+            forcing: Vec::new(),
         }
+    }
+
+    /// What each harmonic of the forcing adds, zero from where none does.
+    pub fn harmonics(&self) -> impl Iterator<Item = Complex<f64>> {
+        let zeros = std::iter::repeat(Complex::new(0.0, 0.0));
+        self.forcing.iter().copied().chain(zeros)
+    }
+
+    /// The largest that the forcing adds.
+    pub fn amplitude(&self) -> f64 {
+        self.forcing.iter().map(|f| f.norm()).sum()
     }
 }
 
@@ -78,6 +90,8 @@ pub(crate) struct GapRow {
     decaying: Vec<(usize, [Pair; 2])>,
     /// Sizes of the terms that what turns with the forcing is a sum of, by its cosine and its sine: the last pair, where it is one.
     turning: Option<Pair>,
+    /// The same of several harmonics, the last pairs: their sizes are in that of the clearance.
+    harmonics: Vec<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
 }
@@ -103,6 +117,7 @@ impl GapRow {
             forced_growth,
             decaying: Vec::new(),
             turning: None,
+            harmonics: Vec::new(),
             relative: SUM_ROUNDINGS,
         }
     }
@@ -119,11 +134,17 @@ impl GapRow {
         self
     }
 
-    /// With a last pair `(cos, sin)` of the forcing's angle, whose part of the gap is the sum of terms of these sizes, though the row on
-    /// it may be smaller.
-    pub fn with_turning(mut self, terms: Pair) -> Self {
-        self.rest.1 += terms[0] + terms[1];
-        self.turning = Some(terms);
+    /// With last pairs `(cos, sin)` of the forcing's angles, whose parts of the gap are sums of terms of these sizes, though the rows on
+    /// them may be smaller. Several are known to their amplitudes only.
+    pub fn with_turning(mut self, terms: Vec<Pair>) -> Self {
+        let whole = terms.iter().map(|[a, b]| a + b).sum::<f64>();
+        self.rest.1 += whole;
+        if let [one] = terms[..] {
+            self.turning = Some(one);
+        } else {
+            self.size += whole;
+            self.harmonics = terms;
+        }
         self
     }
 
@@ -137,12 +158,13 @@ impl GapRow {
 
     /// What rounding leaves unknown of what turns with the forcing, in its second derivative.
     pub fn acceleration_lost(&self, derivatives: &[Derivatives]) -> f64 {
-        match (self.turning, derivatives.last()) {
-            (Some(terms), Some(d)) => {
-                SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
-            }
-            _ => 0.0,
-        }
+        let terms = self.turning.as_slice().iter().chain(&self.harmonics);
+        let count = terms.clone().count();
+        let last = &derivatives[derivatives.len().saturating_sub(count)..];
+        let lost = |(terms, d): (&Pair, &Derivatives)| {
+            SUM_ROUNDINGS * (terms[0] * d.d2[0].abs() + terms[1] * d.d2[1].abs())
+        };
+        terms.zip(last).map(lost).sum()
     }
 
     /// How near zero the gap can come at any later time, from the norms of the state's pairs; and a bound on the size of

@@ -106,6 +106,7 @@ pub(crate) fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 pub(crate) mod contract {
     use super::*;
+    use crate::model::powers;
     use nalgebra::Complex;
 
     /// The flow composes, agrees with its derivatives, and keeps its models' promise. `n` is the number of modal pairs, the
@@ -163,18 +164,28 @@ pub(crate) mod contract {
                 .map(|(r, z)| r[0] * z[0] + r[1] * z[1])
                 .sum()
         };
+        let harmonics = [
+            Complex::new(0.3, -0.2),
+            Complex::new(0.1, 0.4),
+            Complex::new(0.0, -0.2),
+        ];
+        // As many as the flow has: its state ends with a pair for each.
+        let many = entered(&start).len() - n;
         let forcing = if has_forcing {
-            Complex::new(0.3, -0.2)
+            harmonics[..many].to_vec()
         } else {
-            Complex::new(0.0, 0.0)
+            Vec::new()
         };
         let gap = flow.gap_row(&Quantity {
             constant: 1.0,
             size: 1.0,
             row: row.clone(),
-            forcing,
+            forcing: forcing.clone(),
         });
-        let direct = |t: f64| (forcing * Complex::from_polar(1.0, 0.4 + frequency * t)).re;
+        let direct = |t: f64| -> f64 {
+            let phasors = powers(Complex::cis(0.4 + frequency * t));
+            forcing.iter().zip(phasors).map(|(f, u)| (f * u).re).sum()
+        };
         let jet_at = |state: &[Pair]| {
             let mut derivatives = Vec::new();
             flow.derivatives(state, &mut derivatives);

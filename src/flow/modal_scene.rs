@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::flow::scene_flow::{SceneFlow, modal_flow};
 use crate::modal::{Form, ModalForm, Pair, Response};
-use crate::model::{ContactGeometry, LinearSystem, Scene};
-use nalgebra::{Complex, DVector};
+use crate::model::{ContactGeometry, Excitation, LinearSystem, Scene, powers};
+use nalgebra::Complex;
 use std::sync::Arc;
 
 /// The machinery of a linear scene.
@@ -20,10 +20,12 @@ pub(crate) struct ModalScene {
     /// An impulse p on stop i moves the state by `-jumps[i] p`.
     pub jumps: Arc<Vec<Vec<Pair>>>,
     pub load: Vec<Pair>,
-    /// The force amplitude, phase left out but in a timed scene.
+    /// The force of the first harmonic, phase left out but in a timed scene.
     pub force: Vec<Response>,
+    /// Those of the second, the third and so on.
+    pub higher: Vec<Vec<Response>>,
     /// The same on the coordinates.
-    pub amplitude: DVector<Complex<f64>>,
+    pub excitation: Excitation,
     /// Forcing frequency, zero without forcing.
     pub frequency: f64,
 }
@@ -44,11 +46,16 @@ impl ModalScene {
         let position_rows = each(&|i| form.position_row(&geometry.normals.column(i).into_owned()));
         let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
         let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
-        let excitation = scene.excitation();
-        let load = form.load(system, system.load());
-        let turn = Complex::cis(phase);
-        let amplitude = excitation.amplitude(system.n_dof()).map(|f| f * turn);
-        let force = form.force(system, &amplitude);
+        let excitation = scene.excitation().turned(phase);
+        let n = system.n_dof();
+        let load = form.load(system, &excitation.constant(n));
+        let mut forces = excitation
+            .harmonics
+            .iter()
+            .map(|part| form.force(system, &part.force));
+        let none = || vec![[Complex::default(); 2]; n];
+        let force = forces.next().unwrap_or_else(none);
+        let higher = forces.collect();
         Ok(Self {
             system: Arc::clone(system),
             form: Arc::new(form),
@@ -58,8 +65,9 @@ impl ModalScene {
             jumps,
             load,
             force,
-            amplitude,
+            higher,
             frequency: excitation.frequency,
+            excitation,
         })
     }
 
@@ -68,9 +76,31 @@ impl ModalScene {
         self.jumps.len()
     }
 
+    /// Number of harmonics of the force, at least one.
+    pub fn n_harmonics(&self) -> usize {
+        1 + self.higher.len()
+    }
+
+    /// The harmonics of the force with their frequencies, at least one.
+    pub fn harmonics(&self) -> impl Iterator<Item = (f64, &[Response])> {
+        let forces = std::iter::once(&self.force).chain(&self.higher);
+        let frequencies = (1..).map(|k: u32| f64::from(k) * self.frequency);
+        frequencies.zip(forces.map(Vec::as_slice))
+    }
+
+    /// The harmonics of the force, at least one.
+    pub fn forces(&self) -> Vec<Vec<Response>> {
+        let first = std::iter::once(&self.force);
+        first.chain(&self.higher).cloned().collect()
+    }
+
     /// The rate of change of a state at the forcing angle whose phasor is u.
     pub fn rate(&self, state: &[Pair], u: Complex<f64>, rate: &mut [Pair]) {
-        let input = |j: usize, c: usize| (self.force[j][c] * u).re + self.load[j][c];
+        let input = |j: usize, c: usize| {
+            let higher = self.higher.iter().zip(powers(u).skip(1));
+            let higher: f64 = higher.map(|(force, u)| (force[j][c] * u).re).sum();
+            (self.force[j][c] * u).re + higher + self.load[j][c]
+        };
         match &self.form.form {
             Form::Blocks(blocks) => {
                 for (j, (block, z)) in blocks.iter().zip(state).enumerate() {
@@ -97,12 +127,7 @@ impl ModalScene {
 
     /// The flow: forcing split off where no block is near resonance.
     pub fn flow(&self) -> SceneFlow {
-        modal_flow(
-            &self.form,
-            self.load.clone(),
-            self.force.clone(),
-            self.frequency,
-        )
+        modal_flow(&self.form, self.load.clone(), self.forces(), self.frequency)
     }
 }
 

@@ -1,8 +1,9 @@
-//! Chooses the flow of a linear scene, of the least machinery that is exact for it: free, loaded, forced, split, dense.
+//! Chooses the flow of a linear scene, of the least machinery that is exact for it: free, loaded, forced by one harmonic or more,
+//! split, dense.
 
 use crate::flow::block::BlockFlow;
 use crate::flow::dense::DenseFlow;
-use crate::flow::drive::{HarmonicDrive, Loaded, Undriven};
+use crate::flow::drive::{FourierDrive, HarmonicDrive, Loaded, Undriven};
 use crate::flow::split::SplitFlow;
 use crate::modal::{Block, Form, ModalForm, Pair, Response};
 
@@ -13,21 +14,22 @@ pub(crate) enum SceneFlow {
     Loaded(BlockFlow<Loaded<Undriven>>),
     Split(SplitFlow),
     Forced(BlockFlow<Loaded<HarmonicDrive>>),
+    ForcedByMany(BlockFlow<Loaded<FourierDrive>>),
     Dense(DenseFlow),
 }
 
-/// The flow of a modal form under a load and a force, frequency zero without forcing: the force split off where no block is
-/// near resonance.
+/// The flow of a modal form under a load and the harmonics of a force, frequency zero without forcing: the force split off where no
+/// block is near resonance.
 pub(crate) fn modal_flow(
     form: &ModalForm,
     load: Vec<Pair>,
-    force: Vec<Response>,
+    forces: Vec<Vec<Response>>,
     frequency: f64,
 ) -> SceneFlow {
     match &form.form {
-        Form::Blocks(blocks) => block_flow(blocks, load, force, frequency),
+        Form::Blocks(blocks) => block_flow(blocks, load, forces, frequency),
         Form::Dense(matrix) => {
-            SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, &force, frequency))
+            SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, &forces, frequency))
         }
     }
 }
@@ -36,13 +38,18 @@ pub(crate) fn modal_flow(
 fn block_flow(
     blocks: &[Block],
     load: Vec<Pair>,
-    force: Vec<Response>,
+    mut forces: Vec<Vec<Response>>,
     frequency: f64,
 ) -> SceneFlow {
     if frequency > 0.0 {
-        if let Some(split) = SplitFlow::new(blocks, &load, frequency, &force) {
+        if let Some(split) = SplitFlow::new(blocks, &load, frequency, &forces) {
             return SceneFlow::Split(split);
         }
+        if forces.len() > 1 {
+            let drive = FourierDrive { frequency, forces };
+            return SceneFlow::ForcedByMany(BlockFlow::new(blocks, Loaded { load, drive }));
+        }
+        let force = forces.swap_remove(0);
         let drive = HarmonicDrive { frequency, force };
         return SceneFlow::Forced(BlockFlow::new(blocks, Loaded { load, drive }));
     }
@@ -61,6 +68,7 @@ macro_rules! with_flow {
             $crate::flow::SceneFlow::Loaded($flow) => $body,
             $crate::flow::SceneFlow::Split($flow) => $body,
             $crate::flow::SceneFlow::Forced($flow) => $body,
+            $crate::flow::SceneFlow::ForcedByMany($flow) => $body,
             $crate::flow::SceneFlow::Dense($flow) => $body,
         }
     };
@@ -80,7 +88,7 @@ mod tests {
         for k in [1e-2, 1e-4, 1e-8, 1e-12] {
             let block = Block::Oscillator { w2: k, eta: 0.0 };
             let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
-            let flow = block_flow(&[block], vec![[0.0, 1.0]], force.to_vec(), w);
+            let flow = block_flow(&[block], vec![[0.0, 1.0]], vec![force.to_vec()], w);
             let mut z = vec![[0.0, 0.0]].into();
             with_flow!(&flow, flow => propagate(flow, 0.0, t, &mut z));
             // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines

@@ -131,7 +131,7 @@ impl PendulumForcing {
     /// What an excitation is to a pendulum.
     pub fn new(excitation: &Excitation, links: &Links) -> Self {
         let frequency = excitation.frequency;
-        match excitation.single() {
+        match excitation.harmonics.first() {
             None => Self::None,
             Some(HarmonicPart { base, force }) if force.is_empty() => Self::Base(BaseForcing {
                 frequency,

@@ -1,68 +1,105 @@
 //! A forced linear flow as a free one (theory 4 and 8): where no block is near resonance, the motion is its steady response
-//! plus a free motion, and the steady response is one more block, a rotation at the forcing frequency. What walks along
+//! plus a free motion, and the steady response is one more block for each harmonic, a rotation at its frequency. What walks along
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
 use crate::flow::block::{BlockFlow, BlockPropagator};
-use crate::flow::drive::Undriven;
+use crate::flow::drive::{Undriven, real_part};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
+use crate::linalg::plane::plus;
 use crate::modal::{Block, ModalState, Pair, Response};
+use crate::model::powers;
 use crate::tolerance::{NEAR_RESONANCE, RIGID};
 use nalgebra::Complex;
 
-/// The flow without its forcing, enlarged by the rotation that stands for it.
+/// The flow without its forcing, enlarged by the rotations that stand for it.
 #[derive(Debug, Clone)]
 pub(crate) struct SplitFlow {
     flow: BlockFlow<Undriven>,
     steady: Vec<Response>,
+    /// The responses to the second harmonic, the third and so on.
+    higher: Vec<Vec<Response>>,
     /// Where the load holds each block.
     equilibrium: Vec<Pair>,
 }
 
 impl SplitFlow {
-    /// The split flow of blocks under a load and a force at frequency w; `None` where a block is near resonance, or soft beside
-    /// the forcing and loaded: its equilibrium may lie far beyond what the motion reaches.
-    pub fn new(blocks: &[Block], load: &[Pair], w: f64, force: &[Response]) -> Option<Self> {
+    /// The split flow of blocks under a load and the harmonics of a force of frequency w; `None` where a block is near resonance, or
+    /// soft beside the forcing and loaded: its equilibrium may lie far beyond what the motion reaches.
+    pub fn new(blocks: &[Block], load: &[Pair], w: f64, forces: &[Vec<Response>]) -> Option<Self> {
+        let frequencies = (1..=forces.len()).map(|k| k as f64 * w);
         let moduli = |block: &Block| block.roots().map(Complex::norm);
         let fastest = (blocks.iter().flat_map(moduli)).fold(0.0, f64::max);
         let refuses = |(block, &load): (&Block, &Pair)| {
             let is_rigid = moduli(block).iter().any(|&rate| rate <= RIGID * fastest);
-            is_rigid || is_near_resonance(*block, w) || (load != [0.0, 0.0] && is_soft(*block, w))
+            let is_resonant = frequencies.clone().any(|w| is_near_resonance(*block, w));
+            is_rigid || is_resonant || (load != [0.0, 0.0] && is_soft(*block, w))
         };
         if blocks.iter().zip(load).any(refuses) {
             return None;
         }
-        let steady = blocks.iter().zip(force);
-        let steady = steady.map(|(block, &force)| block.steady(w, force));
+        let mut responses = frequencies.clone().zip(forces).map(|(w, force)| {
+            let each = blocks.iter().zip(force);
+            each.map(|(block, &force)| block.steady(w, force)).collect()
+        });
         let equilibrium = blocks.iter().zip(load);
         let equilibrium = equilibrium.map(|(block, &load)| block.equilibrium(load));
-        let rotation = Block::Spiral {
-            sigma: 0.0,
-            omega: w,
-        };
-        let all: Vec<Block> = blocks.iter().copied().chain([rotation]).collect();
+        let rotation = |omega: f64| Block::Spiral { sigma: 0.0, omega };
+        let rotations = frequencies.clone().map(rotation);
+        let all: Vec<Block> = blocks.iter().copied().chain(rotations).collect();
         Some(Self {
             flow: BlockFlow::new(&all, Undriven),
-            steady: steady.collect(),
+            steady: responses.next()?,
+            higher: responses.collect(),
             equilibrium: equilibrium.collect(),
         })
     }
 
-    /// Steady response and equilibrium of block j when the rotation is at `u`.
+    /// Steady response and equilibrium of block j when the rotations are at `turned`.
     #[inline]
-    fn rest(&self, j: usize, u: Pair) -> Pair {
-        let (y, e) = (self.steady[j], self.equilibrium[j]);
-        [0, 1].map(|c| e[c] + (y[c].re * u[0] - y[c].im * u[1]))
+    fn rest(&self, j: usize, turned: &[Pair]) -> Pair {
+        let rest = plus(self.equilibrium[j], real_part(self.steady[j], turned[0]));
+        if self.higher.is_empty() {
+            return rest;
+        }
+        let higher = self.higher.iter().zip(&turned[1..]);
+        higher.fold(rest, |rest, (steady, &u)| {
+            plus(rest, real_part(steady[j], u))
+        })
+    }
+
+    /// Puts the rotations, behind the blocks of a state, where they are at an angle of the first.
+    #[inline]
+    fn turn(&self, state: &mut [Pair], angle: f64) {
+        let (sin, cos) = angle.sin_cos();
+        let turned = &mut state[self.equilibrium.len()..];
+        turned[0] = [cos, sin];
+        if !self.higher.is_empty() {
+            for (place, u) in turned.iter_mut().zip(powers(Complex::new(cos, sin))) {
+                *place = [u.re, u.im];
+            }
+        }
+    }
+
+    /// The responses by harmonics.
+    fn harmonics(&self) -> impl Iterator<Item = &Vec<Response>> {
+        std::iter::once(&self.steady).chain(&self.higher)
     }
 
     /// A row of the whole motion as one of the enlarged state.
     fn enlarged(&self, row: &[Pair]) -> Vec<Pair> {
-        let seen: Complex<f64> = row
-            .iter()
-            .zip(&self.steady)
-            .map(|(r, y)| y[0] * r[0] + y[1] * r[1])
-            .sum();
-        row.iter().copied().chain([[seen.re, -seen.im]]).collect()
+        let seen = |steady: &Vec<Response>| {
+            let each = row
+                .iter()
+                .zip(steady)
+                .map(|(r, y)| y[0] * r[0] + y[1] * r[1]);
+            let seen: Complex<f64> = each.sum();
+            [seen.re, -seen.im]
+        };
+        row.iter()
+            .copied()
+            .chain(self.harmonics().map(seen))
+            .collect()
     }
 }
 
@@ -70,32 +107,30 @@ impl LinearFlow for SplitFlow {
     type Propagator = BlockPropagator<Undriven>;
 
     fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
-        let (sin, cos) = angle.sin_cos();
-        let u = [cos, sin];
+        let n = modal_state.len();
         state.clear();
-        state.reserve(modal_state.len() + 1);
-        state.extend(modal_state.iter().enumerate().map(|(j, z)| {
-            let rest = self.rest(j, u);
-            [z[0] - rest[0], z[1] - rest[1]]
-        }));
-        state.push(u);
+        state.reserve(n + 1 + self.higher.len());
+        state.extend_from_slice(modal_state);
+        state.resize(n + 1 + self.higher.len(), [0.0, 0.0]);
+        self.turn(state, angle);
+        let (free, turned) = state.split_at_mut(n);
+        for (j, z) in free.iter_mut().enumerate() {
+            let rest = self.rest(j, turned);
+            *z = [z[0] - rest[0], z[1] - rest[1]];
+        }
     }
 
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
         modal_state.clear();
-        if let Some((&u, free)) = state.split_last() {
-            modal_state.extend(free.iter().enumerate().map(|(j, z)| {
-                let rest = self.rest(j, u);
-                [z[0] + rest[0], z[1] + rest[1]]
-            }));
-        }
+        let (free, turned) = state.split_at(self.equilibrium.len());
+        modal_state.extend(free.iter().enumerate().map(|(j, z)| {
+            let rest = self.rest(j, turned);
+            [z[0] + rest[0], z[1] + rest[1]]
+        }));
     }
 
     fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        let (sin, cos) = angle.sin_cos();
-        if let Some(u) = state.last_mut() {
-            *u = [cos, sin];
-        }
+        self.turn(state, angle);
     }
 
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
@@ -119,7 +154,7 @@ impl FlowRows for SplitFlow {
             constant,
             size,
             row,
-            forcing,
+            ..
         } = quantity;
         let rest: f64 = row
             .iter()
@@ -127,22 +162,26 @@ impl FlowRows for SplitFlow {
             .map(|(r, e)| r[0] * e[0] + r[1] * e[1])
             .sum();
         let mut enlarged = self.enlarged(row);
-        if let Some(turning) = enlarged.last_mut() {
-            *turning = [turning[0] + forcing.re, turning[1] - forcing.im];
+        for (turning, f) in enlarged[row.len()..].iter_mut().zip(quantity.harmonics()) {
+            *turning = [turning[0] + f.re, turning[1] - f.im];
         }
         // Fast forcing moves modes as much as it moves nothing: what they leave of each other is known to what they are.
-        let seen = |part: &dyn Fn(Complex<f64>) -> f64| -> f64 {
-            let terms =
-                |(r, y): (&Pair, &Response)| (r[0] * part(y[0])).abs() + (r[1] * part(y[1])).abs();
-            part(*forcing).abs() + row.iter().zip(&self.steady).map(terms).sum::<f64>()
+        let seen = |(steady, f): (&Vec<Response>, Complex<f64>)| {
+            [|z: Complex<f64>| z.re, |z: Complex<f64>| z.im].map(|part| {
+                let terms = |(r, y): (&Pair, &Response)| {
+                    (r[0] * part(y[0])).abs() + (r[1] * part(y[1])).abs()
+                };
+                part(f).abs() + row.iter().zip(steady).map(terms).sum::<f64>()
+            })
         };
-        let quantity = Quantity {
+        let turning = self.harmonics().zip(quantity.harmonics()).map(seen);
+        let known = Quantity {
             constant: constant - rest,
             size: size + rest.abs(),
             row: enlarged,
-            forcing: Complex::new(0.0, 0.0),
+            forcing: Vec::new(),
         };
-        (self.flow.gap_row(&quantity)).with_turning([seen(&|z| z.re), seen(&|z| z.im)])
+        (self.flow.gap_row(&known)).with_turning(turning.collect())
     }
 
     /// At an equilibrium nothing moves, so that the load leaves no trace here.
@@ -193,9 +232,11 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::drive::{HarmonicDrive, Loaded};
+    use crate::flow::DenseFlow;
+    use crate::flow::drive::{FourierDrive, HarmonicDrive, Loaded};
     use crate::flow::linear::contract;
     use crate::flow::propagate;
+    use nalgebra::{DMatrix, dmatrix};
 
     const BLOCKS: [Block; 3] = [
         Block::Oscillator { w2: 2.0, eta: 0.1 },
@@ -214,7 +255,8 @@ mod tests {
             [Complex::new(0.2, 0.1), Complex::new(-0.2, 0.4)],
         ];
         let load = [[0.0, 0.3], [0.0, -1.0], [0.0, 0.0]];
-        let split = SplitFlow::new(&BLOCKS, &load, 0.8, &force).expect("away from resonance");
+        let forces = [force.clone()];
+        let split = SplitFlow::new(&BLOCKS, &load, 0.8, &forces).expect("away from resonance");
         contract::check(&split, 3, 0.8);
         let drive = HarmonicDrive {
             frequency: 0.8,
@@ -234,9 +276,55 @@ mod tests {
     }
 
     #[test]
+    fn several_harmonics_keep_the_contract_and_are_the_same_split_driven_and_dense() {
+        let harmonic = |k: f64| -> Vec<Response> {
+            vec![
+                [0.0.into(), Complex::new(0.7 / k, 0.2)],
+                [0.0.into(), Complex::new(-0.3, 0.1 * k)],
+                [Complex::new(0.2, 0.1 / k), Complex::new(-0.2, 0.4)],
+            ]
+        };
+        let forces: Vec<_> = [1.0, 2.0, 3.0].map(harmonic).to_vec();
+        let load = vec![[0.0, 0.3], [0.0, -1.0], [0.0, 0.0]];
+        let split = SplitFlow::new(&BLOCKS, &load, 0.6, &forces).expect("away from resonance");
+        let mut matrix = DMatrix::zeros(6, 6);
+        for (j, block) in BLOCKS.iter().enumerate() {
+            let [[a, b], [c, d]] = block.matrix();
+            let view = &mut matrix.view_mut((2 * j, 2 * j), (2, 2));
+            view.copy_from(&dmatrix![a, b; c, d]);
+        }
+        let dense = DenseFlow::new(matrix, &load, &forces, 0.6);
+        let drive = FourierDrive {
+            frequency: 0.6,
+            forces,
+        };
+        let driven = BlockFlow::new(&BLOCKS, Loaded { load, drive });
+        contract::check(&split, 3, 0.6);
+        contract::check(&driven, 3, 0.6);
+        contract::check(&dense, 3, 0.6);
+        let start = ModalState::from(vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]]);
+        for t in [0.1, 1.0, 7.0] {
+            let [mut a, mut b, mut c] = [(); 3].map(|()| start.clone());
+            propagate(&split, 0.4, t, &mut a);
+            propagate(&driven, 0.4, t, &mut b);
+            propagate(&dense, 0.4, t, &mut c);
+            for (a, (b, c)) in a
+                .iter()
+                .flatten()
+                .zip(b.iter().flatten().zip(c.iter().flatten()))
+            {
+                assert!(
+                    (a - b).abs() < 1e-14 && (a - c).abs() < 1e-13,
+                    "{a} {b} {c}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn a_stop_beyond_reach_of_the_motion_about_a_loaded_equilibrium_is_known_to_be() {
         let block = Block::Oscillator { w2: 4.0, eta: 0.1 };
-        let force = [[0.0.into(), Complex::new(0.3, 0.0)]];
+        let force = [vec![[0.0.into(), Complex::new(0.3, 0.0)]]];
         // At rest under the load at -50; the motion about it reaches 0.4.
         let split = SplitFlow::new(&[block], &[[0.0, -200.0]], 0.8, &force).expect("no resonance");
         let (mut state, mut norms) = (Vec::new(), Vec::new());
@@ -262,7 +350,13 @@ mod tests {
         assert!(is_near_resonance(spring(0.001, 4.0), 2.0));
         assert!(!is_near_resonance(spring(0.1, 4.0), 2.0));
         let rigid = |eta: f64, w2: f64| {
-            SplitFlow::new(&[spring(eta, w2)], &[[0.0; 2]], 2.0, &[[0.0.into(); 2]]).is_none()
+            SplitFlow::new(
+                &[spring(eta, w2)],
+                &[[0.0; 2]],
+                2.0,
+                &[vec![[0.0.into(); 2]]],
+            )
+            .is_none()
         };
         assert!(rigid(0.0, 0.0) && rigid(0.5, 0.0) && rigid(0.5, 1e-12) && !rigid(0.1, 4.0));
         assert!(is_near_resonance(

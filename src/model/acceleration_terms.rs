@@ -1,18 +1,16 @@
 //! Sizes of the terms of an acceleration: its rounding is a part of those, not of what is left of them.
 
 use crate::model::linear::{Coefficient, LinearSystem};
-use nalgebra::{Complex, DVector};
+use nalgebra::DVector;
 
-/// Sizes of the terms of the forces on each coordinate of a linear system, at a state; that of a harmonic one is its amplitude.
+/// Sizes of the terms of the forces on each coordinate of a linear system, at a state; `given` are those of what acts beside its own
+/// load.
 pub(crate) fn force_terms(
     system: &LinearSystem,
-    amplitude: &DVector<Complex<f64>>,
+    given: &DVector<f64>,
     (q, v): (&DVector<f64>, &DVector<f64>),
 ) -> DVector<f64> {
-    system.load().abs()
-        + amplitude.map(Complex::norm)
-        + sizes(system.stiffness(), q)
-        + sizes(system.damping(), v)
+    system.load().abs() + given + sizes(system.stiffness(), q) + sizes(system.damping(), v)
 }
 
 /// Size of the terms of `normal . q''` under forces whose terms have given sizes.
@@ -46,9 +44,9 @@ mod tests {
         let system = LinearSystem::new(dvector![2.0, 1.0], dvector![0.5, 0.0], stiffness)
             .and_then(|system| system.with_load(dvector![-1.0, 0.0]))
             .expect("a system");
-        let amplitude = dvector![Complex::new(0.0, -4.0), Complex::new(0.0, 0.0)];
+        let given = dvector![4.0, 0.0];
         let state = (&dvector![1.0, 1.0], &dvector![2.0, 5.0]);
-        let terms = force_terms(&system, &amplitude, state);
+        let terms = force_terms(&system, &given, state);
         let size = acceleration_size(&system, &dvector![-1.0, 0.0], &terms);
         assert_eq!(size, (1.0 + 4.0 + 3.0 + 3.0 + 1.0) / 2.0);
     }

@@ -194,16 +194,13 @@ pub(crate) struct NonlinearMotion {
 impl NonlinearMotion {
     /// The motion of a system on which something acts.
     pub fn new(system: &NonlinearSystem, excitation: &Excitation) -> Self {
-        let acts = |part: &HarmonicPart| part.force.iter().any(|a| a.norm() > 0.0);
-        let acting = excitation.single().filter(|part| acts(part));
-        let over_mass = acting.and_then(|part| over(&system.constant_mass()?, &part.force));
+        let acts = excitation.harmonics.iter().any(HarmonicPart::is_force);
+        let acting = (acts || !excitation.load.is_empty()).then_some(excitation);
+        let over_mass = acting.and_then(|acting| over(&system.constant_mass()?, acting));
         Self {
             system: system.clone(),
             is_over_mass: over_mass.is_some(),
-            force: match over_mass {
-                Some(force) => Driven::new(&excitation.map(Clone::clone, |_| force.clone())),
-                None => Driven::new(excitation).filter(|_| acting.is_some()),
-            },
+            force: over_mass.as_ref().or(acting).and_then(Driven::new),
         }
     }
 }
@@ -280,14 +277,20 @@ impl NonlinearMotion {
     }
 }
 
-/// A constant mass matrix's inverse times an amplitude; `None` where it is not positive definite in double precision.
-fn over(mass: &DMatrix<f64>, force: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
-    let part = |of: fn(&Complex<f64>) -> f64| {
-        let mut x = force.map(|z| of(&z));
+/// A constant mass matrix's inverse times all that acts; `None` where it is not positive definite in double precision.
+fn over(mass: &DMatrix<f64>, excitation: &Excitation) -> Option<Excitation> {
+    let solved = |x: DVector<f64>| {
+        let mut x = x;
         small::solve_positive(mass.clone().as_mut_slice(), x.as_mut_slice()).then_some(x)
     };
-    let (re, im) = (part(|z| z.re)?, part(|z| z.im)?);
-    Some(re.zip_map(&im, Complex::new))
+    // A mass matrix that is positive takes every force.
+    solved(DVector::zeros(mass.nrows()))?;
+    let part = |x: DVector<f64>| solved(x).expect("a positive mass matrix");
+    let harmonic = |force: &DVector<Complex<f64>>| {
+        let (re, im) = (part(force.map(|z| z.re)), part(force.map(|z| z.im)));
+        re.zip_map(&im, Complex::new)
+    };
+    Some(excitation.map(|load| part(load.clone()), harmonic))
 }
 
 /// The mass matrix of a system at a position.

@@ -1,6 +1,7 @@
-//! Harmonic forcing: `Re(F e^{i(w t + phase)})` on the coordinates, or a base displaced by `a cos(w t + phase)`.
+//! What drives a scene: a harmonic or a periodic force on the coordinates, or a base displaced by `a cos(w t + phase)`.
 
 use crate::error::{Error, Result};
+use crate::model::fourier::Fourier;
 use crate::quantity::{finite, positive};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
@@ -108,6 +109,8 @@ pub enum Forcing {
     Harmonic(Harmonic),
     /// A harmonic displacement of the base.
     BaseMotion(BaseMotion),
+    /// A periodic force on the coordinates.
+    Fourier(Fourier),
 }
 
 impl From<Harmonic> for Forcing {
@@ -122,13 +125,29 @@ impl From<BaseMotion> for Forcing {
     }
 }
 
+impl From<Fourier> for Forcing {
+    fn from(forcing: Fourier) -> Self {
+        Self::Fourier(forcing)
+    }
+}
+
 impl Forcing {
-    /// The frequency, `None` without forcing.
+    /// The fundamental frequency, `None` without forcing.
     pub fn frequency(&self) -> Option<f64> {
         match self {
             Self::Unforced => None,
             Self::Harmonic(f) => Some(f.frequency),
             Self::BaseMotion(f) => Some(f.frequency),
+            Self::Fourier(f) => Some(f.frequency()),
+        }
+    }
+
+    /// Number of harmonics.
+    pub(crate) fn n_harmonics(&self) -> usize {
+        match self {
+            Self::Unforced => 0,
+            Self::Harmonic(_) | Self::BaseMotion(_) => 1,
+            Self::Fourier(f) => f.n_harmonics(),
         }
     }
 
@@ -138,6 +157,7 @@ impl Forcing {
             Self::Unforced => 0.0,
             Self::Harmonic(f) => f.phase,
             Self::BaseMotion(f) => f.phase,
+            Self::Fourier(f) => f.phase(),
         }
     }
 
@@ -153,6 +173,7 @@ impl Forcing {
             Self::Unforced => return Err(no_forcing("phase", phase)),
             Self::Harmonic(f) => Self::Harmonic(Harmonic { phase, ..f }),
             Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { phase, ..f }),
+            Self::Fourier(f) => Self::Fourier(f.with_phase(phase)),
         })
     }
 
@@ -163,6 +184,7 @@ impl Forcing {
             Self::Unforced => return Err(no_forcing("frequency", frequency)),
             Self::Harmonic(f) => Self::Harmonic(Harmonic { frequency, ..f }),
             Self::BaseMotion(f) => BaseMotion::new(f.amplitude, frequency, f.phase)?.into(),
+            Self::Fourier(f) => Self::Fourier(f.with_frequency(frequency)),
         })
     }
 
@@ -179,6 +201,7 @@ impl Forcing {
                 amplitude: f.amplitude * factor,
                 ..f
             }),
+            Self::Fourier(f) => Self::Fourier(f.scaled(factor)),
         };
         if scaled.is_finite() {
             return Ok(scaled);
@@ -196,6 +219,7 @@ impl Forcing {
                 .iter()
                 .all(|z| z.re.is_finite() && z.im.is_finite()),
             Self::BaseMotion(f) => (f.amplitude * f.frequency * f.frequency).is_finite(),
+            Self::Fourier(f) => f.is_finite(),
         }
     }
 

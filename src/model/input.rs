@@ -1,6 +1,6 @@
 //! An excitation as integrators evaluate it at a moment. A motion on which nothing acts compiles to code without any of it.
 
-use crate::model::excitation::Excitation;
+use crate::model::excitation::{Excitation, powers};
 use crate::model::moment::Moment;
 use nalgebra::{Complex, DVector};
 
@@ -28,6 +28,8 @@ pub(crate) struct Driven {
     base: f64,
     /// f of `Re(f e^{i angle})`, empty where there is none.
     force: DVector<Complex<f64>>,
+    /// The same of the higher harmonics, at twice the angle and so on.
+    higher: Vec<DVector<Complex<f64>>>,
 }
 
 /// What changes with time: the acceleration of the base, and the cosine and sine of the angle where there is a force.
@@ -41,12 +43,28 @@ pub(crate) struct Swing {
 impl Driven {
     /// What acts on the coordinates of a system; `None` where nothing does.
     pub fn new(excitation: &Excitation) -> Option<Self> {
-        let (load, harmonic) = (&excitation.load, excitation.single());
-        (!load.is_empty() || harmonic.is_some()).then(|| Self {
+        let (load, harmonics) = (&excitation.load, &excitation.harmonics);
+        let first = harmonics.first();
+        (!load.is_empty() || first.is_some()).then(|| Self {
             load: load.clone(),
-            base: harmonic.map_or(0.0, |part| part.base),
-            force: harmonic.map_or_else(|| DVector::zeros(0), |part| part.force.clone()),
+            base: first.map_or(0.0, |part| part.base),
+            force: first.map_or_else(|| DVector::zeros(0), |part| part.force.clone()),
+            higher: harmonics
+                .iter()
+                .skip(1)
+                .map(|part| part.force.clone())
+                .collect(),
         })
+    }
+
+    /// Adds the higher harmonics where the phasor of the first is u, in a function of its own: most have none.
+    #[cold]
+    fn add_higher(&self, u: Complex<f64>, f: &mut [f64]) {
+        for (force, u) in self.higher.iter().zip(powers(u).skip(1)) {
+            for (f, a) in f.iter_mut().zip(force.as_slice()) {
+                *f += a.re * u.re - a.im * u.im;
+            }
+        }
     }
 }
 
@@ -107,6 +125,9 @@ impl Input for Driven {
         }
         for (f, a) in f.iter_mut().zip(self.force.as_slice()) {
             *f += a.re * cos - a.im * sin;
+        }
+        if !self.higher.is_empty() {
+            self.add_higher(Complex::new(cos, sin), f);
         }
     }
 }

@@ -11,6 +11,7 @@ mod dynamics;
 mod energy;
 mod excitation;
 mod forcing;
+mod fourier;
 mod input;
 mod linear;
 mod linear_motion;
@@ -38,8 +39,9 @@ pub(crate) use contact::{
 pub(crate) use contact_geometry::{ContactGeometry, places};
 pub(crate) use dynamics::{ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, singular_mass};
 pub(crate) use energy::Energetics;
-pub(crate) use excitation::{Excitation, HarmonicPart};
+pub(crate) use excitation::{Excitation, HarmonicPart, powers};
 pub use forcing::{BaseMotion, Forcing, Harmonic};
+pub use fourier::Fourier;
 pub(crate) use input::Driven;
 pub use linear::{Coefficient, LinearSystem};
 pub(crate) use linear_motion::Linear;

@@ -57,6 +57,11 @@ impl Scene {
                 format!("({},)", f.amplitude().len()),
                 format!("({n},)"),
             )),
+            (Forcing::Fourier(f), _) if f.n_dof() != n => Err(Error::bad_shape(
+                "forcing.amplitudes",
+                format!("({}, {})", f.n_harmonics(), f.n_dof()),
+                format!("({}, {n})", f.n_harmonics()),
+            )),
             (Forcing::BaseMotion(_), System::Linear(s)) if s.influence().is_none() => {
                 Err(Error::bad_value(
                     "forcing",
@@ -69,7 +74,7 @@ impl Scene {
                 "a base motion",
                 "it moves a pendulum or a linear system; write it into the acceleration of a nonlinear system",
             )),
-            (Forcing::Harmonic(_), System::Nonlinear(s)) if !s.has_mass() => {
+            (Forcing::Harmonic(_) | Forcing::Fourier(_), System::Nonlinear(s)) if !s.has_mass() => {
                 Err(no_mass("a harmonic force"))
             }
             _ => Ok(()),

@@ -63,6 +63,14 @@ pub(crate) fn check(
             ),
         ));
     }
+    let harmonics = scene.forcing().n_harmonics();
+    if harmonics > 1 && (pattern.instants().len() > 1 || options.free.is_some()) {
+        let found = format!("of {harmonics} harmonics");
+        let rule = format!(
+            "{purpose} solves patterns of two instants, and frees a parameter, under one; use find_orbit with a guess"
+        );
+        return Err(Error::bad_value("forcing", found, rule));
+    }
     pattern.check(scene.stops().len())?;
     if pattern.instants().len() > 2 {
         return Err(Error::bad_value(

@@ -39,7 +39,7 @@ mod _core {
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]
     use super::model::{
-        PyBaseMotion, PyDoublePendulum, PyHarmonic, PyLinearSystem, PyNonlinearStop,
+        PyBaseMotion, PyDoublePendulum, PyFourier, PyHarmonic, PyLinearSystem, PyNonlinearStop,
         PyNonlinearSystem, PyPendulumChain, PyScene, PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]

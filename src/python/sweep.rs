@@ -64,6 +64,9 @@ fn axis(
                     Forcing::Harmonic(_) => {
                         "that of a Harmonic is an array, and only numbers are varied"
                     }
+                    Forcing::Fourier(_) => {
+                        "that of a Fourier is several arrays, and only numbers are varied"
+                    }
                     Forcing::Unforced => "the scene has no forcing",
                 };
                 return Err(PyValueError::new_err(format!(

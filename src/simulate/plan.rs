@@ -54,11 +54,17 @@ fn machinery(scene: &Scene) -> Result<String> {
         }
     };
     let forcing = match modal.flow() {
-        _ if modal.frequency <= 0.0 => "no forcing: free response",
-        SceneFlow::Split(_) => "harmonic forcing: its steady response split off",
-        SceneFlow::Dense(_) => "harmonic forcing in the matrix, enlarged",
-        SceneFlow::Forced(_) | SceneFlow::Free(_) | SceneFlow::Loaded(_) => {
-            "harmonic forcing: the response from rest (near resonance, or without equilibrium)"
+        _ if modal.frequency <= 0.0 => "no forcing: free response".to_owned(),
+        flow => {
+            let treated = match flow {
+                SceneFlow::Split(_) => ": its steady response split off",
+                SceneFlow::Dense(_) => " in the matrix, enlarged",
+                _ => ": the response from rest (near resonance, or without equilibrium)",
+            };
+            match modal.n_harmonics() {
+                1 => format!("harmonic forcing{treated}"),
+                k => format!("forcing of {k} harmonics{treated}"),
+            }
         }
     };
     let stops = match modal.n_stops() {

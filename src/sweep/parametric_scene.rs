@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
-use crate::modal::{Block, Form};
+use crate::modal::{Block, Form, Pair};
 use crate::model::{Parameter, Scene};
 use std::sync::Arc;
 
@@ -17,6 +17,8 @@ pub(crate) struct ParametricScene<'a> {
     base_damping: f64,
     moved: ModalScene,
     grows_with_frequency: bool,
+    /// The mean of a periodic force in modal pairs, empty where there is none.
+    mean: Vec<Pair>,
 }
 
 impl<'a> ParametricScene<'a> {
@@ -29,6 +31,7 @@ impl<'a> ParametricScene<'a> {
             scene,
             has_real_modes,
             moved: base.clone(),
+            mean: mean(&base),
             base,
             base_damping: 1.0,
             grows_with_frequency,
@@ -73,8 +76,17 @@ impl<'a> ParametricScene<'a> {
             scale *= (frequency / self.base.frequency).powi(2);
         }
         self.moved.frequency = frequency;
-        for (moved, given) in self.moved.force.iter_mut().zip(&self.base.force) {
+        let (moved, base) = (&mut self.moved, &self.base);
+        for (moved, given) in moved.force.iter_mut().zip(&base.force) {
             *moved = given.map(|f| f * scale);
+        }
+        let higher = moved.higher.iter_mut().flatten();
+        for (moved, given) in higher.zip(base.higher.iter().flatten()) {
+            *moved = given.map(|f| f * scale);
+        }
+        // The mean of a periodic force is scaled with it, a load of the system is not.
+        for ((moved, given), mean) in moved.load.iter_mut().zip(&base.load).zip(&self.mean) {
+            *moved = [0, 1].map(|c| given[c] + (scale - 1.0) * mean[c]);
         }
         Ok(&self.moved)
     }
@@ -103,9 +115,18 @@ impl<'a> ParametricScene<'a> {
             "a sweep",
         )?;
         self.base_damping = factor;
+        self.mean = mean(&self.base);
         self.moved = self.base.clone();
         Ok(())
     }
+}
+/// The mean of a periodic force in modal pairs, empty where there is none.
+fn mean(scene: &ModalScene) -> Vec<Pair> {
+    let mean = &scene.excitation.mean;
+    if mean.is_empty() {
+        return Vec::new();
+    }
+    scene.form.load(&scene.system, mean)
 }
 
 #[cfg(test)]

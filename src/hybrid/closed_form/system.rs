@@ -263,7 +263,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     fn free_accelerations(&self, stops: &[usize]) -> DVector<f64> {
         let (scene, (q, v)) = (self.scene, self.physical());
         let phasor = Complex::cis(self.clock.angle());
-        let force = scene.amplitude.map(|f| (f * phasor).re);
+        let force = scene.excitation.force(phasor, q.len());
         let acceleration = scene.system.acceleration(&q, &v, &force);
         let pull = |i: usize| -scene.geometry.normals.column(stops[i]).dot(&acceleration);
         DVector::from_fn(stops.len(), |i, _| pull(i))
@@ -272,12 +272,12 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
         let ModalScene {
             system,
-            amplitude,
+            excitation,
             geometry,
             ..
         } = self.scene;
         let (q, v) = self.physical();
-        let terms = force_terms(system, amplitude, (&q, &v));
+        let terms = force_terms(system, &excitation.sizes(q.len()), (&q, &v));
         let normal = |stop: usize| geometry.normals.column(stop).into_owned();
         // Forces that have just become zero one by one are known to the rounding of the motion.
         let size = |&stop: &usize| {

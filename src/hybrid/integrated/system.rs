@@ -132,8 +132,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
             .iter()
             .map(|&stop| self.contacts[stop].surface.normal(q.as_slice()));
         if let System::Linear(system) = self.scene.system() {
-            let amplitude = self.scene.excitation().amplitude(self.n());
-            let terms = force_terms(system, &amplitude, (&q, &v));
+            let sizes = self.scene.excitation().sizes(self.n());
+            let terms = force_terms(system, &sizes, (&q, &v));
             return normals
                 .map(|normal| Ok(acceleration_size(system, &normal?, &terms)))
                 .collect();

@@ -33,10 +33,10 @@ fn square(a: Row) -> f64 {
 }
 
 impl PeriodicConditions<'_> {
-    /// The conditions for one stop hit and no mode resonant, in units of order one; `None` in any other case.
+    /// The conditions for one stop hit, one harmonic and no mode resonant, in units of order one; `None` in any other case.
     fn one_stop_conditions(&self) -> Option<OneStop> {
         let &[stop] = self.stops else { return None };
-        if !self.resonant.is_empty() {
+        if !self.resonant.is_empty() || self.steady.len() > 1 {
             return None;
         }
         let (scene, g) = (self.scene, &self.scene.geometry);
@@ -47,8 +47,8 @@ impl PeriodicConditions<'_> {
         );
         let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
         let (w, push) = (or_one(scene.frequency), 1.0 / or_one(delassus.abs()));
-        let speed = self.driven(velocity).map(|x| (1.0 + e) * x);
-        let place = self.driven(position).map(|x| w * x);
+        let speed = self.driven(0, velocity).map(|x| (1.0 + e) * x);
+        let place = self.driven(0, position).map(|x| w * x);
         let response = 1.0 / or_one(speed.iter().chain(&place).fold(0.0, |m, x| x.abs().max(m)));
         let repeat = ((1.0 + e) * self.pushed(velocity, stop) + e * delassus) * push;
         let contact = w * self.pushed(position, stop) * push;
@@ -81,8 +81,8 @@ impl OneStop {
     }
 }
 
-/// The solutions for a given clearance; `None` where more than one stop is hit, modes are resonant, or the rank is in
-/// doubt.
+/// The solutions for a given clearance; `None` where more than one stop is hit, the force has several harmonics, modes are resonant,
+/// or the rank is in doubt.
 pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Option<PhaseSolutions> {
     let conditions = conditions.one_stop_conditions()?;
     let [repeat, contact] = conditions.rows;

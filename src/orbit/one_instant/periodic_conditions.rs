@@ -1,6 +1,6 @@
 //! The periodic solve at one instant, mode by mode (theory 5): after T the motion repeats, so each mode's contact state
 //! follows from the impulses through `(I - e^{A T})^-1`, and what is left is a small system for the impulses p and the
-//! forcing phase `u = (cos phase, sin phase)`. Modes for which that inverse is ill-conditioned (no damping, resonance,
+//! forcing phase `u = (cos phase, sin phase)`, of which those of higher harmonics are powers. Modes for which that inverse is ill-conditioned (no damping, resonance,
 //! rigid body) keep their own two unknowns. O(n k^2 + k^3) for n modes and k stops, those modes aside.
 
 use crate::error::Result;
@@ -8,8 +8,9 @@ use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, ModalState, Pair, times};
+use crate::model::powers;
 use crate::tolerance::{DEPENDENT, RETAIN_BELOW};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 /// The periodic conditions of one instant as linear forms in the unknowns `(p, resonant states, u)`.
 pub(crate) struct PeriodicConditions<'a> {
@@ -19,8 +20,8 @@ pub(crate) struct PeriodicConditions<'a> {
     pub(in crate::orbit) resolvents: Vec<Option<[Pair; 2]>>,
     /// Blocks that keep their unknowns because `I - P` is too near to singular: in step with the period, or with nothing to rest on.
     pub(in crate::orbit) resonant: Vec<usize>,
-    /// `(cos, sin)` parts of the steady response of the eliminated blocks, zero for resonant ones.
-    pub(in crate::orbit) steady: Vec<[Pair; 2]>,
+    /// `(cos, sin)` parts of the steady response of the eliminated blocks to each harmonic, zero for resonant ones.
+    pub(in crate::orbit) steady: Vec<Vec<[Pair; 2]>>,
     pub(in crate::orbit) equilibrium: ModalState,
     pub(in crate::orbit) period: f64,
 }
@@ -49,12 +50,13 @@ impl<'a> PeriodicConditions<'a> {
     /// The conditions for the stops hit together once in the period T.
     pub fn new(scene: &'a ModalScene, stops: &'a [usize], period: f64) -> Self {
         let n = scene.form.n_dof();
+        let still = vec![[[0.0; 2]; 2]; n];
         let mut instant = Self {
             scene,
             stops,
             resolvents: vec![None; n],
             resonant: Vec::new(),
-            steady: vec![[[0.0; 2]; 2]; n],
+            steady: vec![still; scene.n_harmonics()],
             equilibrium: vec![[0.0; 2]; n].into(),
             period,
         };
@@ -67,8 +69,10 @@ impl<'a> PeriodicConditions<'a> {
                         instant.resonant.push(j);
                         continue;
                     }
-                    let y = block.steady(scene.frequency, scene.force[j]);
-                    instant.steady[j] = [[y[0].re, y[1].re], [-y[0].im, -y[1].im]];
+                    for (steady, (w, force)) in instant.steady.iter_mut().zip(scene.harmonics()) {
+                        let y = block.steady(w, force[j]);
+                        steady[j] = [[y[0].re, y[1].re], [-y[0].im, -y[1].im]];
+                    }
                     instant.equilibrium[j] = block.equilibrium(scene.load[j]);
                 }
             }
@@ -81,6 +85,11 @@ impl<'a> PeriodicConditions<'a> {
         self.stops.len()
     }
 
+    /// Number of columns for the phase: the cosine and the sine of each harmonic.
+    pub(in crate::orbit) fn n_phases(&self) -> usize {
+        2 * self.steady.len()
+    }
+
     /// Number of unknowns besides the phase.
     pub(in crate::orbit) fn n_inner(&self) -> usize {
         self.n_impulses() + 2 * self.resonant.len()
@@ -91,16 +100,18 @@ impl<'a> PeriodicConditions<'a> {
         let k = self.n_impulses();
         let mut sums = AffineForm {
             by_impulse: DMatrix::zeros(k, k),
-            by_phase: DMatrix::zeros(k, 2),
+            by_phase: DMatrix::zeros(k, self.n_phases()),
             constant: DVector::zeros(k),
         };
         for (a, &stop) in self.stops.iter().enumerate() {
             for (b, &other) in self.stops.iter().enumerate() {
                 sums.by_impulse[(a, b)] = self.pushed(&rows[stop], other);
             }
-            let [cos, sin] = self.driven(&rows[stop]);
-            sums.by_phase[(a, 0)] = cos;
-            sums.by_phase[(a, 1)] = sin;
+            for harmonic in 0..self.steady.len() {
+                let [cos, sin] = self.driven(harmonic, &rows[stop]);
+                sums.by_phase[(a, 2 * harmonic)] = cos;
+                sums.by_phase[(a, 2 * harmonic + 1)] = sin;
+            }
             sums.constant[a] = along(&rows[stop], &self.equilibrium);
         }
         sums
@@ -119,10 +130,10 @@ impl<'a> PeriodicConditions<'a> {
         sum
     }
 
-    /// What a row sees of the steady response, per unit of cos and sin.
-    pub(in crate::orbit) fn driven(&self, row: &[Pair]) -> Pair {
+    /// What a row sees of the steady response to a harmonic, per unit of cos and sin.
+    pub(in crate::orbit) fn driven(&self, harmonic: usize, row: &[Pair]) -> Pair {
         let mut sum = [0.0, 0.0];
-        for (r, [cos, sin]) in row.iter().zip(&self.steady) {
+        for (r, [cos, sin]) in row.iter().zip(&self.steady[harmonic]) {
             sum[0] += r[0] * cos[0] + r[1] * cos[1];
             sum[1] += r[0] * sin[0] + r[1] * sin[1];
         }
@@ -148,10 +159,10 @@ impl<'a> PeriodicConditions<'a> {
     }
 
     /// Rows that say "the normal velocities are reversed", and that the resonant blocks repeat: `matrix X = rhs` with X
-    /// the inner unknowns and u.
+    /// the inner unknowns and u, that of each harmonic.
     pub(in crate::orbit) fn repeat_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
-        let mut matrix = DMatrix::zeros(inner, inner + 2);
+        let mut matrix = DMatrix::zeros(inner, inner + self.n_phases());
         let mut rhs = DVector::zeros(inner);
         // n.v+ + e n.v- = 0 with v- = v+ + B p
         let velocity = self.sums(&self.scene.velocity_rows);
@@ -161,7 +172,7 @@ impl<'a> PeriodicConditions<'a> {
             for b in 0..k {
                 matrix[(a, b)] = (1.0 + e) * velocity.by_impulse[(a, b)] + e * delassus[(a, b)];
             }
-            for c in 0..2 {
+            for c in 0..self.n_phases() {
                 matrix[(a, inner + c)] = (1.0 + e) * velocity.by_phase[(a, c)];
             }
             // At an equilibrium nothing moves, but what is eliminated of one may: the resonant blocks have the rest.
@@ -190,15 +201,18 @@ impl<'a> PeriodicConditions<'a> {
                 for (i, &j) in self.resonant.iter().enumerate() {
                     let block = blocks[j];
                     let repeat = block.one_minus_propagator(t);
-                    let forced =
-                        block.forced_over_periods(t, self.scene.frequency, self.scene.force[j]);
+                    let forced: Vec<_> = (self.scene.harmonics())
+                        .map(|(w, force)| block.forced_over_periods(t, w, force[j]))
+                        .collect();
                     let loaded = block.loaded(t, self.scene.load[j]);
                     for c in 0..2 {
                         let row = k + 2 * i + c;
                         matrix[(row, k + 2 * i)] = repeat[c][0];
                         matrix[(row, k + 2 * i + 1)] = repeat[c][1];
-                        matrix[(row, inner)] = -forced[c].re;
-                        matrix[(row, inner + 1)] = forced[c].im;
+                        for (harmonic, forced) in forced.iter().enumerate() {
+                            matrix[(row, inner + 2 * harmonic)] = -forced[c].re;
+                            matrix[(row, inner + 2 * harmonic + 1)] = forced[c].im;
+                        }
                         rhs[row] = loaded[c];
                     }
                 }
@@ -212,8 +226,9 @@ impl<'a> PeriodicConditions<'a> {
                             f64::from(u8::from(row == column)) - enlarged[(row, column)];
                     }
                     rhs[k + row] = enlarged[(row, m)];
-                    matrix[(k + row, inner)] = -enlarged[(row, m + 1)];
-                    matrix[(k + row, inner + 1)] = -enlarged[(row, m + 2)];
+                    for c in 0..self.n_phases() {
+                        matrix[(k + row, inner + c)] = -enlarged[(row, m + 1 + c)];
+                    }
                 }
             }
         }
@@ -252,12 +267,12 @@ impl<'a> PeriodicConditions<'a> {
     pub(in crate::orbit) fn contact_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let position = self.sums(&self.scene.position_rows);
-        let mut matrix = DMatrix::zeros(k, inner + 2);
+        let mut matrix = DMatrix::zeros(k, inner + self.n_phases());
         matrix
             .view_mut((0, 0), (k, k))
             .copy_from(&position.by_impulse);
         matrix
-            .view_mut((0, inner), (k, 2))
+            .view_mut((0, inner), (k, self.n_phases()))
             .copy_from(&position.by_phase);
         for (a, &stop) in self.stops.iter().enumerate() {
             self.put_retained(&mut matrix, a, 1.0, &self.scene.position_rows[stop]);
@@ -265,12 +280,18 @@ impl<'a> PeriodicConditions<'a> {
         (matrix, position.constant)
     }
 
+    /// The cosine and the sine of each harmonic where those of the first are u.
+    pub(in crate::orbit) fn phases(&self, u: Pair) -> DVector<f64> {
+        let phasors = powers(Complex::new(u[0], u[1])).take(self.steady.len());
+        DVector::from_iterator(self.n_phases(), phasors.flat_map(|u| [u.re, u.im]))
+    }
+
     /// All X for a given phase.
     pub fn at_phase(&self, u: Pair) -> Result<SolutionSet> {
-        let inner = self.n_inner();
+        let (inner, phases) = (self.n_inner(), self.phases(u));
         let (mut matrix, rhs) = self.repeat_rows();
         self.settle_dependent(&mut matrix)?;
-        let known = matrix.columns(inner, 2) * DVector::from_row_slice(&u);
+        let known = matrix.columns(inner, phases.len()) * &phases;
         let units = self.units(&matrix, 0);
         let floor = 1.0 / units.columns[inner];
         let set = units.solve(
@@ -279,14 +300,27 @@ impl<'a> PeriodicConditions<'a> {
             floor,
         )?;
         let m = set.null_space.ncols();
-        let mut particular = set.particular.clone().resize_vertically(inner + 2, 0.0);
-        particular[inner] = u[0];
-        particular[inner + 1] = u[1];
+        let columns = inner + phases.len();
+        let mut particular = set.particular.clone().resize_vertically(columns, 0.0);
+        particular.rows_mut(inner, phases.len()).copy_from(&phases);
         Ok(SolutionSet {
             particular,
-            null_space: set.null_space.resize(inner + 2, m, 0.0),
+            null_space: set.null_space.resize(columns, m, 0.0),
             residual: set.residual,
         })
+    }
+
+    /// The inner unknowns as what each phase adds to them, shape `(inner, 1 + n_phases)`: a constant, then per unit of the cosine and the
+    /// sine of each harmonic.
+    pub fn by_phases(&self) -> Result<Vec<SolutionSet>> {
+        let (inner, phases) = (self.n_inner(), self.n_phases());
+        let (mut matrix, rhs) = self.repeat_rows();
+        self.settle_dependent(&mut matrix)?;
+        let units = self.units(&matrix, 0);
+        let own = matrix.columns(0, inner).into_owned();
+        let solved = |rhs: DVector<f64>| units.solve(&own, &rhs, 0.0);
+        let each = (0..phases).map(|c| solved(-matrix.column(inner + c)));
+        std::iter::once(solved(rhs)).chain(each).collect()
     }
 
     /// All X, u unrestricted, for which the contacts are where the stops are: `n.q = clearance`. With `scaled`, at
@@ -307,18 +341,19 @@ impl<'a> PeriodicConditions<'a> {
         let (mut repeat, rhs) = self.repeat_rows();
         self.settle_dependent(&mut repeat)?;
         let (contact, constant) = self.contact_rows();
-        let columns = inner + 2 + usize::from(scaled.is_some());
+        let unscaled = inner + self.n_phases();
+        let columns = unscaled + usize::from(scaled.is_some());
         let mut matrix = DMatrix::zeros(inner + k, columns);
         matrix
-            .view_mut((0, 0), (inner, inner + 2))
+            .view_mut((0, 0), (inner, unscaled))
             .copy_from(&repeat);
         matrix
-            .view_mut((inner, 0), (k, inner + 2))
+            .view_mut((inner, 0), (k, unscaled))
             .copy_from(&contact);
         let target = match scaled {
             Some(direction) => {
                 matrix
-                    .view_mut((inner, inner + 2), (k, 1))
+                    .view_mut((inner, unscaled), (k, 1))
                     .copy_from(&-direction);
                 -constant
             }
@@ -328,7 +363,7 @@ impl<'a> PeriodicConditions<'a> {
         Ok((matrix, rhs))
     }
 
-    /// The phase part u of X, or of a null vector.
+    /// The phase part u of X, or of a null vector, that of the first harmonic.
     pub fn phase_part(&self, x: &DVector<f64>) -> Pair {
         [x[self.n_inner()], x[self.n_inner() + 1]]
     }
@@ -341,7 +376,7 @@ impl<'a> PeriodicConditions<'a> {
     /// The state after the instant that X describes; `affine` is 1 for a solution and 0 for a null vector.
     pub fn state_after(&self, x: &DVector<f64>, affine: f64) -> ModalState {
         let k = self.n_impulses();
-        let u = self.phase_part(x);
+        let turned = &x.as_slice()[self.n_inner()..];
         let mut resonant = x.as_slice()[k..].chunks_exact(2);
         let mut state = ModalState::with_capacity(self.resolvents.len());
         for (j, resolvent) in self.resolvents.iter().enumerate() {
@@ -356,10 +391,13 @@ impl<'a> PeriodicConditions<'a> {
             }
             let free = times(resolvent, push);
             state.push([0, 1].map(|c| {
-                self.steady[j][0][c] * u[0]
-                    + self.steady[j][1][c] * u[1]
-                    + affine * self.equilibrium[j][c]
-                    - free[c]
+                let harmonics = self.steady.iter().zip(turned.chunks_exact(2));
+                let steady = harmonics.map(|(steady, u)| {
+                    let [cos, sin] = steady[j];
+                    cos[c] * u[0] + sin[c] * u[1]
+                });
+                // From minus zero, which leaves every number as it is.
+                steady.fold(-0.0, |sum, x| sum + x) + affine * self.equilibrium[j][c] - free[c]
             }));
         }
         state
@@ -391,7 +429,7 @@ pub(in crate::orbit) fn enlarged_exponential(
     t: f64,
 ) -> DMatrix<f64> {
     let flow =
-        crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.force, scene.frequency);
+        crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.forces(), scene.frequency);
     let mut enlarged = DMatrix::zeros(0, 0);
     crate::flow::LinearFlow::prepare(&flow, t, &mut enlarged);
     enlarged

@@ -15,10 +15,10 @@ impl PeriodicConditions<'_> {
     /// in units of its own rounding: those in which the phase matters little decide. Where that leaves one of them open, or the
     /// rows contradict each other in these units (the phase itself is not known well enough for the smallest of them), X stays.
     pub fn refine(&self, (mut matrix, mut rhs): Rows, x: &mut DVector<f64>) -> Result<()> {
-        let inner = self.n_inner();
+        let (inner, phases) = (self.n_inner(), self.n_phases());
         let mut sizes = x.abs();
         // Of cos and sin the smaller, too, has the rounding of the larger.
-        sizes.rows_mut(inner, 2).fill(1.0);
+        sizes.rows_mut(inner, phases).fill(1.0);
         for (mut row, b) in matrix.row_iter_mut().zip(rhs.iter_mut()) {
             let terms = row.iter().zip(sizes.iter()).map(|(a, x)| a.abs() * x);
             let size = b.abs() + terms.sum::<f64>();
@@ -27,7 +27,7 @@ impl PeriodicConditions<'_> {
                 *b /= size;
             }
         }
-        let left = rhs - matrix.columns(inner, 2) * x.rows(inner, 2);
+        let left = rhs - matrix.columns(inner, phases) * x.rows(inner, phases);
         let scaled = DMatrix::from_fn(matrix.nrows(), inner, |i, j| matrix[(i, j)] * x[j]);
         // Conditions of rounding alone have none to be measured by.
         if !scaled.iter().chain(left.iter()).all(|x| x.is_finite()) {

@@ -5,6 +5,7 @@ use crate::flow::ModalScene;
 use crate::impact::wrapped;
 use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::one_instant::contact_phases;
 use crate::orbit::one_instant::one_stop;
 use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, Rows};
 use crate::orbit::one_instant::phases::{PhaseSolutions, meet_circle};
@@ -75,7 +76,11 @@ pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Result<Pha
         return Ok(phases);
     }
     let rows = conditions.rows_at_clearance(None)?;
-    let mut phases = meet_contacts(conditions, &rows)?;
+    let mut phases = if conditions.n_phases() > 2 {
+        contact_phases::clearance_given(conditions)?
+    } else {
+        meet_contacts(conditions, &rows)?
+    };
     if phases.basis.ncols() == 0 && !phases.is_any_phase {
         for x in &mut phases.points {
             conditions.refine(rows.clone(), x)?;

@@ -278,7 +278,7 @@ impl<'a> Conditions<'a> {
         let mut states = [(); 2].map(|()| instant.equilibrium.clone());
         for (side, (state, u)) in states.iter_mut().zip([u, later]).enumerate() {
             for &j in &eliminated {
-                let [by_cos, by_sin] = instant.steady[j];
+                let [by_cos, by_sin] = instant.steady[0][j];
                 state[j] = [0, 1].map(|k| state[j][k] + by_cos[k] * u[0] + by_sin[k] * u[1]);
             }
             for (b, green) in self.green.iter().enumerate() {

@@ -73,7 +73,8 @@ impl PeriodicConditions<'_> {
             i if i < inner => 1.0 / modal,
             _ => w,
         });
-        for (from, count) in [(inner, 2), (inner + 2, 1)] {
+        let phases = self.n_phases();
+        for (from, count) in [(inner, phases), (inner + phases, 1)] {
             if from + count <= matrix.ncols() {
                 let block = matrix.columns(from, count);
                 let largest = (0..block.nrows())

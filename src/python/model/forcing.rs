@@ -3,6 +3,7 @@
 use crate::model::{BaseMotion, Forcing, Harmonic};
 use crate::python::argument;
 use crate::python::array::{complex_vector, out_complex, out_vector};
+use crate::python::model::fourier::PyFourier;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -162,8 +163,11 @@ pub(crate) fn forcing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Forcing> {
     if let Ok(f) = value.cast::<PyBaseMotion>() {
         return Ok(f.get().0.into());
     }
+    if let Ok(f) = value.cast::<PyFourier>() {
+        return Ok(f.get().0.clone().into());
+    }
     Err(PyTypeError::new_err(format!(
-        "forcing is {}, but a Harmonic, a BaseMotion or None is needed",
+        "forcing is {}, but a Harmonic, a Fourier, a BaseMotion or None is needed",
         value.get_type().name()?
     )))
 }

@@ -2,6 +2,7 @@
 
 mod equations;
 mod forcing;
+mod fourier;
 mod linear;
 mod nonlinear;
 mod nonlinear_stop;
@@ -12,6 +13,7 @@ mod scene;
 mod stop;
 
 pub(crate) use forcing::{PyBaseMotion, PyHarmonic};
+pub(crate) use fourier::PyFourier;
 pub(crate) use linear::PyLinearSystem;
 pub(crate) use nonlinear::PyNonlinearSystem;
 pub(crate) use nonlinear_stop::PyNonlinearStop;

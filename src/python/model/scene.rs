@@ -7,6 +7,7 @@ use crate::observer::stop_if;
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::model::bad;
 use crate::python::model::forcing::{PyBaseMotion, PyHarmonic, forcing};
+use crate::python::model::fourier::PyFourier;
 use crate::python::model::linear::PyLinearSystem;
 use crate::python::model::nonlinear::PyNonlinearSystem;
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
@@ -44,7 +45,7 @@ fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
 /// ----------
 /// system : LinearSystem, DoublePendulum, PendulumChain or NonlinearSystem
 ///     The system.
-/// forcing : Harmonic, BaseMotion or None, optional
+/// forcing : Harmonic, Fourier, BaseMotion or None, optional
 ///     What drives it.
 /// stops : Stop, Wall, NonlinearStop or a sequence of them, default ()
 ///     One stop or several.
@@ -90,6 +91,11 @@ impl PyScene {
             }
             Forcing::Harmonic(_) => {
                 Harmonic::new(complex_vector("amplitude", value)?, frequency, phase)?.into()
+            }
+            Forcing::Fourier(_) => {
+                return Err(bad(
+                    "amplitude is given, but a Fourier has several: give the scene another `forcing`, or a `forcing_scale`".to_owned(),
+                ));
             }
             Forcing::BaseMotion(_) => {
                 BaseMotion::new(number("amplitude", value)?, frequency, phase)?.into()
@@ -148,6 +154,7 @@ impl PyScene {
             Forcing::Unforced => None,
             Forcing::Harmonic(f) => Some(Py::new(py, PyHarmonic(f.clone()))?.into_any()),
             Forcing::BaseMotion(f) => Some(Py::new(py, PyBaseMotion(*f))?.into_any()),
+            Forcing::Fourier(f) => Some(Py::new(py, PyFourier(f.clone()))?.into_any()),
         })
     }
 
