@@ -10,6 +10,7 @@ __all__ = [
     "DoublePendulum",
     "Energy",
     "Family",
+    "Fourier",
     "Harmonic",
     "LinearSystem",
     "Modes",
