@@ -1,7 +1,7 @@
 //! Checked scalars and arrays: a value that exists is valid, so nothing further in checks it again.
 
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 /// Restitution coefficient `e` in [0, 1]: minus the ratio of the normal velocity after an impact to the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +49,22 @@ pub(crate) fn difference(x: f64, y: f64) -> f64 {
         0.0
     } else {
         left
+    }
+}
+
+/// Whether both parts of a complex number are finite.
+pub(crate) fn is_finite(z: &Complex<f64>) -> bool {
+    z.re.is_finite() && z.im.is_finite()
+}
+
+/// Finite complex numbers, or an error that names the one that is not.
+pub(crate) fn finite_complex(argument: &str, values: &DVector<Complex<f64>>) -> Result<()> {
+    match values.iter().position(|z| !is_finite(z)) {
+        None => Ok(()),
+        Some(i) => {
+            let argument = format!("{argument}[{i}]");
+            Err(Error::bad_value(argument, values[i], "it must be finite"))
+        }
     }
 }
 

@@ -133,6 +133,8 @@ pub(crate) const CHATTER_DEPTH: f64 = 2.5e-13;
 pub(crate) const ON_CIRCLE: f64 = 1e-12;
 /// The same for a double root, a fold: below the 1e-12 that must still be told apart.
 pub(crate) const AT_FOLD: f64 = 8.0 * f64::EPSILON;
+/// Phases [rad] nearer to each other than this are one, found in cells on both sides of it.
+pub(crate) const SAME_PHASE: f64 = 1e-11;
 /// Least part of the direction that moves the phase.
 pub(crate) const CLEAR_DIRECTION: f64 = 1e-6;
 /// Least singular value of the two rows, in units of order one, below which the decomposition decides instead; far

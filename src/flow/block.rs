@@ -1,5 +1,5 @@
 //! A linear flow that uncouples into blocks of two (theory 4). The state is the whole motion, forcing included, so that
-//! nothing is subtracted at a resonance; the forcing's `(cos, sin)` is one more pair at its end.
+//! nothing is subtracted at a resonance; the `(cos, sin)` of each harmonic of the forcing is one more pair at its end.
 
 use crate::flow::drive::{Alone, Drive};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};

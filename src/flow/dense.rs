@@ -1,5 +1,5 @@
-//! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, cos,
-//! sin (theory 4). The forcing's `(cos, sin)` is one more pair at the end of the state.
+//! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, and by cos and
+//! sin of each harmonic of the forcing (theory 4), each a pair more at the end of the state.
 
 use crate::flow::drive::turning;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};

@@ -90,8 +90,7 @@ impl ModalScene {
 
     /// The harmonics of the force, at least one.
     pub fn forces(&self) -> Vec<Vec<Response>> {
-        let first = std::iter::once(&self.force);
-        first.chain(&self.higher).cloned().collect()
+        self.harmonics().map(|(_, force)| force.to_vec()).collect()
     }
 
     /// The rate of change of a state at the forcing angle whose phasor is u.

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::fourier::Fourier;
-use crate::quantity::{finite, positive};
+use crate::quantity::{finite, finite_complex, is_finite, positive};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
 
@@ -24,16 +24,7 @@ impl Harmonic {
             let expected = "(n,): one number for each degree of freedom";
             return Err(Error::bad_shape("amplitude", "(0,)", expected));
         }
-        if let Some(i) = amplitude
-            .iter()
-            .position(|z| !z.re.is_finite() || !z.im.is_finite())
-        {
-            return Err(Error::bad_value(
-                format!("amplitude[{i}]"),
-                amplitude[i],
-                "it must be finite",
-            ));
-        }
+        finite_complex("amplitude", &amplitude)?;
         Ok(Self {
             amplitude,
             frequency: positive("frequency", frequency)?,
@@ -214,10 +205,7 @@ impl Forcing {
     fn is_finite(&self) -> bool {
         match self {
             Self::Unforced => true,
-            Self::Harmonic(f) => f
-                .amplitude
-                .iter()
-                .all(|z| z.re.is_finite() && z.im.is_finite()),
+            Self::Harmonic(f) => f.amplitude.iter().all(is_finite),
             Self::BaseMotion(f) => (f.amplitude * f.frequency * f.frequency).is_finite(),
             Self::Fourier(f) => f.is_finite(),
         }

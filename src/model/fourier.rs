@@ -1,7 +1,7 @@
 //! Periodic forces as sums of harmonics.
 
 use crate::error::{Error, Result};
-use crate::quantity::{finite, positive};
+use crate::quantity::{finite, finite_complex, finite_vector, is_finite, positive};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -43,15 +43,7 @@ impl Fourier {
                 let argument = format!("amplitudes[{k}]");
                 return Err(Error::bad_shape(argument, found, format!("({n},)")));
             }
-            let is_bad = |z: &Complex<f64>| !z.re.is_finite() || !z.im.is_finite();
-            if let Some(i) = amplitude.iter().position(is_bad) {
-                let argument = format!("amplitudes[{k}][{i}]");
-                return Err(Error::bad_value(
-                    argument,
-                    amplitude[i],
-                    "it must be finite",
-                ));
-            }
+            finite_complex(&format!("amplitudes[{k}]"), amplitude)?;
         }
         Ok(Self {
             amplitudes,
@@ -66,7 +58,7 @@ impl Fourier {
     /// # Errors
     /// Another length, numbers that are not finite.
     pub fn with_mean(self, mean: DVector<f64>) -> Result<Self> {
-        crate::quantity::finite_vector("mean", &mean, self.n_dof())?;
+        finite_vector("mean", &mean, self.n_dof())?;
         let mean = Some(mean);
         Ok(Self { mean, ..self })
     }
@@ -153,9 +145,8 @@ impl Fourier {
     }
 
     pub(super) fn is_finite(&self) -> bool {
-        let mut numbers = self.amplitudes.iter().flatten();
         let mut mean = self.mean.iter().flatten();
-        numbers.all(|z| z.re.is_finite() && z.im.is_finite()) && mean.all(|x| x.is_finite())
+        self.amplitudes.iter().flatten().all(is_finite) && mean.all(|x| x.is_finite())
     }
 }
 

@@ -255,8 +255,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
     }
 
-    /// Keeps the next step from being longer than half a period of the fastest harmonic of the forcing: where stops are held and nothing moves, no error
-    /// would tell of the forces in it.
+    /// Keeps the next step from being longer than half a period of the fastest harmonic of the forcing: where stops are held and
+    /// nothing moves, no error would tell of the forces in it.
     fn limit_to_half_period<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
         let left = self.clock.until(end);
         let harmonics = self.scene.forcing().n_harmonics();

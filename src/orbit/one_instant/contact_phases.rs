@@ -5,7 +5,8 @@ use crate::error::{Error, Result};
 use crate::linalg::rank::SolutionSet;
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::phases::PhaseSolutions;
-use crate::tolerance::{AT_FOLD, SOLVABLE};
+use crate::orbit::problem::outgrown;
+use crate::tolerance::{AT_FOLD, SAME_PHASE, SOLVABLE};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -19,8 +20,6 @@ struct TrigonometricPolynomial {
 const DEEPEST: u32 = 45;
 /// Where the first cell begins: at no phase that a symmetry has.
 const START: f64 = 0.37;
-/// Roots nearer to each other than this are one, seen from both sides.
-const SAME_PHASE: f64 = 1e-11;
 
 impl TrigonometricPolynomial {
     /// The derivative of some order at x.
@@ -160,6 +159,13 @@ pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Result<Pha
         }
     };
     let gaps: Vec<_> = (0..conditions.n_impulses()).map(gap).collect();
+    // Of numbers beyond the doubles no bound would ever decide.
+    if !gaps
+        .iter()
+        .all(|gap| gap.constant.is_finite() && gap.bound(2).is_finite())
+    {
+        return Err(outgrown());
+    }
     let is_seen = gaps[0].bound(0) > AT_FOLD * gaps[0].constant.abs();
     // Where no stop sees the forcing, no phase stands for all, or any one.
     phases.is_any_phase = !is_seen && gaps[0].constant == 0.0;

@@ -1,7 +1,8 @@
 //! The periodic solve at one instant, mode by mode (theory 5): after T the motion repeats, so each mode's contact state
 //! follows from the impulses through `(I - e^{A T})^-1`, and what is left is a small system for the impulses p and the
-//! forcing phase `u = (cos phase, sin phase)`, of which those of higher harmonics are powers. Modes for which that inverse is ill-conditioned (no damping, resonance,
-//! rigid body) keep their own two unknowns. O(n k^2 + k^3) for n modes and k stops, those modes aside.
+//! forcing phase `u = (cos phase, sin phase)`, of which those of higher harmonics are powers. Modes for which that inverse is
+//! ill-conditioned (no damping, resonance, rigid body) keep their own two unknowns. O(n k^2 + k^3) for n modes and k stops, those
+//! modes aside.
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
