@@ -42,6 +42,13 @@ pub(crate) const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
 /// Units in the last place by which the entries of a matrix that was assembled from few parts are off.
 pub(crate) const ENTRY_ROUNDINGS: f64 = 4.0;
 
+/// A function is given by polynomials up to this part of its largest value.
+pub(crate) const FUNCTION_TOL: f64 = 1e-14;
+/// Polynomials that a function is given by, at the most.
+pub(crate) const MOST_PIECES: usize = 1_000_000;
+/// A frequency is a whole multiple of another up to this part of itself.
+pub(crate) const WHOLE_MULTIPLE: f64 = 1e-12;
+
 // --- Dependence, rank and symmetry of matrices and directions.
 
 /// Singular values below this part of the largest entry of a matrix of directions, or of their products, are zero: the

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibroimpact._core import (
+    BaseAcceleration,
     BaseMotion,
     Coefficients,
     DoublePendulum,
@@ -20,6 +21,7 @@ from vibroimpact._core import (
     Fourier,
     Harmonic,
     LinearSystem,
+    Load,
     Modes,
     NonlinearStop,
     NonlinearSystem,
@@ -28,6 +30,7 @@ from vibroimpact._core import (
     PendulumChain,
     RecoveryAudit,
     Scene,
+    Signal,
     Stability,
     Stats,
     Stop,
@@ -57,6 +60,7 @@ KINDS: dict[int, list[int | tuple[int, ...]]] = {1: [(0, 1)], 2: [0], 3: [1], 4:
 
 __all__ = [
     "KINDS",
+    "BaseAcceleration",
     "BaseMotion",
     "Coefficients",
     "ConvergenceError",
@@ -68,6 +72,7 @@ __all__ = [
     "Fourier",
     "Harmonic",
     "LinearSystem",
+    "Load",
     "Modes",
     "NonlinearStop",
     "NonlinearSystem",
@@ -76,6 +81,7 @@ __all__ = [
     "PendulumChain",
     "RecoveryAudit",
     "Scene",
+    "Signal",
     "Stability",
     "Stats",
     "Stop",

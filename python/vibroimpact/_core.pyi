@@ -1,10 +1,11 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, ClassVar, Literal, Self, SupportsIndex, TypeAlias, final, overload
+from typing import Any, ClassVar, Literal, Protocol, Self, SupportsIndex, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "BaseAcceleration",
     "BaseMotion",
     "Coefficients",
     "DoublePendulum",
@@ -13,6 +14,7 @@ __all__ = [
     "Fourier",
     "Harmonic",
     "LinearSystem",
+    "Load",
     "Modes",
     "NonlinearStop",
     "NonlinearSystem",
@@ -21,6 +23,7 @@ __all__ = [
     "PendulumChain",
     "RecoveryAudit",
     "Scene",
+    "Signal",
     "Stability",
     "Stats",
     "Stop",
@@ -50,7 +53,17 @@ _FloatArray: TypeAlias = NDArray[np.float64]
 _ComplexArray: TypeAlias = NDArray[np.complex128]
 _System: TypeAlias = LinearSystem | DoublePendulum | PendulumChain | NonlinearSystem
 _OfPosition: TypeAlias = Callable[[_FloatArray], ArrayLike]
-_Forcing: TypeAlias = Harmonic | Fourier | BaseMotion
+_Forcing: TypeAlias = Harmonic | Fourier | BaseMotion | Load | BaseAcceleration
+
+class _Pieces(Protocol):
+    """Piecewise polynomials: a PPoly of SciPy, a Signal."""
+
+    @property
+    def x(self) -> ArrayLike: ...
+    @property
+    def c(self) -> ArrayLike: ...
+
+_Signal: TypeAlias = tuple[ArrayLike, ArrayLike] | _Pieces
 _Stop: TypeAlias = Stop | Wall | NonlinearStop
 _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
@@ -188,15 +201,54 @@ class Fourier:
 @final
 class BaseMotion:
     __hash__: ClassVar[None]  # type: ignore[assignment]
-    def __new__(cls, amplitude: float, frequency: float, phase: float = 0.0) -> Self: ...
+    def __new__(cls, amplitude: ArrayLike, frequency: float, phase: float = 0.0) -> Self: ...
     @property
-    def amplitude(self) -> float: ...
+    def amplitude(self) -> float | _ComplexArray: ...
     @property
     def frequency(self) -> float: ...
     @property
     def phase(self) -> float: ...
     def __eq__(self, value: object, /) -> bool: ...
-    def __getnewargs__(self) -> tuple[float, float, float]: ...
+    def __getnewargs__(self) -> tuple[float | _ComplexArray, float, float]: ...
+
+@final
+class Signal:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(cls, x: ArrayLike, c: ArrayLike) -> Self: ...
+    @staticmethod
+    def from_function(f: Callable[[_FloatArray], ArrayLike], span: tuple[float, float]) -> Signal: ...
+    @property
+    def x(self) -> _FloatArray: ...
+    @property
+    def c(self) -> _FloatArray: ...
+    @overload
+    def __call__(self, t: float) -> float: ...
+    @overload
+    def __call__(self, t: ArrayLike) -> _FloatArray: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+    @staticmethod
+    def _restore(breaks: ArrayLike, degree: int, derivatives: ArrayLike, moved: tuple[float, float]) -> Signal: ...
+
+@final
+class Load:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(cls, direction: SupportsIndex | ArrayLike, signal: _Signal) -> Self: ...
+    @property
+    def direction(self) -> int | _FloatArray: ...
+    @property
+    def signal(self) -> Signal: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs__(self) -> tuple[int | _FloatArray, Signal]: ...
+
+@final
+class BaseAcceleration:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(cls, signal: _Signal) -> Self: ...
+    @property
+    def signal(self) -> Signal: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs__(self) -> tuple[Signal]: ...
 
 @final
 class Stop:
@@ -268,11 +320,16 @@ class NonlinearStop:
 @final
 class Scene:
     __hash__: ClassVar[None]  # type: ignore[assignment]
-    def __new__(cls, system: _System, forcing: _Forcing | None = None, stops: _Stop | Iterable[_Stop] | None = None) -> Self: ...
+    def __new__(
+        cls,
+        system: _System,
+        forcing: _Forcing | Iterable[_Forcing] | None = None,
+        stops: _Stop | Iterable[_Stop] | None = None,
+    ) -> Self: ...
     @property
     def system(self) -> _System: ...
     @property
-    def forcing(self) -> _Forcing | None: ...
+    def forcing(self) -> _Forcing | tuple[_Forcing, ...] | None: ...
     @property
     def stops(self) -> tuple[_Stop, ...]: ...
     @property
@@ -284,7 +341,7 @@ class Scene:
     def linearise(self) -> Scene: ...
     def plan(self) -> str: ...
     def __eq__(self, value: object, /) -> bool: ...
-    def __getnewargs__(self) -> tuple[_System, _Forcing | None, tuple[_Stop, ...]]: ...
+    def __getnewargs__(self) -> tuple[_System, _Forcing | tuple[_Forcing, ...] | None, tuple[_Stop, ...]]: ...
 
 @final
 class Modes:

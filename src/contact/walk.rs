@@ -144,6 +144,11 @@ pub(crate) struct StopDepth {
 }
 
 impl StopDepth {
+    /// The error that a minimum of a value may have.
+    fn fineness(self, margin: f64, value: f64) -> f64 {
+        (0.1 * margin).max(-self.depth_error * value)
+    }
+
     /// The deepest point, as well as it can be known.
     pub const FULL: Self = Self {
         enough: f64::INFINITY,
@@ -234,8 +239,15 @@ pub(crate) fn check_flight<F: LinearFlow>(
                             && model.c[0] <= margin
                             && model.c[0] - value <= GAP_ROUNDING * model.size;
                         let is_clear = is_contact || value - error > margin;
-                        let is_sharp =
-                            is_clear || error <= (0.1 * margin).max(-effort.depth_error * value);
+                        // Of a motion of no size the margin is none: no value is known better than to rounding.
+                        let (fine, rounding) =
+                            (effort.fineness(margin, value), GAP_ROUNDING * model.size);
+                        let margin = if error > fine {
+                            margin.max(rounding)
+                        } else {
+                            margin
+                        };
+                        let is_sharp = is_clear || error <= fine.max(rounding);
                         if is_sharp && !is_clear {
                             let found = Lowest {
                                 time: at,
@@ -284,6 +296,7 @@ mod tests {
     use crate::flow::block::BlockFlow;
     use crate::flow::drive::Undriven;
     use crate::modal::Block;
+    use crate::model::Moment;
     use std::ops::ControlFlow;
 
     /// `q = cos t` before a stop at 0.916, which it passes by 0.084 about t = 2 pi; `longest` stands for a rate from which no
@@ -294,7 +307,8 @@ mod tests {
         let mut levels = PropagatorLevels::new(&flow);
         levels.longest = longest.unwrap_or(levels.longest);
         let mut state = Vec::new();
-        flow.state_from_modal(&vec![[0.0, -1.0]].into(), 0.0, &mut state);
+        let at = Moment::of_angle(0.0);
+        flow.state_from_modal(&vec![[0.0, -1.0]].into(), at, &mut state);
         let go_on = &mut || ControlFlow::Continue(());
         let sought = Sought {
             span: 6.0,

@@ -1,11 +1,13 @@
 //! A linear flow that uncouples into blocks of two (theory 4). The state is the whole motion, forcing included, so that
-//! nothing is subtracted at a resonance; the `(cos, sin)` of each harmonic of the forcing is one more pair at its end.
+//! nothing is subtracted at a resonance; the `(cos, sin)` of each harmonic of the forcing is one more pair at its end, and the
+//! derivatives of each signal are some.
 
 use crate::flow::drive::{Alone, Drive};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
 use crate::linalg::plane::{plus, times};
 use crate::modal::{Block, ModalState, Pair, Propagation};
+use crate::model::Moment;
 use nalgebra::Complex;
 
 /// One block with what its propagation and its bounds need.
@@ -38,14 +40,14 @@ pub(crate) struct BlockFlow<D> {
 /// Propagator of a [`BlockFlow`].
 pub(crate) struct BlockPropagator<D: Drive> {
     parts: Vec<([Pair; 2], D::Reply)>,
-    turn: D::Phasor,
+    turn: D::Turn,
 }
 
 impl<D: Drive> Default for BlockPropagator<D> {
     fn default() -> Self {
         Self {
             parts: Vec::new(),
-            turn: D::Phasor::default(),
+            turn: D::Turn::default(),
         }
     }
 }
@@ -55,18 +57,21 @@ impl<D: Drive> BlockFlow<D> {
     pub fn new(blocks: &[Block], drive: D) -> Self {
         let rates = blocks.iter().flat_map(|b| b.roots().map(Complex::norm));
         let rates = rates.chain(drive.frequencies());
-        let fastest_rate = rates.clone().fold(0.0, f64::max);
+        // A signal may change as a whole in the time of a piece.
+        let fastest_rate = rates.clone().fold(1.0 / drive.longest_step(), f64::max);
         let softest = softest_rate(rates);
         let roots = blocks.iter().flat_map(|b| b.roots());
         let fastest_growth = roots.map(|l| l.re).fold(0.0, f64::max);
         let growth = |j: usize| {
             let mut forces = drive.forces(j).flat_map(|(_, f)| f);
-            let is_free = forces.all(|f| f.norm() == 0.0);
+            let is_free =
+                forces.all(|f| f.norm() == 0.0) && drive.signals(j).all(|d| d == [0.0, 0.0]);
             third_derivative_growth(blocks[j], is_free, softest)
         };
         let norm_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
         // Steps so long that no bound more than doubles by growth.
         let longest_step = (1.0 / softest).min(0.7 / norm_growth);
+        let longest_step = longest_step.min(drive.longest_step());
         let part = |(j, &block): (usize, &Block)| {
             let norm = block.norm(softest);
             let rest = block.equilibrium(drive.load(j));
@@ -84,7 +89,7 @@ impl<D: Drive> BlockFlow<D> {
         Self {
             parts: blocks.iter().enumerate().map(part).collect(),
             longest_step,
-            holds_for_ever: norm_growth == 0.0,
+            holds_for_ever: norm_growth == 0.0 && drive.longest_step() == f64::INFINITY,
             fastest_rate,
             fastest_growth,
             drive,
@@ -104,12 +109,13 @@ fn third_derivative_growth(block: Block, is_free: bool, softest: f64) -> f64 {
 impl<D: Drive> LinearFlow for BlockFlow<D> {
     type Propagator = BlockPropagator<D>;
 
-    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &ModalState, at: Moment, state: &mut Vec<Pair>) {
+        let (n, n_pairs) = (modal_state.len(), self.drive.n_pairs());
         state.clear();
-        // A pair more than there are blocks for each harmonic of the forcing.
-        state.reserve(modal_state.len() + 1);
+        state.reserve(n + n_pairs);
         state.extend_from_slice(modal_state);
-        state.extend(self.drive.stored(self.drive.phasor(angle)));
+        state.resize(n + n_pairs, [0.0, 0.0]);
+        self.drive.store(at, &mut state[n..]);
     }
 
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
@@ -117,11 +123,8 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         modal_state.extend_from_slice(&state[..self.parts.len()]);
     }
 
-    fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        let stored = self.drive.stored(self.drive.phasor(angle));
-        for (place, u) in state[self.parts.len()..].iter_mut().zip(stored) {
-            *place = u;
-        }
+    fn set_moment(&self, state: &mut [Pair], at: Moment) {
+        self.drive.store(at, &mut state[self.parts.len()..]);
     }
 
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
@@ -147,10 +150,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         for (z, (matrix, reply)) in blocks.iter_mut().zip(&propagator.parts) {
             *z = plus(times(matrix, *z), D::added(reply, u));
         }
-        let stored = self.drive.stored(D::turned(u, propagator.turn));
-        for (place, u) in forcing.iter_mut().zip(stored) {
-            *place = u;
-        }
+        self.drive.carry(&propagator.turn, forcing);
     }
 }
 
@@ -194,6 +194,7 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
         let (mut cells, mut forced, mut forced_growth) = (Vec::with_capacity(row.len()), 0.0, 0.0);
         let (mut rest, mut rest_size) = (*constant, *known_size);
         let mut decaying = Vec::new();
+        let mut signal_weights = vec![0.0; self.drive.n_signals()];
         for (j, (r, part)) in row.iter().zip(&self.parts).enumerate() {
             let a = &part.matrix;
             // row A, and its dual norm: |row A z| <= weight |z|
@@ -222,6 +223,16 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
                 forced_growth += grown * w.powi(3);
                 is_bounded &= size == 0.0;
             }
+            for (d, signal_weight) in self.drive.signals(j).zip(&mut signal_weights) {
+                let along = |r: Pair| (d[0] * r[0] + d[1] * r[1]).abs();
+                let size = (d[1] * d[1] + part.weight * d[0] * d[0]).sqrt();
+                let grown = match shares {
+                    Some([slow, fast]) => along(slow) + along(fast),
+                    None => weight * size,
+                };
+                *signal_weight += along(*r) + grown * self.longest_step;
+                is_bounded &= size == 0.0;
+            }
             let terms = [r[0] * part.equilibrium[0], r[1] * part.equilibrium[1]];
             rest -= terms[0] + terms[1];
             rest_size += terms[0].abs() + terms[1].abs();
@@ -232,9 +243,9 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
             };
             cells.push((*r, weight, reach));
         }
-        for (w, f) in self.drive.frequencies().zip(quantity.harmonics()) {
-            cells.push(([f.re, -f.im], 0.0, f.norm()));
-            forced += f.norm() * w.powi(4);
+        for stored in self.drive.rows(quantity, &signal_weights) {
+            cells.push((stored.row, stored.weight, stored.reach));
+            forced += stored.forced;
         }
         GapRow::new(
             cells.into_iter(),
@@ -256,7 +267,7 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
             (y * y + part.weight * x * x).sqrt()
         };
         norms.extend(state.iter().zip(&self.parts).map(norm));
-        // The phasor of the forcing, where there is one, turns on the unit circle.
+        // The phasor of a harmonic turns on the unit circle; nothing is known of a signal.
         norms.extend(state[self.parts.len()..].iter().map(|_| 1.0));
     }
 }

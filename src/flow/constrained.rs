@@ -5,11 +5,12 @@ use crate::error::{Error, Result};
 use crate::flow::derivative::{LinearEquations, solve_columns};
 use crate::flow::gap_row::Quantity;
 use crate::flow::linear::propagate;
+use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
 use crate::linalg::rank;
 use crate::modal::{Form, ModalForm, ModalState, Pair, Response, pairs};
-use crate::model::{LinearSystem, PhysicalState};
+use crate::model::{LinearSystem, Moment, PhysicalState};
 use crate::quantity::room_for;
 use crate::tolerance::{CANCELLED, DEPENDENT, ORTHOGONAL_TOL};
 use nalgebra::allocator::Allocator;
@@ -67,8 +68,16 @@ impl ConstrainedMotion {
         let load = without_rounding(&(own - drawn), &sizes);
         let harmonics = scene.excitation.harmonics.iter();
         let forces: Vec<_> = harmonics
-            .map(|part| system.solve_mass_complex(&part.force))
+            .map(|part| {
+                if part.force.is_empty() {
+                    DVector::from_element(n, ZERO)
+                } else {
+                    system.solve_mass_complex(&part.force)
+                }
+            })
             .collect();
+        let signals = scene.excitation.signals.iter();
+        let directions: Vec<_> = signals.map(|part| system.solve_mass(&part.force)).collect();
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();
@@ -77,12 +86,8 @@ impl ConstrainedMotion {
         let shared = &reactions * &inverse;
         let reduced = Reduced::new(system, &free, &shared)?;
         let form = reduced.form(&stiffness, &damping, &free)?;
-        let flow = modal_flow(
-            &form,
-            form_load(&form, &reduced.apply(&load)),
-            form_forces(&form, &reduced, &forces),
-            scene.frequency,
-        );
+        let drive = form_drive(&form, &reduced, scene.drive(), (&forces, &directions));
+        let flow = modal_flow(&form, form_load(&form, &reduced.apply(&load)), drive);
 
         let takes = inverse * normals.transpose();
         let row = |q: DVector<f64>, v: DVector<f64>| in_modes(&form, &q, &v);
@@ -101,12 +106,16 @@ impl ConstrainedMotion {
                     let amplitude = cleared(pulled.norm(), pulls.sum());
                     if amplitude > 0.0 { -pulled } else { ZERO }
                 };
+                let follow = |direction: &DVector<f64>| {
+                    -cleared(g.dot(direction), g.abs().dot(&direction.abs()))
+                };
                 let size = g.abs().dot(&sizes);
                 Quantity {
                     constant: cleared(g.dot(&load), size),
                     size,
                     row: row(seen(&stiffness, &g), seen(&damping, &g)),
                     forcing: forces.iter().map(pull).collect(),
+                    signals: directions.iter().map(follow).collect(),
                 }
             })
             .collect();
@@ -143,16 +152,16 @@ impl ConstrainedMotion {
         &self.form.form
     }
 
-    /// Position and velocity a time after others, from a forcing angle.
+    /// Position and velocity a time after others, from a moment.
     pub fn propagate(
         &self,
-        angle: f64,
+        at: Moment,
         span: f64,
         q: &DVector<f64>,
         v: &DVector<f64>,
     ) -> PhysicalState {
         let mut state = self.reduce(q, v);
-        with_flow!(&self.flow, f => propagate(f, angle, span, &mut state));
+        with_flow!(&self.flow, f => propagate(f, at, span, &mut state));
         self.lift(&state)
     }
 
@@ -220,18 +229,26 @@ fn form_load(form: &ModalForm, acceleration: &DVector<f64>) -> Vec<Pair> {
     pairs(&without_rounding(&(to_modal * acceleration), &sizes))
 }
 
-/// What harmonic accelerations of the whole system do to each pair of the smaller one; at least one, that may be zero.
-fn form_forces(
+/// What accelerations of the whole system, those that turn and those that follow signals, do to each pair of the smaller one.
+fn form_drive(
     form: &ModalForm,
     reduced: &Reduced,
-    accelerations: &[DVector<Complex<f64>>],
-) -> Vec<Vec<Response>> {
-    if accelerations.is_empty() {
-        return vec![vec![[ZERO; 2]; form.n_dof()]];
+    given: ManyDrive,
+    (turning, following): (&[DVector<Complex<f64>>], &[DVector<f64>]),
+) -> ManyDrive {
+    let forces = turning.iter();
+    let signals = given.signals.into_iter().zip(following);
+    let signals = signals.map(|(own, direction)| SignalInput {
+        directions: form_load(form, &reduced.apply(direction)),
+        ..own
+    });
+    ManyDrive {
+        forces: forces
+            .map(|a| form_force(form, &reduced.apply_complex(a)))
+            .collect(),
+        signals: signals.collect(),
+        rotations: given.rotations,
     }
-    let each = accelerations.iter();
-    each.map(|a| form_force(form, &reduced.apply_complex(a)))
-        .collect()
 }
 
 fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<Response> {

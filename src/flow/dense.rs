@@ -1,13 +1,14 @@
-//! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, and by cos and
-//! sin of each harmonic of the forcing (theory 4), each a pair more at the end of the state.
+//! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, by cos and sin of
+//! each harmonic of the forcing (theory 4), and by the derivatives of each signal, pairs at the end of the state.
 
-use crate::flow::drive::turning;
+use crate::flow::drive::Turning;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
+use crate::flow::many_drive::ManyDrive;
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
-use crate::modal::{ModalState, Pair, Response};
-use crate::model::powers;
+use crate::modal::{ModalState, Pair};
+use crate::model::Moment;
 use nalgebra::{Complex, DMatrix};
 
 /// A flow that does not uncouple.
@@ -15,12 +16,14 @@ use nalgebra::{Complex, DMatrix};
 pub(crate) struct DenseFlow {
     /// State matrix in interleaved pairs, shape `(2n, 2n)`.
     matrix: DMatrix<f64>,
-    /// The matrix enlarged by the load and K harmonics, shape `(2n + 1 + 2K, 2n + 1 + 2K)`.
+    /// The matrix enlarged by the load and K pairs of what drives it, shape `(2n + 1 + 2K, 2n + 1 + 2K)`.
     enlarged: DMatrix<f64>,
     load: Vec<f64>,
-    /// By harmonics, then by entries of the state.
+    drive: ManyDrive,
+    /// By rotations, then by entries of the state.
     forces: Vec<Vec<Complex<f64>>>,
-    frequency: f64,
+    /// By signals, then by entries of the state.
+    directions: Vec<Vec<f64>>,
     /// Scales of the unknowns for the norm, and its growth over the longest step.
     unit: Vec<f64>,
     growth: f64,
@@ -29,32 +32,39 @@ pub(crate) struct DenseFlow {
 }
 
 impl DenseFlow {
-    /// A flow with the given state matrix, load and harmonics of a force in interleaved pairs; frequency zero without forcing.
-    pub fn new(
-        matrix: DMatrix<f64>,
-        load: &[Pair],
-        forces: &[Vec<Response>],
-        frequency: f64,
-    ) -> Self {
+    /// A flow with the given state matrix, load and what drives it, in interleaved pairs.
+    pub fn new(matrix: DMatrix<f64>, load: &[Pair], drive: ManyDrive) -> Self {
         let m = matrix.nrows();
         let load: Vec<f64> = load.iter().flatten().copied().collect();
-        let flat = |force: &Vec<Response>| force.iter().flatten().copied().collect();
-        let forces: Vec<Vec<Complex<f64>>> = forces.iter().map(flat).collect();
-        let order = m + 1 + 2 * forces.len();
+        let forces = drive.forces.iter();
+        let forces: Vec<Vec<Complex<f64>>> = forces.map(|force| force.concat()).collect();
+        let directions = drive.signals.iter();
+        let directions: Vec<Vec<f64>> = directions.map(|own| own.directions.concat()).collect();
+        let order = m + 1 + 2 * drive.n_pairs();
         let mut enlarged = DMatrix::zeros(order, order);
         enlarged.view_mut((0, 0), (m, m)).copy_from(&matrix);
         for i in 0..m {
             enlarged[(i, m)] = load[i];
         }
-        for (k, force) in forces.iter().enumerate() {
+        for (k, (force, w)) in forces.iter().zip(drive.frequencies()).enumerate() {
             let (cos, sin) = (m + 1 + 2 * k, m + 2 + 2 * k);
             for i in 0..m {
                 enlarged[(i, cos)] = force[i].re;
                 enlarged[(i, sin)] = -force[i].im;
             }
-            let w = (k + 1) as f64 * frequency;
             enlarged[(cos, sin)] = -w;
             enlarged[(sin, cos)] = w;
+        }
+        let mut place = m + 1 + 2 * forces.len();
+        for (signal, direction) in drive.signals.iter().zip(&directions) {
+            for (i, d) in direction.iter().enumerate() {
+                enlarged[(i, place)] = *d;
+            }
+            let orders = 2 * signal.n_pairs();
+            for order in 1..orders {
+                enlarged[(place + order - 1, place + order)] = 1.0;
+            }
+            place += orders;
         }
         // Positions in units of velocity over the system's own rate; the growth of the Euclidean norm is at most the
         // largest eigenvalue of the symmetric part, itself at most the norm of that part.
@@ -67,8 +77,9 @@ impl DenseFlow {
             .collect();
         let scaled = DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] * unit[i] / unit[j]);
         let growth_rate = ((&scaled + scaled.transpose()) * 0.5).norm();
-        let longest_step =
-            (1.0 / softest_rate([rate, frequency].into_iter())).min(0.7 / growth_rate);
+        let slowest = drive.frequencies().next().unwrap_or(0.0);
+        let longest_step = (1.0 / softest_rate([rate, slowest].into_iter())).min(0.7 / growth_rate);
+        let longest_step = longest_step.min(drive.longest_step());
         let growth = (growth_rate * longest_step).exp();
         let fastest_growth = eigenvalues(matrix.clone()).map_or(growth_rate, |roots| {
             roots.into_iter().map(|l| l.re).fold(0.0, f64::max)
@@ -77,24 +88,14 @@ impl DenseFlow {
             matrix,
             enlarged,
             load,
+            drive,
             forces,
-            frequency,
+            directions,
             unit,
             growth,
             longest_step,
             fastest_growth,
         }
-    }
-
-    /// The frequencies of the harmonics.
-    fn frequencies(&self) -> impl Iterator<Item = f64> {
-        (1..=self.forces.len()).map(|k| k as f64 * self.frequency)
-    }
-
-    /// Where the harmonics are at an angle of the first.
-    fn phasors(&self, angle: f64) -> impl Iterator<Item = Pair> {
-        let phasors = powers(Complex::new(angle.cos(), angle.sin()));
-        phasors.take(self.forces.len()).map(|u| [u.re, u.im])
     }
 
     fn image(&self, z: &[f64]) -> Vec<f64> {
@@ -108,10 +109,12 @@ impl DenseFlow {
 impl LinearFlow for DenseFlow {
     type Propagator = DMatrix<f64>;
 
-    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &ModalState, at: Moment, state: &mut Vec<Pair>) {
+        let n = modal_state.len();
         state.clear();
         state.extend_from_slice(modal_state);
-        state.extend(self.phasors(angle));
+        state.resize(n + self.drive.n_pairs(), [0.0, 0.0]);
+        self.drive.store(at, &mut state[n..]);
     }
 
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState) {
@@ -119,11 +122,8 @@ impl LinearFlow for DenseFlow {
         modal_state.extend_from_slice(&state[..self.matrix.nrows() / 2]);
     }
 
-    fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        let turned = &mut state[self.matrix.nrows() / 2..];
-        for (place, u) in turned.iter_mut().zip(self.phasors(angle)) {
-            *place = u;
-        }
+    fn set_moment(&self, state: &mut [Pair], at: Moment) {
+        self.drive.store(at, &mut state[self.matrix.nrows() / 2..]);
     }
 
     fn prepare(&self, t: f64, propagator: &mut DMatrix<f64>) {
@@ -145,19 +145,28 @@ impl LinearFlow for DenseFlow {
 impl FlowRows for DenseFlow {
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>) {
         let m = self.matrix.nrows();
-        let z: Vec<f64> = state[..m / 2].iter().flatten().copied().collect();
-        let turned = state[m / 2..].iter().map(|u| Complex::new(u[0], u[1]));
-        let mut phasors: Vec<Complex<f64>> = turned.clone().collect();
+        let (own, stored) = state.split_at(m / 2);
+        let z = own.concat();
+        let turned = stored.iter().zip(self.drive.frequencies());
+        let mut phasors: Vec<(Complex<f64>, f64)> =
+            turned.map(|(u, w)| (Complex::new(u[0], u[1]), w)).collect();
+        let signals: Vec<Derivatives> = self.drive.turning(stored).skip(phasors.len()).collect();
         let mut orders = vec![z];
         for order in 0..3 {
             let mut next = self.image(&orders[order]);
             for (i, x) in next.iter_mut().enumerate() {
                 let forces = self.forces.iter().zip(&phasors);
-                let input: f64 = forces.map(|(force, u)| (force[i] * u).re).sum();
+                let input: f64 = forces.map(|(force, (u, _))| (force[i] * u).re).sum();
                 *x += input + if order == 0 { self.load[i] } else { 0.0 };
+                let mut first = 0;
+                for (signal, direction) in self.drive.signals.iter().zip(&self.directions) {
+                    let Derivatives { z, d1, d2, .. } = signals[first];
+                    *x += direction[i] * [z, d1, d2][order][0];
+                    first += signal.n_pairs();
+                }
             }
-            for (u, w) in phasors.iter_mut().zip(self.frequencies()) {
-                *u *= Complex::new(0.0, w);
+            for (u, w) in &mut phasors {
+                *u *= Complex::new(0.0, *w);
             }
             orders.push(next);
         }
@@ -177,7 +186,7 @@ impl FlowRows for DenseFlow {
             // One norm for all, counted once.
             norm: if j == 0 { norm } else { 0.0 },
         }));
-        derivatives.extend(turned.zip(self.frequencies()).map(|(u, w)| turning(u, w)));
+        derivatives.extend(self.drive.turning(stored));
     }
 
     fn gap_row(&self, quantity: &Quantity) -> GapRow {
@@ -199,12 +208,7 @@ impl FlowRows for DenseFlow {
         let weight = norm * self.growth;
         let mut cells: Vec<_> = row.iter().map(|&r| (r, weight, f64::INFINITY)).collect();
         let (mut forced, mut forced_growth) = (0.0, 0.0);
-        for ((force, w), f) in self
-            .forces
-            .iter()
-            .zip(self.frequencies())
-            .zip(quantity.harmonics())
-        {
+        for (force, w) in self.forces.iter().zip(self.drive.frequencies()) {
             let w3 = w.powi(3);
             let direct: Complex<f64> = flat.iter().zip(force).map(|(r, f)| f * *r).sum();
             let squares = force
@@ -212,9 +216,21 @@ impl FlowRows for DenseFlow {
                 .zip(&self.unit)
                 .map(|(f, s)| f.norm_sqr() * s * s);
             let size = squares.sum::<f64>().sqrt();
-            forced += direct.norm() * w3 + f.norm() * w3 * w;
+            forced += direct.norm() * w3;
             forced_growth += weight * size * w3;
-            cells.push(([f.re, -f.im], 0.0, f64::INFINITY));
+        }
+        let signal_weight = |direction: &Vec<f64>| {
+            let direct: f64 = flat.iter().zip(direction).map(|(r, d)| r * d).sum();
+            let squares = direction
+                .iter()
+                .zip(&self.unit)
+                .map(|(d, s)| (d * s).powi(2));
+            direct.abs() + weight * squares.sum::<f64>().sqrt() * self.longest_step
+        };
+        let signal_weights: Vec<f64> = self.directions.iter().map(signal_weight).collect();
+        for stored in self.drive.rows(quantity, &signal_weights) {
+            cells.push((stored.row, stored.weight, f64::INFINITY));
+            forced += stored.forced;
         }
         let terms = (*constant, *known_size + quantity.amplitude());
         GapRow::new(cells.into_iter(), terms, terms, (forced, forced_growth))
@@ -227,7 +243,10 @@ impl FlowRows for DenseFlow {
     /// Nothing is known of all times to come.
     fn norms(&self, _state: &[Pair], norms: &mut Vec<f64>) {
         norms.clear();
-        norms.resize(self.matrix.nrows() / 2 + self.forces.len(), f64::INFINITY);
+        norms.resize(
+            self.matrix.nrows() / 2 + self.drive.n_pairs(),
+            f64::INFINITY,
+        );
     }
 }
 
@@ -241,7 +260,8 @@ impl FlowRates for DenseFlow {
     }
 
     fn fastest_rate(&self) -> f64 {
-        self.frequencies().fold(self.matrix.norm(), f64::max)
+        let own = self.matrix.norm().max(1.0 / self.drive.longest_step());
+        self.drive.frequencies().fold(own, f64::max)
     }
 
     fn fastest_growth(&self) -> f64 {
@@ -253,6 +273,7 @@ impl FlowRates for DenseFlow {
 mod tests {
     use super::*;
     use crate::flow::linear::contract;
+    use crate::model::Rotations;
 
     #[test]
     fn a_defective_flow_keeps_the_contract() {
@@ -263,10 +284,12 @@ mod tests {
             0.0, 0.0, 0.0, 1.0;
             0.0, 0.0, -1.0, 0.0
         ];
-        contract::check(
-            &DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], &[force.to_vec()], 0.8),
-            2,
-            0.8,
-        );
+        let drive = ManyDrive {
+            rotations: Rotations::harmonics(0.8, 1),
+            forces: vec![force.to_vec()],
+            signals: Vec::new(),
+        };
+        let flow = DenseFlow::new(matrix, &[[0.0, 0.2], [0.0, 0.1]], drive);
+        contract::check(&flow, 2, 0.8);
     }
 }

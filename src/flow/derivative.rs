@@ -1,7 +1,7 @@
 //! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
 
 use crate::flow::modal_scene::ModalScene;
-use crate::model::{LinearSystem, PhysicalState, powers};
+use crate::model::{LinearSystem, Moment, PhysicalState};
 use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;
@@ -51,12 +51,12 @@ impl LinearEquations {
     }
 
     /// Derivatives of the position of some orders from 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
-    /// `f + Re sum_k F_k e^{i k w t}`, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries;
+    /// excitation, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries;
     /// `lost` is what is unknown of position and velocity, where that is more than their rounding.
     pub fn derivatives(
         &self,
         scene: &ModalScene,
-        angle: f64,
+        at: Moment,
         (q, v): PhysicalState,
         lost: Option<[DVector<f64>; 2]>,
         orders: Range<usize>,
@@ -74,12 +74,23 @@ impl LinearEquations {
         }
         let (mut sum, mut terms) = (DVector::zeros(n), DVector::zeros(n));
         let excitation = &scene.excitation;
-        let phasors = powers(Complex::cis(angle));
-        let mut forces: Vec<(Complex<f64>, DVector<Complex<f64>>)> = (1..)
-            .zip(excitation.harmonics.iter().zip(phasors))
-            .map(|(k, (part, u))| {
-                let turn = Complex::new(0.0, f64::from(k) * scene.frequency);
-                (turn, part.force.map(|f| f * u))
+        let rotations = scene
+            .rotations
+            .frequencies()
+            .zip(scene.rotations.phasors(at));
+        let mut forces: Vec<(Complex<f64>, DVector<Complex<f64>>)> = rotations
+            .zip(&excitation.harmonics)
+            .filter(|(_, part)| !part.force.is_empty())
+            .map(|((w, u), part)| (Complex::new(0.0, w), part.force.map(|f| f * u)))
+            .collect();
+        let signals: Vec<(&DVector<f64>, Vec<f64>)> = excitation
+            .signals
+            .iter()
+            .map(|part| {
+                let mut derivatives = vec![0.0; part.signal.degree() + 1];
+                let put = |m: usize, x: f64| derivatives[m] = x;
+                part.signal.derivatives(at.since, at.time, put);
+                (&part.force, derivatives)
             })
             .collect();
         let (inverse, stiffness, damping) = (&self.inverse, &self.stiffness, &self.damping);
@@ -91,6 +102,11 @@ impl LinearEquations {
                 sum.zip_apply(force, |sum, f| *sum += f.re);
                 terms.zip_apply(force, |terms, f| *terms += f.norm());
                 *force *= *turn;
+            }
+            for (direction, derivatives) in &signals {
+                let x = derivatives.get(k - 2).copied().unwrap_or(0.0);
+                sum.axpy(x, direction, 1.0);
+                terms.zip_apply(direction, |terms, d| *terms += (d * x).abs());
             }
             if k == 2 && !excitation.load.is_empty() {
                 sum += &excitation.load;
@@ -152,7 +168,8 @@ mod tests {
                 (t + turn).cos() - 2f64.powi(k) * (2.0 * t + turn).cos()
             };
             let state = (dvector![x(0, t)], dvector![x(1, t)]);
-            let derivatives = equations.derivatives(&scene, t, state, None, 2..12);
+            let at = Moment::of_angle(t);
+            let derivatives = equations.derivatives(&scene, at, state, None, 2..12);
             assert_eq!(derivatives.len(), 10);
             for (order, (value, unknown)) in (2..).zip(derivatives) {
                 let off = value[0] - x(order, t);

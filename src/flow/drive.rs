@@ -1,10 +1,10 @@
-//! What drives a linear flow: a harmonic force or several, a constant load, both, or nothing. A flow without forcing or without load
-//! compiles to code without them.
+//! What drives a linear flow: a harmonic force, a constant load, both, or nothing; more in `many_drive.rs`. A flow without forcing or
+//! without load compiles to code without them.
 
-use crate::flow::gap_row::Derivatives;
+use crate::flow::gap_row::{Derivatives, Quantity};
 use crate::linalg::plane::plus;
 use crate::modal::{Block, Pair, Propagation, Response};
-use crate::model::powers;
+use crate::model::Moment;
 use nalgebra::Complex;
 
 /// How a block moves by itself over a fixed time.
@@ -16,25 +16,57 @@ pub(crate) struct Alone {
     pub exponential: [Pair; 2],
 }
 
-/// How forcing turns with time.
+/// How forcing changes with time: what is stored of it in pairs at the end of a state.
 pub(crate) trait Turning {
-    /// `e^{i (w t + phase)}`, or nothing.
-    type Phasor: Copy + Default;
+    /// What is read of those.
+    type Seen<'s>: Copy;
+    /// What carries them over a fixed time.
+    type Turn: Default;
 
-    /// The phasor at an angle.
-    fn phasor(&self, angle: f64) -> Self::Phasor;
-    /// The phasors of all harmonics as the pairs of a state that they are stored in.
-    fn stored(&self, u: Self::Phasor) -> impl Iterator<Item = Pair>;
-    /// The phasor from the end of a state.
-    fn read(stored: &[Pair]) -> Self::Phasor;
-    /// The frequencies of the harmonics.
+    /// How many pairs it stores.
+    fn n_pairs(&self) -> usize;
+    /// Stores it as it is at a moment.
+    fn store(&self, at: Moment, stored: &mut [Pair]);
+    /// Reads what is stored.
+    fn read(stored: &[Pair]) -> Self::Seen<'_>;
+    /// The frequencies of what turns.
     fn frequencies(&self) -> impl Iterator<Item = f64> + Clone;
-    /// The phasor after a time whose own phasor is `turn`.
-    fn turned(u: Self::Phasor, turn: Self::Phasor) -> Self::Phasor;
-    /// The phasor of a span of time: `e^{i w t}`.
-    fn turn(&self, t: f64) -> Self::Phasor;
-    /// The stored phasors with their derivatives.
-    fn turning(&self, u: Self::Phasor) -> impl Iterator<Item = Derivatives>;
+    /// What carries it over a span of time.
+    fn turn(&self, t: f64) -> Self::Turn;
+    /// Carries it over that span.
+    fn carry(&self, turn: &Self::Turn, stored: &mut [Pair]);
+    /// The stored pairs with their derivatives.
+    fn turning<'s>(&'s self, seen: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's;
+    /// What a quantity is on the stored pairs; `weights` are what one unit of the third derivative of each signal adds to its fourth
+    /// derivative through the blocks.
+    fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow>;
+    /// The longest step for which its norms hold, infinite where they hold for ever.
+    fn longest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// What a quantity is on one stored pair.
+pub(crate) struct TurningRow {
+    pub row: Pair,
+    /// Bound on what one unit of the pair's norm adds to the fourth derivative.
+    pub weight: f64,
+    /// Bound on what the pair adds to the quantity at any later time.
+    pub reach: f64,
+    /// Bound on its own part of the fourth derivative.
+    pub forced: f64,
+}
+
+impl TurningRow {
+    /// That of a harmonic `Re(f e^{i w t})`.
+    pub fn of_harmonic(f: Complex<f64>, w: f64) -> Self {
+        Self {
+            row: [f.re, -f.im],
+            weight: 0.0,
+            reach: f.norm(),
+            forced: f.norm() * w.powi(4),
+        }
+    }
 }
 
 /// A phasor of a frequency with its derivatives.
@@ -52,17 +84,25 @@ pub(crate) fn turning(u: Complex<f64>, w: f64) -> Derivatives {
 
 /// What acts on the blocks of a flow.
 pub(crate) trait Drive: Turning {
-    /// The response of one block from rest over a fixed time, as a function of the phasor.
+    /// The response of one block from rest over a fixed time, as a function of what is stored.
     type Reply: Clone + Default;
 
     /// The reply of block j over a time.
     fn reply(&self, j: usize, alone: &Alone) -> Self::Reply;
     /// What the reply adds to the block's state.
-    fn added(reply: &Self::Reply, u: Self::Phasor) -> Pair;
+    fn added(reply: &Self::Reply, seen: Self::Seen<'_>) -> Pair;
     /// The input to block j and its first two derivatives.
-    fn inputs(&self, j: usize, u: Self::Phasor) -> [Pair; 3];
+    fn inputs(&self, j: usize, seen: Self::Seen<'_>) -> [Pair; 3];
     /// The harmonics of the force on block j, with their frequencies.
     fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)>;
+    /// How many signals there are.
+    fn n_signals(&self) -> usize {
+        0
+    }
+    /// How each signal acts on block j.
+    fn signals(&self, _j: usize) -> impl Iterator<Item = Pair> {
+        std::iter::empty()
+    }
     /// The constant load on block j, zero where there is none.
     fn load(&self, j: usize) -> Pair;
 }
@@ -73,17 +113,17 @@ pub(crate) struct Undriven;
 
 /// What is added for no forcing: minus zero leaves every number as it is, the sign of zero too, so that the compiler takes the
 /// addition out, which it may not do with zero.
-const NOTHING: Pair = [-0.0, -0.0];
+pub(super) const NOTHING: Pair = [-0.0, -0.0];
 
 impl Turning for Undriven {
-    type Phasor = ();
+    type Seen<'s> = ();
+    type Turn = ();
 
-    fn phasor(&self, _angle: f64) {}
-
-    #[inline]
-    fn stored(&self, (): ()) -> impl Iterator<Item = Pair> {
-        std::iter::empty()
+    fn n_pairs(&self) -> usize {
+        0
     }
+
+    fn store(&self, _at: Moment, _stored: &mut [Pair]) {}
 
     fn read(_stored: &[Pair]) {}
 
@@ -91,13 +131,18 @@ impl Turning for Undriven {
         std::iter::empty()
     }
 
-    fn turned((): (), (): ()) {}
-
     fn turn(&self, _t: f64) {}
 
     #[inline]
-    fn turning(&self, (): ()) -> impl Iterator<Item = Derivatives> {
+    fn carry(&self, (): &(), _stored: &mut [Pair]) {}
+
+    #[inline]
+    fn turning<'s>(&'s self, (): Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
         std::iter::empty()
+    }
+
+    fn rows(&self, _quantity: &Quantity, _weights: &[f64]) -> Vec<TurningRow> {
+        Vec::new()
     }
 }
 
@@ -140,23 +185,26 @@ pub(crate) fn real_part(f: Response, u: Pair) -> Pair {
 
 /// The input of one harmonic and its first two derivatives.
 #[inline]
-fn harmonic_inputs(w: f64, f: Response, u: Complex<f64>) -> [Pair; 3] {
+pub(super) fn harmonic_inputs(w: f64, f: Response, u: Complex<f64>) -> [Pair; 3] {
     let value = real_part(f, [u.re, u.im]);
     let slope = real_part(f, [-w * u.im, w * u.re]);
     [value, slope, [-w * w * value[0], -w * w * value[1]]]
 }
 
 impl Turning for HarmonicDrive {
-    type Phasor = Complex<f64>;
+    type Seen<'s> = Complex<f64>;
+    type Turn = Complex<f64>;
 
-    fn phasor(&self, angle: f64) -> Complex<f64> {
-        let (sin, cos) = angle.sin_cos();
-        Complex::new(cos, sin)
+    fn n_pairs(&self) -> usize {
+        1
     }
 
     #[inline]
-    fn stored(&self, u: Complex<f64>) -> impl Iterator<Item = Pair> {
-        std::iter::once([u.re, u.im])
+    fn store(&self, at: Moment, stored: &mut [Pair]) {
+        let (sin, cos) = at.angle.sin_cos();
+        if let Some(place) = stored.first_mut() {
+            *place = [cos, sin];
+        }
     }
 
     fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
@@ -170,18 +218,27 @@ impl Turning for HarmonicDrive {
             .map_or_else(Complex::default, |u| Complex::new(u[0], u[1]))
     }
 
-    #[inline]
-    fn turned(u: Complex<f64>, turn: Complex<f64>) -> Complex<f64> {
-        u * turn
-    }
-
     fn turn(&self, t: f64) -> Complex<f64> {
-        self.phasor(self.frequency * t)
+        let (sin, cos) = (self.frequency * t).sin_cos();
+        Complex::new(cos, sin)
     }
 
     #[inline]
-    fn turning(&self, u: Complex<f64>) -> impl Iterator<Item = Derivatives> {
+    fn carry(&self, turn: &Complex<f64>, stored: &mut [Pair]) {
+        let u = Self::read(stored) * turn;
+        if let Some(place) = stored.first_mut() {
+            *place = [u.re, u.im];
+        }
+    }
+
+    #[inline]
+    fn turning<'s>(&'s self, u: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
         std::iter::once(turning(u, self.frequency))
+    }
+
+    fn rows(&self, quantity: &Quantity, _weights: &[f64]) -> Vec<TurningRow> {
+        let f = quantity.harmonics().next().unwrap_or_default();
+        vec![TurningRow::of_harmonic(f, self.frequency)]
     }
 }
 
@@ -211,87 +268,6 @@ impl Drive for HarmonicDrive {
     }
 }
 
-/// `Re sum_k f_kj e^{i k (w t + phase)}` on block j.
-#[derive(Debug, Clone)]
-pub(crate) struct FourierDrive {
-    pub frequency: f64,
-    /// By harmonics, then by blocks.
-    pub forces: Vec<Vec<Response>>,
-}
-
-impl Turning for FourierDrive {
-    /// That of the first harmonic, of which the others are powers.
-    type Phasor = Complex<f64>;
-
-    fn phasor(&self, angle: f64) -> Complex<f64> {
-        Complex::cis(angle)
-    }
-
-    fn stored(&self, u: Complex<f64>) -> impl Iterator<Item = Pair> {
-        powers(u).take(self.forces.len()).map(|u| [u.re, u.im])
-    }
-
-    fn read(stored: &[Pair]) -> Complex<f64> {
-        HarmonicDrive::read(stored)
-    }
-
-    fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
-        (1..=self.forces.len()).map(|k| k as f64 * self.frequency)
-    }
-
-    fn turned(u: Complex<f64>, turn: Complex<f64>) -> Complex<f64> {
-        u * turn
-    }
-
-    fn turn(&self, t: f64) -> Complex<f64> {
-        Complex::cis(self.frequency * t)
-    }
-
-    fn turning(&self, u: Complex<f64>) -> impl Iterator<Item = Derivatives> {
-        powers(u)
-            .zip(self.frequencies())
-            .map(|(u, w)| turning(u, w))
-    }
-}
-
-impl Drive for FourierDrive {
-    type Reply = Vec<Response>;
-
-    fn reply(&self, j: usize, alone: &Alone) -> Vec<Response> {
-        let each = self
-            .forces(j)
-            .map(|(w, f)| alone.block.forced(alone.t, w, f));
-        each.collect()
-    }
-
-    fn added(reply: &Vec<Response>, u: Complex<f64>) -> Pair {
-        let each = reply
-            .iter()
-            .zip(powers(u))
-            .map(|(&reply, u)| real_part(reply, [u.re, u.im]));
-        each.fold(NOTHING, plus)
-    }
-
-    fn inputs(&self, j: usize, u: Complex<f64>) -> [Pair; 3] {
-        let each = self
-            .forces(j)
-            .zip(powers(u))
-            .map(|((w, f), u)| harmonic_inputs(w, f, u));
-        each.fold([NOTHING; 3], |[a, b, c], [x, y, z]| {
-            [plus(a, x), plus(b, y), plus(c, z)]
-        })
-    }
-
-    fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)> {
-        self.frequencies()
-            .zip(self.forces.iter().map(move |force| force[j]))
-    }
-
-    fn load(&self, _j: usize) -> Pair {
-        [0.0, 0.0]
-    }
-}
-
 /// A constant load on each block beside another drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Loaded<D> {
@@ -300,15 +276,16 @@ pub(crate) struct Loaded<D> {
 }
 
 impl<D: Drive> Turning for Loaded<D> {
-    type Phasor = D::Phasor;
+    type Seen<'s> = D::Seen<'s>;
+    type Turn = D::Turn;
 
-    fn phasor(&self, angle: f64) -> D::Phasor {
-        self.drive.phasor(angle)
+    fn n_pairs(&self) -> usize {
+        self.drive.n_pairs()
     }
 
     #[inline]
-    fn stored(&self, u: D::Phasor) -> impl Iterator<Item = Pair> {
-        self.drive.stored(u)
+    fn store(&self, at: Moment, stored: &mut [Pair]) {
+        self.drive.store(at, stored);
     }
 
     fn frequencies(&self) -> impl Iterator<Item = f64> + Clone {
@@ -316,22 +293,30 @@ impl<D: Drive> Turning for Loaded<D> {
     }
 
     #[inline]
-    fn read(stored: &[Pair]) -> D::Phasor {
+    fn read(stored: &[Pair]) -> D::Seen<'_> {
         D::read(stored)
     }
 
-    #[inline]
-    fn turned(u: D::Phasor, turn: D::Phasor) -> D::Phasor {
-        D::turned(u, turn)
-    }
-
-    fn turn(&self, t: f64) -> D::Phasor {
+    fn turn(&self, t: f64) -> D::Turn {
         self.drive.turn(t)
     }
 
     #[inline]
-    fn turning(&self, u: D::Phasor) -> impl Iterator<Item = Derivatives> {
-        self.drive.turning(u)
+    fn carry(&self, turn: &D::Turn, stored: &mut [Pair]) {
+        self.drive.carry(turn, stored);
+    }
+
+    #[inline]
+    fn turning<'s>(&'s self, seen: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
+        self.drive.turning(seen)
+    }
+
+    fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow> {
+        self.drive.rows(quantity, weights)
+    }
+
+    fn longest_step(&self) -> f64 {
+        self.drive.longest_step()
     }
 }
 
@@ -346,18 +331,26 @@ impl<D: Drive> Drive for Loaded<D> {
     }
 
     #[inline]
-    fn added((loaded, reply): &(Pair, D::Reply), u: D::Phasor) -> Pair {
-        plus(D::added(reply, u), *loaded)
+    fn added((loaded, reply): &(Pair, D::Reply), seen: D::Seen<'_>) -> Pair {
+        plus(D::added(reply, seen), *loaded)
     }
 
     #[inline]
-    fn inputs(&self, j: usize, u: D::Phasor) -> [Pair; 3] {
-        let [value, slope, bend] = self.drive.inputs(j, u);
+    fn inputs(&self, j: usize, seen: D::Seen<'_>) -> [Pair; 3] {
+        let [value, slope, bend] = self.drive.inputs(j, seen);
         [plus(value, self.load[j]), slope, bend]
     }
 
     fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)> {
         self.drive.forces(j)
+    }
+
+    fn n_signals(&self) -> usize {
+        self.drive.n_signals()
+    }
+
+    fn signals(&self, j: usize) -> impl Iterator<Item = Pair> {
+        self.drive.signals(j)
     }
 
     fn load(&self, j: usize) -> Pair {

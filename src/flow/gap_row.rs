@@ -7,15 +7,18 @@ use crate::quantity::larger;
 use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
 use nalgebra::Complex;
 
-/// A quantity of the whole motion, `constant - row.z - Re sum_k forcing_k e^{i k angle}`: a gap, or a contact force.
-#[derive(Debug, Clone)]
+/// A quantity of the whole motion, `constant - row.z - Re sum_k forcing_k u_k - sum_j signals_j s_j(t)`, by the phasors and the signals of
+/// an excitation: a gap, or a contact force.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Quantity {
     pub constant: f64,
     /// Size of the terms that the constant was summed from.
     pub size: f64,
     pub row: Vec<Pair>,
-    /// Empty where the forcing does not enter it directly.
+    /// Empty where no harmonic enters it directly.
     pub forcing: Vec<Complex<f64>>,
+    /// Empty where no signal does.
+    pub signals: Vec<f64>,
 }
 
 impl Quantity {
@@ -25,7 +28,7 @@ impl Quantity {
             constant: clearance,
             size: clearance.abs(),
             row: row.to_vec(),
-            forcing: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -35,7 +38,12 @@ impl Quantity {
         self.forcing.iter().copied().chain(zeros)
     }
 
-    /// The largest that the forcing adds.
+    /// What each signal adds, zero from where none does.
+    pub fn signals(&self) -> impl Iterator<Item = f64> {
+        self.signals.iter().copied().chain(std::iter::repeat(0.0))
+    }
+
+    /// The largest that the harmonics add.
     pub fn amplitude(&self) -> f64 {
         self.forcing.iter().map(|f| f.norm()).sum()
     }

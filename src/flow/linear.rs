@@ -4,18 +4,19 @@
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::modal::{ModalState, Pair};
+use crate::model::Moment;
 
 /// Smooth motion of a linear system.
 pub(crate) trait LinearFlow: FlowRows + FlowRates {
     /// Everything needed to go forward by one fixed time.
     type Propagator: Default;
 
-    /// The flow's state for the whole motion in modal pairs at a forcing angle.
-    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>);
+    /// The flow's state for the whole motion in modal pairs at a moment.
+    fn state_from_modal(&self, modal_state: &ModalState, at: Moment, state: &mut Vec<Pair>);
     /// The whole motion in modal pairs.
     fn modal_from_state(&self, state: &[Pair], modal_state: &mut ModalState);
-    /// Puts a state's forcing at an angle that is known better than by adding up steps.
-    fn set_angle(&self, state: &mut [Pair], angle: f64);
+    /// Puts a state's forcing at a moment that is known better than by adding up steps.
+    fn set_moment(&self, state: &mut [Pair], at: Moment);
     /// Fills the propagator for a time.
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator);
     /// Moves a state forward.
@@ -73,15 +74,15 @@ pub(crate) fn forward<F: LinearFlow>(
     }
 }
 
-/// Carries a whole motion over a span of time from a forcing angle.
+/// Carries a whole motion over a span of time from a moment.
 pub(crate) fn propagate<F: LinearFlow>(
     flow: &F,
-    angle: f64,
+    at: Moment,
     span: f64,
     modal_state: &mut ModalState,
 ) {
     let (mut propagator, mut state) = (F::Propagator::default(), Vec::new());
-    flow.state_from_modal(modal_state, angle, &mut state);
+    flow.state_from_modal(modal_state, at, &mut state);
     forward(flow, &mut propagator, &mut state, span);
     flow.modal_from_state(&state, modal_state);
 }
@@ -123,7 +124,7 @@ pub(crate) mod contract {
         };
         let entered = |modal_state: &ModalState| {
             let mut state = Vec::new();
-            flow.state_from_modal(modal_state, 0.4, &mut state);
+            flow.state_from_modal(modal_state, Moment::of_angle(0.4), &mut state);
             state
         };
         let at = |t: f64| {
@@ -148,7 +149,7 @@ pub(crate) mod contract {
         };
         close(&modal_state(&entered(&start)), &start, 1e-14);
         let mut turned = entered(&start);
-        flow.set_angle(&mut turned, 0.4);
+        flow.set_moment(&mut turned, Moment::of_angle(0.4));
         close(&turned, &entered(&start), 1e-15);
         let mut state = at(0.7);
         go(0.9, &mut state);
@@ -181,6 +182,7 @@ pub(crate) mod contract {
             size: 1.0,
             row: row.clone(),
             forcing: forcing.clone(),
+            ..Quantity::default()
         });
         let direct = |t: f64| -> f64 {
             let phasors = powers(Complex::cis(0.4 + frequency * t));

@@ -10,6 +10,7 @@ pub(crate) mod gap_model;
 mod gap_row;
 pub(crate) mod integrate;
 mod linear;
+mod many_drive;
 mod modal_scene;
 mod pendulum_series;
 pub(crate) mod registers;

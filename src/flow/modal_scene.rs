@@ -1,9 +1,10 @@
 //! A linear scene in modal pairs: forcing and stops as the periodic solve and the simulation use them.
 
 use crate::error::Result;
+use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::scene_flow::{SceneFlow, modal_flow};
 use crate::modal::{Form, ModalForm, Pair, Response};
-use crate::model::{ContactGeometry, Excitation, LinearSystem, Scene, powers};
+use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations, Scene};
 use nalgebra::Complex;
 use std::sync::Arc;
 
@@ -20,13 +21,17 @@ pub(crate) struct ModalScene {
     /// An impulse p on stop i moves the state by `-jumps[i] p`.
     pub jumps: Arc<Vec<Vec<Pair>>>,
     pub load: Vec<Pair>,
-    /// The force of the first harmonic, phase left out but in a timed scene.
+    /// What turns with time.
+    pub rotations: Rotations,
+    /// The force of the first rotation, phase left out but in a timed scene; zero where nothing turns.
     pub force: Vec<Response>,
-    /// Those of the second, the third and so on.
+    /// Those of the others.
     pub higher: Vec<Vec<Response>>,
+    /// What follows signals.
+    pub signals: Vec<SignalInput>,
     /// The same on the coordinates.
     pub excitation: Excitation,
-    /// Forcing frequency, zero without forcing.
+    /// The fundamental frequency, zero without forcing, and where there is no period.
     pub frequency: f64,
 }
 
@@ -49,13 +54,22 @@ impl ModalScene {
         let excitation = scene.excitation().turned(phase);
         let n = system.n_dof();
         let load = form.load(system, &excitation.constant(n));
-        let mut forces = excitation
-            .harmonics
-            .iter()
-            .map(|part| form.force(system, &part.force));
         let none = || vec![[Complex::default(); 2]; n];
+        let mut forces = excitation.harmonics.iter().map(|part| {
+            if part.force.is_empty() {
+                none()
+            } else {
+                form.force(system, &part.force)
+            }
+        });
         let force = forces.next().unwrap_or_else(none);
-        let higher = forces.collect();
+        let higher = forces.by_ref().collect();
+        drop(forces);
+        let signals = excitation.signals.iter().map(|part| SignalInput {
+            signal: part.signal.clone(),
+            directions: form.load(system, &part.force),
+        });
+        let signals = signals.collect();
         Ok(Self {
             system: Arc::clone(system),
             form: Arc::new(form),
@@ -66,7 +80,9 @@ impl ModalScene {
             load,
             force,
             higher,
-            frequency: excitation.frequency,
+            signals,
+            frequency: excitation.rotations.fundamental,
+            rotations: excitation.rotations.clone(),
             excitation,
         })
     }
@@ -76,29 +92,44 @@ impl ModalScene {
         self.jumps.len()
     }
 
-    /// Number of harmonics of the force, at least one.
+    /// How many forces turn.
     pub fn n_harmonics(&self) -> usize {
-        1 + self.higher.len()
+        self.rotations.len()
     }
 
-    /// The harmonics of the force with their frequencies, at least one.
+    /// The forces that turn, with their frequencies.
     pub fn harmonics(&self) -> impl Iterator<Item = (f64, &[Response])> {
         let forces = std::iter::once(&self.force).chain(&self.higher);
-        let frequencies = (1..).map(|k: u32| f64::from(k) * self.frequency);
-        frequencies.zip(forces.map(Vec::as_slice))
+        let forces = forces.map(Vec::as_slice);
+        self.rotations.frequencies().zip(forces)
     }
 
-    /// The harmonics of the force, at least one.
-    pub fn forces(&self) -> Vec<Vec<Response>> {
-        self.harmonics().map(|(_, force)| force.to_vec()).collect()
+    /// What drives it.
+    pub fn drive(&self) -> ManyDrive {
+        let forces = std::iter::once(&self.force).chain(&self.higher);
+        ManyDrive {
+            forces: forces.take(self.rotations.len()).cloned().collect(),
+            rotations: self.rotations.clone(),
+            signals: self.signals.clone(),
+        }
     }
 
-    /// The rate of change of a state at the forcing angle whose phasor is u.
-    pub fn rate(&self, state: &[Pair], u: Complex<f64>, rate: &mut [Pair]) {
+    /// The rate of change of a state at a moment.
+    pub fn rate(&self, state: &[Pair], at: Moment, rate: &mut [Pair]) {
+        let phasors: Vec<Complex<f64>> = self.rotations.phasors(at).collect();
+        let values: Vec<f64> = self
+            .excitation
+            .signals
+            .iter()
+            .map(|s| s.value(at))
+            .collect();
         let input = |j: usize, c: usize| {
-            let higher = self.higher.iter().zip(powers(u).skip(1));
-            let higher: f64 = higher.map(|(force, u)| (force[j][c] * u).re).sum();
-            (self.force[j][c] * u).re + higher + self.load[j][c]
+            let forces = std::iter::once(&self.force).chain(&self.higher);
+            let turned = forces.zip(&phasors);
+            let turned: f64 = turned.map(|(force, u)| (force[j][c] * u).re).sum();
+            let signals = self.signals.iter().zip(&values);
+            let signals: f64 = signals.map(|(own, x)| own.directions[j][c] * x).sum();
+            turned + signals + self.load[j][c]
         };
         match &self.form.form {
             Form::Blocks(blocks) => {
@@ -126,7 +157,7 @@ impl ModalScene {
 
     /// The flow: forcing split off where no block is near resonance.
     pub fn flow(&self) -> SceneFlow {
-        modal_flow(&self.form, self.load.clone(), self.forces(), self.frequency)
+        modal_flow(&self.form, self.load.clone(), self.drive())
     }
 }
 

@@ -5,7 +5,7 @@ use crate::flow::series_forcing::{PendulumForcing, paired};
 use crate::flow::series_of::SeriesOf;
 use crate::flow::taylor::{Blocks, MOST_ORDER, MotionCoefficients};
 use crate::linalg::small;
-use crate::model::{Excitation, Links, singular_mass};
+use crate::model::{Excitation, Links, Moment, singular_mass};
 use nalgebra::DMatrix;
 
 /// What makes the Taylor series of a pendulum's motions.
@@ -59,7 +59,7 @@ impl PendulumSeries {
         series.expand(&self.coefficients, &self.shake);
     }
 
-    /// Begins the m-th series: sets its coefficients of order zero, by a state and a forcing angle, and what else the others
+    /// Begins the m-th series: sets its coefficients of order zero, by a state and a moment, and what else the others
     /// follow from.
     ///
     /// # Errors
@@ -68,14 +68,17 @@ impl PendulumSeries {
         &mut self,
         series: &mut SeriesOf<K>,
         m: usize,
-        (angle, q, v): (f64, &[f64], &[f64]),
+        (at, q, v): (Moment, &[f64], &[f64]),
     ) -> Result<()> {
         for (i, (q, v)) in q.iter().zip(v).enumerate() {
             let lane = &mut series.lanes[i / 2];
             (lane.q[0][i % 2][m], lane.v[0][i % 2][m]) = (*q, *v);
             (lane.sin[0][i % 2][m], lane.cos[0][i % 2][m]) = q.sin_cos();
         }
-        series.angles[m] = angle;
+        series.angles[m] = at.angle;
+        if let PendulumForcing::Any(forcing) = &self.shake {
+            forcing.begin(&mut series.shaken, m, (at, self.coefficients.order));
+        }
         self.invert_mass(series, m)
     }
 
@@ -131,10 +134,10 @@ mod tests {
     use super::*;
     use crate::flow::steps::Tolerance;
     use crate::model::{
-        BaseMotion, DoublePendulum, Dynamics, Forcing, Harmonic, Moment, PendulumChain, Scene,
-        SceneMotion, Stop, System,
+        BaseAcceleration, BaseMotion, DoublePendulum, Dynamics, Forcing, Fourier, Harmonic, Load,
+        PendulumChain, Scene, SceneMotion, Signal, Stop, System,
     };
-    use nalgebra::DVector;
+    use nalgebra::{Complex, DVector};
 
     fn chain(n: usize, damper: f64) -> PendulumChain {
         let masses = DVector::from_fn(n, |i, _| 1.0 + 0.3 * i as f64);
@@ -147,17 +150,33 @@ mod tests {
         Excitation::new(&chain(n, damper).into(), &Forcing::Unforced)
     }
 
-    fn forcings(n: usize) -> [Forcing; 3] {
-        let force = DVector::from_fn(n, |i, _| nalgebra::Complex::new(0.7 - i as f64, 0.4));
-        [
+    fn forcings(n: usize) -> Vec<Forcing> {
+        let force = DVector::from_fn(n, |i, _| Complex::new(0.7 - i as f64, 0.4));
+        let harmonic =
+            |w: f64| Forcing::from(Harmonic::new(force.clone(), w, -0.4).expect("valid"));
+        let base = |amplitudes: [f64; 2]| {
+            let turned = amplitudes.map(|a| Complex::from_polar(a, 0.7));
+            let amplitudes = DVector::from_row_slice(&turned);
+            BaseMotion::of_harmonics(amplitudes, 1.7, 0.3).expect("valid")
+        };
+        let several = Fourier::new(vec![force.clone(), force.clone() * Complex::i()], 1.1, 0.2)
+            .and_then(|f| f.with_mean(DVector::from_fn(n, |i, _| 0.3 - 0.2 * i as f64)));
+        let cubic = nalgebra::dmatrix![0.3, 1.0; -0.7, 0.2; 0.4, -0.5; 1.1, 0.3];
+        let signal = Signal::pieces(&[-1.0, 0.0, 2.0], &cubic).expect("valid");
+        vec![
             Forcing::Unforced,
             BaseMotion::new(0.2, 1.7, 0.3).expect("valid").into(),
-            Harmonic::new(force, 2.3, -0.4).expect("valid").into(),
+            harmonic(2.3),
+            several.expect("valid").into(),
+            base([0.1, 0.05]).into(),
+            vec![harmonic(2.3), harmonic(1.6), base([0.1, 0.02]).into()].into(),
+            Load::new(n - 1, signal.clone()).expect("valid").into(),
+            vec![BaseAcceleration::new(signal).into(), harmonic(0.6)].into(),
         ]
     }
 
-    /// The series about a forcing angle and a state.
-    fn made(mut of: PendulumSeries, start: (f64, &[f64], &[f64])) -> SeriesOf<1> {
+    /// The series about a moment and a state.
+    fn made(mut of: PendulumSeries, start: (Moment, &[f64], &[f64])) -> SeriesOf<1> {
         let mut series = of.room();
         of.begin(&mut series, 0, start).expect("regular");
         of.expand(&mut series);
@@ -188,9 +207,10 @@ mod tests {
                 let frequency = scene.frequency().unwrap_or(0.0);
                 let motion = SceneMotion::new(&scene);
                 let order = 14;
+                let begun = Moment::new(0.0, 0.9, frequency);
                 let series = made(
                     PendulumSeries::new(links.clone(), &scene.excitation(), order),
-                    (0.9, q.as_slice(), v.as_slice()),
+                    (begun, q.as_slice(), v.as_slice()),
                 );
                 let residual = |s: f64| {
                     let mut x = vec![0.0; 2 * n];
@@ -200,11 +220,7 @@ mod tests {
                         }
                     });
                     let (q, v) = x.split_at(n);
-                    let at = Moment {
-                        time: s,
-                        angle: 0.9 + frequency * s,
-                        frequency,
-                    };
+                    let at = begun.after(s);
                     let mut a = vec![0.0; n];
                     motion.acceleration(at, q, v, &mut a).expect("regular");
                     let of_series = |i: usize| {
@@ -235,7 +251,7 @@ mod tests {
     #[test]
     fn the_last_terms_of_the_longest_step_are_within_the_tolerance() {
         let of = PendulumSeries::new(chain(2, 0.1).links(), &calm(2, 0.1), 12);
-        let series = made(of, (0.0, &[0.5, -0.2], &[1.0, -2.0]));
+        let series = made(of, (Moment::of_angle(0.0), &[0.5, -0.2], &[1.0, -2.0]));
         let series = series.motion(0);
         for relative in [1e-4, 1e-8, 1e-12] {
             let tolerance = Tolerance {
@@ -260,7 +276,7 @@ mod tests {
             absolute: 1e-12,
         };
         let longest = |q: f64, v: f64| {
-            let series = made(of.clone(), (0.0, &[q], &[v]));
+            let series = made(of.clone(), (Moment::of_angle(0.0), &[q], &[v]));
             series.motion(0).longest_step(tolerance, None)
         };
         assert_eq!(longest(0.0, 0.0), f64::INFINITY);

@@ -1,11 +1,12 @@
-//! Chooses the flow of a linear scene, of the least machinery that is exact for it: free, loaded, forced by one harmonic or more,
-//! split, dense.
+//! Chooses the flow of a linear scene, of the least machinery that is exact for it: free, loaded, forced by one harmonic, by several or
+//! by signals, split, dense.
 
 use crate::flow::block::BlockFlow;
 use crate::flow::dense::DenseFlow;
-use crate::flow::drive::{FourierDrive, HarmonicDrive, Loaded, Undriven};
+use crate::flow::drive::{HarmonicDrive, Loaded, Undriven};
+use crate::flow::many_drive::ManyDrive;
 use crate::flow::split::SplitFlow;
-use crate::modal::{Block, Form, ModalForm, Pair, Response};
+use crate::modal::{Block, Form, ModalForm, Pair};
 
 /// The flow of a linear scene, of the least machinery that is exact for it.
 #[derive(Debug, Clone)]
@@ -14,42 +15,33 @@ pub(crate) enum SceneFlow {
     Loaded(BlockFlow<Loaded<Undriven>>),
     Split(SplitFlow),
     Forced(BlockFlow<Loaded<HarmonicDrive>>),
-    ForcedByMany(BlockFlow<Loaded<FourierDrive>>),
+    ForcedByMany(BlockFlow<Loaded<ManyDrive>>),
     Dense(DenseFlow),
 }
 
-/// The flow of a modal form under a load and the harmonics of a force, frequency zero without forcing: the force split off where no
-/// block is near resonance.
-pub(crate) fn modal_flow(
-    form: &ModalForm,
-    load: Vec<Pair>,
-    forces: Vec<Vec<Response>>,
-    frequency: f64,
-) -> SceneFlow {
+/// The flow of a modal form under a load and what drives it: forces that turn are split off where no block is near resonance and there
+/// is no signal.
+pub(crate) fn modal_flow(form: &ModalForm, load: Vec<Pair>, drive: ManyDrive) -> SceneFlow {
     match &form.form {
-        Form::Blocks(blocks) => block_flow(blocks, load, forces, frequency),
-        Form::Dense(matrix) => {
-            SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, &forces, frequency))
-        }
+        Form::Blocks(blocks) => block_flow(blocks, load, drive),
+        Form::Dense(matrix) => SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, drive)),
     }
 }
 
 /// The same of blocks.
-fn block_flow(
-    blocks: &[Block],
-    load: Vec<Pair>,
-    mut forces: Vec<Vec<Response>>,
-    frequency: f64,
-) -> SceneFlow {
-    if frequency > 0.0 {
-        if let Some(split) = SplitFlow::new(blocks, &load, frequency, &forces) {
+fn block_flow(blocks: &[Block], load: Vec<Pair>, mut drive: ManyDrive) -> SceneFlow {
+    let rotations = &drive.rotations;
+    if !drive.signals.is_empty() {
+        return SceneFlow::ForcedByMany(BlockFlow::new(blocks, Loaded { load, drive }));
+    }
+    if !rotations.is_empty() {
+        if let Some(split) = SplitFlow::new(blocks, &load, rotations, &drive.forces) {
             return SceneFlow::Split(split);
         }
-        if forces.len() > 1 {
-            let drive = FourierDrive { frequency, forces };
+        if rotations.n_harmonics != 1 || rotations.len() > 1 {
             return SceneFlow::ForcedByMany(BlockFlow::new(blocks, Loaded { load, drive }));
         }
-        let force = forces.swap_remove(0);
+        let (frequency, force) = (rotations.fundamental, drive.forces.swap_remove(0));
         let drive = HarmonicDrive { frequency, force };
         return SceneFlow::Forced(BlockFlow::new(blocks, Loaded { load, drive }));
     }
@@ -79,6 +71,7 @@ pub(crate) use with_flow;
 mod tests {
     use super::*;
     use crate::flow::propagate;
+    use crate::model::{Moment, Rotations};
     use nalgebra::Complex;
 
     /// `y'' + k y = 1 + cos(w t)` from rest: the equilibrium lies at 1/k, far beyond what the motion reaches.
@@ -88,9 +81,14 @@ mod tests {
         for k in [1e-2, 1e-4, 1e-8, 1e-12] {
             let block = Block::Oscillator { w2: k, eta: 0.0 };
             let force = [[0.0.into(), Complex::new(1.0, 0.0)]];
-            let flow = block_flow(&[block], vec![[0.0, 1.0]], vec![force.to_vec()], w);
+            let drive = ManyDrive {
+                rotations: Rotations::harmonics(w, 1),
+                forces: vec![force.to_vec()],
+                signals: Vec::new(),
+            };
+            let flow = block_flow(&[block], vec![[0.0, 1.0]], drive);
             let mut z = vec![[0.0, 0.0]].into();
-            with_flow!(&flow, flow => propagate(flow, 0.0, t, &mut z));
+            with_flow!(&flow, flow => propagate(flow, Moment::of_angle(0.0), t, &mut z));
             // 1 - cos(x) = 2 sin^2(x/2), and cos(w t) - cos(r t) as a product of sines
             let r = f64::sqrt(k);
             let loaded = 2.0 * (0.5 * r * t).sin().powi(2) / k;

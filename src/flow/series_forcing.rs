@@ -1,57 +1,59 @@
-//! Forcing of a pendulum as a Taylor series: what shakes it enters as `Re(a e^{i(angle + w t)})`. Without forcing the series
-//! compile to code that knows of none.
+//! Forcing of a pendulum as a Taylor series: one harmonic enters as `Re(a e^{i(angle + w t)})`, anything else by coefficients made
+//! beforehand. Without forcing the series compile to code that knows of none.
 
-use crate::model::{Excitation, HarmonicPart, Links};
+use crate::model::{Excitation, HarmonicPart, Links, Moment};
 use nalgebra::{Complex, DVector};
 
-/// What shakes the pendulum: the base, forces on the links, or nothing, as one factor `e^{i(angle + w t)}` whose series is
-/// taken along.
-pub(crate) trait SeriesForcing {
-    /// The frequency w.
-    fn frequency(&self) -> f64;
-    /// The factor of order zero of each motion, its real parts and its imaginary ones.
-    fn begin<const K: usize>(&self, angles: &[f64; K]) -> LinkPair<K> {
-        let mut factor = [[0.0; K]; 2];
-        for (m, angle) in angles.iter().enumerate() {
-            (factor[1][m], factor[0][m]) = angle.sin_cos();
-        }
-        factor
-    }
+/// What shakes K motions of a pendulum: the base, forces on the links, or nothing, by a factor whose series is taken along.
+pub(crate) trait SeriesForcing<const K: usize> {
+    type Factor;
+
+    /// The factor of order zero of each motion, from the angles of the forcing.
+    fn begin(&self, angles: &[f64; K]) -> Self::Factor;
     /// The factor of the next order, k.
-    #[inline]
-    fn raise<const K: usize>(&self, [re, im]: &LinkPair<K>, k: f64) -> LinkPair<K> {
-        let factor = self.frequency() / k;
-        [im.map(|im| -factor * im), re.map(|re| factor * re)]
-    }
+    fn raise(&self, factor: &Self::Factor, k: f64) -> Self::Factor;
     /// The base's push on two links: what is taken off `P`.
     #[inline]
-    fn base<const K: usize>(&self, _factor: &LinkPair<K>, _r: usize) -> LinkPair<K> {
+    fn base(&self, _factor: &Self::Factor, _r: usize) -> LinkPair<K> {
         [[0.0; K]; 2]
     }
     /// The forces on two links.
     #[inline]
-    fn force<const K: usize>(&self, _factor: &LinkPair<K>, _r: usize) -> LinkPair<K> {
+    fn force(&self, _factor: &Self::Factor, _r: usize) -> LinkPair<K> {
         [[0.0; K]; 2]
     }
+}
+
+/// `e^{i(angle + w t)}` of order zero, its real parts and its imaginary ones.
+#[inline]
+fn phasors<const K: usize>(angles: &[f64; K]) -> LinkPair<K> {
+    let mut factor = [[0.0; K]; 2];
+    for (m, angle) in angles.iter().enumerate() {
+        (factor[1][m], factor[0][m]) = angle.sin_cos();
+    }
+    factor
+}
+
+/// The same of the next order, k.
+#[inline]
+fn raised<const K: usize>([re, im]: &LinkPair<K>, frequency: f64, k: f64) -> LinkPair<K> {
+    let factor = frequency / k;
+    [im.map(|im| -factor * im), re.map(|re| factor * re)]
 }
 
 /// Nothing.
 pub(crate) struct NoForcing;
 
-impl SeriesForcing for NoForcing {
-    fn frequency(&self) -> f64 {
-        0.0
-    }
-    fn begin<const K: usize>(&self, _angles: &[f64; K]) -> LinkPair<K> {
-        [[0.0; K]; 2]
-    }
+impl<const K: usize> SeriesForcing<K> for NoForcing {
+    type Factor = ();
+
     #[inline]
-    fn raise<const K: usize>(&self, factor: &LinkPair<K>, _k: f64) -> LinkPair<K> {
-        *factor
-    }
+    fn begin(&self, _angles: &[f64; K]) {}
+    #[inline]
+    fn raise(&self, (): &(), _k: f64) {}
 }
 
-/// A base with an acceleration.
+/// A base that is moved by a cosine.
 #[derive(Debug, Clone)]
 pub(crate) struct BaseForcing {
     frequency: f64,
@@ -59,13 +61,19 @@ pub(crate) struct BaseForcing {
     push: Vec<Two>,
 }
 
-impl SeriesForcing for BaseForcing {
+impl<const K: usize> SeriesForcing<K> for BaseForcing {
+    type Factor = LinkPair<K>;
+
     #[inline]
-    fn frequency(&self) -> f64 {
-        self.frequency
+    fn begin(&self, angles: &[f64; K]) -> LinkPair<K> {
+        phasors(angles)
     }
     #[inline]
-    fn base<const K: usize>(&self, factor: &LinkPair<K>, r: usize) -> LinkPair<K> {
+    fn raise(&self, factor: &LinkPair<K>, k: f64) -> LinkPair<K> {
+        raised(factor, self.frequency, k)
+    }
+    #[inline]
+    fn base(&self, factor: &LinkPair<K>, r: usize) -> LinkPair<K> {
         each(|i, m| self.push[r][i] * factor[0][m])
     }
 }
@@ -78,15 +86,118 @@ pub(crate) struct Forced {
     amplitude: Vec<[Two; 2]>,
 }
 
-impl SeriesForcing for Forced {
+impl<const K: usize> SeriesForcing<K> for Forced {
+    type Factor = LinkPair<K>;
+
     #[inline]
-    fn frequency(&self) -> f64 {
-        self.frequency
+    fn begin(&self, angles: &[f64; K]) -> LinkPair<K> {
+        phasors(angles)
     }
     #[inline]
-    fn force<const K: usize>(&self, factor: &LinkPair<K>, r: usize) -> LinkPair<K> {
+    fn raise(&self, factor: &LinkPair<K>, k: f64) -> LinkPair<K> {
+        raised(factor, self.frequency, k)
+    }
+    #[inline]
+    fn force(&self, factor: &LinkPair<K>, r: usize) -> LinkPair<K> {
         let [re, im] = self.amplitude[r];
         each(|i, m| re[i] * factor[0][m] - im[i] * factor[1][m])
+    }
+}
+
+/// Anything: several harmonics, tones, signals, of the base and of forces, by series that are made where those of the motion begin.
+#[derive(Debug, Clone)]
+pub(crate) struct AnyForcing {
+    excitation: Excitation,
+    /// `h_i` of two links each.
+    push: Vec<Two>,
+    has_forces: bool,
+}
+
+/// The Taylor coefficients of what shakes K motions.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ShakenSeries<const K: usize> {
+    /// Of the acceleration of the base, by orders.
+    base: Vec<[f64; K]>,
+    /// Of the forces by orders, for each by pairs of links; empty without any.
+    forces: Vec<Vec<LinkPair<K>>>,
+}
+
+impl AnyForcing {
+    /// Makes the coefficients of the m-th motion up to an order.
+    pub fn begin<const K: usize>(
+        &self,
+        series: &mut ShakenSeries<K>,
+        m: usize,
+        (at, order): (Moment, usize),
+    ) {
+        let Excitation {
+            harmonics,
+            rotations,
+            signals,
+            ..
+        } = &self.excitation;
+        let n_forced = if self.has_forces { self.push.len() } else { 0 };
+        series.base.resize(order + 1, [0.0; K]);
+        (series.forces).resize(order + 1, vec![[[0.0; K]; 2]; n_forced]);
+        for (base, forces) in series.base.iter_mut().zip(&mut series.forces) {
+            base[m] = 0.0;
+            for pair in forces {
+                (pair[0][m], pair[1][m]) = (0.0, 0.0);
+            }
+        }
+        for (i, f) in self.excitation.load.iter().enumerate() {
+            series.forces[0][i / 2][i % 2][m] = *f;
+        }
+        let mut add = |k: usize, base: f64, force: &mut dyn Iterator<Item = f64>| {
+            series.base[k][m] += base;
+            for (i, f) in force.enumerate() {
+                series.forces[k][i / 2][i % 2][m] += f;
+            }
+        };
+        let turning = rotations.frequencies().zip(rotations.phasors(at));
+        for (part, (w, u)) in harmonics.iter().zip(turning) {
+            let mut factor = u;
+            for k in 0..=order {
+                let mut force = part.force.iter().map(|f| (f * factor).re);
+                add(k, (part.base * factor).re, &mut force);
+                factor *= Complex::new(0.0, w / (k + 1) as f64);
+            }
+        }
+        for part in signals {
+            let mut factorial = 1.0;
+            part.signal.derivatives(at.since, at.time, |k, x| {
+                factorial *= k.max(1) as f64;
+                if k <= order {
+                    let x = x / factorial;
+                    add(k, part.base * x, &mut part.force.iter().map(|f| f * x));
+                }
+            });
+        }
+    }
+}
+
+/// Anything that shakes K motions, by the coefficients that were made of it.
+pub(crate) struct Shaken<'s, const K: usize> {
+    pub forcing: &'s AnyForcing,
+    pub series: &'s ShakenSeries<K>,
+}
+
+impl<const K: usize> SeriesForcing<K> for Shaken<'_, K> {
+    /// The order.
+    type Factor = usize;
+
+    fn begin(&self, _angles: &[f64; K]) -> usize {
+        0
+    }
+    fn raise(&self, order: &usize, _k: f64) -> usize {
+        order + 1
+    }
+    fn base(&self, order: &usize, r: usize) -> LinkPair<K> {
+        each(|i, m| self.forcing.push[r][i] * self.series.base[*order][m])
+    }
+    fn force(&self, order: &usize, r: usize) -> LinkPair<K> {
+        let none = [[0.0; K]; 2];
+        self.series.forces[*order].get(r).copied().unwrap_or(none)
     }
 }
 
@@ -95,10 +206,12 @@ impl SeriesForcing for Forced {
 pub(crate) enum PendulumForcing {
     /// Nothing.
     None,
-    /// The base.
+    /// The base, by a cosine.
     Base(BaseForcing),
-    /// Forces on the links.
+    /// Harmonic forces on the links.
     Forces(Forced),
+    /// Anything else.
+    Any(Box<AnyForcing>),
 }
 
 /// The numbers of two links, which processors handle as one.
@@ -130,20 +243,41 @@ pub(crate) fn paired(values: &DVector<f64>) -> Vec<Two> {
 impl PendulumForcing {
     /// What an excitation is to a pendulum.
     pub fn new(excitation: &Excitation, links: &Links) -> Self {
-        let frequency = excitation.frequency;
-        match excitation.harmonics.first() {
-            None => Self::None,
-            Some(HarmonicPart { base, force }) if force.is_empty() => Self::Base(BaseForcing {
-                frequency,
-                push: paired(&(&links.static_moment * *base)),
-            }),
-            Some(HarmonicPart { force, .. }) => {
+        let Excitation {
+            harmonics,
+            rotations,
+            signals,
+            load,
+            ..
+        } = excitation;
+        let frequency = rotations.fundamental;
+        let is_simple = signals.is_empty() && load.is_empty() && rotations.tones.is_empty();
+        match &harmonics[..] {
+            [] if is_simple => Self::None,
+            [HarmonicPart { base, force }] if is_simple && force.is_empty() && base.im == 0.0 => {
+                Self::Base(BaseForcing {
+                    frequency,
+                    push: paired(&(&links.static_moment * base.re)),
+                })
+            }
+            [HarmonicPart { base, force }] if is_simple && *base == Complex::default() => {
                 let part = |of: fn(&Complex<f64>) -> f64| paired(&force.map(|z| of(&z)));
                 let (re, im) = (part(|z| z.re), part(|z| z.im));
                 Self::Forces(Forced {
                     frequency,
                     amplitude: re.into_iter().zip(im).map(|(re, im)| [re, im]).collect(),
                 })
+            }
+            _ => {
+                let mut forces = harmonics.iter().map(HarmonicPart::is_force);
+                let has_forces = forces.any(|acts| acts)
+                    || !load.is_empty()
+                    || signals.iter().any(|part| !part.force.is_empty());
+                Self::Any(Box::new(AnyForcing {
+                    excitation: excitation.clone(),
+                    push: paired(&links.static_moment),
+                    has_forces,
+                }))
             }
         }
     }

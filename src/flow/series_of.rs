@@ -2,7 +2,9 @@
 //! states along them (theory 8).
 
 use crate::flow::registers::{Arithmetic, in_registers_of};
-use crate::flow::series_forcing::{LinkPair, NoForcing, PendulumForcing, SeriesForcing, each};
+use crate::flow::series_forcing::{
+    LinkPair, NoForcing, PendulumForcing, SeriesForcing, Shaken, ShakenSeries, each,
+};
 use crate::flow::steps::Tolerance;
 use crate::flow::taylor::{Blocks, Lane, MotionCoefficients, expand};
 use pulp::{Simd, WithSimd};
@@ -16,7 +18,7 @@ struct Expansion<'a, E, const K: usize> {
     angles: &'a [f64; K],
 }
 
-impl<E: SeriesForcing, const K: usize> WithSimd for Expansion<'_, E, K> {
+impl<E: SeriesForcing<K>, const K: usize> WithSimd for Expansion<'_, E, K> {
     type Output = ();
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
@@ -30,7 +32,7 @@ impl<E: SeriesForcing, const K: usize> WithSimd for Expansion<'_, E, K> {
     }
 }
 
-impl<E: SeriesForcing, const K: usize> Expansion<'_, E, K> {
+impl<E: SeriesForcing<K>, const K: usize> Expansion<'_, E, K> {
     /// [`expand`] with the number of lanes known at compile time where it is small.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
@@ -58,6 +60,8 @@ pub(crate) struct SeriesOf<const K: usize> {
     pub inverse: Blocks<LinkPair<K>>,
     /// The angles of the forcing at the start.
     pub angles: [f64; K],
+    /// What shakes them, where that is more than one harmonic.
+    pub shaken: ShakenSeries<K>,
     /// Order of the velocities; the positions have one more.
     pub order: usize,
 }
@@ -69,16 +73,29 @@ impl<const K: usize> SeriesOf<K> {
             lanes: vec![Lane::EMPTY; n.div_ceil(2)],
             inverse: Blocks::zeros(n),
             angles: [0.0; K],
+            shaken: ShakenSeries::default(),
             order,
         }
     }
 
     /// Fills the series, each from its coefficients of order zero, the inverse of its mass matrix and its angle.
     pub fn expand(&mut self, coefficients: &MotionCoefficients, shake: &PendulumForcing) {
+        let Self {
+            lanes,
+            inverse,
+            angles,
+            shaken,
+            ..
+        } = self;
+        let about = (&mut lanes[..], coefficients, &*inverse, &*angles);
         match shake {
-            PendulumForcing::None => self.expand_shaken(coefficients, &NoForcing),
-            PendulumForcing::Base(base) => self.expand_shaken(coefficients, base),
-            PendulumForcing::Forces(forces) => self.expand_shaken(coefficients, forces),
+            PendulumForcing::None => expand_shaken(about, &NoForcing),
+            PendulumForcing::Base(base) => expand_shaken(about, base),
+            PendulumForcing::Forces(forces) => expand_shaken(about, forces),
+            PendulumForcing::Any(forcing) => {
+                let series = &*shaken;
+                expand_shaken(about, &Shaken { forcing, series });
+            }
         }
     }
 
@@ -99,20 +116,27 @@ impl<const K: usize> SeriesOf<K> {
             }
         }
     }
+}
 
-    fn expand_shaken<E: SeriesForcing>(
-        &mut self,
-        coefficients: &MotionCoefficients,
-        excitation: &E,
-    ) {
-        in_registers_of::<K, _>(Expansion {
-            lanes: &mut self.lanes,
-            coefficients,
-            inverse: &self.inverse,
-            excitation,
-            angles: &self.angles,
-        });
-    }
+/// Where K series begin: their lanes, what does not change, the inverses of the mass matrices, the angles.
+type About<'a, const K: usize> = (
+    &'a mut [Lane<K>],
+    &'a MotionCoefficients,
+    &'a Blocks<LinkPair<K>>,
+    &'a [f64; K],
+);
+
+fn expand_shaken<E: SeriesForcing<K>, const K: usize>(
+    (lanes, coefficients, inverse, angles): About<'_, K>,
+    excitation: &E,
+) {
+    in_registers_of::<K, _>(Expansion {
+        lanes,
+        coefficients,
+        inverse,
+        excitation,
+        angles,
+    });
 }
 
 impl SeriesOf<1> {

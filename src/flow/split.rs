@@ -8,7 +8,7 @@ use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
 use crate::linalg::plane::plus;
 use crate::modal::{Block, ModalState, Pair, Response};
-use crate::model::powers;
+use crate::model::{Moment, Rotations};
 use crate::tolerance::{NEAR_RESONANCE, RIGID};
 use nalgebra::Complex;
 
@@ -16,39 +16,48 @@ use nalgebra::Complex;
 #[derive(Debug, Clone)]
 pub(crate) struct SplitFlow {
     flow: BlockFlow<Undriven>,
+    rotations: Rotations,
+    /// The response to the first rotation.
     steady: Vec<Response>,
-    /// The responses to the second harmonic, the third and so on.
+    /// The responses to the others.
     higher: Vec<Vec<Response>>,
     /// Where the load holds each block.
     equilibrium: Vec<Pair>,
 }
 
 impl SplitFlow {
-    /// The split flow of blocks under a load and the harmonics of a force of frequency w; `None` where a block is near resonance, or
-    /// soft beside the forcing and loaded: its equilibrium may lie far beyond what the motion reaches.
-    pub fn new(blocks: &[Block], load: &[Pair], w: f64, forces: &[Vec<Response>]) -> Option<Self> {
-        let frequencies = (1..=forces.len()).map(|k| k as f64 * w);
+    /// The split flow of blocks under a load and forces that turn; `None` where a block is near resonance, or soft beside the forcing
+    /// and loaded: its equilibrium may lie far beyond what the motion reaches.
+    pub fn new(
+        blocks: &[Block],
+        load: &[Pair],
+        rotations: &Rotations,
+        forces: &[Vec<Response>],
+    ) -> Option<Self> {
+        let frequencies = || rotations.frequencies();
+        let slowest = frequencies().fold(f64::INFINITY, f64::min);
         let moduli = |block: &Block| block.roots().map(Complex::norm);
         let fastest = (blocks.iter().flat_map(moduli)).fold(0.0, f64::max);
         let refuses = |(block, &load): (&Block, &Pair)| {
             let is_rigid = moduli(block).iter().any(|&rate| rate <= RIGID * fastest);
-            let is_resonant = frequencies.clone().any(|w| is_near_resonance(*block, w));
-            is_rigid || is_resonant || (load != [0.0, 0.0] && is_soft(*block, w))
+            let is_resonant = frequencies().any(|w| is_near_resonance(*block, w));
+            is_rigid || is_resonant || (load != [0.0, 0.0] && is_soft(*block, slowest))
         };
         if blocks.iter().zip(load).any(refuses) {
             return None;
         }
-        let mut responses = frequencies.clone().zip(forces).map(|(w, force)| {
+        let mut responses = frequencies().zip(forces).map(|(w, force)| {
             let each = blocks.iter().zip(force);
             each.map(|(block, &force)| block.steady(w, force)).collect()
         });
         let equilibrium = blocks.iter().zip(load);
         let equilibrium = equilibrium.map(|(block, &load)| block.equilibrium(load));
         let rotation = |omega: f64| Block::Spiral { sigma: 0.0, omega };
-        let rotations = frequencies.clone().map(rotation);
-        let all: Vec<Block> = blocks.iter().copied().chain(rotations).collect();
+        let turning = frequencies().map(rotation);
+        let all: Vec<Block> = blocks.iter().copied().chain(turning).collect();
         Some(Self {
             flow: BlockFlow::new(&all, Undriven),
+            rotations: rotations.clone(),
             steady: responses.next()?,
             higher: responses.collect(),
             equilibrium: equilibrium.collect(),
@@ -68,16 +77,17 @@ impl SplitFlow {
         })
     }
 
-    /// Puts the rotations, behind the blocks of a state, where they are at an angle of the first.
+    /// Puts the rotations, behind the blocks of a state, where they are at a moment.
     #[inline]
-    fn turn(&self, state: &mut [Pair], angle: f64) {
-        let (sin, cos) = angle.sin_cos();
+    fn turn(&self, state: &mut [Pair], at: Moment) {
         let turned = &mut state[self.equilibrium.len()..];
-        turned[0] = [cos, sin];
-        if !self.higher.is_empty() {
-            for (place, u) in turned.iter_mut().zip(powers(Complex::new(cos, sin))) {
-                *place = [u.re, u.im];
-            }
+        if self.higher.is_empty() && self.rotations.tones.is_empty() {
+            let (sin, cos) = at.angle.sin_cos();
+            turned[0] = [cos, sin];
+            return;
+        }
+        for (place, u) in turned.iter_mut().zip(self.rotations.phasors(at)) {
+            *place = [u.re, u.im];
         }
     }
 
@@ -106,13 +116,13 @@ impl SplitFlow {
 impl LinearFlow for SplitFlow {
     type Propagator = BlockPropagator<Undriven>;
 
-    fn state_from_modal(&self, modal_state: &ModalState, angle: f64, state: &mut Vec<Pair>) {
+    fn state_from_modal(&self, modal_state: &ModalState, at: Moment, state: &mut Vec<Pair>) {
         let n = modal_state.len();
         state.clear();
         state.reserve(n + 1 + self.higher.len());
         state.extend_from_slice(modal_state);
         state.resize(n + 1 + self.higher.len(), [0.0, 0.0]);
-        self.turn(state, angle);
+        self.turn(state, at);
         let (free, turned) = state.split_at_mut(n);
         for (j, z) in free.iter_mut().enumerate() {
             let rest = self.rest(j, turned);
@@ -129,8 +139,8 @@ impl LinearFlow for SplitFlow {
         }));
     }
 
-    fn set_angle(&self, state: &mut [Pair], angle: f64) {
-        self.turn(state, angle);
+    fn set_moment(&self, state: &mut [Pair], at: Moment) {
+        self.turn(state, at);
     }
 
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
@@ -179,7 +189,7 @@ impl FlowRows for SplitFlow {
             constant: constant - rest,
             size: size + rest.abs(),
             row: enlarged,
-            forcing: Vec::new(),
+            ..Quantity::default()
         };
         (self.flow.gap_row(&known)).with_turning(turning.collect())
     }
@@ -233,8 +243,9 @@ fn is_near_resonance(block: Block, w: f64) -> bool {
 mod tests {
     use super::*;
     use crate::flow::DenseFlow;
-    use crate::flow::drive::{FourierDrive, HarmonicDrive, Loaded};
+    use crate::flow::drive::{HarmonicDrive, Loaded};
     use crate::flow::linear::contract;
+    use crate::flow::many_drive::ManyDrive;
     use crate::flow::propagate;
     use nalgebra::{DMatrix, dmatrix};
 
@@ -256,7 +267,9 @@ mod tests {
         ];
         let load = [[0.0, 0.3], [0.0, -1.0], [0.0, 0.0]];
         let forces = [force.clone()];
-        let split = SplitFlow::new(&BLOCKS, &load, 0.8, &forces).expect("away from resonance");
+        let rotations = Rotations::harmonics(0.8, 1);
+        let split = SplitFlow::new(&BLOCKS, &load, &rotations, &forces);
+        let split = split.expect("away from resonance");
         contract::check(&split, 3, 0.8);
         let drive = HarmonicDrive {
             frequency: 0.8,
@@ -267,8 +280,8 @@ mod tests {
         let start = ModalState::from(vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]]);
         for t in [0.1, 1.0, 7.0] {
             let (mut a, mut b) = (start.clone(), start.clone());
-            propagate(&split, 0.4, t, &mut a);
-            propagate(&unsplit, 0.4, t, &mut b);
+            propagate(&split, Moment::of_angle(0.4), t, &mut a);
+            propagate(&unsplit, Moment::of_angle(0.4), t, &mut b);
             for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
                 assert!((a - b).abs() < 1e-14, "{a} {b}");
             }
@@ -286,18 +299,21 @@ mod tests {
         };
         let forces: Vec<_> = [1.0, 2.0, 3.0].map(harmonic).to_vec();
         let load = vec![[0.0, 0.3], [0.0, -1.0], [0.0, 0.0]];
-        let split = SplitFlow::new(&BLOCKS, &load, 0.6, &forces).expect("away from resonance");
+        let rotations = Rotations::harmonics(0.6, 3);
+        let split = SplitFlow::new(&BLOCKS, &load, &rotations, &forces);
+        let split = split.expect("away from resonance");
         let mut matrix = DMatrix::zeros(6, 6);
         for (j, block) in BLOCKS.iter().enumerate() {
             let [[a, b], [c, d]] = block.matrix();
             let view = &mut matrix.view_mut((2 * j, 2 * j), (2, 2));
             view.copy_from(&dmatrix![a, b; c, d]);
         }
-        let dense = DenseFlow::new(matrix, &load, &forces, 0.6);
-        let drive = FourierDrive {
-            frequency: 0.6,
+        let drive = ManyDrive {
+            rotations,
             forces,
+            signals: Vec::new(),
         };
+        let dense = DenseFlow::new(matrix, &load, drive.clone());
         let driven = BlockFlow::new(&BLOCKS, Loaded { load, drive });
         contract::check(&split, 3, 0.6);
         contract::check(&driven, 3, 0.6);
@@ -305,9 +321,10 @@ mod tests {
         let start = ModalState::from(vec![[0.3, -0.2], [0.1, 0.7], [0.0, 0.2]]);
         for t in [0.1, 1.0, 7.0] {
             let [mut a, mut b, mut c] = [(); 3].map(|()| start.clone());
-            propagate(&split, 0.4, t, &mut a);
-            propagate(&driven, 0.4, t, &mut b);
-            propagate(&dense, 0.4, t, &mut c);
+            let at = Moment::of_angle(0.4);
+            propagate(&split, at, t, &mut a);
+            propagate(&driven, at, t, &mut b);
+            propagate(&dense, at, t, &mut c);
             for (a, (b, c)) in a
                 .iter()
                 .flatten()
@@ -326,9 +343,12 @@ mod tests {
         let block = Block::Oscillator { w2: 4.0, eta: 0.1 };
         let force = [vec![[0.0.into(), Complex::new(0.3, 0.0)]]];
         // At rest under the load at -50; the motion about it reaches 0.4.
-        let split = SplitFlow::new(&[block], &[[0.0, -200.0]], 0.8, &force).expect("no resonance");
+        let rotations = Rotations::harmonics(0.8, 1);
+        let split = SplitFlow::new(&[block], &[[0.0, -200.0]], &rotations, &force);
+        let split = split.expect("no resonance");
         let (mut state, mut norms) = (Vec::new(), Vec::new());
-        split.state_from_modal(&vec![[-49.8, 0.1]].into(), 0.0, &mut state);
+        let at = Moment::of_angle(0.0);
+        split.state_from_modal(&vec![[-49.8, 0.1]].into(), at, &mut state);
         split.norms(&state, &mut norms);
         let least = |clearance: f64| {
             split
@@ -353,7 +373,7 @@ mod tests {
             SplitFlow::new(
                 &[spring(eta, w2)],
                 &[[0.0; 2]],
-                2.0,
+                &Rotations::harmonics(2.0, 1),
                 &[vec![[0.0.into(); 2]]],
             )
             .is_none()

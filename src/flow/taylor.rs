@@ -129,7 +129,7 @@ pub(crate) struct MotionCoefficients {
     reason = "the loops over lanes are written out where their number is known"
 )]
 #[inline(always)]
-pub(crate) fn expand<A: Arithmetic, E: SeriesForcing, const K: usize, const IS_DAMPED: bool>(
+pub(crate) fn expand<A: Arithmetic, E: SeriesForcing<K>, const K: usize, const IS_DAMPED: bool>(
     lanes: &mut [Lane<K>],
     c: &MotionCoefficients,
     inverse: &Blocks<LinkPair<K>>,

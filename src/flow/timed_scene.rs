@@ -21,6 +21,8 @@ pub(crate) struct TimedScene {
     /// Motions with stops held, as runs have needed them.
     held: Mutex<Vec<Arc<ConstrainedMotion>>>,
     equations: OnceLock<LinearEquations>,
+    /// The times at which a signal passes from one polynomial to the next.
+    pub breaks: Vec<f64>,
 }
 
 impl TimedScene {
@@ -30,6 +32,7 @@ impl TimedScene {
             let modal = ModalScene::turned(scene, purpose, scene.phase())?;
             Ok(Self {
                 flow: Arc::new(modal.flow()),
+                breaks: modal.excitation.breaks(),
                 modal: Arc::new(modal),
                 held: Mutex::default(),
                 equations: OnceLock::new(),

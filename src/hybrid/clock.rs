@@ -1,13 +1,8 @@
 //! Time in twice the precision, and with it the angle of the forcing: both keep their digits at any time, after any number of
 //! flights, however slow or fast the forcing is (theory 4).
 
-use crate::model::Moment;
-use std::f64::consts::{PI, TAU};
-
-/// `2 pi - TAU` to the next 53 bits.
-const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
-/// Turns that doubles count one by one; an angle of more has no digits.
-const MOST_TURNS: f64 = 9_007_199_254_740_992.0;
+use crate::model::{Moment, nearest_turn, two_sum};
+use std::f64::consts::PI;
 
 /// A time, and the angle of the forcing from the nearest whole turn of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,8 +61,10 @@ impl Clock {
     pub fn moment(self, phase: f64) -> Moment {
         Moment {
             time: self.time,
+            rest: self.rest,
             angle: self.angle() + phase,
             frequency: self.frequency,
+            since: self.time,
         }
     }
 
@@ -91,33 +88,13 @@ impl Clock {
 
     /// The same time, its angle counted from the whole turn nearest to it: `2 pi k/w` in twice the precision.
     fn turned(self) -> Self {
-        let w = self.frequency;
-        let turns = (self.time * w / TAU).round();
-        let (turn, turn_rest) = if turns == 0.0 {
-            (0.0, 0.0)
-        } else if turns.abs() < MOST_TURNS {
-            let angle = turns * TAU;
-            let lost = turns.mul_add(TAU, -angle) + turns * TAU_LOW;
-            let quotient = angle / w;
-            let remainder = (-quotient).mul_add(w, angle) + lost;
-            two_sum(quotient, remainder / w)
-        } else {
-            (self.time, self.rest)
-        };
+        let (turn, turn_rest) = nearest_turn([self.time, self.rest], self.frequency);
         Self {
             turn,
             turn_rest,
             ..self
         }
     }
-}
-
-/// `a + b` and what rounding takes from it.
-#[inline]
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let part = sum - a;
-    (sum, (a - (sum - part)) + (b - part))
 }
 
 #[cfg(test)]

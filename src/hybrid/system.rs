@@ -150,6 +150,8 @@ pub(crate) trait Present {
     fn clock(&self) -> Clock;
     /// The forcing phase now.
     fn phase(&self) -> f64;
+    /// The times at which what acts passes from one law to another, in order: a flight ends there, and another begins.
+    fn breaks(&self) -> &[f64];
     /// Position and velocity now.
     fn physical(&self) -> PhysicalState;
     /// Operations that a flight of few steps is, in the units of an observer.

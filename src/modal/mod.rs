@@ -6,6 +6,7 @@ mod complex;
 mod form;
 mod modes;
 mod propagation;
+mod ramped;
 mod real;
 mod regime;
 mod state;

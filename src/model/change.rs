@@ -19,8 +19,10 @@ pub enum Change {
     Stops(Vec<Constraint>),
     /// The forcing frequency.
     Frequency(f64),
-    /// The forcing phase \[rad\].
+    /// The forcing phase \[rad\]: that of the first of several forcings; all are as much earlier.
     Phase(f64),
+    /// The phase of the fundamental frequency \[rad\], which is that of the first forcing which has it.
+    FundamentalPhase(f64),
     /// The clearances: one number for every stop, or one each.
     Clearance(Vec<f64>),
     /// The clearance of one stop.

@@ -1,11 +1,14 @@
-//! What acts on a scene from outside (theory 2): a constant load and harmonics of one fundamental frequency,
-//! `f(t) = f0 + Re sum_k F_k e^{i k (w t + phase)}`, and a base whose acceleration has the same harmonics.
+//! What acts on a scene from outside (theory 2, 10, 11): a constant load, harmonics of a fundamental frequency, tones of other
+//! frequencies and signals, `f(t) = f0 + Re sum_k F_k e^{i k (w t + phase)} + Re sum_j T_j e^{i w_j t} + sum_j d_j s_j(t)`, and a base
+//! whose acceleration has the same parts.
 //!
 //! Forcings say what a user means; this is what all equations read.
 
-use crate::model::forcing::Forcing;
+use crate::model::forcing::{Forcing, whole_multiple};
 use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
+use crate::model::rotations::{Rotations, powers};
+use crate::model::signal::Signal;
 use crate::model::system::System;
 use nalgebra::{Complex, DVector};
 
@@ -16,26 +19,64 @@ pub(crate) struct Excitation {
     pub load: DVector<f64>,
     /// The mean of a periodic force, empty where there is none.
     pub mean: DVector<f64>,
-    /// What acts at `w`, at `2 w` and so on.
+    /// What acts at the frequencies of the rotations.
     pub harmonics: Vec<HarmonicPart>,
-    /// The fundamental frequency w, zero without harmonics.
-    pub frequency: f64,
+    pub rotations: Rotations,
+    /// What follows signals.
+    pub signals: Vec<SignalPart>,
 }
 
-/// What acts at one multiple of the fundamental frequency.
+/// What acts at one frequency.
 #[derive(Debug, Clone)]
 pub(crate) struct HarmonicPart {
-    /// `A w^2` of a base displaced by `A cos(angle)`: its acceleration towards the system is `A w^2 cos(angle)`.
-    pub base: f64,
+    /// `A w^2` of a base displaced by `Re(A e^{i angle})`: its acceleration towards the system is `Re(A w^2 e^{i angle})`.
+    pub base: Complex<f64>,
     /// F of `Re(F e^{i angle})` on the coordinates, empty where there is none.
     pub force: DVector<Complex<f64>>,
 }
 
+/// What follows one signal.
+#[derive(Debug, Clone)]
+pub(crate) struct SignalPart {
+    /// By how much of it a base is accelerated towards the system.
+    pub base: f64,
+    /// The force on the coordinates where it is one, empty where there is none.
+    pub force: DVector<f64>,
+    pub signal: Signal,
+}
+
 impl HarmonicPart {
+    /// Nothing.
+    fn none() -> Self {
+        Self::of(DVector::zeros(0))
+    }
+
     /// A force on the coordinates.
     fn of(force: DVector<Complex<f64>>) -> Self {
-        let base = 0.0;
+        let base = Complex::default();
         Self { base, force }
+    }
+
+    /// Adds another of a phase.
+    fn add(&mut self, other: Self, phase: f64) {
+        let other = if phase == 0.0 {
+            other
+        } else {
+            other.turned(Complex::cis(phase))
+        };
+        self.base += other.base;
+        if self.force.is_empty() {
+            self.force = other.force;
+        } else if !other.force.is_empty() {
+            self.force += other.force;
+        }
+    }
+
+    fn turned(self, turn: Complex<f64>) -> Self {
+        Self {
+            base: self.base * turn,
+            force: self.force.map(|f| f * turn),
+        }
     }
 
     /// Whether it is a force that is not zero.
@@ -44,51 +85,102 @@ impl HarmonicPart {
     }
 }
 
-/// `u`, `u^2`, `u^3` and so on: the phasors of the harmonics from that of the first.
-#[inline]
-pub(crate) fn powers(u: Complex<f64>) -> impl Iterator<Item = Complex<f64>> {
-    std::iter::successors(Some(u), move |power| Some(power * u))
+/// The harmonics of one forcing, those of its own frequency and of its multiples.
+fn harmonics_of(system: &System, forcing: &Forcing) -> Vec<HarmonicPart> {
+    match (forcing, system) {
+        (Forcing::Harmonic(force), _) => vec![HarmonicPart::of(force.amplitude().clone())],
+        (Forcing::Fourier(force), _) => {
+            let amplitudes = force.amplitudes().iter().cloned();
+            amplitudes.map(HarmonicPart::of).collect()
+        }
+        (Forcing::BaseMotion(base), System::Linear(system)) => {
+            let pull = pull(system);
+            let part = |(w, a): (f64, Complex<f64>)| pull.map(|x| a * x * w * w);
+            base.harmonics().map(part).map(HarmonicPart::of).collect()
+        }
+        (Forcing::BaseMotion(base), _) => {
+            let part = |(w, a): (f64, Complex<f64>)| HarmonicPart {
+                base: a * w.powi(2),
+                force: DVector::zeros(0),
+            };
+            base.harmonics().map(part).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The force `M r` with which a base moves a linear system.
+fn pull(system: &LinearSystem) -> DVector<f64> {
+    let pull = system.influence().map(|r| system.mass().times(r));
+    pull.expect("a scene with base motion has an influence vector")
 }
 
 impl Excitation {
     /// What a forcing, and a load of its own, are to a system: the base of a linear system moves it by forces.
     pub fn new(system: &System, forcing: &Forcing) -> Self {
-        let none = DVector::zeros(0);
-        let harmonics = match (forcing, system) {
-            (Forcing::Unforced, _) => Vec::new(),
-            (Forcing::Harmonic(force), _) => vec![HarmonicPart::of(force.amplitude().clone())],
-            (Forcing::Fourier(force), _) => {
-                let amplitudes = force.amplitudes().iter().cloned();
-                amplitudes.map(HarmonicPart::of).collect()
-            }
-            (Forcing::BaseMotion(base), System::Linear(system)) => {
-                let pull = system.influence().map(|r| system.mass().times(r));
-                let pull = pull.expect("a scene with base motion has an influence vector");
-                let (a, w) = (base.amplitude(), base.frequency());
-                vec![HarmonicPart::of(pull.map(|x| Complex::from(x * a * w * w)))]
-            }
-            (Forcing::BaseMotion(base), _) => vec![HarmonicPart {
-                base: base.amplitude() * base.frequency().powi(2),
-                force: DVector::zeros(0),
-            }],
-        };
-        let own = match system {
-            System::Linear(system) if system.load().amax() > 0.0 => system.load().clone(),
-            _ => none.clone(),
-        };
-        let mean = match forcing {
-            Forcing::Fourier(force) => force.mean().filter(|mean| mean.amax() > 0.0),
-            _ => None,
-        };
-        Self {
-            load: match (mean, own.is_empty()) {
-                (None, _) => own,
-                (Some(mean), true) => mean.clone(),
-                (Some(mean), false) => own + mean,
+        let mut all = Self {
+            load: match system {
+                System::Linear(system) if system.load().amax() > 0.0 => system.load().clone(),
+                _ => DVector::zeros(0),
             },
-            mean: mean.cloned().unwrap_or(none),
-            harmonics,
-            frequency: forcing.frequency().unwrap_or(0.0),
+            mean: DVector::zeros(0),
+            harmonics: Vec::new(),
+            rotations: Rotations::default(),
+            signals: Vec::new(),
+        };
+        if let Some(fundamental) = forcing.frequency() {
+            all.rotations.fundamental = fundamental;
+        }
+        for part in forcing.parts() {
+            all.add(system, part, forcing.phase());
+        }
+        if !all.mean.is_empty() {
+            all.load = if all.load.is_empty() {
+                all.mean.clone()
+            } else {
+                all.load + &all.mean
+            };
+        }
+        all
+    }
+
+    /// Adds one forcing; `phase` is that of the fundamental frequency.
+    fn add(&mut self, system: &System, part: &Forcing, phase: f64) {
+        if let Some(signal) = part.own_signal() {
+            self.signals
+                .push(SignalPart::new(system, part, signal.clone()));
+        }
+        let Some((frequency, own_phase)) = part.own_angle() else {
+            return;
+        };
+        if let Forcing::Fourier(force) = part
+            && let Some(mean) = force.mean().filter(|mean| mean.amax() > 0.0)
+        {
+            self.mean = if self.mean.is_empty() {
+                mean.clone()
+            } else {
+                &self.mean + mean
+            };
+        }
+        let fundamental = self.rotations.fundamental;
+        let times = (fundamental > 0.0)
+            .then(|| whole_multiple(frequency, fundamental))
+            .flatten();
+        for (k, harmonic) in (1u32..).zip(harmonics_of(system, part)) {
+            if let Some(times) = times {
+                let order = (times * k) as usize;
+                if self.harmonics.len() < order {
+                    self.harmonics.resize(order, HarmonicPart::none());
+                    self.rotations.n_harmonics = order;
+                }
+                let phase = f64::from(k) * (own_phase - f64::from(times) * phase);
+                self.harmonics[order - 1].add(harmonic, phase);
+            } else {
+                let mut tone = HarmonicPart::none();
+                tone.add(harmonic, f64::from(k) * own_phase);
+                self.harmonics.push(tone);
+                self.rotations.tones.push(f64::from(k) * frequency);
+            }
         }
     }
 
@@ -107,13 +199,22 @@ impl Excitation {
         };
         let harmonics = self.harmonics.iter().map(|part| HarmonicPart {
             base: part.base,
-            force: harmonic(&part.force),
+            force: if part.force.is_empty() {
+                DVector::zeros(0)
+            } else {
+                harmonic(&part.force)
+            },
+        });
+        let signals = self.signals.iter().map(|part| SignalPart {
+            force: constant(&part.force),
+            ..part.clone()
         });
         Self {
             load: constant(&self.load),
             mean: constant(&self.mean),
             harmonics: harmonics.collect(),
-            frequency: self.frequency,
+            rotations: self.rotations.clone(),
+            signals: signals.collect(),
         }
     }
 
@@ -123,9 +224,10 @@ impl Excitation {
         self.map(|load| system.solve_mass(load), force)
     }
 
-    /// The forces of a linear system with a phase put into their amplitudes.
+    /// The forces of a linear system with the phase of the fundamental frequency put into their amplitudes.
     pub fn turned(mut self, phase: f64) -> Self {
-        for (part, turn) in self.harmonics.iter_mut().zip(powers(Complex::cis(phase))) {
+        let harmonics = self.harmonics.iter_mut().take(self.rotations.n_harmonics);
+        for (part, turn) in harmonics.zip(powers(Complex::cis(phase))) {
             part.force.apply(|f| *f *= turn);
         }
         self
@@ -140,13 +242,23 @@ impl Excitation {
         }
     }
 
-    /// The forces on the n coordinates of a linear system, but its own load, where the phasor of the first harmonic is u.
-    pub fn force(&self, u: Complex<f64>, n: usize) -> DVector<f64> {
-        let mut harmonics = self.harmonics.iter().zip(powers(u));
-        let real = |(part, u): (&HarmonicPart, Complex<f64>)| part.force.map(|f| (f * u).re);
-        let mut sum = harmonics.next().map_or_else(|| DVector::zeros(n), real);
-        for higher in harmonics {
-            sum += real(higher);
+    /// The harmonics with their phasors at a moment.
+    fn phasors(&self, at: Moment) -> impl Iterator<Item = (&HarmonicPart, Complex<f64>)> {
+        self.harmonics.iter().zip(self.rotations.phasors(at))
+    }
+
+    /// The forces on the n coordinates of a linear system at a moment, but its own load.
+    pub fn force(&self, at: Moment, n: usize) -> DVector<f64> {
+        let mut sum = DVector::zeros(n);
+        let mut is_first = true;
+        let forces = self.phasors(at).filter(|(part, _)| !part.force.is_empty());
+        for (part, u) in forces {
+            let real = part.force.map(|f| (f * u).re);
+            sum = if is_first { real } else { sum + real };
+            is_first = false;
+        }
+        for part in self.signals.iter().filter(|part| !part.force.is_empty()) {
+            sum.axpy(part.value(at), &part.force, 1.0);
         }
         if !self.mean.is_empty() {
             sum += &self.mean;
@@ -155,10 +267,19 @@ impl Excitation {
     }
 
     /// The sizes of the terms of [`force`](Self::force).
-    pub fn sizes(&self, n: usize) -> DVector<f64> {
+    pub fn sizes(&self, at: Moment, n: usize) -> DVector<f64> {
         let zero = DVector::zeros(n);
-        let sum = |sum: DVector<f64>, part: &HarmonicPart| sum + part.force.map(Complex::norm);
-        let sizes = self.harmonics.iter().fold(zero, sum);
+        let sum = |sum: DVector<f64>, part: &HarmonicPart| {
+            if part.force.is_empty() {
+                sum
+            } else {
+                sum + part.force.map(Complex::norm)
+            }
+        };
+        let mut sizes = self.harmonics.iter().fold(zero, sum);
+        for part in self.signals.iter().filter(|part| !part.force.is_empty()) {
+            sizes += part.force.abs() * part.signal.value_with_size(at.since, at.time).1;
+        }
         if self.mean.is_empty() {
             sizes
         } else {
@@ -170,22 +291,65 @@ impl Excitation {
     pub fn power(&self, at: Moment, lever: impl Fn(usize) -> f64, v: &DVector<f64>) -> f64 {
         let by_base = || (0..v.len()).map(|i| lever(i) * v[i]).sum::<f64>();
         let mut power = 0.0;
-        for (HarmonicPart { base, force }, u) in
-            self.harmonics.iter().zip(powers(Complex::cis(at.angle)))
-        {
+        for (HarmonicPart { base, force }, u) in self.phasors(at) {
             let by_force = |(f, v): (&Complex<f64>, &f64)| (f.re * u.re - f.im * u.im) * v;
-            let base_power = if *base == 0.0 {
+            let base_power = if *base == Complex::default() {
                 0.0
+            } else if base.im == 0.0 {
+                base.re * u.re * by_base()
             } else {
-                base * u.re * by_base()
+                (base * u).re * by_base()
             };
             power += base_power + force.iter().zip(v.iter()).map(by_force).sum::<f64>();
+        }
+        for part in &self.signals {
+            let base_power = if part.base == 0.0 {
+                0.0
+            } else {
+                part.base * by_base()
+            };
+            let by_force = part.force.iter().zip(v.iter()).map(|(f, v)| f * v);
+            power += part.value(at) * (base_power + by_force.sum::<f64>());
         }
         if self.mean.is_empty() {
             power
         } else {
             power + self.mean.dot(v)
         }
+    }
+
+    /// The times at which a signal passes from one polynomial to another, or begins or ends, in order.
+    pub fn breaks(&self) -> Vec<f64> {
+        let each = self.signals.iter().flat_map(|part| part.signal.breaks());
+        let mut all: Vec<f64> = each.collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+}
+
+impl SignalPart {
+    /// What a forcing that follows a signal is to a system.
+    fn new(system: &System, forcing: &Forcing, signal: Signal) -> Self {
+        let nothing = DVector::zeros(0);
+        let (base, force) = match (forcing, system) {
+            (Forcing::Load(load), _) => {
+                let direction = load.direction_vector(system.n_dof());
+                (0.0, direction.expect("a scene has checked its loads"))
+            }
+            (_, System::Linear(system)) => (0.0, -pull(system)),
+            _ => (-1.0, nothing),
+        };
+        Self {
+            base,
+            force,
+            signal,
+        }
+    }
+
+    /// The signal at a moment.
+    pub fn value(&self, at: Moment) -> f64 {
+        self.signal.value_with_size(at.since, at.time).0
     }
 }
 
@@ -207,7 +371,8 @@ mod tests {
     fn a_base_pushes_a_linear_system_by_its_mass() {
         let base = BaseMotion::new(0.5, 3.0, 0.2).expect("valid");
         let of = Excitation::new(&linear().into(), &base.into());
-        assert_eq!((of.frequency, of.load.as_slice()), (3.0, &[0.0, 4.0][..]));
+        assert_eq!(of.rotations, Rotations::harmonics(3.0, 1));
+        assert_eq!(of.load, dvector![0.0, 4.0]);
         let force = &of.harmonics[0].force;
         assert_eq!(force.map(|f| f.re), dvector![2.0 * 4.5, -1.5 * 4.5]);
     }
@@ -218,10 +383,10 @@ mod tests {
         let base = BaseMotion::new(0.5, 3.0, 0.2).expect("valid");
         let of = Excitation::new(&pendulum, &base.into());
         let part = &of.harmonics[0];
-        assert_eq!((part.base, part.force.len(), of.load.len()), (4.5, 0, 0));
+        assert_eq!((part.base.re, part.force.len(), of.load.len()), (4.5, 0, 0));
         let nothing = Excitation::new(&pendulum, &Forcing::Unforced);
         assert!(nothing.harmonics.is_empty() && nothing.load.is_empty());
-        assert_eq!(nothing.frequency, 0.0);
+        assert!(nothing.rotations.is_empty());
     }
 
     #[test]
@@ -230,11 +395,7 @@ mod tests {
         let forcing = Harmonic::new(force.clone(), 1.7, 0.3).expect("valid");
         let of = Excitation::new(&linear().into(), &forcing.into());
         let (angle, v) = (0.8, dvector![0.3, -1.1]);
-        let at = Moment {
-            time: 0.0,
-            angle,
-            frequency: 1.7,
-        };
+        let at = Moment::of_angle(angle);
         let now = force.map(|f| (f * Complex::cis(angle)).re);
         let power = of.power(at, |_| 0.0, &v);
         assert!((power - now.dot(&v)).abs() < 1e-15, "{power}");

@@ -1,8 +1,13 @@
-//! What drives a scene: a harmonic or a periodic force on the coordinates, or a base displaced by `a cos(w t + phase)`.
+//! What drives a scene: forces on the coordinates and motions of the base, periodic or after a signal, one of them or several.
 
 use crate::error::{Error, Result};
+use crate::model::base_acceleration::BaseAcceleration;
+use crate::model::base_motion::BaseMotion;
 use crate::model::fourier::Fourier;
+use crate::model::load::Load;
+use crate::model::signal::Signal;
 use crate::quantity::{finite, finite_complex, is_finite, positive};
+use crate::tolerance::WHOLE_MULTIPLE;
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
 
@@ -48,49 +53,11 @@ impl Harmonic {
     }
 }
 
-/// Base displacement `amplitude cos(frequency t + phase)` of a pendulum, or of a linear system with an influence vector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BaseMotion {
-    amplitude: f64,
-    frequency: f64,
-    phase: f64,
-}
-
-impl BaseMotion {
-    /// A harmonic base motion.
-    ///
-    /// # Errors
-    /// Numbers that are not finite, or a frequency that is not positive; an acceleration of the base beyond the doubles.
-    pub fn new(amplitude: f64, frequency: f64, phase: f64) -> Result<Self> {
-        let base = Self {
-            amplitude: finite("amplitude", amplitude)?,
-            frequency: positive("frequency", frequency)?,
-            phase: finite("phase", phase)?,
-        };
-        if Forcing::from(base).is_finite() {
-            return Ok(base);
-        }
-        let rule = "the acceleration of the base, amplitude * frequency**2, must be finite";
-        Err(Error::bad_value("frequency", frequency, rule))
-    }
-
-    /// The displacement amplitude.
-    pub fn amplitude(&self) -> f64 {
-        self.amplitude
-    }
-
-    /// The circular frequency \[rad/s\].
-    pub fn frequency(&self) -> f64 {
-        self.frequency
-    }
-
-    /// The phase \[rad\].
-    pub fn phase(&self) -> f64 {
-        self.phase
-    }
-}
-
-/// What drives a scene.
+/// What drives a scene: nothing, one forcing, or several.
+///
+/// Several share a period where the frequencies of all are whole multiples of the lowest, to 1e-12 and up to 4096 times it. Where they
+/// are not, and where there is a signal, there is no period: such scenes are simulated, and what looks for periodic motions says why it
+/// does not take them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Forcing {
     /// Nothing.
@@ -98,88 +65,220 @@ pub enum Forcing {
     Unforced,
     /// A harmonic force on the coordinates.
     Harmonic(Harmonic),
-    /// A harmonic displacement of the base.
+    /// A periodic displacement of the base.
     BaseMotion(BaseMotion),
     /// A periodic force on the coordinates.
     Fourier(Fourier),
+    /// A force along a direction that follows a signal.
+    Load(Load),
+    /// A base with an acceleration that follows a signal.
+    BaseAcceleration(BaseAcceleration),
+    /// Several at once.
+    Several(Vec<Forcing>),
 }
 
-impl From<Harmonic> for Forcing {
-    fn from(forcing: Harmonic) -> Self {
-        Self::Harmonic(forcing)
+macro_rules! forcing_from {
+    ($($kind:ident),*) => {$(
+        impl From<$kind> for Forcing {
+            fn from(forcing: $kind) -> Self {
+                Self::$kind(forcing)
+            }
+        }
+    )*};
+}
+forcing_from!(Harmonic, BaseMotion, Fourier, Load, BaseAcceleration);
+
+impl From<Vec<Forcing>> for Forcing {
+    fn from(forcings: Vec<Forcing>) -> Self {
+        Self::Several(forcings)
     }
 }
 
-impl From<BaseMotion> for Forcing {
-    fn from(forcing: BaseMotion) -> Self {
-        Self::BaseMotion(forcing)
-    }
+/// Whole multiples of a fundamental frequency up to this are harmonics of it.
+const MOST_MULTIPLE: f64 = 4096.0;
+
+/// How a scene depends on time.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Timing {
+    /// Not at all.
+    Constant,
+    /// Periodically, by angles of a fundamental frequency.
+    Periodic { frequency: f64 },
+    /// Without a period, and why.
+    Aperiodic { reason: String },
 }
 
-impl From<Fourier> for Forcing {
-    fn from(forcing: Fourier) -> Self {
-        Self::Fourier(forcing)
-    }
+/// How many times a frequency is another, if that is a whole number.
+pub(crate) fn whole_multiple(frequency: f64, of: f64) -> Option<u32> {
+    let (ratio, times) = (frequency / of, (frequency / of).round());
+    let is_whole =
+        (1.0..=MOST_MULTIPLE).contains(&times) && (ratio - times).abs() <= WHOLE_MULTIPLE * times;
+    is_whole.then_some(times as u32)
 }
 
 impl Forcing {
-    /// The fundamental frequency, `None` without forcing.
+    /// Each forcing by itself.
+    pub(crate) fn parts(&self) -> Vec<&Self> {
+        match self {
+            Self::Unforced => Vec::new(),
+            Self::Several(forcings) => forcings.iter().flat_map(Self::parts).collect(),
+            one => vec![one],
+        }
+    }
+
+    /// The fundamental frequency of one forcing, and its phase; none of a signal.
+    pub(super) fn own_angle(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Harmonic(f) => Some((f.frequency, f.phase)),
+            Self::BaseMotion(f) => Some((f.frequency(), f.phase())),
+            Self::Fourier(f) => Some((f.frequency(), f.phase())),
+            Self::Unforced | Self::Load(_) | Self::BaseAcceleration(_) | Self::Several(_) => None,
+        }
+    }
+
+    /// The signal that one forcing follows.
+    pub(crate) fn own_signal(&self) -> Option<&Signal> {
+        match self {
+            Self::Load(f) => Some(f.signal()),
+            Self::BaseAcceleration(f) => Some(f.signal()),
+            _ => None,
+        }
+    }
+
+    /// The frequencies and phases of those that are periodic, in their order.
+    fn angles(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.parts().into_iter().filter_map(Self::own_angle)
+    }
+
+    /// The lowest frequency, and the phase of the first that has it.
+    fn lowest(&self) -> Option<(f64, f64)> {
+        self.angles()
+            .reduce(|lowest, other| if other.0 < lowest.0 { other } else { lowest })
+    }
+
+    /// How it depends on time.
+    pub(crate) fn timing(&self) -> Timing {
+        let parts = self.parts();
+        if parts.iter().any(|part| part.own_signal().is_some()) {
+            let reason = "its forcing follows a signal, which has no period".to_owned();
+            return Timing::Aperiodic { reason };
+        }
+        let Some((frequency, _)) = self.lowest() else {
+            return Timing::Constant;
+        };
+        match self
+            .angles()
+            .find(|(w, _)| whole_multiple(*w, frequency).is_none())
+        {
+            None => Timing::Periodic { frequency },
+            Some((other, _)) => Timing::Aperiodic {
+                reason: format!(
+                    "its forcings have no common period: the frequency {other} is no whole multiple of the lowest, {frequency}"
+                ),
+            },
+        }
+    }
+
+    /// The fundamental frequency, the lowest where the others are whole multiples of it; `None` without forcing, and where there is no
+    /// period.
     pub fn frequency(&self) -> Option<f64> {
-        match self {
-            Self::Unforced => None,
-            Self::Harmonic(f) => Some(f.frequency),
-            Self::BaseMotion(f) => Some(f.frequency),
-            Self::Fourier(f) => Some(f.frequency()),
+        match self.timing() {
+            Timing::Periodic { frequency } => Some(frequency),
+            Timing::Constant | Timing::Aperiodic { .. } => None,
         }
     }
 
-    /// Number of harmonics.
-    pub(crate) fn n_harmonics(&self) -> usize {
-        match self {
-            Self::Unforced => 0,
-            Self::Harmonic(_) | Self::BaseMotion(_) => 1,
-            Self::Fourier(f) => f.n_harmonics(),
-        }
-    }
-
-    /// The phase, zero without forcing.
+    /// The phase of the fundamental frequency, that of the first forcing which has it; zero without forcing, NaN where there is no
+    /// period.
     pub fn phase(&self) -> f64 {
-        match self {
-            Self::Unforced => 0.0,
-            Self::Harmonic(f) => f.phase,
-            Self::BaseMotion(f) => f.phase,
-            Self::Fourier(f) => f.phase(),
+        match self.timing() {
+            Timing::Constant => 0.0,
+            Timing::Periodic { .. } => self.lowest().map_or(0.0, |(_, phase)| phase),
+            Timing::Aperiodic { .. } => f64::NAN,
         }
     }
 
-    /// The period `2 pi / frequency`, `None` without forcing.
+    /// The period `2 pi / frequency`, `None` without forcing, and where there is none.
     pub fn period(&self) -> Option<f64> {
         self.frequency().map(|w| TAU / w)
     }
 
-    /// The same forcing with another phase.
+    /// The same with the first forcing that is periodic at another phase, all others as much earlier or later as that is.
     pub(crate) fn with_phase(&self, phase: f64) -> Result<Self> {
         finite("phase", phase)?;
-        Ok(match self.clone() {
-            Self::Unforced => return Err(no_forcing("phase", phase)),
-            Self::Harmonic(f) => Self::Harmonic(Harmonic { phase, ..f }),
-            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion { phase, ..f }),
-            Self::Fourier(f) => Self::Fourier(f.with_phase(phase)),
-        })
+        match self.angles().next() {
+            None => Err(self.no_angle("phase", phase)),
+            Some(first) => Ok(self.turned(first, phase)),
+        }
     }
 
-    /// The same forcing at another frequency.
+    /// The same with the fundamental frequency at another phase.
+    pub(crate) fn with_fundamental_phase(&self, phase: f64) -> Result<Self> {
+        finite("phase", phase)?;
+        match self.lowest() {
+            None => Err(self.no_angle("phase", phase)),
+            Some(lowest) => Ok(self.turned(lowest, phase)),
+        }
+    }
+
+    /// The same so much earlier that what has a frequency and phase has another phase.
+    fn turned(&self, (frequency, from): (f64, f64), to: f64) -> Self {
+        let span = (to - from) / frequency;
+        let moved = |own: Option<(f64, f64)>| match own {
+            Some((w, phase)) if w == frequency && phase == from => to,
+            Some((w, phase)) => phase + w * span,
+            None => 0.0,
+        };
+        let phase = moved(self.own_angle());
+        match self.clone() {
+            Self::Unforced => Self::Unforced,
+            Self::Harmonic(f) => Self::Harmonic(Harmonic { phase, ..f }),
+            Self::BaseMotion(f) => Self::BaseMotion(f.with_phase(phase)),
+            Self::Fourier(f) => Self::Fourier(f.with_phase(phase)),
+            Self::Load(f) => {
+                let signal = f.signal().earlier(span);
+                Self::Load(f.with_signal(signal))
+            }
+            Self::BaseAcceleration(f) => {
+                Self::BaseAcceleration(BaseAcceleration::new(f.signal().earlier(span)))
+            }
+            Self::Several(forcings) => {
+                let each = forcings.iter();
+                Self::Several(each.map(|f| f.turned((frequency, from), to)).collect())
+            }
+        }
+    }
+
+    /// The same at another fundamental frequency, or lowest one where there is no period: all scaled with it, but signals.
     pub(crate) fn with_frequency(&self, frequency: f64) -> Result<Self> {
         positive("frequency", frequency)?;
+        match self.lowest() {
+            None => Err(self.no_angle("frequency", frequency)),
+            Some((lowest, _)) => self.sped(lowest, frequency),
+        }
+    }
+
+    fn sped(&self, from: f64, to: f64) -> Result<Self> {
+        let frequency = self
+            .own_angle()
+            .map_or(to, |(w, _)| match whole_multiple(w, from) {
+                Some(times) => f64::from(times) * to,
+                None => w * (to / from),
+            });
+        positive("frequency", frequency)?;
         Ok(match self.clone() {
-            Self::Unforced => return Err(no_forcing("frequency", frequency)),
             Self::Harmonic(f) => Self::Harmonic(Harmonic { frequency, ..f }),
-            Self::BaseMotion(f) => BaseMotion::new(f.amplitude, frequency, f.phase)?.into(),
+            Self::BaseMotion(f) => Self::BaseMotion(f.with_frequency(frequency)?),
             Self::Fourier(f) => Self::Fourier(f.with_frequency(frequency)),
+            Self::Several(forcings) => {
+                let each = forcings.iter().map(|f| f.sped(from, to));
+                Self::Several(each.collect::<Result<_>>()?)
+            }
+            other @ (Self::Unforced | Self::Load(_) | Self::BaseAcceleration(_)) => other,
         })
     }
 
-    /// The same forcing with its amplitude multiplied by a number.
+    /// The same forcing with its amplitude, or its signal, multiplied by a number.
     pub(crate) fn scaled(&self, factor: f64) -> Result<Self> {
         finite("forcing_scale", factor)?;
         let scaled = match self.clone() {
@@ -188,11 +287,19 @@ impl Forcing {
                 amplitude: f.amplitude * Complex::from(factor),
                 ..f
             }),
-            Self::BaseMotion(f) => Self::BaseMotion(BaseMotion {
-                amplitude: f.amplitude * factor,
-                ..f
-            }),
+            Self::BaseMotion(f) => Self::BaseMotion(f.scaled(factor)),
             Self::Fourier(f) => Self::Fourier(f.scaled(factor)),
+            Self::Load(f) => {
+                let signal = f.signal().scaled(factor);
+                Self::Load(f.with_signal(signal))
+            }
+            Self::BaseAcceleration(f) => {
+                Self::BaseAcceleration(BaseAcceleration::new(f.signal().scaled(factor)))
+            }
+            Self::Several(forcings) => {
+                let each = forcings.iter().map(|f| f.scaled(factor));
+                Self::Several(each.collect::<Result<_>>()?)
+            }
         };
         if scaled.is_finite() {
             return Ok(scaled);
@@ -201,19 +308,39 @@ impl Forcing {
         Err(Error::bad_value("forcing_scale", factor, rule))
     }
 
-    /// Whether the amplitude is finite, and for a base motion `a w^2`.
-    fn is_finite(&self) -> bool {
+    /// Whether amplitudes and signals are finite, and the accelerations of bases.
+    pub(super) fn is_finite(&self) -> bool {
         match self {
             Self::Unforced => true,
             Self::Harmonic(f) => f.amplitude.iter().all(is_finite),
-            Self::BaseMotion(f) => (f.amplitude * f.frequency * f.frequency).is_finite(),
+            Self::BaseMotion(f) => f.is_finite(),
             Self::Fourier(f) => f.is_finite(),
+            Self::Load(f) => f.signal().is_finite(),
+            Self::BaseAcceleration(f) => f.signal().is_finite(),
+            Self::Several(forcings) => forcings.iter().all(Self::is_finite),
         }
     }
 
-    /// Whether its force grows with the square of the frequency.
-    pub(crate) fn is_inertial(&self) -> bool {
-        matches!(self, Self::BaseMotion(_))
+    /// Whether its force grows with the square of the frequency: all of it, `None` where a part of it does.
+    pub(crate) fn is_inertial(&self) -> Option<bool> {
+        let parts = self.parts();
+        let count = parts
+            .iter()
+            .filter(|part| matches!(part, Self::BaseMotion(_)))
+            .count();
+        match count {
+            0 => Some(false),
+            _ if count == parts.len() => Some(true),
+            _ => None,
+        }
+    }
+
+    fn no_angle(&self, argument: &str, value: f64) -> Error {
+        if self.parts().is_empty() {
+            return no_forcing(argument, value);
+        }
+        let rule = "the forcing follows signals, which have none; give the scene another `forcing`";
+        Error::bad_value(argument, value, rule)
     }
 }
 
@@ -234,7 +361,7 @@ mod tests {
     fn an_amplitude_beyond_the_doubles_is_refused() {
         let force = Harmonic::new(dvector![100.0.into(), 1.0.into()], 2.0, 0.0).expect("finite");
         let base = BaseMotion::new(1.0, 1e4, 0.0).expect("finite");
-        for forcing in [Forcing::from(force), base.into()] {
+        for forcing in [Forcing::from(force), base.clone().into()] {
             assert!(forcing.scaled(1e299).is_ok());
             let message = forcing.scaled(1e307).expect_err("beyond").to_string();
             assert!(
@@ -251,5 +378,40 @@ mod tests {
         );
         let fast = Forcing::from(base).with_frequency(1e200);
         assert_eq!(fast.expect_err("beyond").to_string(), message);
+    }
+
+    #[test]
+    fn several_have_a_period_where_all_are_whole_multiples_of_the_lowest() {
+        let harmonic = |w: f64, phase: f64| -> Forcing {
+            Harmonic::new(dvector![1.0.into()], w, phase)
+                .expect("valid")
+                .into()
+        };
+        let pair = Forcing::from(vec![harmonic(3.0, 0.4), harmonic(1.5, 0.1)]);
+        assert_eq!((pair.frequency(), pair.phase()), (Some(1.5), 0.1));
+        for (w, has_period) in [
+            (2.0 * (1.0 + 1e-13), true),
+            (2.0 * (1.0 + 1e-11), false),
+            (1.5, false),
+            (1.0, true),
+            (5000.0, false),
+        ] {
+            let pair = Forcing::from(vec![harmonic(1.0, 0.0), harmonic(w, 0.3)]);
+            assert_eq!(pair.period().is_some(), has_period, "{w}");
+        }
+        // A phase names the first one's; all are as much earlier.
+        let Forcing::Several(moved) = pair.with_phase(1.0).expect("a phase") else {
+            panic!("several")
+        };
+        assert_eq!(moved[0].phase(), 1.0);
+        assert!((moved[1].phase() - (0.1 + 0.5 * 0.6)).abs() < 1e-15);
+        let Forcing::Several(moved) = pair.with_fundamental_phase(1.0).expect("a phase") else {
+            panic!("several")
+        };
+        assert_eq!(moved[1].phase(), 1.0);
+        assert!((moved[0].phase() - (0.4 + 2.0 * 0.9)).abs() < 1e-15);
+        let sped = pair.with_frequency(0.7).expect("a frequency");
+        assert_eq!(sped.frequency(), Some(0.7));
+        assert_eq!(sped.parts()[0].frequency(), Some(1.4));
     }
 }

@@ -1,7 +1,8 @@
 //! An excitation as integrators evaluate it at a moment. A motion on which nothing acts compiles to code without any of it.
 
-use crate::model::excitation::{Excitation, powers};
+use crate::model::excitation::{Excitation, HarmonicPart, SignalPart};
 use crate::model::moment::Moment;
+use crate::model::rotations::Rotations;
 use nalgebra::{Complex, DVector};
 
 /// What acts on the coordinates from outside.
@@ -28,8 +29,16 @@ pub(crate) struct Driven {
     base: f64,
     /// f of `Re(f e^{i angle})`, empty where there is none.
     force: DVector<Complex<f64>>,
-    /// The same of the higher harmonics, at twice the angle and so on.
-    higher: Vec<DVector<Complex<f64>>>,
+    /// What acts beside those.
+    other: Option<Box<Other>>,
+}
+
+/// What acts beside a load and one harmonic: the harmonics from the second on, tones, signals, a base that is not moved by a cosine.
+#[derive(Debug, Clone)]
+struct Other {
+    harmonics: Vec<HarmonicPart>,
+    rotations: Rotations,
+    signals: Vec<SignalPart>,
 }
 
 /// What changes with time: the acceleration of the base, and the cosine and sine of the angle where there is a force.
@@ -38,31 +47,70 @@ pub(crate) struct Swing {
     base: f64,
     cos: f64,
     sin: f64,
+    at: Moment,
 }
 
 impl Driven {
     /// What acts on the coordinates of a system; `None` where nothing does.
     pub fn new(excitation: &Excitation) -> Option<Self> {
-        let (load, harmonics) = (&excitation.load, &excitation.harmonics);
-        let first = harmonics.first();
-        (!load.is_empty() || first.is_some()).then(|| Self {
+        let Excitation {
+            load,
+            harmonics,
+            rotations,
+            signals,
+            ..
+        } = excitation;
+        if load.is_empty() && harmonics.is_empty() && signals.is_empty() {
+            return None;
+        }
+        let is_usual = |part: &&HarmonicPart| rotations.n_harmonics > 0 && part.base.im == 0.0;
+        let first = harmonics.first().filter(is_usual);
+        let rest = &harmonics[usize::from(first.is_some())..];
+        let other = || {
+            let mut harmonics = harmonics.clone();
+            if first.is_some() {
+                harmonics[0] = HarmonicPart {
+                    base: Complex::default(),
+                    force: DVector::zeros(0),
+                };
+            }
+            Box::new(Other {
+                harmonics,
+                rotations: rotations.clone(),
+                signals: signals.clone(),
+            })
+        };
+        Some(Self {
             load: load.clone(),
-            base: first.map_or(0.0, |part| part.base),
+            base: first.map_or(0.0, |part| part.base.re),
             force: first.map_or_else(|| DVector::zeros(0), |part| part.force.clone()),
-            higher: harmonics
-                .iter()
-                .skip(1)
-                .map(|part| part.force.clone())
-                .collect(),
+            other: (!rest.is_empty() || !signals.is_empty()).then(other),
         })
     }
+}
 
-    /// Adds the higher harmonics where the phasor of the first is u, in a function of its own: most have none.
+impl Other {
+    /// Its part of the acceleration of the base, in a function of its own: most have none.
     #[cold]
-    fn add_higher(&self, u: Complex<f64>, f: &mut [f64]) {
-        for (force, u) in self.higher.iter().zip(powers(u).skip(1)) {
-            for (f, a) in f.iter_mut().zip(force.as_slice()) {
+    fn base(&self, at: Moment) -> f64 {
+        let harmonics = self.harmonics.iter().zip(self.rotations.phasors(at));
+        let turning: f64 = harmonics.map(|(part, u)| (part.base * u).re).sum();
+        let shaken = self.signals.iter().filter(|part| part.base != 0.0);
+        turning + shaken.map(|part| part.base * part.value(at)).sum::<f64>()
+    }
+
+    /// Adds its forces.
+    #[cold]
+    fn add(&self, at: Moment, f: &mut [f64]) {
+        for (part, u) in self.harmonics.iter().zip(self.rotations.phasors(at)) {
+            for (f, a) in f.iter_mut().zip(part.force.as_slice()) {
                 *f += a.re * u.re - a.im * u.im;
+            }
+        }
+        for part in self.signals.iter().filter(|part| !part.force.is_empty()) {
+            let value = part.value(at);
+            for (f, d) in f.iter_mut().zip(part.force.as_slice()) {
+                *f += d * value;
             }
         }
     }
@@ -99,26 +147,29 @@ impl Input for Driven {
 
     #[inline]
     fn push(&self, at: Moment) -> Swing {
-        let base = if self.base == 0.0 {
+        let mut base = if self.base == 0.0 {
             0.0
         } else {
             self.base * at.angle.cos()
         };
+        if let Some(other) = &self.other {
+            base += other.base(at);
+        }
         let (sin, cos) = if self.force.is_empty() {
             (0.0, 1.0)
         } else {
             at.angle.sin_cos()
         };
-        Swing { base, cos, sin }
+        Swing { base, cos, sin, at }
     }
 
     #[inline]
     fn add(&self, push: Swing, lever: impl Fn(usize) -> f64, f: &mut [f64]) {
-        let Swing { base, cos, sin } = push;
+        let Swing { base, cos, sin, at } = push;
         for (f, load) in f.iter_mut().zip(self.load.as_slice()) {
             *f += load;
         }
-        if self.base != 0.0 {
+        if base != 0.0 {
             for (i, f) in f.iter_mut().enumerate() {
                 *f += base * lever(i);
             }
@@ -126,8 +177,8 @@ impl Input for Driven {
         for (f, a) in f.iter_mut().zip(self.force.as_slice()) {
             *f += a.re * cos - a.im * sin;
         }
-        if !self.higher.is_empty() {
-            self.add_higher(Complex::new(cos, sin), f);
+        if let Some(other) = &self.other {
+            other.add(at, f);
         }
     }
 }

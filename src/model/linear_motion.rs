@@ -207,11 +207,7 @@ mod tests {
             .and_then(|s| s.with_load(load))
             .expect("valid");
         let (q, v) = ([0.3, -0.2, 0.9], [1.1, 0.4, -0.6]);
-        let at = Moment {
-            time: 0.4,
-            angle: 0.48,
-            frequency: 0.7,
-        };
+        let at = Moment::new(0.4, 0.48, 0.7);
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
         let excitation = Excitation::new(&diagonal.clone().into(), &forcing);
         let input = Driven::new(&excitation.over_mass(&diagonal));

@@ -1,7 +1,10 @@
 //! What is analysed: systems, forcing, stops, and the scene they make. Plain data, checked once.
 
 mod acceleration_terms;
+mod base_acceleration;
+mod base_motion;
 mod change;
+mod chebyshev;
 mod constraint;
 mod contact;
 mod contact_geometry;
@@ -16,6 +19,7 @@ mod input;
 mod linear;
 mod linear_motion;
 mod linearise;
+mod load;
 mod moment;
 mod nonlinear;
 mod nonlinear_stop;
@@ -23,13 +27,18 @@ mod paper;
 mod pendulum;
 mod reaction;
 mod room;
+mod rotations;
 mod scene;
 mod scene_motion;
+mod signal;
 mod state;
 mod stop;
 mod system;
+mod turns;
 
 pub(crate) use acceleration_terms::{acceleration_size, force_terms};
+pub use base_acceleration::BaseAcceleration;
+pub use base_motion::BaseMotion;
 pub use change::{Change, Parameter};
 pub use constraint::Constraint;
 pub(crate) use contact::{
@@ -39,13 +48,14 @@ pub(crate) use contact::{
 pub(crate) use contact_geometry::{ContactGeometry, places};
 pub(crate) use dynamics::{ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, singular_mass};
 pub(crate) use energy::Energetics;
-pub(crate) use excitation::{Excitation, HarmonicPart, powers};
-pub use forcing::{BaseMotion, Forcing, Harmonic};
+pub(crate) use excitation::{Excitation, HarmonicPart};
+pub use forcing::{Forcing, Harmonic};
 pub use fourier::Fourier;
 pub(crate) use input::Driven;
 pub use linear::{Coefficient, LinearSystem};
 pub(crate) use linear_motion::Linear;
 pub use linearise::linearise;
+pub use load::Load;
 pub(crate) use moment::Moment;
 #[cfg(feature = "python")]
 pub(crate) use nonlinear::no_mass;
@@ -56,8 +66,12 @@ pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
 pub use reaction::Reaction;
 pub(crate) use room::overlaps;
+pub(crate) use rotations::{Rotations, powers};
 pub use scene::Scene;
 pub(crate) use scene_motion::{SceneMotion, with_motion};
+pub use signal::Signal;
+pub(crate) use signal::taylor;
 pub(crate) use state::PhysicalState;
 pub use stop::{Normal, Side, Stop, Wall, WallSide};
 pub use system::System;
+pub(crate) use turns::{nearest_turn, two_sum};

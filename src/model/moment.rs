@@ -1,15 +1,38 @@
 //! A time, with the angle and the frequency of the forcing there.
 
+use crate::model::turns::nearest_turn;
+
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moment {
     pub time: f64,
+    /// What rounding took from the time.
+    pub rest: f64,
     pub angle: f64,
     pub frequency: f64,
+    /// When the step began that it belongs to: of a signal that piece counts which begins no later.
+    pub since: f64,
 }
 
 impl Moment {
-    /// A time later.
+    /// A time with the angle and frequency of the forcing there, the beginning of a step.
+    #[inline]
+    pub fn new(time: f64, angle: f64, frequency: f64) -> Self {
+        Self {
+            time,
+            rest: 0.0,
+            angle,
+            frequency,
+            since: time,
+        }
+    }
+
+    /// A moment at an angle of the forcing, where nothing depends on time but by that.
+    pub fn of_angle(angle: f64) -> Self {
+        Self::new(0.0, angle, 0.0)
+    }
+
+    /// A time later, in the same step.
     #[inline]
     pub fn after(self, span: f64) -> Self {
         Self {
@@ -17,5 +40,11 @@ impl Moment {
             angle: self.angle + self.frequency * span,
             ..self
         }
+    }
+
+    /// The angle `frequency t` of another frequency, within half a turn of zero.
+    pub fn angle_of(self, frequency: f64) -> f64 {
+        let (turn, turn_rest) = nearest_turn([self.time, self.rest], frequency);
+        frequency * ((self.time - turn) + (self.rest - turn_rest))
     }
 }

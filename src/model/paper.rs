@@ -2,7 +2,7 @@
 //! signs that make them admissible (theory 3); zeta and theta0 are not printed there.
 
 use crate::error::{Error, Result};
-use crate::model::forcing::BaseMotion;
+use crate::model::base_motion::BaseMotion;
 use crate::model::linear::LinearSystem;
 use crate::model::pendulum::{DoublePendulum, pendulum_mass, pendulum_stiffness};
 use crate::model::reaction::Reaction;

@@ -5,7 +5,7 @@ use crate::model::change::{Change, scale_damping, set_clearance, set_restitution
 use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
 use crate::model::excitation::Excitation;
-use crate::model::forcing::Forcing;
+use crate::model::forcing::{Forcing, Timing};
 use crate::model::linear::LinearSystem;
 use crate::model::nonlinear::no_mass;
 use crate::model::reaction::Reaction;
@@ -51,7 +51,15 @@ impl Scene {
 
     fn check_forcing(&self) -> Result<()> {
         let n = self.n_dof();
-        match (&self.forcing, &self.system) {
+        let parts = self.forcing.parts();
+        parts
+            .into_iter()
+            .try_for_each(|part| self.check_part(part, n))
+    }
+
+    /// One forcing of several.
+    fn check_part(&self, part: &Forcing, n: usize) -> Result<()> {
+        match (part, &self.system) {
             (Forcing::Harmonic(f), _) if f.amplitude().len() != n => Err(Error::bad_shape(
                 "forcing.amplitude",
                 format!("({},)", f.amplitude().len()),
@@ -62,21 +70,27 @@ impl Scene {
                 format!("({}, {})", f.n_harmonics(), f.n_dof()),
                 format!("({}, {n})", f.n_harmonics()),
             )),
-            (Forcing::BaseMotion(_), System::Linear(s)) if s.influence().is_none() => {
+            (Forcing::BaseMotion(_) | Forcing::BaseAcceleration(_), System::Linear(s))
+                if s.influence().is_none() =>
+            {
                 Err(Error::bad_value(
                     "forcing",
                     "a base motion",
                     "the linear system has no influence vector; give it one with `influence`",
                 ))
             }
-            (Forcing::BaseMotion(_), System::Nonlinear(_)) => Err(Error::bad_value(
-                "forcing",
-                "a base motion",
-                "it moves a pendulum or a linear system; write it into the acceleration of a nonlinear system",
-            )),
-            (Forcing::Harmonic(_) | Forcing::Fourier(_), System::Nonlinear(s)) if !s.has_mass() => {
-                Err(no_mass("a harmonic force"))
+            (Forcing::BaseMotion(_) | Forcing::BaseAcceleration(_), System::Nonlinear(_)) => {
+                Err(Error::bad_value(
+                    "forcing",
+                    "a base motion",
+                    "it moves a pendulum or a linear system; write it into the acceleration of a nonlinear system",
+                ))
             }
+            (
+                Forcing::Harmonic(_) | Forcing::Fourier(_) | Forcing::Load(_),
+                System::Nonlinear(s),
+            ) if !s.has_mass() => Err(no_mass("a harmonic force")),
+            (Forcing::Load(load), _) => load.direction_vector(n).map(drop),
             _ => Ok(()),
         }
     }
@@ -154,7 +168,7 @@ impl Scene {
         self.system.n_dof()
     }
 
-    /// The forcing period, `None` without forcing.
+    /// The forcing period, `None` without forcing, and where the forcings have none in common.
     pub fn period(&self) -> Option<f64> {
         self.forcing.period()
     }
@@ -164,12 +178,29 @@ impl Scene {
         Excitation::new(&self.system, &self.forcing)
     }
 
-    /// The fundamental frequency of what acts on the system, `None` without forcing.
+    /// How the scene depends on time, but for equations of motion that do by themselves.
+    pub(crate) fn timing(&self) -> Timing {
+        self.forcing.timing()
+    }
+
+    /// Whether what acts on it is known to have a period, or to be constant.
+    ///
+    /// # Errors
+    /// Forcings without a common period, and signals; `purpose` says what needs one.
+    pub(crate) fn check_period(&self, purpose: &str) -> Result<()> {
+        let Timing::Aperiodic { reason } = self.timing() else {
+            return Ok(());
+        };
+        let rule = format!("{purpose} needs a period: {reason}");
+        Err(Error::bad_value("scene", "without a period", rule))
+    }
+
+    /// The fundamental frequency of what acts on the system, `None` without forcing, and where there is none.
     pub(crate) fn frequency(&self) -> Option<f64> {
         self.forcing.frequency()
     }
 
-    /// The phase of the fundamental frequency, zero without forcing.
+    /// The phase of the fundamental frequency, zero without forcing, NaN where there is none.
     pub(crate) fn phase(&self) -> f64 {
         self.forcing.phase()
     }
@@ -246,6 +277,9 @@ impl Scene {
                 copy.forcing = self.forcing.with_frequency(frequency)?;
             }
             Change::Phase(phase) => copy.forcing = self.forcing.with_phase(phase)?,
+            Change::FundamentalPhase(phase) => {
+                copy.forcing = self.forcing.with_fundamental_phase(phase)?;
+            }
             Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
             Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,
             Change::Clearance(values) => copy.set_each("clearance", &values, set_clearance)?,

@@ -61,7 +61,7 @@ impl PeriodicOrbit {
         let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
         Ok(Self {
             scene: match scene.frequency() {
-                Some(_) => scene.replace(Change::Phase(phase))?,
+                Some(_) => scene.replace(Change::FundamentalPhase(phase))?,
                 None => scene.clone(),
             },
             period: flights.iter().map(|f| f.span).sum(),

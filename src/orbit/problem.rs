@@ -54,6 +54,7 @@ pub(crate) fn check(
     purpose: &str,
 ) -> Result<()> {
     scene.linear_system(purpose)?;
+    scene.check_period(purpose)?;
     if scene.frequency().is_none() {
         return Err(Error::bad_value(
             "scene",
@@ -63,7 +64,7 @@ pub(crate) fn check(
             ),
         ));
     }
-    let harmonics = scene.forcing().n_harmonics();
+    let harmonics = scene.excitation().rotations.n_harmonics;
     if harmonics > 1 && (pattern.instants().len() > 1 || options.free.is_some()) {
         let found = format!("of {harmonics} harmonics");
         let rule = format!(

@@ -138,7 +138,7 @@ impl Path {
                 .fold(0.0, f64::max),
             Form::Dense(m) => m.norm(),
         };
-        let rate = free.max(modal.frequency);
+        let rate = free.max(modal.rotations.fastest());
         if rate > 0.0 {
             rate
         } else {

@@ -62,13 +62,13 @@ impl Evaluator {
                 phase,
             } => {
                 let mut state: ModalState = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
-                let angle = clock.angle() + phase;
+                let at = clock.moment(*phase);
                 let is_holding = |s: &&Arc<ConstrainedMotion>| s.stops == stops;
                 if let Some(constrained) = held.iter().find(is_holding) {
                     let (q, v) = modal.form.to_physical(&state);
-                    return constrained.propagate(angle, local, &q, &v);
+                    return constrained.propagate(at, local, &q, &v);
                 }
-                with_flow!(&**flow, f => propagate(f, angle, local, &mut state));
+                with_flow!(&**flow, f => propagate(f, at, local, &mut state));
                 modal.form.to_physical(&state)
             }
             Self::Series { order } if kind == SegmentKind::Flight => {

@@ -44,7 +44,7 @@ pub(crate) struct Rates(Vec<(f64, f64)>);
 
 impl Rates {
     fn new(form: &Form, scene: &ModalScene) -> Self {
-        let lasting = (f64::INFINITY, scene.frequency);
+        let lasting = (f64::INFINITY, scene.rotations.fastest());
         match form {
             Form::Dense(matrix) => Self::of(vec![lasting, (f64::INFINITY, matrix.norm())]),
             Form::Blocks(blocks) => {

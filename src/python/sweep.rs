@@ -1,7 +1,7 @@
 //! Existence maps and ensembles in Python: whole on threads, or in tiles that any executor can take.
 
 use crate::error::Error;
-use crate::model::{Forcing, Parameter, Scene};
+use crate::model::{BaseMotion, Forcing, Parameter, Scene};
 use crate::orbit::Pattern;
 use crate::python::array::{out_matrix, rows, times};
 use crate::python::model::PyScene;
@@ -46,6 +46,14 @@ fn out_cells<'py>(py: Python<'py>, cells: &[ExistenceCell]) -> Cells<'py> {
     )
 }
 
+/// The amplitude of a base motion that is one real number.
+fn single(base: &BaseMotion) -> Option<f64> {
+    match base.amplitudes().as_slice() {
+        [one] if one.im == 0.0 => Some(one.re),
+        _ => None,
+    }
+}
+
 /// An axis of a map. The amplitude of a base motion, one number, is varied as the factor on it.
 fn axis(
     argument: &str,
@@ -55,17 +63,26 @@ fn axis(
     let values = times(argument, values)?.0;
     if name == "amplitude" {
         let given = match scene.forcing() {
-            Forcing::BaseMotion(base) if base.amplitude() != 0.0 => base.amplitude(),
+            Forcing::BaseMotion(base) if single(base).is_some_and(|a| a != 0.0) => {
+                single(base).unwrap_or_default()
+            }
             forcing => {
                 let reason = match forcing {
-                    Forcing::BaseMotion(_) => {
+                    Forcing::BaseMotion(base) if single(base).is_some() => {
                         "the scene's is zero, of which others are no multiple"
+                    }
+                    Forcing::BaseMotion(_) => {
+                        "that of the base is several numbers, and only one is varied"
                     }
                     Forcing::Harmonic(_) => {
                         "that of a Harmonic is an array, and only numbers are varied"
                     }
                     Forcing::Fourier(_) => {
                         "that of a Fourier is several arrays, and only numbers are varied"
+                    }
+                    Forcing::Several(_) => "the scene has several forcings",
+                    Forcing::Load(_) | Forcing::BaseAcceleration(_) => {
+                        "what follows a signal has none"
                     }
                     Forcing::Unforced => "the scene has no forcing",
                 };

@@ -145,17 +145,17 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
             let end = flow.system.clock().at(t_end);
             match events.depart(flow.system(), end, options) {
                 ControlFlow::Break(ending) => return Ok(Some(ending)),
-                ControlFlow::Continue(span) if flow.system.is_free() => {
+                ControlFlow::Continue((span, _)) if flow.system.is_free() => {
                     self.flight = Some(LaneFlight {
                         goal: flow.system.clock().after(span),
                         is_new: true,
                         step: None,
                     });
                 }
-                ControlFlow::Continue(span) => {
+                ControlFlow::Continue((span, last)) => {
                     let record = &mut self.record;
                     let arrival =
-                        flow.advance_to_event(&events.root_orders, span, t_end, record, observer)?;
+                        flow.advance_to_event(&events.root_orders, span, last, record, observer)?;
                     return events.arrive(flow.system(), arrival, t_end, record);
                 }
             }

@@ -4,6 +4,7 @@
 
 mod at_once;
 mod hold_or_release;
+mod pass_break;
 mod resting;
 mod strike;
 
@@ -55,6 +56,9 @@ pub(crate) struct EventLoop {
     reaches: Vec<f64>,
     /// Where the present flight began.
     departure: Option<Clock>,
+    /// Whether the present flight is to end where something else begins to act, and whether the last one did.
+    is_to_break: bool,
+    is_at_break: bool,
     /// The stops in contact.
     touching: Vec<usize>,
     /// The stops held, and those that were before the contacts of this instant.
@@ -99,12 +103,12 @@ impl EventLoop {
         let work = system.work_of_flight();
         loop {
             observer.work(work)?;
-            let span = match self.depart(flow.system(), goal, options) {
+            let (span, last) = match self.depart(flow.system(), goal, options) {
                 ControlFlow::Break(ending) => return Ok(ending),
-                ControlFlow::Continue(span) => span,
+                ControlFlow::Continue(ahead) => ahead,
             };
             let arrival =
-                flow.advance_to_event(&self.root_orders, span, t_end, record, &mut observer)?;
+                flow.advance_to_event(&self.root_orders, span, last, record, &mut observer)?;
             let system = flow.system();
             now.set(system.clock().time());
             if let Some(ending) = self.arrive(system, arrival, t_end, record)? {
@@ -138,6 +142,7 @@ impl EventLoop {
         self.approaches.clear();
         self.approaches.resize(n_stops, 0.0);
         self.departure = None;
+        (self.is_to_break, self.is_at_break) = (false, false);
         self.let_go.clear();
         self.closed_again.clear();
         self.events_at = (t0, 0, 0);
@@ -145,13 +150,14 @@ impl EventLoop {
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
     }
 
-    /// The span of the next flight, towards a goal; or the end of the run, if there is to be none.
+    /// The span of the next flight, towards a goal, and the time at its end: that of the goal, or before it one from which on something
+    /// else acts; or the end of the run, if there is to be no flight.
     pub fn depart<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &Y,
         goal: Clock,
         options: &SimulateOptions,
-    ) -> ControlFlow<Ending, f64> {
+    ) -> ControlFlow<Ending, (f64, f64)> {
         let now = system.clock().time();
         if options
             .max_impacts
@@ -159,14 +165,27 @@ impl EventLoop {
         {
             return ControlFlow::Break(self.ended(now, Status::MaxImpacts));
         }
-        self.stats.n_flights += 1;
-        self.departure = Some(system.clock());
-        let left = system.clock().until(goal).max(0.0);
+        if !std::mem::take(&mut self.is_at_break) {
+            self.stats.n_flights += 1;
+        }
+        let clock = system.clock();
+        self.departure = Some(clock);
+        let left = clock.until(goal).max(0.0);
         if self.is_looping(now, left) {
             let reason = "contacts open and close without end at one instant".to_owned();
             return ControlFlow::Break(Unresolved { reason }.at(now));
         }
-        ControlFlow::Continue(left)
+        self.is_at_break = false;
+        self.is_to_break = false;
+        let breaks = system.breaks();
+        let next = breaks.get(breaks.partition_point(|at| *at <= now));
+        ControlFlow::Continue(match next {
+            Some(&at) if at < goal.time() => {
+                self.is_to_break = true;
+                (clock.until(clock.at(at)).max(0.0), at)
+            }
+            _ => (left, goal.time()),
+        })
     }
 
     /// What happens where a flight has ended; the end of the run, if it is that.
@@ -178,6 +197,7 @@ impl EventLoop {
         record: &mut Record,
     ) -> Result<Option<Ending>> {
         let resolved = match arrival {
+            Arrival::End if self.is_to_break => self.pass_break(system, record)?,
             Arrival::End => return Ok(Some(self.ended(t_end, Status::Finished))),
             Arrival::Underflow => {
                 let time = system.clock().time();

@@ -4,7 +4,7 @@ use crate::error::{Result, digits};
 use crate::flow::{ModalScene, SceneFlow};
 use crate::hybrid::{has_series, series_order};
 use crate::modal::Form;
-use crate::model::{Constraint, ContactGeometry, Scene, overlaps};
+use crate::model::{Constraint, ContactGeometry, Rotations, Scene, overlaps};
 use crate::simulate::options::SimulateOptions;
 
 /// The machinery that a scene needs, in words, and which stops leave no position between them.
@@ -24,10 +24,8 @@ pub fn plan(scene: &Scene) -> Result<String> {
 
 fn machinery(scene: &Scene) -> Result<String> {
     let Ok(_) = scene.linear_system("plan") else {
-        let forcing = match scene.frequency() {
-            Some(_) => "harmonic forcing",
-            None => "no forcing",
-        };
+        let excitation = scene.excitation();
+        let forcing = acting(&excitation.rotations, excitation.signals.len());
         let (steps, path) = if has_series(scene) {
             let order = series_order(SimulateOptions::default().rtol);
             let steps = format!(
@@ -53,20 +51,14 @@ fn machinery(scene: &Scene) -> Result<String> {
             "closed-form flights by the matrix exponential (the state matrix is defective)"
         }
     };
-    let forcing = match modal.flow() {
-        _ if modal.frequency <= 0.0 => "no forcing: free response".to_owned(),
-        flow => {
-            let treated = match flow {
-                SceneFlow::Split(_) => ": its steady response split off",
-                SceneFlow::Dense(_) => " in the matrix, enlarged",
-                _ => ": the response from rest (near resonance, or without equilibrium)",
-            };
-            match modal.n_harmonics() {
-                1 => format!("harmonic forcing{treated}"),
-                k => format!("forcing of {k} harmonics{treated}"),
-            }
-        }
+    let treated = match modal.flow() {
+        _ if modal.rotations.is_empty() && modal.signals.is_empty() => ": free response",
+        SceneFlow::Split(_) => ": its steady response split off",
+        SceneFlow::Dense(_) => " in the matrix, enlarged",
+        _ if !modal.signals.is_empty() => ": the response from rest, exact on each polynomial",
+        _ => ": the response from rest (near resonance, or without equilibrium)",
     };
+    let forcing = acting(&modal.rotations, modal.signals.len()) + treated;
     let stops = match modal.n_stops() {
         0 => "no stops: one flight to the end, no event search".to_owned(),
         k => format!(
@@ -76,6 +68,25 @@ fn machinery(scene: &Scene) -> Result<String> {
         ),
     };
     Ok(format!("{flights}; {forcing}; {stops}"))
+}
+
+/// What acts, in words.
+fn acting(rotations: &Rotations, n_signals: usize) -> String {
+    let turning = match (rotations.n_harmonics, rotations.tones.len()) {
+        (0, 0) => None,
+        (1, 0) => Some("harmonic forcing".to_owned()),
+        (k, 0) => Some(format!("forcing of {k} harmonics")),
+        (_, tones) => Some(format!(
+            "forcing at {tones} frequencies without a common period"
+        )),
+    };
+    let plural = if n_signals == 1 { "" } else { "s" };
+    match (turning, n_signals) {
+        (None, 0) => "no forcing".to_owned(),
+        (Some(turning), 0) => turning,
+        (None, k) => format!("forcing after {k} signal{plural}"),
+        (Some(turning), k) => format!("{turning}, and {k} signal{plural}"),
+    }
 }
 
 fn count(stops: usize) -> String {

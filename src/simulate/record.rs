@@ -4,7 +4,7 @@ use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
 use crate::observer::is_broken_off;
-use crate::path::{PathParts, Samples};
+use crate::path::{PathParts, PathSegment, Samples};
 use crate::simulate::options::{Keep, SimulateOptions};
 use nalgebra::DMatrix;
 
@@ -15,6 +15,8 @@ pub(crate) struct Record {
     grazes: Vec<Graze>,
     kept: Option<PathParts>,
     samples: Option<Sampler>,
+    /// Whether the next segment is a part of the last one.
+    goes_on: bool,
 }
 
 /// The motion at the times asked for, filled in flight by flight.
@@ -40,7 +42,13 @@ impl Record {
             grazes: Vec::new(),
             kept: (options.keep == Keep::Motion).then(PathParts::default),
             samples: options.t_eval.as_ref().map(sampler),
+            goes_on: false,
         }
+    }
+
+    /// Takes the segment that follows for a part of the last one, where it is of the same kind with the same stops.
+    pub fn go_on(&mut self) {
+        self.goes_on = true;
     }
 
     /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
@@ -99,8 +107,12 @@ impl Recorder for Record {
     }
 
     fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]) {
+        let goes_on = std::mem::take(&mut self.goes_on);
         if let Some(kept) = &mut self.kept {
-            kept.begin(kind, stops);
+            let is_same = |last: &PathSegment| last.kind == kind && last.stops == stops;
+            if !(goes_on && kept.segments.last().is_some_and(is_same)) {
+                kept.begin(kind, stops);
+            }
         }
     }
 

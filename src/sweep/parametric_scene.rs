@@ -4,7 +4,8 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::modal::{Block, Form, Pair};
-use crate::model::{Parameter, Scene};
+use crate::model::{Change, Parameter, Scene};
+use nalgebra::Complex;
 use std::sync::Arc;
 
 /// The machinery of a scene, and of the same scene with other values of its parameters.
@@ -16,7 +17,9 @@ pub(crate) struct ParametricScene<'a> {
     /// The factor on the damping that `base` has.
     base_damping: f64,
     moved: ModalScene,
-    grows_with_frequency: bool,
+    /// Whether all forces grow with the square of the frequency; `None` where some do.
+    grows_with_frequency: Option<bool>,
+
     /// The mean of a periodic force in modal pairs, empty where there is none.
     mean: Vec<Pair>,
 }
@@ -72,10 +75,11 @@ impl<'a> ParametricScene<'a> {
                 Parameter::Phase | Parameter::DampingScale => {}
             }
         }
-        if self.grows_with_frequency {
+        if self.grows_with_frequency == Some(true) {
             scale *= (frequency / self.base.frequency).powi(2);
         }
         self.moved.frequency = frequency;
+        self.moved.rotations.fundamental = frequency;
         let (moved, base) = (&mut self.moved, &self.base);
         for (moved, given) in moved.force.iter_mut().zip(&base.force) {
             *moved = given.map(|f| f * scale);
@@ -83,6 +87,19 @@ impl<'a> ParametricScene<'a> {
         let higher = moved.higher.iter_mut().flatten();
         for (moved, given) in higher.zip(base.higher.iter().flatten()) {
             *moved = given.map(|f| f * scale);
+        }
+        if self.grows_with_frequency.is_none() && frequency != base.frequency {
+            let sped = self
+                .scene
+                .replace(Change::Frequency(frequency))?
+                .excitation();
+            let forces = std::iter::once(&mut moved.force).chain(&mut moved.higher);
+            for (moved, part) in forces.zip(&sped.harmonics) {
+                let force = part.force.map(|f| f * Complex::from(scale));
+                if !force.is_empty() {
+                    *moved = base.form.force(&base.system, &force);
+                }
+            }
         }
         // The mean of a periodic force is scaled with it, a load of the system is not.
         for ((moved, given), mean) in moved.load.iter_mut().zip(&base.load).zip(&self.mean) {
@@ -120,6 +137,7 @@ impl<'a> ParametricScene<'a> {
         Ok(())
     }
 }
+
 /// The mean of a periodic force in modal pairs, empty where there is none.
 fn mean(scene: &ModalScene) -> Vec<Pair> {
     let mean = &scene.excitation.mean;

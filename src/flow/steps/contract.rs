@@ -48,11 +48,7 @@ const TOLERANCE: Tolerance = Tolerance {
 const START: [f64; 4] = [0.4, -0.2, 0.3, 0.1];
 
 fn moment(time: f64) -> Moment {
-    Moment {
-        time,
-        angle: time,
-        frequency: 1.0,
-    }
+    Moment::new(time, time, 1.0)
 }
 
 fn apart(a: &[f64], b: &[f64]) -> f64 {

@@ -281,11 +281,7 @@ mod tests {
 
     fn start<S>(x: &S, frequency: f64, time: f64) -> StepStart<'_, S> {
         let angle = frequency * time;
-        let at = Moment {
-            time,
-            angle,
-            frequency,
-        };
+        let at = Moment::new(time, angle, frequency);
         StepStart { at, x }
     }
 

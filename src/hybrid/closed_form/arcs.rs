@@ -8,7 +8,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::modal::{ModalState, Pair};
-use crate::model::PhysicalState;
+use crate::model::{Moment, PhysicalState};
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
 /// A motion along stops, from a position and velocity.
 pub(super) struct ConstrainedArc<'s> {
     pub motion: &'s ConstrainedMotion,
-    pub angle: f64,
+    pub at: Moment,
     pub start: (&'s DVector<f64>, &'s DVector<f64>),
     /// The same in modal pairs.
     pub modal_state: ModalState,
@@ -56,7 +56,7 @@ impl Written for ConstrainedArc<'_> {
 impl ArcMotion for ConstrainedArc<'_> {
     fn state(&mut self, local: f64) -> PhysicalState {
         self.motion
-            .propagate(self.angle, local, self.start.0, self.start.1)
+            .propagate(self.at, local, self.start.0, self.start.1)
     }
 }
 
@@ -109,7 +109,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         if recorder.wanted().arcs {
             let mut arc = ConstrainedArc {
                 motion: &motion,
-                angle: self.clock.angle(),
+                at: self.moment(),
                 start: (&q, &v),
                 modal_state: self.scene.form.to_modal(&q, &v),
             };

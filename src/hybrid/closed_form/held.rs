@@ -14,7 +14,7 @@ use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{Gaps, Present};
 use crate::impact::{StopsAt, project};
 use crate::modal::{ModalState, Pair};
-use crate::model::PhysicalState;
+use crate::model::{Moment, PhysicalState};
 use crate::observer::Observer;
 use crate::tolerance::{CANCELLED, FLAT_FORCE};
 use nalgebra::DVector;
@@ -58,17 +58,17 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         held: &[usize],
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>> {
-        let angle = self.clock.angle();
+        let at = self.moment();
         let lost = self.scene.form.lost(&self.modal_state(&self.state));
         let derivatives = if held.is_empty() {
             let state = self.physical();
             let equations = self.timed.equations();
-            equations.derivatives(self.scene, angle, state, lost, orders)
+            equations.derivatives(self.scene, at, state, lost, orders)
         } else {
             let motion = self.motion_of(held)?;
             let state = self.settled(held)?;
             let equations = motion.equations(&self.scene.system);
-            equations.derivatives(self.scene, angle, state, lost, orders)
+            equations.derivatives(self.scene, at, state, lost, orders)
         };
         let normal = |stop: usize| self.scene.geometry.normals.column(stop);
         let unknown = |stop: usize, of: &DVector<f64>| {
@@ -93,10 +93,10 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
-        let angle = self.clock.angle();
+        let at = self.moment();
         let flight = HeldFlight {
             motion,
-            angle,
+            at,
             modal_state: motion.reduce(&q, &v),
             orders,
         };
@@ -122,14 +122,14 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         if recorder.wanted().arcs {
             let mut arc = ConstrainedArc {
                 motion,
-                angle,
+                at,
                 start: (&q, &v),
                 modal_state: self.modal_state(&self.state),
             };
             let ends = (time, next.is_none().then_some(last));
             self.record_along(SegmentKind::Stick, ends, &mut arc, recorder);
         }
-        let (q, v) = motion.propagate(angle, time, &q, &v);
+        let (q, v) = motion.propagate(at, time, &q, &v);
         self.put((&q, &v), time);
         // The sums that gave the position were those of this flight.
         for (stop, rounding) in seen.roundings {
@@ -147,7 +147,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
 /// A motion with stops held, from where it begins.
 struct HeldFlight<'a> {
     motion: &'a ConstrainedMotion,
-    angle: f64,
+    at: Moment,
     /// The motion left over, in its modal pairs.
     modal_state: ModalState,
     /// The orders of the roots of the gaps, and of the contact forces, as far as known.
@@ -163,7 +163,7 @@ impl HeldFlight<'_> {
         observer: &mut Observer<'_>,
     ) -> Result<(Option<(HeldEvent, f64)>, Seen, Vec<Grazed>)> {
         let mut state = Vec::new();
-        flow.state_from_modal(&self.modal_state, self.angle, &mut state);
+        flow.state_from_modal(&self.modal_state, self.at, &mut state);
         let (events, rows) = watched(flow, self.motion, (&self.modal_state, &state));
         let mut search = ContactSearch::new(flow, rows);
         search.evaluate(&state);

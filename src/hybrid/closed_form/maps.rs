@@ -5,8 +5,8 @@ use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow
 use crate::hybrid::maps::HybridMaps;
 use crate::impact::impulse_matrix;
 use crate::modal::ModalState;
-use crate::model::{PhysicalState, along_reactions};
-use nalgebra::{Complex, DMatrix, DVector};
+use crate::model::{Moment, PhysicalState, along_reactions};
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// A linear scene from a forcing phase.
@@ -57,8 +57,8 @@ impl<'a> ClosedFormMaps<'a> {
         joined(&self.scene.form.to_physical(modal))
     }
 
-    fn angle(&self, t: f64) -> f64 {
-        self.scene.frequency * t + self.phase
+    fn moment(&self, t: f64) -> Moment {
+        Moment::of_angle(self.scene.frequency * t + self.phase)
     }
 
     fn constrained(&self, held: &[usize]) -> &ConstrainedMotion {
@@ -88,12 +88,12 @@ impl HybridMaps for ClosedFormMaps<'_> {
         if !held.is_empty() {
             let constrained = self.constrained(held);
             let (q, v) = halves(state);
-            *state = joined(&constrained.propagate(self.angle(start), end - start, &q, &v));
+            *state = joined(&constrained.propagate(self.moment(start), end - start, &q, &v));
             constrained.propagate_deviations(end - start, deviations);
             return Ok(());
         }
         let mut modal = self.modal(state);
-        with_flow!(&self.flow, f => propagate(f, self.angle(start), end - start, &mut modal));
+        with_flow!(&self.flow, f => propagate(f, self.moment(start), end - start, &mut modal));
         *state = self.physical(&modal);
         if deviations.ncols() > 0 {
             let mut carried = &self.to_modal * &*deviations;
@@ -106,8 +106,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
         let modal = self.modal(state);
         let mut rate = ModalState::from(vec![[0.0; 2]; modal.len()]);
-        let u = Complex::from_polar(1.0, self.angle(t));
-        self.scene.rate(&modal, u, &mut rate);
+        self.scene.rate(&modal, self.moment(t), &mut rate);
         let mut rate = self.physical(&rate);
         if !held.is_empty() {
             let n = rate.len() / 2;

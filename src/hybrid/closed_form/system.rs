@@ -15,14 +15,14 @@ use crate::hybrid::system::{
 };
 use crate::impact::{put_onto_stops, wrapped};
 use crate::modal::ModalState;
-use crate::model::PhysicalState;
-
 use crate::modal::Pair;
+use crate::model::{Moment, PhysicalState};
+
 use crate::model::{acceleration_size, force_terms};
 use crate::observer::Observer;
 use crate::quantity::{difference, larger, positive_part};
 use crate::tolerance::{DEPENDENT, GAP_ROUNDING, PLACED_ROUNDING};
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::Arc;
@@ -130,9 +130,8 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     /// Puts the present state at a position and velocity, a time later.
     pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.clock = self.clock.after(span);
-        let angle = self.clock.angle();
-        self.flow
-            .state_from_modal(&self.scene.form.to_modal(q, v), angle, &mut self.state);
+        let (modal_state, at) = (self.scene.form.to_modal(q, v), self.moment());
+        (self.flow).state_from_modal(&modal_state, at, &mut self.state);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());
         let unknown = gaps.map(|(clearance, normal)| {
@@ -148,8 +147,14 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.placed.clear();
         self.search.forward(&mut self.state, span);
         self.clock = self.clock.after(span);
-        let angle = self.clock.angle();
-        self.flow.set_angle(&mut self.state, angle);
+        let at = self.moment();
+        self.flow.set_moment(&mut self.state, at);
+    }
+
+    /// The moment, where the phase of the forcing is in its amplitude.
+    #[inline]
+    pub(super) fn moment(&self) -> Moment {
+        self.clock.moment(0.0)
     }
 }
 
@@ -262,8 +267,7 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
 impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     fn free_accelerations(&self, stops: &[usize]) -> DVector<f64> {
         let (scene, (q, v)) = (self.scene, self.physical());
-        let phasor = Complex::cis(self.clock.angle());
-        let force = scene.excitation.force(phasor, q.len());
+        let force = scene.excitation.force(self.moment(), q.len());
         let acceleration = scene.system.acceleration(&q, &v, &force);
         let pull = |i: usize| -scene.geometry.normals.column(stops[i]).dot(&acceleration);
         DVector::from_fn(stops.len(), |i, _| pull(i))
@@ -277,7 +281,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
             ..
         } = self.scene;
         let (q, v) = self.physical();
-        let terms = force_terms(system, &excitation.sizes(q.len()), (&q, &v));
+        let terms = force_terms(system, &excitation.sizes(self.moment(), q.len()), (&q, &v));
         let normal = |stop: usize| geometry.normals.column(stop).into_owned();
         // Forces that have just become zero one by one are known to the rounding of the motion.
         let size = |&stop: &usize| {
@@ -380,7 +384,7 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
         let (motion, (q, v)) = self.record_rest(stop, span, recorder)?;
-        let (q, v) = motion.propagate(self.clock.angle(), span, &q, &v);
+        let (q, v) = motion.propagate(self.moment(), span, &q, &v);
         self.put((&q, &v), span);
         self.evaluate_gaps()
     }
@@ -397,6 +401,10 @@ impl<F: LinearFlow> Present for ClosedForm<'_, F> {
 
     fn phase(&self) -> f64 {
         wrapped(self.clock.angle() + self.phase)
+    }
+
+    fn breaks(&self) -> &[f64] {
+        &self.timed.breaks
     }
 
     fn physical(&self) -> PhysicalState {
@@ -420,10 +428,8 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.holding = None;
         self.placed.clear();
         self.clock = self.clock.at(t);
-        let angle = self.clock.angle();
-        let modal_state = self.scene.form.to_modal(q, v);
-        self.flow
-            .state_from_modal(&modal_state, angle, &mut self.state);
+        let (modal_state, at) = (self.scene.form.to_modal(q, v), self.moment());
+        (self.flow).state_from_modal(&modal_state, at, &mut self.state);
     }
 
     fn advance_to_event(
@@ -460,8 +466,8 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
                     self.clock = then;
                     self.placed.clear();
                     std::mem::swap(&mut self.state, &mut self.arrived);
-                    let angle = self.clock.angle();
-                    self.flow.set_angle(&mut self.state, angle);
+                    let at = self.moment();
+                    self.flow.set_moment(&mut self.state, at);
                     return Ok(Arrival::Contact { stop });
                 }
             }

@@ -46,11 +46,7 @@ impl IntegratedMaps {
     }
 
     pub fn moment(&self, t: f64) -> Moment {
-        Moment {
-            time: t,
-            angle: self.frequency * t + self.phase,
-            frequency: self.frequency,
-        }
+        Moment::new(t, self.frequency * t + self.phase, self.frequency)
     }
 
     /// The motion while some stops are held.

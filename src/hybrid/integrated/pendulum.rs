@@ -2,9 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::taylor::MOST_ORDER;
-use crate::model::{
-    ChainMotion, Constraint, DoublePendulumMotion, Driven, Forcing, Links, Scene, System,
-};
+use crate::model::{ChainMotion, Constraint, DoublePendulumMotion, Driven, Links, Scene, System};
 
 /// The order of a series for a tolerance. A step of order p is as long as `tolerance^(1/p)` and its work `a + b p + c p^2`, of
 /// which it is least for about this order on a double pendulum; it is flat there.
@@ -14,16 +12,14 @@ pub(crate) fn series_order(rtol: f64) -> usize {
     (order as usize).min(MOST_ORDER)
 }
 
-/// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions and forces of
-/// several harmonics.
+/// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions.
 pub(crate) fn has_series(scene: &Scene) -> bool {
     let is_given = |stop: &Constraint| !matches!(stop, Constraint::Nonlinear(_));
     let is_pendulum = matches!(
         scene.system(),
         System::DoublePendulum(_) | System::PendulumChain(_)
     );
-    let is_harmonic = !matches!(scene.forcing(), Forcing::Fourier(_));
-    is_pendulum && is_harmonic && scene.stops().iter().all(is_given)
+    is_pendulum && scene.stops().iter().all(is_given)
 }
 
 /// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
@@ -52,7 +48,7 @@ impl Pendulum {
             _ => Err(Error::bad_value(
                 "method",
                 "\"taylor\"",
-                "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls under a harmonic forcing; use \"auto\"",
+                "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls; use \"auto\"",
             )),
         }
     }

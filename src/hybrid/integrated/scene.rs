@@ -35,6 +35,10 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     /// The largest contact force of each since it is held.
     pub(super) peak_forces: Vec<f64>,
     pub(super) phase: f64,
+    /// The frequency of the fastest harmonic or tone, zero without any.
+    pub(super) fastest_forcing: f64,
+    /// The times at which a signal passes from one polynomial to the next.
+    pub(super) breaks: Vec<f64>,
     pub(super) tolerance: Tolerance,
     /// What was chosen of the method.
     choice: P::Choice,
@@ -76,6 +80,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     ) -> Self {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
+        let excitation = scene.excitation();
         let none = vec![GapValue::default(); contacts.len()];
         let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
         let tolerance = Tolerance {
@@ -93,6 +98,8 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             is_bound: Vec::new(),
             peak_forces: Vec::new(),
             phase: scene.phase(),
+            fastest_forcing: excitation.rotations.fastest(),
+            breaks: excitation.breaks(),
             tolerance,
             choice,
             stepper: P::new(n, tolerance, choice),

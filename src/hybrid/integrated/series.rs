@@ -261,9 +261,9 @@ impl SeriesSearch {
         m: usize,
     ) -> Result<()> {
         system.n_series += 1;
-        let angle = system.moment().angle;
+        let at = system.moment();
         let (q, v) = system.x.slice().split_at(system.n());
-        self.pendulum.begin(series, m, (angle, q, v))
+        self.pendulum.begin(series, m, (at, q, v))
     }
 
     /// What makes the series of the motion.

@@ -259,8 +259,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// nothing moves, no error would tell of the forces in it.
     fn limit_to_half_period<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
         let left = self.clock.until(end);
-        let harmonics = self.scene.forcing().n_harmonics();
-        let frequency = harmonics as f64 * self.moment().frequency;
+        let frequency = self.fastest_forcing;
         if frequency > 0.0 && left > 0.0 {
             let wanted = match self.h {
                 Some(h) => h,

@@ -132,7 +132,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
             .iter()
             .map(|&stop| self.contacts[stop].surface.normal(q.as_slice()));
         if let System::Linear(system) = self.scene.system() {
-            let sizes = self.scene.excitation().sizes(self.n());
+            let sizes = self.scene.excitation().sizes(self.moment(), self.n());
             let terms = force_terms(system, &sizes, (&q, &v));
             return normals
                 .map(|normal| Ok(acceleration_size(system, &normal?, &terms)))
@@ -253,6 +253,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Present for Integrated<'_, S, D, P> {
 
     fn phase(&self) -> f64 {
         wrapped(self.clock.angle() + self.phase)
+    }
+
+    fn breaks(&self) -> &[f64] {
+        &self.breaks
     }
 
     fn physical(&self) -> PhysicalState {

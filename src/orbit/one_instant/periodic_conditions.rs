@@ -429,8 +429,7 @@ pub(in crate::orbit) fn enlarged_exponential(
     scene: &ModalScene,
     t: f64,
 ) -> DMatrix<f64> {
-    let flow =
-        crate::flow::DenseFlow::new(state.clone(), &scene.load, &scene.forces(), scene.frequency);
+    let flow = crate::flow::DenseFlow::new(state.clone(), &scene.load, scene.drive());
     let mut enlarged = DMatrix::zeros(0, 0);
     crate::flow::LinearFlow::prepare(&flow, t, &mut enlarged);
     enlarged

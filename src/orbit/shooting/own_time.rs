@@ -82,7 +82,7 @@ pub(crate) fn with_phase(scene: &Scene, phase: f64, depends: bool) -> Result<Sce
     let Some(frequency) = scene.frequency() else {
         return Ok(scene.clone());
     };
-    let moved = scene.replace(Change::Phase(phase))?;
+    let moved = scene.replace(Change::FundamentalPhase(phase))?;
     match scene.system() {
         System::Nonlinear(system) if depends => {
             let turned = (phase - scene.phase()).rem_euclid(TAU);

@@ -6,6 +6,7 @@ use crate::flow::{ModalScene, along};
 use crate::impact::saltation;
 use crate::linalg::eigen;
 use crate::modal::Pair;
+use crate::model::Moment;
 use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
@@ -271,9 +272,9 @@ fn monodromy(
         if order.is_empty() {
             continue;
         }
-        let u = Complex::from_polar(1.0, scene.frequency * (flight.start + flight.span) + phase);
+        let at = Moment::of_angle(scene.frequency * (flight.start + flight.span) + phase);
         let mut state = flight.before_next.clone();
-        scene.rate(&state, u, &mut before);
+        scene.rate(&state, at, &mut before);
         for &stop in &order[(k + 1) % order.len()] {
             let g = &scene.geometry;
             let (velocity, jump) = (&scene.velocity_rows[stop], &scene.jumps[stop]);
@@ -283,7 +284,7 @@ fn monodromy(
             for (z, jump) in state.iter_mut().zip(jump) {
                 *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
             }
-            scene.rate(&state, u, &mut after);
+            scene.rate(&state, at, &mut after);
             let reset = |deviations: &mut DMatrix<f64>| {
                 let impulses = deviations.tr_mul(&flat(velocity));
                 deviations.ger(-factor, &flat(jump), &impulses, 1.0);

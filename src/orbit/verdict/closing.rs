@@ -4,6 +4,7 @@
 
 use crate::flow::{LinearFlow, ModalScene, along};
 use crate::modal::{Block, Form, ModalState, Pair};
+use crate::model::Moment;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::tolerance::{CLOSING_ROUNDING, FLIGHTS_CLOSED};
@@ -104,9 +105,9 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
             self.flow.prepare(span, &mut self.propagator);
             self.span = span;
         }
-        let angle = self.scene.frequency * flight.start + phase;
+        let at = Moment::of_angle(self.scene.frequency * flight.start + phase);
         self.flow
-            .state_from_modal(&flight.after, angle, &mut self.state);
+            .state_from_modal(&flight.after, at, &mut self.state);
         self.flow.advance(&self.propagator, &mut self.state);
         self.flow.modal_from_state(&self.state, &mut self.end);
     }

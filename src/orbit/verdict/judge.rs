@@ -10,6 +10,7 @@ use crate::flow::{
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::modal::Pair;
+use crate::model::Moment;
 use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
@@ -96,9 +97,9 @@ impl<'a> Judge<'a> {
             .filter(|flight| flight.mode.kind == SegmentKind::Flight);
         with_flow!(&self.flow, f => {
             for flight in free {
-                let angle = scene.frequency * flight.start + phase;
+                let at = Moment::of_angle(scene.frequency * flight.start + phase);
                 let mut entered = Vec::new();
-                f.state_from_modal(&flight.after, angle, &mut entered);
+                f.state_from_modal(&flight.after, at, &mut entered);
                 for (stop, row) in self.gaps.iter().enumerate() {
                     let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
                     if is_low_bounce(start, end, flight.span, margins[stop]) {
@@ -142,7 +143,8 @@ impl<'a> Judge<'a> {
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         with_flow!(&self.flow, f => {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
-                f.state_from_modal(&flight.after, scene.frequency * flight.start + phase, state);
+                let at = Moment::of_angle(scene.frequency * flight.start + phase);
+                f.state_from_modal(&flight.after, at, state);
             };
             search(f, (&self.gaps, &margins, effort), flights, start, &mut found, observer)?;
         });

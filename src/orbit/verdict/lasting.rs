@@ -6,6 +6,7 @@ use crate::contact::walk::{FlightCheck, PropagatorLevels, Sought, StopDepth, che
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
+use crate::model::Moment;
 use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
@@ -33,10 +34,10 @@ pub(crate) fn search_held(
         let known = held.iter().find(|motion| motion.stops == mode.held());
         let Some(motion) = known else { continue };
         let (q, v) = scene.form.to_physical(&flight.after);
-        let angle = scene.frequency * flight.start + phase;
+        let at = Moment::of_angle(scene.frequency * flight.start + phase);
         with_flow!(&motion.flow, f => {
             let mut entered = Vec::new();
-            f.state_from_modal(&motion.reduce(&q, &v), angle, &mut entered);
+            f.state_from_modal(&motion.reduce(&q, &v), at, &mut entered);
             let forces = motion.stops.iter().zip(&motion.forces);
             for (&stop, force) in forces {
                 let row = f.gap_row(force);

@@ -1,11 +1,14 @@
 //! Forcing in Python.
 
-use crate::model::{BaseMotion, Forcing, Harmonic};
+use crate::model::{Forcing, Harmonic};
 use crate::python::argument;
 use crate::python::array::{complex_vector, out_complex, out_vector};
+use crate::python::model::base_motion::PyBaseMotion;
 use crate::python::model::fourier::PyFourier;
+use crate::python::model::load::{PyBaseAcceleration, PyLoad};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::{PyString, PyTuple};
 
 /// Harmonic force ``Re(amplitude exp(i (frequency t + phase)))`` on the coordinates.
 ///
@@ -83,91 +86,68 @@ impl PyHarmonic {
     }
 }
 
-/// Base displacement ``amplitude cos(frequency t + phase)`` of a pendulum, or of a linear system with an influence vector.
-///
-/// The force it makes grows with ``frequency**2``.
-///
-/// Parameters
-/// ----------
-/// amplitude : float
-///     Displacement amplitude (in units of ``l1`` for ``DoublePendulum`` and ``paper_system``).
-/// frequency : float
-///     Circular frequency [rad/s], > 0.
-/// phase : float, default 0.0
-///     Phase [rad].
-///
-/// Raises
-/// ------
-/// ValueError
-///     Numbers that are not finite, a frequency that is not positive.
-#[pyclass(name = "BaseMotion", module = "vibroimpact", frozen)]
-#[derive(Clone, Copy)]
-pub(crate) struct PyBaseMotion(pub BaseMotion);
-
-#[pymethods]
-impl PyBaseMotion {
-    #[new]
-    #[pyo3(signature = (amplitude, frequency, phase=0.0))]
-    fn new(
-        #[pyo3(from_py_with = argument::amplitude)] amplitude: f64,
-        #[pyo3(from_py_with = argument::frequency)] frequency: f64,
-        #[pyo3(from_py_with = argument::phase)] phase: f64,
-    ) -> PyResult<Self> {
-        Ok(Self(BaseMotion::new(amplitude, frequency, phase)?))
+/// One forcing of those that a scene may have.
+fn one(value: &Bound<'_, PyAny>) -> Option<Forcing> {
+    if let Ok(f) = value.cast::<PyHarmonic>() {
+        return Some(f.get().0.clone().into());
     }
-
-    /// Displacement amplitude.
-    #[getter]
-    fn amplitude(&self) -> f64 {
-        self.0.amplitude()
+    if let Ok(f) = value.cast::<PyBaseMotion>() {
+        return Some(f.get().0.clone().into());
     }
-
-    /// Circular frequency [rad/s].
-    #[getter]
-    fn frequency(&self) -> f64 {
-        self.0.frequency()
+    if let Ok(f) = value.cast::<PyFourier>() {
+        return Some(f.get().0.clone().into());
     }
-
-    /// Phase [rad].
-    #[getter]
-    fn phase(&self) -> f64 {
-        self.0.phase()
+    if let Ok(f) = value.cast::<PyLoad>() {
+        return Some(f.get().0.clone().into());
     }
-
-    fn __eq__(&self, other: &Self) -> bool {
-        self.0 == other.0
+    if let Ok(f) = value.cast::<PyBaseAcceleration>() {
+        return Some(f.get().0.clone().into());
     }
-
-    fn __repr__(&self) -> String {
-        let f = &self.0;
-        format!(
-            "BaseMotion({}, frequency={}, phase={})",
-            f.amplitude(),
-            f.frequency(),
-            f.phase()
-        )
-    }
-
-    fn __getnewargs__(&self) -> (f64, f64, f64) {
-        (self.0.amplitude(), self.0.frequency(), self.0.phase())
-    }
+    None
 }
 
+/// What drives a scene: None, one, or a sequence.
 pub(crate) fn forcing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Forcing> {
     let Some(value) = value.filter(|v| !v.is_none()) else {
         return Ok(Forcing::Unforced);
     };
-    if let Ok(f) = value.cast::<PyHarmonic>() {
-        return Ok(f.get().0.clone().into());
+    if let Some(forcing) = one(value) {
+        return Ok(forcing);
     }
-    if let Ok(f) = value.cast::<PyBaseMotion>() {
-        return Ok(f.get().0.into());
+    let wrong = |argument: &str, value: &Bound<'_, PyAny>| {
+        let kind = value.get_type().name()?;
+        Err(PyTypeError::new_err(format!(
+            "{argument} is {kind}, but a Harmonic, a Fourier, a BaseMotion, a Load or a BaseAcceleration is needed, a sequence of such, \
+             or None"
+        )))
+    };
+    if value.is_instance_of::<PyString>() || value.try_iter().is_err() {
+        return wrong("forcing", value);
     }
-    if let Ok(f) = value.cast::<PyFourier>() {
-        return Ok(f.get().0.clone().into());
+    let mut several = Vec::new();
+    for (i, value) in value.try_iter()?.enumerate() {
+        let value = value?;
+        match one(&value) {
+            Some(forcing) => several.push(forcing),
+            None => return wrong(&format!("forcing[{i}]"), &value),
+        }
     }
-    Err(PyTypeError::new_err(format!(
-        "forcing is {}, but a Harmonic, a Fourier, a BaseMotion or None is needed",
-        value.get_type().name()?
-    )))
+    Ok(several.into())
+}
+
+/// The same as Python has it: None, one object, or a tuple.
+pub(crate) fn out_forcing(py: Python<'_>, forcing: &Forcing) -> PyResult<Option<Py<PyAny>>> {
+    Ok(Some(match forcing {
+        Forcing::Unforced => return Ok(None),
+        Forcing::Harmonic(f) => Py::new(py, PyHarmonic(f.clone()))?.into_any(),
+        Forcing::BaseMotion(f) => Py::new(py, PyBaseMotion(f.clone()))?.into_any(),
+        Forcing::Fourier(f) => Py::new(py, PyFourier(f.clone()))?.into_any(),
+        Forcing::Load(f) => Py::new(py, PyLoad(f.clone()))?.into_any(),
+        Forcing::BaseAcceleration(f) => Py::new(py, PyBaseAcceleration(f.clone()))?.into_any(),
+        Forcing::Several(all) => {
+            let all = all.iter().map(|f| out_forcing(py, f));
+            let all: Vec<_> = all.collect::<PyResult<_>>()?;
+            PyTuple::new(py, all)?.into_any().unbind()
+        }
+    }))
 }

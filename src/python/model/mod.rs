@@ -1,25 +1,31 @@
 //! Systems, forcing, stops and scenes in Python.
 
+mod base_motion;
 mod equations;
 mod forcing;
 mod fourier;
 mod linear;
+mod load;
 mod nonlinear;
 mod nonlinear_stop;
 mod paper;
 mod pendulum;
 mod reaction;
 mod scene;
+mod signal;
 mod stop;
 
-pub(crate) use forcing::{PyBaseMotion, PyHarmonic};
+pub(crate) use base_motion::PyBaseMotion;
+pub(crate) use forcing::PyHarmonic;
 pub(crate) use fourier::PyFourier;
 pub(crate) use linear::PyLinearSystem;
+pub(crate) use load::{PyBaseAcceleration, PyLoad};
 pub(crate) use nonlinear::PyNonlinearSystem;
 pub(crate) use nonlinear_stop::PyNonlinearStop;
 pub(crate) use paper::{paper_scene, paper_system};
 pub(crate) use pendulum::{PyDoublePendulum, PyPendulumChain};
 pub(crate) use scene::PyScene;
+pub(crate) use signal::PySignal;
 pub(crate) use stop::{PyStop, PyWall, normals};
 
 use pyo3::exceptions::PyValueError;

@@ -6,8 +6,8 @@ use crate::model::{
 use crate::observer::stop_if;
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::model::bad;
-use crate::python::model::forcing::{PyBaseMotion, PyHarmonic, forcing};
-use crate::python::model::fourier::PyFourier;
+use crate::python::model::base_motion::amplitudes;
+use crate::python::model::forcing::{forcing, out_forcing};
 use crate::python::model::linear::PyLinearSystem;
 use crate::python::model::nonlinear::PyNonlinearSystem;
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
@@ -45,8 +45,10 @@ fn system(value: &Bound<'_, PyAny>) -> PyResult<System> {
 /// ----------
 /// system : LinearSystem, DoublePendulum, PendulumChain or NonlinearSystem
 ///     The system.
-/// forcing : Harmonic, Fourier, BaseMotion or None, optional
-///     What drives it.
+/// forcing : Harmonic, Fourier, BaseMotion, Load, BaseAcceleration, a sequence of them, or None, optional
+///     What drives it. Several have a period where the frequencies of all are whole multiples of the lowest (to 1e-12, up to 4096
+///     times it). Where they are not, and with signals, there is none: ``period`` is None, the phase of impacts is NaN, and what
+///     needs a period says so.
 /// stops : Stop, Wall, NonlinearStop or a sequence of them, default ()
 ///     One stop or several.
 ///
@@ -92,13 +94,21 @@ impl PyScene {
             Forcing::Harmonic(_) => {
                 Harmonic::new(complex_vector("amplitude", value)?, frequency, phase)?.into()
             }
-            Forcing::Fourier(_) => {
-                return Err(bad(
-                    "amplitude is given, but a Fourier has several: give the scene another `forcing`, or a `forcing_scale`".to_owned(),
-                ));
-            }
             Forcing::BaseMotion(_) => {
-                BaseMotion::new(number("amplitude", value)?, frequency, phase)?.into()
+                BaseMotion::of_harmonics(amplitudes(value)?, frequency, phase)?.into()
+            }
+            Forcing::Fourier(_)
+            | Forcing::Load(_)
+            | Forcing::BaseAcceleration(_)
+            | Forcing::Several(_) => {
+                let what = match f {
+                    Forcing::Fourier(_) => "a Fourier has several",
+                    Forcing::Several(_) => "the scene has several forcings",
+                    _ => "what follows a signal has none",
+                };
+                return Err(bad(format!(
+                    "amplitude is given, but {what}: give the scene another `forcing`, or a `forcing_scale`"
+                )));
             }
         }))
     }
@@ -147,15 +157,10 @@ impl PyScene {
         wrap_system(py, self.0.system())
     }
 
-    /// The forcing, or None.
+    /// The forcing, None, or a tuple of several.
     #[getter]
     fn forcing(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
-        Ok(match self.0.forcing() {
-            Forcing::Unforced => None,
-            Forcing::Harmonic(f) => Some(Py::new(py, PyHarmonic(f.clone()))?.into_any()),
-            Forcing::BaseMotion(f) => Some(Py::new(py, PyBaseMotion(*f))?.into_any()),
-            Forcing::Fourier(f) => Some(Py::new(py, PyFourier(f.clone()))?.into_any()),
-        })
+        out_forcing(py, self.0.forcing())
     }
 
     /// The stops, a tuple.
@@ -180,7 +185,7 @@ impl PyScene {
         self.0.n_dof()
     }
 
-    /// Forcing period [s], None without forcing.
+    /// Forcing period [s], None without forcing, and where there is none.
     #[getter]
     fn period(&self) -> Option<f64> {
         self.0.period()
@@ -230,7 +235,8 @@ impl PyScene {
     /// Parameters
     /// ----------
     /// **changes
-    ///     Any of ``system``, ``forcing``, ``stops``; ``frequency``, ``phase``, ``amplitude`` of the forcing; ``clearance``,
+    ///     Any of ``system``, ``forcing``, ``stops``; ``frequency``, ``phase``, ``amplitude`` of the forcing (of several, ``frequency``
+    ///     scales all of them, ``phase`` is that of the first, and all are shifted by the same time); ``clearance``,
     ///     ``restitution`` (a number for every stop, or one each); ``forcing_scale``, ``damping_scale`` (factors on what is
     ///     there).
     ///

@@ -86,11 +86,7 @@ fn tolerance(relative: f64) -> Tolerance {
 }
 
 fn moment(time: f64) -> Moment {
-    Moment {
-        time,
-        angle: 0.0,
-        frequency: 0.0,
-    }
+    Moment::new(time, 0.0, 0.0)
 }
 
 fn start<S>(time: f64, x: &S) -> StepStart<'_, S> {

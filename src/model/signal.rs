@@ -1,0 +1,375 @@
+//! Functions of time in pieces, each a polynomial (theory 11): measured samples, splines, functions by Chebyshev pieces.
+
+use crate::error::{Error, Result};
+use crate::model::chebyshev;
+use crate::quantity::finite;
+use nalgebra::DMatrix;
+use std::sync::Arc;
+
+/// Polynomials of a higher degree than this are refused: a piece of one is several of lower degree.
+const MOST_DEGREE: usize = 16;
+
+/// A function of time in pieces, each a polynomial; zero before the first and after the last.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::Signal;
+/// let signal = Signal::samples(&[0.0, 1.0, 3.0], &[0.0, 2.0, 0.0])?;
+/// assert_eq!((signal.value(0.5), signal.value(2.0), signal.value(4.0)), (1.0, 1.0, 0.0));
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    pieces: Arc<Pieces>,
+    /// What is added to the time.
+    shift: f64,
+    factor: f64,
+}
+
+/// The pieces as they were given.
+#[derive(Debug, PartialEq)]
+struct Pieces {
+    /// Where they begin, and where the last one ends.
+    breaks: Vec<f64>,
+    degree: usize,
+    /// The derivatives of orders 0 to the degree where each begins.
+    derivatives: Vec<f64>,
+}
+
+impl Signal {
+    /// Straight lines between samples.
+    ///
+    /// # Errors
+    /// Fewer than two samples, as many times as values, numbers that are not finite, times that do not increase.
+    pub fn samples(times: &[f64], values: &[f64]) -> Result<Self> {
+        if values.len() != times.len() {
+            let found = format!("({},)", values.len());
+            return Err(Error::bad_shape(
+                "values",
+                found,
+                format!("({},)", times.len()),
+            ));
+        }
+        check_increasing("t", times)?;
+        for (i, x) in values.iter().enumerate() {
+            finite(&format!("values[{i}]"), *x)?;
+        }
+        let line = |i: usize| {
+            let slope = (values[i + 1] - values[i]) / (times[i + 1] - times[i]);
+            finite(&format!("the slope after t[{i}]"), slope).map(|slope| [values[i], slope])
+        };
+        let lines: Vec<[f64; 2]> = (0..times.len() - 1).map(line).collect::<Result<_>>()?;
+        Ok(Self::new(times.to_vec(), 1, lines.concat()))
+    }
+
+    /// Polynomials between breakpoints, `sum_k coefficients[(k, i)] (t - breaks[i])^(degree - k)` on the i-th piece, as `PPoly` of
+    /// `SciPy` has them: shape `(degree + 1, pieces)`.
+    ///
+    /// # Errors
+    /// Breakpoints that do not increase or are not one more than the pieces, numbers that are not finite, a degree above 16.
+    pub fn pieces(breaks: &[f64], coefficients: &DMatrix<f64>) -> Result<Self> {
+        check_increasing("breaks", breaks)?;
+        let (rows, count) = coefficients.shape();
+        if rows == 0 || count + 1 != breaks.len() {
+            let expected = format!(
+                "(degree + 1, {}): a column for each piece",
+                breaks.len() - 1
+            );
+            return Err(Error::bad_shape(
+                "coefficients",
+                format!("({rows}, {count})"),
+                expected,
+            ));
+        }
+        let degree = rows - 1;
+        if degree > MOST_DEGREE {
+            let rule =
+                format!("pieces of a degree up to {MOST_DEGREE} are taken; use more of them");
+            return Err(Error::bad_value("the degree", degree, rule));
+        }
+        let mut derivatives = Vec::with_capacity(rows * count);
+        for i in 0..count {
+            let mut factorial = 1.0;
+            for m in 0..rows {
+                factorial *= m.max(1) as f64;
+                let name = || format!("coefficients[{}, {i}]", degree - m);
+                let derivative = coefficients[(degree - m, i)] * factorial;
+                derivatives.push(finite(&name(), derivative)?);
+            }
+        }
+        Ok(Self::new(breaks.to_vec(), degree, derivatives))
+    }
+
+    /// A function on a span by Chebyshev pieces of degree 8, to 1e-14 of its largest value there and what the last place of the time
+    /// makes of it. It is asked for its values at many times at once.
+    ///
+    /// # Errors
+    /// A span that is empty or not finite, values that are not finite, a function that 10^6 pieces do not follow; what the function
+    /// reports.
+    pub fn from_function(
+        mut function: impl FnMut(&[f64]) -> Result<Vec<f64>>,
+        span: (f64, f64),
+    ) -> Result<Self> {
+        let (start, end) = span;
+        if !(start.is_finite() && end.is_finite() && start < end) {
+            let rule = "it must be (start, end), finite, with start < end";
+            return Err(Error::bad_value("span", format!("({start}, {end})"), rule));
+        }
+        let (breaks, derivatives) = chebyshev::pieces(&mut function, span)?;
+        Ok(Self::new(breaks, chebyshev::DEGREE, derivatives))
+    }
+
+    fn new(breaks: Vec<f64>, degree: usize, derivatives: Vec<f64>) -> Self {
+        Self {
+            pieces: Arc::new(Pieces {
+                breaks,
+                degree,
+                derivatives,
+            }),
+            shift: 0.0,
+            factor: 1.0,
+        }
+    }
+
+    /// Its breakpoints, degree, derivatives where the pieces begin, what is added to the time, and the factor: all there is to know.
+    #[cfg(feature = "python")]
+    pub(crate) fn parts(&self) -> (&[f64], usize, &[f64], f64, f64) {
+        let Pieces {
+            breaks,
+            degree,
+            derivatives,
+        } = &*self.pieces;
+        (breaks, *degree, derivatives, self.shift, self.factor)
+    }
+
+    /// A signal from its [`parts`](Self::parts).
+    ///
+    /// # Errors
+    /// Parts that do not fit together, numbers that are not finite.
+    #[cfg(feature = "python")]
+    pub(crate) fn from_parts(
+        breaks: Vec<f64>,
+        degree: usize,
+        derivatives: Vec<f64>,
+        (shift, factor): (f64, f64),
+    ) -> Result<Self> {
+        check_increasing("breaks", &breaks)?;
+        if degree > MOST_DEGREE || derivatives.len() != (degree + 1) * (breaks.len() - 1) {
+            let found = format!("({},)", derivatives.len());
+            let expected = format!("({},)", (degree + 1) * (breaks.len() - 1));
+            return Err(Error::bad_shape("derivatives", found, expected));
+        }
+        if let Some(i) = derivatives.iter().position(|x| !x.is_finite()) {
+            let name = format!("derivatives[{i}]");
+            return Err(Error::bad_value(name, derivatives[i], "it must be finite"));
+        }
+        Ok(Self {
+            shift: finite("shift", shift)?,
+            factor: finite("factor", factor)?,
+            ..Self::new(breaks, degree, derivatives)
+        })
+    }
+
+    /// Where the first piece begins and the last one ends.
+    pub fn span(&self) -> (f64, f64) {
+        let breaks = &self.pieces.breaks;
+        (
+            breaks[0] - self.shift,
+            breaks[breaks.len() - 1] - self.shift,
+        )
+    }
+
+    /// Where the pieces begin, and where the last one ends.
+    pub fn breaks(&self) -> impl Iterator<Item = f64> + Clone {
+        self.pieces.breaks.iter().map(|t| t - self.shift)
+    }
+
+    /// The degree of the polynomials.
+    pub fn degree(&self) -> usize {
+        self.pieces.degree
+    }
+
+    /// The coefficients of each piece in powers of the time since it began, the highest first: shape `(degree + 1, pieces)`.
+    pub fn coefficients(&self) -> DMatrix<f64> {
+        let Pieces {
+            degree,
+            derivatives,
+            ..
+        } = &*self.pieces;
+        let factorials = (1..=*degree).scan(1.0, |product, m| {
+            *product *= m as f64;
+            Some(*product)
+        });
+        let factorials: Vec<f64> = std::iter::once(1.0).chain(factorials).collect();
+        DMatrix::from_fn(degree + 1, derivatives.len() / (degree + 1), |k, i| {
+            let m = degree - k;
+            self.factor * derivatives[i * (degree + 1) + m] / factorials[m]
+        })
+    }
+
+    /// The value at a time; where two pieces meet, that of the later.
+    pub fn value(&self, t: f64) -> f64 {
+        let mut value = 0.0;
+        self.derivatives(t, t, |m, derivative| {
+            if m == 0 {
+                value = derivative;
+            }
+        });
+        value
+    }
+
+    /// Hands out the derivatives at a time, of orders 0 to the degree, on the piece that holds for a step that began at another;
+    /// nothing outside the pieces, where all are zero.
+    pub(crate) fn derivatives(&self, since: f64, t: f64, mut put: impl FnMut(usize, f64)) {
+        let Pieces { breaks, .. } = &*self.pieces;
+        let begun = breaks.partition_point(|b| *b <= since + self.shift);
+        if begun == 0 || begun == breaks.len() {
+            return;
+        }
+        let local = (t + self.shift) - breaks[begun - 1];
+        (self.pieces).after_start(begun - 1, local, |m, x| put(m, self.factor * x));
+    }
+
+    /// The value at a time, and the size of the terms that it is a sum of, on the piece that holds for a step that began at another.
+    pub(crate) fn value_with_size(&self, since: f64, t: f64) -> (f64, f64) {
+        let Pieces {
+            breaks,
+            degree,
+            derivatives,
+        } = &*self.pieces;
+        let begun = breaks.partition_point(|b| *b <= since + self.shift);
+        if begun == 0 || begun == breaks.len() {
+            return (0.0, 0.0);
+        }
+        let local = (t + self.shift) - breaks[begun - 1];
+        let given = &derivatives[(begun - 1) * (degree + 1)..begun * (degree + 1)];
+        let (mut value, mut size) = (0.0, 0.0);
+        for (m, derivative) in given.iter().enumerate().rev() {
+            let step = local / (m + 1) as f64;
+            value = derivative + step * value;
+            size = derivative.abs() + step.abs() * size;
+        }
+        (self.factor * value, self.factor.abs() * size)
+    }
+
+    /// The longest piece.
+    pub(crate) fn longest_piece(&self) -> f64 {
+        let lengths = self.pieces.breaks.windows(2).map(|b| b[1] - b[0]);
+        lengths.fold(0.0, f64::max)
+    }
+
+    /// The same signal so much earlier.
+    pub(crate) fn earlier(&self, span: f64) -> Self {
+        Self {
+            shift: self.shift + span,
+            ..self.clone()
+        }
+    }
+
+    /// The same signal times a number.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self {
+            factor: self.factor * factor,
+            ..self.clone()
+        }
+    }
+
+    /// Whether all of it is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        let mut derivatives = self.pieces.derivatives.iter();
+        derivatives.all(|x| (self.factor * x).is_finite())
+    }
+}
+
+impl Pieces {
+    /// Hands out the derivatives of a piece so long after its start.
+    fn after_start(&self, piece: usize, local: f64, mut put: impl FnMut(usize, f64)) {
+        let given = &self.derivatives[piece * (self.degree + 1)..(piece + 1) * (self.degree + 1)];
+        for m in 0..=self.degree {
+            put(m, taylor(&given[m..], local));
+        }
+    }
+}
+
+/// `sum_k derivatives[k] s^k/k!`
+pub(crate) fn taylor(derivatives: &[f64], s: f64) -> f64 {
+    let terms = derivatives.iter().enumerate().rev();
+    terms.fold(0.0, |sum, (k, derivative)| {
+        derivative + s / (k + 1) as f64 * sum
+    })
+}
+
+/// Breakpoints that increase, two of them at least.
+fn check_increasing(argument: &str, times: &[f64]) -> Result<()> {
+    if times.len() < 2 {
+        let found = format!("({},)", times.len());
+        return Err(Error::bad_shape(argument, found, "(m,), m >= 2"));
+    }
+    for (i, t) in times.iter().enumerate() {
+        finite(&format!("{argument}[{i}]"), *t)?;
+    }
+    match times.windows(2).position(|pair| pair[0] >= pair[1]) {
+        None => Ok(()),
+        Some(i) => {
+            let rule = format!("it must be later than {argument}[{i}], {}", times[i]);
+            Err(Error::bad_value(
+                format!("{argument}[{}]", i + 1),
+                times[i + 1],
+                rule,
+            ))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn pieces_are_their_polynomials_and_zero_outside() {
+        // 1 + 2 (t - 1) + 3 (t - 1)^2, then -4 + (t - 2)^2
+        let signal = Signal::pieces(&[1.0, 2.0, 4.0], &dmatrix![3.0, 1.0; 2.0, 0.0; 1.0, -4.0]);
+        let signal = signal.expect("valid");
+        assert_eq!(signal.span(), (1.0, 4.0));
+        for (t, value) in [
+            (0.9, 0.0),
+            (1.0, 1.0),
+            (1.5, 2.75),
+            (2.0, -4.0),
+            (3.0, -3.0),
+            (4.0, 0.0),
+        ] {
+            assert_eq!(signal.value(t), value, "{t}");
+        }
+        let mut found = Vec::new();
+        signal.derivatives(1.0, 2.0, |_, x| found.push(x));
+        assert_eq!(found, [6.0, 8.0, 6.0]);
+        // Earlier by one half, and twice as large.
+        let moved = signal.earlier(0.5).scaled(2.0);
+        assert_eq!((moved.value(1.0), moved.span()), (5.5, (0.5, 3.5)));
+        assert_eq!(
+            moved.coefficients(),
+            dmatrix![6.0, 2.0; 4.0, 0.0; 2.0, -8.0]
+        );
+        let (value, size) = signal.value_with_size(2.0, 3.0);
+        assert_eq!((value, size), (-3.0, 5.0));
+    }
+
+    #[test]
+    fn what_is_no_signal_is_refused_by_name() {
+        let message = |signal: Result<Signal>| signal.expect_err("refused").to_string();
+        let samples = |t: &[f64], x: &[f64]| message(Signal::samples(t, x));
+        assert!(samples(&[0.0], &[1.0]).starts_with("t has shape (1,)"));
+        assert!(samples(&[0.0, 1.0], &[1.0]).starts_with("values has shape (1,)"));
+        assert!(samples(&[0.0, 0.0], &[1.0, 2.0]).starts_with("t[1] is 0, but it must be later"));
+        assert!(samples(&[0.0, f64::NAN], &[1.0, 2.0]).starts_with("t[1] is NaN"));
+        assert!(samples(&[0.0, 1.0], &[1.0, f64::INFINITY]).starts_with("values[1] is inf"));
+        let pieces = |b: &[f64], c: &DMatrix<f64>| message(Signal::pieces(b, c));
+        assert!(pieces(&[0.0, 1.0, 2.0], &dmatrix![1.0]).contains("(degree + 1, 2)"));
+        assert!(pieces(&[0.0, 1.0], &DMatrix::zeros(18, 1)).starts_with("the degree is 17"));
+        assert!(
+            pieces(&[0.0, 1.0], &dmatrix![1.0; f64::NAN]).starts_with("coefficients[1, 0] is NaN")
+        );
+    }
+}

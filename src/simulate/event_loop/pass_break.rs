@@ -1,0 +1,50 @@
+//! Where a signal passes from one polynomial to the next (theory 11): the state goes on, the acceleration may jump. What is held is
+//! judged anew, and so is what is in contact.
+
+use super::{EventLoop, Resolved};
+use crate::error::Result;
+use crate::hybrid::HybridSystem;
+use crate::simulate::record::Record;
+
+impl EventLoop {
+    /// Goes on where something else begins to act.
+    pub(super) fn pass_break<Y: HybridSystem + ?Sized>(
+        &mut self,
+        system: &mut Y,
+        record: &mut Record,
+    ) -> Resolved {
+        self.is_at_break = true;
+        self.find_touching(system)?;
+        let is_held_alone = self.touching == self.held;
+        if self.touching.is_empty() {
+            self.root_orders.fill(0);
+            record.go_on();
+            return Ok(Ok(()));
+        }
+        if self.touching.iter().any(|&stop| self.closes(system, stop)) {
+            return self.resolve_contacts(system, record);
+        }
+        let resolved = self.settle(system)?;
+        if is_held_alone && self.held == self.touching {
+            record.go_on();
+        }
+        Ok(resolved)
+    }
+
+    /// The stops in contact: those held, those that these keep closed, and those that are closed to rounding.
+    fn find_touching<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Result<()> {
+        system.evaluate_gaps()?;
+        self.touching.clear();
+        self.still.clear();
+        for stop in 0..system.n_stops() {
+            let faces = self.faces_held(system, stop);
+            if faces {
+                self.still.push(stop);
+            }
+            if faces || self.held.contains(&stop) || self.is_closed(system, stop) {
+                self.touching.push(stop);
+            }
+        }
+        Ok(())
+    }
+}

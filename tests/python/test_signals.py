@@ -1,0 +1,303 @@
+"""Forces and base motions that follow signals: samples, splines, functions."""
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline, PPoly
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+import vibroimpact as vi
+
+MASS = np.array([[2.0, 0.3], [0.3, 1.0]])
+DAMPING = np.array([[0.2, 0.03], [0.05, 0.15]])
+STIFFNESS = np.array([[40.0, -9.0], [-9.0, 25.0]])
+INFLUENCE = np.array([1.0, 0.6])
+STOPS = [vi.Stop(0, 0.03, 0.8), vi.Stop([0.3, 1.0], 0.05, 0.6, side="lower")]
+REST = np.zeros(2)
+STEPS = ["rk45", "dop853", "radau"]
+
+
+def system(influence=None):
+    return vi.LinearSystem(MASS, DAMPING, STIFFNESS, influence=influence)
+
+
+def record(m, span, seed=5):
+    """Something like measured ground motion: samples of noise that was passed through a filter."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, span, m)
+    noise = np.convolve(rng.standard_normal(m), np.hanning(9), "same")
+    return t, 3.0 * noise * np.exp(-(((t - 0.4 * span) / (0.3 * span)) ** 2))
+
+
+def cut_at_every_sample(direction, t, values, end):
+    """Impacts by the matrix exponential from sample to sample: state (q, v, s, s'), four looks a piece, zeros by bisection."""
+    n = 2
+    inverse = np.linalg.inv(MASS)
+    generator = np.zeros((6, 6))
+    generator[:2, 2:4] = np.eye(2)
+    generator[2:4, :2], generator[2:4, 2:4] = -inverse @ STIFFNESS, -inverse @ DAMPING
+    generator[2:4, 4], generator[4, 5] = inverse @ direction, 1.0
+    normals = np.array([[1.0, 0.0], [-0.3, -1.0]])
+    clearances, restitutions = np.array([0.1, 0.1]), [0.5, 0.4]
+    state, now, piece, impacts = np.zeros(6), 0.0, 0, []
+
+    def put_signal(state, piece):
+        inside = piece + 1 < len(t)
+        state[4] = values[piece] if inside else 0.0
+        state[5] = (values[piece + 1] - values[piece]) / (t[piece + 1] - t[piece]) if inside else 0.0
+
+    looks = {}
+
+    def look(span):
+        if span not in looks:
+            looks[span] = expm(generator * span)
+        return looks[span]
+
+    put_signal(state, 0)
+    while now < end:
+        until = t[piece + 1] if piece + 1 < len(t) else end
+        until = min(until, end)
+        step = min((t[1] - t[0]) / 4, until - now)
+        ahead = look(step) @ state
+        gaps = clearances - normals @ ahead[:n]
+        if gaps.min() < -1e-12:
+            times = []
+            for i in range(2):
+                if gaps[i] < -1e-12:
+                    gap = lambda s, i=i, state=state: clearances[i] - normals[i] @ (expm(generator * s) @ state)[:n]  # noqa: E731
+                    # The last time at which it is open: just after an impact the gap is zero to rounding.
+                    parts = step * np.arange(64) / 64
+                    low = max(s for s in parts if gap(s) > 1e-13)
+                    times.append((brentq(gap, low, step, xtol=1e-15, rtol=1e-14), i))
+            s, i = min(times)
+            state = expm(generator * s) @ state
+            now += s
+            b = inverse @ normals[i]
+            p = (1 + restitutions[i]) * (normals[i] @ state[2:4]) / (normals[i] @ b)
+            state[2:4] -= b * p
+            impacts.append((now, i, p))
+            continue
+        state, now = ahead, now + step
+        if until - now < 1e-12 and piece + 1 < len(t):
+            now, piece = until, piece + 1
+            put_signal(state, piece)
+    return impacts, state
+
+
+def test_a_record_of_4000_samples_is_an_integration_cut_at_every_sample():
+    t, a = record(4000, 40.0, seed=9)
+    stops = [vi.Stop(0, 0.1, 0.5), vi.Stop([0.3, 1.0], 0.1, 0.4, side="lower")]
+    scene = vi.Scene(system(INFLUENCE), vi.BaseAcceleration((t, a)), stops)
+    run = vi.simulate(scene, REST, REST, (0, 50))
+    impacts, state = cut_at_every_sample(-MASS @ INFLUENCE, t, a, 50.0)
+    assert len(impacts) == run.impacts.size > 20
+    np.testing.assert_array_equal(run.impacts["stop"], [i for _, i, _ in impacts])
+    np.testing.assert_allclose(run.impacts["time"], [time for time, _, _ in impacts], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.impacts["impulse"], [p for _, _, p in impacts], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.concatenate(run.final), state[:4], rtol=0, atol=1e-9)
+    # A flight over many samples is one segment.
+    assert len(run.segments) <= run.impacts.size + 1
+
+
+@pytest.mark.parametrize("method", STEPS)
+def test_steps_and_exact_flights_agree_under_any_signal(method):
+    t, a = record(60, 12.0)
+    spline = CubicSpline(t, a)
+    jumps = PPoly([[3.0, -2.0, 0.0, 4.0]], [0.5, 2.0, 3.5, 5.0, 6.0])
+    function = vi.Signal.from_function(lambda t: 4 * np.sin(2 * t + 0.2 * t**2), (0.0, 12.0))
+    forcings = [
+        vi.BaseAcceleration((t, a)),
+        vi.Load([1.0, -2.0], spline),
+        vi.Load(1, jumps),
+        [vi.Load(0, function), vi.Harmonic([0.5, 1.0], 2.0)],
+        [vi.Load(0, jumps), vi.BaseAcceleration(spline), vi.Fourier([[1.0, 0.0], [0.5j, 1.0]], 1.3, mean=[0.2, 0.1])],
+    ]
+    for forcing in forcings:
+        scene = vi.Scene(system(INFLUENCE), forcing, STOPS)
+        exact = vi.simulate(scene, REST, REST, (0, 12))
+        steps = vi.simulate(scene, REST, REST, (0, 12), method=method, rtol=1e-11, atol=1e-13)
+        # How many impacts of a chatter are gone through one by one is a matter of the tolerances.
+        one, other = (run.impacts[run.impacts["speed_before"] > 1e-4] for run in (exact, steps))
+        assert one.size == other.size > 3
+        np.testing.assert_array_equal(one["stop"], other["stop"])
+        np.testing.assert_allclose(one["time"], other["time"], rtol=0, atol=1e-7)
+        np.testing.assert_allclose(exact.final, steps.final, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("damping", ["proportional", "defective", "free"])
+def test_every_kind_of_modes_flies_under_signals(damping):
+    jumps = PPoly([[3.0, -2.0, 0.5], [1.0, 0.0, 4.0]], [0.5, 2.0, 3.5, 6.0])
+    systems = {
+        "proportional": vi.LinearSystem(MASS, 0.01 * STIFFNESS, STIFFNESS),
+        "defective": vi.LinearSystem([1.0, 1.0], np.zeros(2), [[4.0, 1.0], [0.0, 4.0]]),
+        "free": vi.LinearSystem([1.0, 2.0], [[0.2, -0.2], [-0.2, 0.2]], [[3.0, -3.0], [-3.0, 3.0]]),
+    }
+    scene = vi.Scene(systems[damping], [vi.Load(0, jumps), vi.Harmonic([0.3, -0.2], 1.7)], STOPS)
+    exact = vi.simulate(scene, REST, REST, (0, 15))
+    steps = vi.simulate(scene, REST, REST, (0, 15), method="dop853", rtol=1e-12, atol=1e-14)
+    count = min(exact.impacts.size, 12)
+    assert count > 2
+    np.testing.assert_array_equal(exact.impacts["stop"][:count], steps.impacts["stop"][:count])
+    np.testing.assert_allclose(exact.impacts["time"][:count], steps.impacts["time"][:count], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("method", ["taylor", *STEPS])
+def test_the_base_of_a_pendulum_accelerates(method):
+    t, a = record(50, 8.0)
+    spline = CubicSpline(t, 0.05 * a)
+    m, mu = 0.6, 1.4
+    alpha, gravity = m / (1 + m) / mu, 1 / (1 + m)
+
+    def acceleration(time, q, v):
+        push = spline(time) if 0 <= time < 8.0 else 0.0
+        c, s = np.cos(q[0] - q[1]), np.sin(q[0] - q[1])
+        mass = np.array([[1.0, alpha * c], [alpha * c, alpha / mu]])
+        right = [
+            -gravity * np.sin(q[0]) - alpha * s * v[1] ** 2 - push * np.cos(q[0]),
+            alpha * s * v[0] ** 2 - alpha * gravity * np.sin(q[1]) - alpha * push * np.cos(q[1]),
+        ]
+        return np.linalg.solve(mass, np.array(right) - np.array([[0.07, -0.02], [-0.02, 0.02]]) @ v)
+
+    def gap(q):
+        return 0.04 - np.sin(q[0]) - np.sin(q[1]) / mu
+
+    def gradient(q):
+        return np.array([-np.cos(q[0]), -np.cos(q[1]) / mu])
+
+    def mass(q):
+        c = alpha * np.cos(q[0] - q[1])
+        return np.array([[1.0, c], [c, alpha / mu]])
+
+    pendulum = vi.DoublePendulum(m, mu, damping=(0.05, 0.02))
+    scene = vi.Scene(pendulum, vi.BaseAcceleration(spline), vi.Wall(1, 0.04, 0.7))
+    run = vi.simulate(scene, REST, REST, (0, 8), method=method, rtol=1e-11, atol=1e-13)
+    written = vi.Scene(vi.NonlinearSystem(2, acceleration, mass=mass), None, vi.NonlinearStop(gap, gradient, 0.7))
+    reference = vi.simulate(written, REST, REST, (0, 8), method="dop853", rtol=1e-11, atol=1e-13)
+    assert run.impacts.size == reference.impacts.size > 3
+    np.testing.assert_allclose(run.impacts["time"], reference.impacts["time"], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_a_load_that_presses_holds_a_mass_on_its_stop_until_it_pulls(method):
+    """Critically simple: m q'' = s(t), s a line through zero at t = 3, a stop at 0 without restitution."""
+    press = vi.Load(0, ([0.0, 5.0], [3.0, -2.0]))
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), press, vi.Stop(0, 0.0, 0.0))
+    run = vi.simulate(scene, [0.0], [0.0], (0, 5), method=method)
+    assert run.segments["kind"][0] == "stick"
+    end = run.segments["end"][0]
+    assert end == pytest.approx(3.0, abs=1e-9)
+    # Then q = -(t - 3)^3/6.
+    assert run.final[0][0] == pytest.approx(-8 / 6, abs=1e-8)
+    # A force that jumps from pressing to pulling lets go at the jump.
+    jump = vi.Load(0, PPoly([[1.0, -1.0]], [0.0, 2.0, 4.0]))
+    run = vi.simulate(scene.replace(forcing=jump), [0.0], [0.0], (0, 4), method=method)
+    assert run.segments["end"][0] == 2.0
+    assert run.final[0][0] == pytest.approx(-2.0, abs=1e-9)
+    # And one that jumps from pulling to pressing flies back: up to q = -1/2 with v = -1, then on its stop again.
+    back = vi.Load(0, PPoly([[-1.0, 1.0]], [0.0, 1.0, 9.0]))
+    run = vi.simulate(scene.replace(forcing=back), [0.0], [0.0], (0, 4), method=method)
+    assert run.impacts["time"][0] == pytest.approx(2 + np.sqrt(2.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_the_energy_ledger_closes(method):
+    t, a = record(80, 12.0)
+    scene = vi.Scene(system(INFLUENCE), [vi.BaseAcceleration((t, a)), vi.Load(0, PPoly([[3.0, -2.0]], [1.0, 4.0, 6.0]))], STOPS)
+    run = vi.simulate(scene, REST, REST, (0, 15), method=method)
+    energy = run.energy
+    size = np.abs(energy.forcing_work).max()
+    assert size > 0.01
+    assert np.abs(energy.balance).max() <= 10 * 1e-9 * size
+
+
+def test_runs_in_parts_and_at_given_times_are_the_run():
+    t, a = record(200, 12.0)
+    scene = vi.Scene(system(INFLUENCE), vi.BaseAcceleration((t, a)), STOPS)
+    whole = vi.simulate(scene, REST, REST, (0, 12))
+    first = vi.simulate(scene, REST, REST, (0, 5.0))
+    rest = vi.simulate(scene, *first.final, (5.0, 12))
+    np.testing.assert_allclose(rest.final, whole.final, rtol=0, atol=1e-9)
+    times = np.sort(np.concatenate([t[::7], np.linspace(0, 12, 50)]))
+    again = pickle.loads(pickle.dumps(whole))
+    np.testing.assert_array_equal(again.position(times), whole.position(times))
+    sampled = vi.simulate(scene, REST, REST, (0, 12), t_eval=times)
+    np.testing.assert_allclose(sampled.q, whole.position(times), rtol=0, atol=1e-11)
+    many = vi.simulate_many(scene, np.zeros((3, 2)), np.array([[0.0, 0.0], [0.1, 0.0], [0.0, -0.2]]), (0, 12))
+    np.testing.assert_array_equal(many.q[0], whole.final[0])
+    shifted = vi.simulate(scene.replace(forcing=vi.BaseAcceleration((t + 3.0, a))), REST, REST, (3.0, 15.0))
+    np.testing.assert_allclose(shifted.impacts["time"] - 3.0, whole.impacts["time"], rtol=0, atol=1e-9)
+
+
+def test_many_pendulums_side_by_side_are_each_by_itself():
+    t, a = record(50, 8.0)
+    scene = vi.Scene(vi.DoublePendulum(0.6, 1.4), vi.BaseAcceleration((t, 0.05 * a)), vi.Wall(1, 0.04, 0.7))
+    starts = np.linspace(-0.02, 0.02, 11)[:, None] * np.ones(2)
+    many = vi.simulate_many(scene, starts, np.zeros_like(starts), (0, 8), method="taylor")
+    for i, start in enumerate(starts):
+        alone = vi.simulate(scene, start, REST, (0, 8), method="taylor", keep="final")
+        np.testing.assert_array_equal(many.q[i], alone.final[0])
+
+
+def test_signals_are_piecewise_polynomials():
+    t, a = record(30, 3.0)
+    spline = CubicSpline(t, a)
+    scene = vi.Scene(system(INFLUENCE), vi.BaseAcceleration(spline), STOPS)
+    signal = scene.forcing.signal
+    np.testing.assert_array_equal(signal.x, spline.x)
+    np.testing.assert_allclose(signal.c, spline.c, rtol=1e-15)
+    times = np.linspace(-0.5, 3.5, 81)
+    inside = (times >= 0) & (times < 3.0)
+    np.testing.assert_allclose(signal(times), np.where(inside, spline(times), 0.0), rtol=0, atol=1e-12)
+    for value in (signal, scene, vi.Load([1.0, 2.0], spline), scene.replace(forcing_scale=0.3)):
+        assert pickle.loads(pickle.dumps(value)) == value
+    assert "29 pieces of degree 3 on [0, 3]" in repr(scene)
+    assert "after 1 signal" in scene.plan()
+
+
+def test_what_has_no_period_says_so():
+    scene = vi.Scene(system(), vi.Load(0, ([0.0, 1.0], [1.0, 1.0])), STOPS)
+    assert scene.period is None
+    with pytest.raises(ValueError, match="its forcing follows a signal, which has no period"):
+        vi.periodic_orbits(scene, [0])
+    with pytest.raises(ValueError, match="follows signals, which have none"):
+        scene.replace(frequency=2.0)
+    with pytest.raises(ValueError, match="what follows a signal has none"):
+        scene.replace(amplitude=2.0)
+
+
+@pytest.mark.parametrize(
+    ("signal", "error", "message"),
+    [
+        (([0.0], [1.0]), ValueError, r"t has shape \(1,\)"),
+        (([0.0, 1.0], [1.0]), ValueError, r"values has shape \(1,\)"),
+        (([0.0, 0.0], [1.0, 2.0]), ValueError, r"t\[1\] is 0, but it must be later than t\[0\], 0"),
+        (([1.0, 0.0], [1.0, 2.0]), ValueError, r"t\[1\] is 0, but it must be later"),
+        (([0.0, np.inf], [1.0, 2.0]), ValueError, r"t\[1\] is inf"),
+        (([0.0, 1.0], [1.0, np.nan]), ValueError, r"values\[1\] is NaN"),
+        (PPoly(np.ones((2, 3, 2)), [0, 1, 2, 3]), ValueError, r"signal.c has shape \(2, 3, 2\)"),
+        (3.0, TypeError, "signal is float"),
+        (np.sin, TypeError, "take Signal.from_function"),
+    ],
+)
+def test_signals_that_are_none_are_refused(signal, error, message):
+    with pytest.raises(error, match=message):
+        vi.Load(0, signal)
+
+
+def test_functions_that_no_pieces_follow_are_refused():
+    with pytest.raises(ValueError, match="the function is off by"):
+        vi.Signal.from_function(np.sign, (-1.0, 2.1))
+    with pytest.raises(ValueError, match="must be finite"):
+        vi.Signal.from_function(lambda t: t * np.nan, (0.0, 1.0))
+    with pytest.raises(ValueError, match="span"):
+        vi.Signal.from_function(np.sin, (1.0, 1.0))
+    with pytest.raises(ZeroDivisionError):
+        vi.Signal.from_function(lambda t: 1 / 0, (0.0, 1.0))
+    with pytest.raises(TypeError, match="f is"):
+        vi.Signal.from_function(3, (0.0, 1.0))
+    with pytest.raises(ValueError, match="the system has coordinates 0 to 1"):
+        vi.Scene(system(), vi.Load(2, ([0.0, 1.0], [1.0, 1.0])), STOPS)
+    with pytest.raises(ValueError, match="no influence vector"):
+        vi.Scene(system(), vi.BaseAcceleration(([0.0, 1.0], [1.0, 1.0])), STOPS)
