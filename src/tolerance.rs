@@ -46,6 +46,8 @@ pub(crate) const ENTRY_ROUNDINGS: f64 = 4.0;
 pub(crate) const FUNCTION_TOL: f64 = 1e-14;
 /// Polynomials that a function is given by, at the most.
 pub(crate) const MOST_PIECES: usize = 1_000_000;
+/// The motion of a stop may jump by this part of its largest value, and its slope by this part of the largest slope: rounding.
+pub(crate) const SMOOTH_MOTION: f64 = 1e-9;
 /// A frequency is a whole multiple of another up to this part of itself.
 pub(crate) const WHOLE_MULTIPLE: f64 = 1e-12;
 

@@ -2,6 +2,7 @@
 //! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
 
 use crate::error::{Error, Result};
+use crate::flow::carried::Carried;
 use crate::flow::derivative::{LinearEquations, solve_columns};
 use crate::flow::gap_row::Quantity;
 use crate::flow::linear::propagate;
@@ -24,10 +25,14 @@ const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 pub(crate) struct ConstrainedMotion {
     /// The stops held.
     pub stops: Vec<usize>,
-    /// `q_c`, at which every held gap is zero.
+    /// `q_c`, at which every held gap is zero, but for what stops that move add to it.
     anchor: DVector<f64>,
+    /// What those add: by rotations, and by signals with their numbers; empty where all held rest.
+    carried: Carried,
     /// Z, shape `(n, n - k)`, orthonormal columns.
     free: DMatrix<f64>,
+    /// `B (N^T B)^+`, shape `(n, k)`: how the stops held move what they hold.
+    shared: DMatrix<f64>,
     /// What is left of an acceleration of the whole system, shape `(n, n)`.
     along: DMatrix<f64>,
     equations: OnceLock<LinearEquations>,
@@ -47,7 +52,10 @@ impl ConstrainedMotion {
         room_for("the motion while stops are held", 16 * n, n)?;
         let normals = g.normals.select_columns(stops);
         let reactions = g.reactions.select_columns(stops);
-        let clearances = g.clearances.select_rows(stops);
+        let mut clearances = g.clearances.select_rows(stops);
+        for (clearance, &stop) in clearances.iter_mut().zip(stops) {
+            *clearance += scene.excitation.motion_of(stop).map_or(0.0, |motion| motion.mean);
+        }
         let held = |matrix: &DMatrix<f64>, right: &DVector<f64>| {
             rank::solve(&matrix.transpose(), right, DEPENDENT * matrix.amax())
         };
@@ -66,18 +74,13 @@ impl ConstrainedMotion {
         // A spring between coordinates that stand where it is at rest pulls at neither.
         let sizes = own.abs() + stiffness.abs() * anchor.abs();
         let load = without_rounding(&(own - drawn), &sizes);
-        let harmonics = scene.excitation.harmonics.iter();
-        let forces: Vec<_> = harmonics
-            .map(|part| {
-                if part.force.is_empty() {
-                    DVector::from_element(n, ZERO)
-                } else {
-                    system.solve_mass_complex(&part.force)
-                }
-            })
-            .collect();
-        let signals = scene.excitation.signals.iter();
-        let directions: Vec<_> = signals.map(|part| system.solve_mass(&part.force)).collect();
+        let (mut forces, mut directions) = free_accelerations(scene);
+        let mut given = scene.drive();
+        let carried = Carried::new(scene, stops, |c| {
+            let moved = held(&normals, c)?.particular;
+            Ok(moved)
+        })?;
+        carried.act((&stiffness, &damping), &mut forces, &mut directions, &mut given);
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();
@@ -86,7 +89,7 @@ impl ConstrainedMotion {
         let shared = &reactions * &inverse;
         let reduced = Reduced::new(system, &free, &shared)?;
         let form = reduced.form(&stiffness, &damping, &free)?;
-        let drive = form_drive(&form, &reduced, scene.drive(), (&forces, &directions));
+        let drive = form_drive(&form, &reduced, given, (&forces, &directions));
         let flow = modal_flow(&form, form_load(&form, &reduced.apply(&load)), drive);
 
         let takes = inverse * normals.transpose();
@@ -122,18 +125,19 @@ impl ConstrainedMotion {
         let gap = |i: usize| {
             let normal = g.normals.column(i).into_owned();
             let seen = free.tr_mul(&normal);
-            let can_change = seen.norm() > DEPENDENT * normal.norm();
-            (can_change && !stops.contains(&i)).then(|| {
-                let clearance = g.clearances[i] - normal.dot(&anchor);
-                Quantity::gap(clearance, &form.position_row(&seen))
-            })
+            let clearance = g.clearances[i] - normal.dot(&anchor);
+            let gap = carried.gap(scene, i, &normal, Quantity::gap(clearance, &form.position_row(&seen)));
+            let can_change = seen.norm() > DEPENDENT * normal.norm() || gap.changes_by_itself();
+            (can_change && !stops.contains(&i)).then_some(gap)
         };
         Ok(Self {
             stops: stops.to_vec(),
             gaps: (0..g.len()).map(gap).collect(),
             along: &free * &reduced.takes,
+            shared,
             equations: OnceLock::new(),
             anchor,
+            carried,
             free,
             form,
             flow,
@@ -145,6 +149,24 @@ impl ConstrainedMotion {
     pub fn equations(&self, system: &LinearSystem) -> &LinearEquations {
         let make = || LinearEquations::new(system, Some(&self.along));
         self.equations.get_or_init(make)
+    }
+
+    /// What stops held that move add to the derivative of the position of an order from the second on.
+    pub fn carried_derivative(
+        &self,
+        scene: &ModalScene,
+        at: Moment,
+        order: usize,
+    ) -> Option<DVector<f64>> {
+        if scene.excitation.stops.is_empty() {
+            return None;
+        }
+        let own = self.stops.iter().map(|&stop| {
+            let motion = scene.excitation.motion_of(stop);
+            motion.map_or(0.0, |motion| motion.derivative(at, order).0)
+        });
+        let own = DVector::from_iterator(self.stops.len(), own);
+        (own.amax() > 0.0).then(|| &self.shared * own)
     }
 
     /// How the motion uncouples.
@@ -160,9 +182,9 @@ impl ConstrainedMotion {
         q: &DVector<f64>,
         v: &DVector<f64>,
     ) -> PhysicalState {
-        let mut state = self.reduce(q, v);
+        let mut state = self.reduce(q, v, at);
         with_flow!(&self.flow, f => propagate(f, at, span, &mut state));
-        self.lift(&state)
+        self.lift(&state, at.after(span))
     }
 
     /// Carries deviations of (q, v), of which the smaller system sees its own part, over a span.
@@ -200,16 +222,46 @@ impl ConstrainedMotion {
     }
 
     /// The state of the smaller system that is nearest a position and velocity.
-    pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>) -> ModalState {
-        let y = self.free.tr_mul(&(q - &self.anchor));
-        self.form.to_modal(&y, &self.free.tr_mul(v))
+    pub fn reduce(&self, q: &DVector<f64>, v: &DVector<f64>, at: Moment) -> ModalState {
+        let mut y = q - &self.anchor;
+        let mut dy = v.clone();
+        if let Some((moved, speed)) = self.carried.at(at) {
+            y -= moved;
+            dy -= speed;
+        }
+        self.form.to_modal(&self.free.tr_mul(&y), &self.free.tr_mul(&dy))
     }
 
     /// Position and velocity of a state of the smaller system.
-    pub fn lift(&self, state: &ModalState) -> PhysicalState {
+    pub fn lift(&self, state: &ModalState, at: Moment) -> PhysicalState {
         let (y, dy) = self.form.to_physical(state);
-        (&self.anchor + &self.free * y, &self.free * dy)
+        let (mut q, mut v) = (&self.anchor + &self.free * y, &self.free * dy);
+        if let Some((moved, speed)) = self.carried.at(at) {
+            q += moved;
+            v += speed;
+        }
+        (q, v)
     }
+}
+
+/// The accelerations of the whole system that turn, and those that follow signals.
+fn free_accelerations(scene: &ModalScene) -> (Vec<DVector<Complex<f64>>>, Vec<DVector<f64>>) {
+    let (system, n) = (&scene.system, scene.system.n_dof());
+    let turning = scene.excitation.harmonics.iter().map(|part| {
+        if part.force.is_empty() {
+            DVector::from_element(n, ZERO)
+        } else {
+            system.solve_mass_complex(&part.force)
+        }
+    });
+    let following = scene.excitation.signals.iter().map(|part| {
+        if part.force.is_empty() {
+            DVector::zeros(n)
+        } else {
+            system.solve_mass(&part.force)
+        }
+    });
+    (turning.collect(), following.collect())
 }
 
 /// What a quantity `q.y + v.y'` is in modal pairs; nothing of those it does not see but for rounding.

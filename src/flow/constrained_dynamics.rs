@@ -25,7 +25,7 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
     /// The same under what drives the motion.
     fn forces_under(
         &self,
-        drive: D::Drive,
+        (drive, at): (D::Drive, Moment),
         q: &[f64],
         v: &[f64],
         a: &mut [f64],
@@ -39,7 +39,7 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));
         for (i, &stop) in self.stops.iter().enumerate() {
             let contact = &self.contacts[stop];
-            opening[i] = contact.surface.along(q, v, a, HELD_TIME)?.acceleration;
+            opening[i] = contact.along(|| at, (q, v, a), HELD_TIME)?.acceleration;
             let reaction = contact.reaction(self.system, q)?;
             reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
             normals.push(contact.surface.normal(q)?);
@@ -55,17 +55,24 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
 }
 
 impl<D: Dynamics> Dynamics for ConstrainedDynamics<'_, D> {
-    type Drive = D::Drive;
+    /// What drives the free motion, and when: stops may move.
+    type Drive = (D::Drive, Moment);
 
     fn n_dof(&self) -> usize {
         self.dynamics.n_dof()
     }
 
-    fn drive(&self, at: Moment) -> D::Drive {
-        self.dynamics.drive(at)
+    fn drive(&self, at: Moment) -> (D::Drive, Moment) {
+        (self.dynamics.drive(at), at)
     }
 
-    fn driven(&self, drive: D::Drive, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+    fn driven(
+        &self,
+        drive: (D::Drive, Moment),
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<()> {
         self.forces_under(drive, q, v, a).map(|_| ())
     }
 

@@ -52,14 +52,15 @@ impl LinearEquations {
 
     /// Derivatives of the position of some orders from 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
     /// excitation, and what rounding, that of the state and that of every sum, leaves unknown of each of its entries;
-    /// `lost` is what is unknown of position and velocity, where that is more than their rounding.
+    /// `lost` is what is unknown of position and velocity, where that is more than their rounding; `carried` what stops that are held
+    /// and move add to the derivative of an order.
     pub fn derivatives(
         &self,
         scene: &ModalScene,
         at: Moment,
         (q, v): PhysicalState,
         lost: Option<[DVector<f64>; 2]>,
-        orders: Range<usize>,
+        (orders, carried): (Range<usize>, &dyn Fn(usize) -> Option<DVector<f64>>),
     ) -> Vec<(DVector<f64>, DVector<f64>)> {
         let n = q.len();
         let given = |value: DVector<f64>| Known {
@@ -121,6 +122,10 @@ impl LinearEquations {
             terms.gemv(1.0, &damping.sizes, &next.unknown, 1.0);
             inverse.entries.mul_to(&sum, &mut after.value);
             inverse.sizes.mul_to(&terms, &mut after.unknown);
+            if let Some(own) = carried(k) {
+                after.value += &own;
+                after.unknown.axpy(CANCELLED, &own.abs(), 1.0);
+            }
             after
                 .size
                 .zip_apply(&after.value, |size, value| *size = value.abs());
@@ -169,7 +174,7 @@ mod tests {
             };
             let state = (dvector![x(0, t)], dvector![x(1, t)]);
             let at = Moment::of_angle(t);
-            let derivatives = equations.derivatives(&scene, at, state, None, 2..12);
+            let derivatives = equations.derivatives(&scene, at, state, None, (2..12, &|_| None));
             assert_eq!(derivatives.len(), 10);
             for (order, (value, unknown)) in (2..).zip(derivatives) {
                 let off = value[0] - x(order, t);

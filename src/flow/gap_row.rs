@@ -3,6 +3,7 @@
 
 use crate::flow::gap_model::GapModel;
 use crate::modal::Pair;
+use crate::model::GapMotion;
 use crate::quantity::larger;
 use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
 use nalgebra::Complex;
@@ -32,6 +33,18 @@ impl Quantity {
         }
     }
 
+    /// The same with what the own motion of a stop adds.
+    pub fn widened_by(mut self, motion: &GapMotion) -> Self {
+        self.constant += motion.mean;
+        self.size += motion.mean.abs();
+        self.forcing = motion.amplitudes.iter().map(|a| -a).collect();
+        if let Some((place, _)) = motion.signal {
+            self.signals = vec![0.0; place + 1];
+            self.signals[place] = -1.0;
+        }
+        self
+    }
+
     /// What each harmonic of the forcing adds, zero from where none does.
     pub fn harmonics(&self) -> impl Iterator<Item = Complex<f64>> {
         let zeros = std::iter::repeat(Complex::new(0.0, 0.0));
@@ -41,6 +54,12 @@ impl Quantity {
     /// What each signal adds, zero from where none does.
     pub fn signals(&self) -> impl Iterator<Item = f64> {
         self.signals.iter().copied().chain(std::iter::repeat(0.0))
+    }
+
+    /// Whether what drives the motion enters it directly.
+    pub fn changes_by_itself(&self) -> bool {
+        let turns = self.forcing.iter().any(|f| f.norm() > 0.0);
+        turns || self.signals.iter().any(|s| *s != 0.0)
     }
 
     /// The largest that the harmonics add.

@@ -1,6 +1,7 @@
 //! Smooth motion between impacts (theory 8).
 
 pub(crate) mod block;
+mod carried;
 mod constrained;
 mod constrained_dynamics;
 mod dense;

@@ -1,6 +1,7 @@
 //! A linear scene in modal pairs: forcing and stops as the periodic solve and the simulation use them.
 
 use crate::error::Result;
+use crate::flow::gap_row::Quantity;
 use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::scene_flow::{SceneFlow, modal_flow};
 use crate::modal::{Form, ModalForm, Pair, Response};
@@ -67,7 +68,11 @@ impl ModalScene {
         drop(forces);
         let signals = excitation.signals.iter().map(|part| SignalInput {
             signal: part.signal.clone(),
-            directions: form.load(system, &part.force),
+            directions: if part.force.is_empty() {
+                vec![[0.0; 2]; n]
+            } else {
+                form.load(system, &part.force)
+            },
         });
         let signals = signals.collect();
         Ok(Self {
@@ -85,6 +90,25 @@ impl ModalScene {
             rotations: excitation.rotations.clone(),
             excitation,
         })
+    }
+
+    /// The gap of a stop as a quantity of the motion.
+    pub fn gap(&self, stop: usize) -> Quantity {
+        let gap = Quantity::gap(self.geometry.clearances[stop], &self.position_rows[stop]);
+        match self.excitation.motion_of(stop) {
+            None => gap,
+            Some(motion) => gap.widened_by(motion),
+        }
+    }
+
+    /// What the own motion of a stop adds to its gap at a moment, with speed and acceleration: zeros of one that rests.
+    #[inline]
+    pub fn stop_motion(&self, stop: usize, at: Moment) -> [f64; 3] {
+        if self.excitation.stops.is_empty() {
+            return [0.0; 3];
+        }
+        let motion = self.excitation.motion_of(stop);
+        motion.map_or([0.0; 3], |motion| motion.along(at))
     }
 
     /// Number of stops.

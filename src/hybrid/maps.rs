@@ -62,6 +62,7 @@ pub(crate) fn project_onto<M: HybridMaps>(
             reactions.push(maps.reaction(stop, &there)?);
         }
         Ok(StopsAt {
+            speeds: DVector::zeros(gaps.len()),
             gaps: DVector::from_vec(gaps),
             normals,
             reactions,

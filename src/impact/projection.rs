@@ -11,6 +11,8 @@ const MOST_STEPS: usize = 60;
 /// Some stops at a position.
 pub(crate) struct StopsAt {
     pub gaps: DVector<f64>,
+    /// The speeds at which they recede by their own motion.
+    pub speeds: DVector<f64>,
     pub normals: Vec<DVector<f64>>,
     pub reactions: Vec<DVector<f64>>,
 }
@@ -49,7 +51,7 @@ pub(crate) fn put_onto_stops(
     Ok(here)
 }
 
-/// The same, and takes the normal speeds away.
+/// The same, and takes the normal speeds away, relative to those of the stops.
 ///
 /// # Errors
 /// What `at` reports.
@@ -59,10 +61,14 @@ pub(crate) fn project(
     at: impl FnMut(&DVector<f64>) -> Result<StopsAt>,
 ) -> Result<()> {
     let StopsAt {
-        normals, reactions, ..
+        normals,
+        reactions,
+        speeds,
+        ..
     } = put_onto_stops(q, at)?;
-    let speeds = DVector::from_iterator(normals.len(), normals.iter().map(|n| n.dot(v)));
-    *v -= along_reactions(&normals, &reactions, &speeds)?;
+    let approached = normals.iter().zip(speeds.iter()).map(|(n, c)| n.dot(v) - c);
+    let approached = DVector::from_iterator(normals.len(), approached);
+    *v -= along_reactions(&normals, &reactions, &approached)?;
     Ok(())
 }
 
@@ -78,6 +84,7 @@ mod tests {
         let reaction = &normal + 0.5 * dvector![-normal[1], normal[0]];
         Ok(StopsAt {
             gaps: dvector![1.0 - q.norm()],
+            speeds: dvector![0.0],
             normals: vec![normal],
             reactions: vec![reaction],
         })
@@ -104,6 +111,7 @@ mod tests {
             asked += 1;
             Ok(StopsAt {
                 gaps: dvector![2.0 - q[0] - q[1], 0.25 - q[1]],
+                speeds: dvector![0.0, 0.0],
                 normals: vec![dvector![1.0, 1.0], dvector![0.0, 1.0]],
                 reactions: vec![dvector![1.0, 0.5], dvector![0.5, 1.0]],
             })

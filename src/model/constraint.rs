@@ -1,7 +1,8 @@
 //! One stop of a scene, of any form.
 
 use crate::model::nonlinear_stop::NonlinearStop;
-use crate::model::stop::{Stop, Wall};
+use crate::model::stop::{Stop, Wall, WallSide};
+use crate::model::stop_motion::StopMotion;
 
 /// One stop of a scene, of any form.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,5 +30,33 @@ impl From<NonlinearStop> for Constraint {
 impl From<Wall> for Constraint {
     fn from(wall: Wall) -> Self {
         Self::Wall(wall)
+    }
+}
+
+impl Constraint {
+    /// The motion of its own.
+    pub fn motion(&self) -> Option<&StopMotion> {
+        match self {
+            Self::Stop(stop) => stop.motion(),
+            Self::Wall(wall) => wall.motion(),
+            Self::Nonlinear(stop) => stop.motion(),
+        }
+    }
+
+    /// The same stop with another motion.
+    pub(super) fn with_motion(self, motion: Option<StopMotion>) -> Self {
+        match self {
+            Self::Stop(stop) => stop.with_motion(motion).into(),
+            Self::Wall(wall) => wall.with_motion(motion).into(),
+            Self::Nonlinear(stop) => stop.with_motion(motion).into(),
+        }
+    }
+
+    /// By how much of its motion its gap widens.
+    pub(crate) fn widens_by(&self) -> f64 {
+        match self {
+            Self::Wall(wall) if wall.side() == WallSide::Left => -1.0,
+            _ => 1.0,
+        }
     }
 }

@@ -4,6 +4,8 @@ use crate::error::Result;
 use crate::linalg::rank;
 use crate::model::constraint::Constraint;
 use crate::model::dynamics::solve_mass_at;
+use crate::model::gap_motion::GapMotion;
+use crate::model::moment::Moment;
 use crate::model::nonlinear_stop::NonlinearStop;
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
@@ -222,9 +224,51 @@ pub(crate) struct Contact {
     pub surface: Surface,
     pub restitution: f64,
     reaction: Reaction,
+    /// What its own motion adds to the gap, if it moves.
+    pub motion: Option<GapMotion>,
+}
+
+impl GapValue {
+    /// The same with what the own motion of its stop adds at a moment.
+    #[cold]
+    pub fn widened_by(mut self, motion: &GapMotion, at: Moment) -> Self {
+        let [value, speed, acceleration] = motion.along(at);
+        self.gap += value;
+        self.speed += speed;
+        self.acceleration += acceleration;
+        self.size += motion.size(at);
+        self
+    }
 }
 
 impl Contact {
+    /// The gap along a motion at a moment, as [`Surface::along`] for a surface that rests.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    #[inline]
+    pub fn along(
+        &self,
+        at: impl FnOnce() -> Moment,
+        (q, v, a): (&[f64], &[f64], &[f64]),
+        step: f64,
+    ) -> Result<GapValue> {
+        let value = self.surface.along(q, v, a, step)?;
+        Ok(match &self.motion {
+            None => value,
+            Some(motion) => value.widened_by(motion, at()),
+        })
+    }
+
+    /// The gap at a position and a moment.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn gap(&self, q: &[f64], at: Moment) -> Result<f64> {
+        let moved = self.motion.as_ref().map_or(0.0, |motion| motion.along(at)[0]);
+        Ok(self.surface.gap(q)? + moved)
+    }
+
     /// The direction in which an impact at q changes the velocity; `None` where the mass matrix is singular.
     ///
     /// # Errors
@@ -307,6 +351,7 @@ pub(crate) fn along_reactions(
 /// The contacts of a scene.
 pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
     let n = scene.n_dof();
+    let mut motions = scene.excitation().stops.into_iter();
     let contact = |stop: &Constraint| match stop {
         Constraint::Stop(stop) => {
             let normal = stop.outward(n);
@@ -326,6 +371,7 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
                     clearance: stop.clearance(),
                 },
                 restitution: stop.restitution().value(),
+                motion: None,
             }
         }
         Constraint::Wall(wall) => Contact {
@@ -343,14 +389,20 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
             },
             restitution: wall.restitution().value(),
             reaction: Reaction::Inertia,
+            motion: None,
         },
         Constraint::Nonlinear(stop) => Contact {
             surface: Surface::Nonlinear(stop.clone()),
             restitution: stop.restitution().value(),
             reaction: stop.reaction().clone(),
+            motion: None,
         },
     };
-    scene.stops().iter().map(contact).collect()
+    let with_motion = |stop: &Constraint| Contact {
+        motion: motions.next().flatten(),
+        ..contact(stop)
+    };
+    scene.stops().iter().map(with_motion).collect()
 }
 
 #[cfg(test)]

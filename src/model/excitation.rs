@@ -4,7 +4,9 @@
 //!
 //! Forcings say what a user means; this is what all equations read.
 
+use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
+use crate::model::gap_motion::GapMotion;
 use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
 use crate::model::rotations::{Rotations, powers};
@@ -24,6 +26,8 @@ pub(crate) struct Excitation {
     pub rotations: Rotations,
     /// What follows signals.
     pub signals: Vec<SignalPart>,
+    /// How each stop moves, `None` of one that rests; empty where all do.
+    pub stops: Vec<Option<GapMotion>>,
 }
 
 /// What acts at one frequency.
@@ -109,6 +113,15 @@ fn harmonics_of(system: &System, forcing: &Forcing) -> Vec<HarmonicPart> {
     }
 }
 
+/// The amplitudes of a motion of one number.
+fn one_number(motion: &Forcing) -> Vec<Complex<f64>> {
+    match motion {
+        Forcing::Harmonic(f) => vec![f.amplitude()[0]],
+        Forcing::Fourier(f) => f.amplitudes().iter().map(|a| a[0]).collect(),
+        _ => Vec::new(),
+    }
+}
+
 /// The force `M r` with which a base moves a linear system.
 fn pull(system: &LinearSystem) -> DVector<f64> {
     let pull = system.influence().map(|r| system.mass().times(r));
@@ -118,6 +131,11 @@ fn pull(system: &LinearSystem) -> DVector<f64> {
 impl Excitation {
     /// What a forcing, and a load of its own, are to a system: the base of a linear system moves it by forces.
     pub fn new(system: &System, forcing: &Forcing) -> Self {
+        Self::within(system, forcing, forcing)
+    }
+
+    /// The same within all that changes with time, which has the fundamental frequency.
+    fn within(system: &System, forcing: &Forcing, moving: &Forcing) -> Self {
         let mut all = Self {
             load: match system {
                 System::Linear(system) if system.load().amax() > 0.0 => system.load().clone(),
@@ -127,12 +145,13 @@ impl Excitation {
             harmonics: Vec::new(),
             rotations: Rotations::default(),
             signals: Vec::new(),
+            stops: Vec::new(),
         };
-        if let Some(fundamental) = forcing.frequency() {
+        if let Some(fundamental) = moving.frequency() {
             all.rotations.fundamental = fundamental;
         }
         for part in forcing.parts() {
-            all.add(system, part, forcing.phase());
+            all.add(system, part, moving.phase());
         }
         if !all.mean.is_empty() {
             all.load = if all.load.is_empty() {
@@ -162,26 +181,97 @@ impl Excitation {
                 &self.mean + mean
             };
         }
-        let fundamental = self.rotations.fundamental;
-        let times = (fundamental > 0.0)
-            .then(|| whole_multiple(frequency, fundamental))
-            .flatten();
         for (k, harmonic) in (1u32..).zip(harmonics_of(system, part)) {
-            if let Some(times) = times {
-                let order = (times * k) as usize;
-                if self.harmonics.len() < order {
-                    self.harmonics.resize(order, HarmonicPart::none());
-                    self.rotations.n_harmonics = order;
-                }
-                let phase = f64::from(k) * (own_phase - f64::from(times) * phase);
-                self.harmonics[order - 1].add(harmonic, phase);
-            } else {
-                let mut tone = HarmonicPart::none();
-                tone.add(harmonic, f64::from(k) * own_phase);
-                self.harmonics.push(tone);
-                self.rotations.tones.push(f64::from(k) * frequency);
-            }
+            let (place, phase) = self.place_of(k, (frequency, own_phase), phase);
+            self.harmonics[place].add(harmonic, phase);
         }
+    }
+
+    /// The place among the rotations of the k-th harmonic of a frequency, and what its phase adds to the angle there; `phase` is that
+    /// of the fundamental frequency.
+    fn place_of(&mut self, k: u32, (frequency, own_phase): (f64, f64), phase: f64) -> (usize, f64) {
+        let Rotations {
+            fundamental,
+            n_harmonics,
+            tones,
+        } = &mut self.rotations;
+        let periodic = *fundamental > 0.0;
+        let times = periodic.then(|| whole_multiple(frequency, *fundamental));
+        if let Some(times) = times.flatten() {
+            let order = (times * k) as usize;
+            if self.harmonics.len() < order {
+                self.harmonics.resize(order, HarmonicPart::none());
+                *n_harmonics = order;
+            }
+            let turned = f64::from(k) * (own_phase - f64::from(times) * phase);
+            return (order - 1, turned);
+        }
+        self.harmonics.push(HarmonicPart::none());
+        tones.push(f64::from(k) * frequency);
+        (self.harmonics.len() - 1, f64::from(k) * own_phase)
+    }
+
+    /// The same with stops, of which some move; `moving` is all that changes with time.
+    pub fn with_stops(
+        system: &System,
+        forcing: &Forcing,
+        stops: &[Constraint],
+        moving: &Forcing,
+    ) -> Self {
+        let mut all = Self::within(system, forcing, moving);
+        let phase = moving.phase();
+        let each = stops.iter().map(|stop| {
+            let motion = stop.motion().filter(|motion| motion.moves())?.as_forcing();
+            let widens = stop.widens_by();
+            let mut amplitudes = Vec::new();
+            if let Some(angle) = motion.own_angle() {
+                for (k, a) in (1u32..).zip(one_number(motion)) {
+                    let (place, turned) = all.place_of(k, angle, phase);
+                    if amplitudes.len() <= place {
+                        amplitudes.resize(place + 1, Complex::default());
+                    }
+                    let turn = if turned == 0.0 {
+                        Complex::from(1.0)
+                    } else {
+                        Complex::cis(turned)
+                    };
+                    amplitudes[place] += a * turn * widens;
+                }
+            }
+            let signal = motion.own_signal().map(|signal| {
+                all.signals.push(SignalPart {
+                    base: 0.0,
+                    force: DVector::zeros(0),
+                    signal: signal.scaled(widens),
+                });
+                let last = all.signals.len() - 1;
+                (last, all.signals[last].signal.clone())
+            });
+            let mean = match motion {
+                Forcing::Fourier(f) => f.mean().map_or(0.0, |mean| mean[0]),
+                _ => 0.0,
+            };
+            Some(GapMotion {
+                mean: widens * mean,
+                rotations: Rotations::default(),
+                amplitudes,
+                signal,
+            })
+        });
+        let mut each: Vec<Option<GapMotion>> = each.collect();
+        if each.iter().all(Option::is_none) {
+            return all;
+        }
+        for motion in each.iter_mut().flatten() {
+            motion.rotations = all.rotations.clone();
+        }
+        all.stops = each;
+        all
+    }
+
+    /// How a stop moves, if it does.
+    pub fn motion_of(&self, stop: usize) -> Option<&GapMotion> {
+        self.stops.get(stop).and_then(Option::as_ref)
     }
 
     /// The same with constant and harmonic forces that are made of these.
@@ -215,6 +305,7 @@ impl Excitation {
             harmonics: harmonics.collect(),
             rotations: self.rotations.clone(),
             signals: signals.collect(),
+            stops: self.stops.clone(),
         }
     }
 
@@ -229,6 +320,12 @@ impl Excitation {
         let harmonics = self.harmonics.iter_mut().take(self.rotations.n_harmonics);
         for (part, turn) in harmonics.zip(powers(Complex::cis(phase))) {
             part.force.apply(|f| *f *= turn);
+        }
+        for motion in self.stops.iter_mut().flatten() {
+            let harmonics = motion.amplitudes.iter_mut().take(self.rotations.n_harmonics);
+            for (a, turn) in harmonics.zip(powers(Complex::cis(phase))) {
+                *a *= turn;
+            }
         }
         self
     }

@@ -1,8 +1,8 @@
 //! A force along a direction that follows a signal.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::model::normal::Normal;
 use crate::model::signal::Signal;
-use crate::model::stop::Normal;
 use crate::quantity::finite_vector;
 use nalgebra::DVector;
 
@@ -55,20 +55,7 @@ impl Load {
     /// # Errors
     /// A coordinate that the system does not have, or a vector of another length.
     pub(crate) fn direction_vector(&self, n: usize) -> Result<DVector<f64>> {
-        match &self.direction {
-            Normal::Coordinate(i) if *i < n => {
-                Ok(DVector::from_fn(n, |row, _| f64::from(u8::from(row == *i))))
-            }
-            Normal::Coordinate(i) => Err(Error::bad_value(
-                "forcing.direction",
-                i,
-                format!("the system has coordinates 0 to {}", n - 1),
-            )),
-            Normal::Vector(d) => {
-                finite_vector("forcing.direction", d, n)?;
-                Ok(d.clone())
-            }
-        }
+        self.direction.vector(n, "forcing.direction")
     }
 
     pub(super) fn with_signal(self, signal: Signal) -> Self {

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
+use crate::model::stop_motion::StopMotion;
 use crate::quantity::{Restitution, finite_vector};
 use nalgebra::DVector;
 use std::any::Any;
@@ -61,6 +62,7 @@ pub struct NonlinearStop {
     restitution: Restitution,
     curvature: Option<f64>,
     reaction: Reaction,
+    motion: Option<StopMotion>,
 }
 
 impl fmt::Debug for NonlinearStop {
@@ -69,6 +71,7 @@ impl fmt::Debug for NonlinearStop {
             .field("restitution", &self.restitution)
             .field("curvature", &self.curvature)
             .field("reaction", &self.reaction)
+            .field("motion", &self.motion)
             .finish_non_exhaustive()
     }
 }
@@ -82,6 +85,7 @@ impl PartialEq for NonlinearStop {
             && self.restitution == other.restitution
             && self.curvature == other.curvature
             && self.reaction == other.reaction
+            && self.motion == other.motion
     }
 }
 
@@ -96,6 +100,7 @@ impl NonlinearStop {
             restitution: Restitution::new(restitution)?,
             curvature: None,
             reaction: Reaction::Inertia,
+            motion: None,
         })
     }
 
@@ -125,6 +130,18 @@ impl NonlinearStop {
         Ok(self)
     }
 
+    /// The same stop with a motion of its own, which is added to its gap; without where it is `None`.
+    #[must_use]
+    pub fn with_motion(mut self, motion: Option<StopMotion>) -> Self {
+        self.motion = motion;
+        self
+    }
+
+    /// The motion of its own.
+    pub fn motion(&self) -> Option<&StopMotion> {
+        self.motion.as_ref()
+    }
+
     /// The functions as they were given.
     pub fn function(&self) -> &dyn GapFunction {
         &*self.function
@@ -145,7 +162,7 @@ impl NonlinearStop {
         &self.reaction
     }
 
-    /// The gap at q.
+    /// The gap at q, but for a motion of its own.
     ///
     /// # Errors
     /// What the function reports; a value that is not finite.
@@ -179,6 +196,7 @@ impl NonlinearStop {
             self.restitution.value(),
         )?
         .with_reaction(self.reaction.clone())
+        .map(|stop| stop.with_motion(self.motion.clone()))
     }
 
     pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {

@@ -7,11 +7,14 @@ use crate::model::derived::Derived;
 use crate::model::excitation::Excitation;
 use crate::model::forcing::{Forcing, Timing};
 use crate::model::linear::LinearSystem;
+use crate::model::moment::Moment;
 use crate::model::nonlinear::no_mass;
 use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
+use crate::model::stop_motion::StopMotion;
 use crate::model::system::System;
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// System, forcing and stops: what is analysed or simulated.
@@ -168,19 +171,88 @@ impl Scene {
         self.system.n_dof()
     }
 
-    /// The forcing period, `None` without forcing, and where the forcings have none in common.
+    /// The period of the forcing and of the stops that move, `None` where nothing does, and where there is none in common.
     pub fn period(&self) -> Option<f64> {
-        self.forcing.period()
+        self.frequency().map(|w| TAU / w)
     }
 
-    /// What acts on the system from outside.
+    /// What acts on the system from outside, and how its stops move.
     pub(crate) fn excitation(&self) -> Excitation {
-        Excitation::new(&self.system, &self.forcing)
+        if self.has_moving_stops() {
+            let moving = self.moving();
+            Excitation::with_stops(&self.system, &self.forcing, &self.stops, &moving)
+        } else {
+            Excitation::new(&self.system, &self.forcing)
+        }
+    }
+
+    /// Whether a stop moves by itself.
+    pub(crate) fn has_moving_stops(&self) -> bool {
+        self.stops.iter().any(|stop| stop.motion().is_some())
+    }
+
+    /// All that changes with time: the forcing, then the motions of stops in their order.
+    fn moving(&self) -> Forcing {
+        if !self.has_moving_stops() {
+            return self.forcing.clone();
+        }
+        let stops = self.stops.iter().filter_map(Constraint::motion);
+        let stops = stops.map(|motion| motion.as_forcing().clone());
+        Forcing::Several(std::iter::once(self.forcing.clone()).chain(stops).collect())
+    }
+
+    /// The same scene with all that changes with time changed together.
+    fn with_moving(&mut self, change: impl FnOnce(&Forcing) -> Result<Forcing>) -> Result<()> {
+        let changed = change(&self.moving())?;
+        if !self.has_moving_stops() {
+            self.forcing = changed;
+            return Ok(());
+        }
+        let Forcing::Several(all) = changed else {
+            unreachable!("several are changed one by one");
+        };
+        let mut all = all.into_iter();
+        self.forcing = all.next().unwrap_or_default();
+        for stop in &mut self.stops {
+            if stop.motion().is_some() {
+                let motion = all.next().map(StopMotion::of_forcing);
+                *stop = stop.clone().with_motion(motion);
+            }
+        }
+        Ok(())
     }
 
     /// How the scene depends on time, but for equations of motion that do by themselves.
     pub(crate) fn timing(&self) -> Timing {
-        self.forcing.timing()
+        self.moving().timing()
+    }
+
+    /// Refuses stops that move by themselves; `purpose` says what takes none.
+    ///
+    /// # Errors
+    /// A stop that moves.
+    pub(crate) fn check_stops_rest(&self, purpose: &str) -> Result<()> {
+        if !self.has_moving_stops() {
+            return Ok(());
+        }
+        let rule = format!("{purpose} takes stops that rest relative to the base; move the base, or simulate");
+        Err(Error::bad_value("scene", "with a stop that moves", rule))
+    }
+
+    /// Whether a run over a span of time stays within the motions of the stops.
+    ///
+    /// # Errors
+    /// A signal that the run leaves where it is not at rest.
+    pub(crate) fn check_span(&self, span: (f64, f64)) -> Result<()> {
+        for (i, stop) in self.stops.iter().enumerate() {
+            if let Some((start, end)) = stop.motion().and_then(|motion| motion.is_left_by(span)) {
+                let rule = format!(
+                    "the motion of stops[{i}] is known on [{start}, {end}] alone, and is not at rest there: the stop would jump"
+                );
+                return Err(Error::bad_value("t_span", format!("{span:?}"), rule));
+            }
+        }
+        Ok(())
     }
 
     /// Whether what acts on it is known to have a period, or to be constant.
@@ -197,15 +269,15 @@ impl Scene {
 
     /// The fundamental frequency of what acts on the system, `None` without forcing, and where there is none.
     pub(crate) fn frequency(&self) -> Option<f64> {
-        self.forcing.frequency()
+        self.moving().frequency()
     }
 
     /// The phase of the fundamental frequency, zero without forcing, NaN where there is none.
     pub(crate) fn phase(&self) -> f64 {
-        self.forcing.phase()
+        self.moving().phase()
     }
 
-    /// The gap of every stop at the position q, shape `(n_stops,)`.
+    /// The gap of every stop at the position q, at time zero where stops move, shape `(n_stops,)`.
     ///
     /// # Errors
     /// What the gap function of a nonlinear stop reports.
@@ -213,6 +285,32 @@ impl Scene {
     /// # Panics
     /// If q has not n entries.
     pub fn gaps(&self, q: &DVector<f64>) -> Result<DVector<f64>> {
+        self.gaps_at(q, 0.0)
+    }
+
+    /// The gap of every stop at the position q and a time, shape `(n_stops,)`.
+    ///
+    /// # Errors
+    /// What the gap function of a nonlinear stop reports.
+    ///
+    /// # Panics
+    /// If q has not n entries.
+    pub fn gaps_at(&self, q: &DVector<f64>, t: f64) -> Result<DVector<f64>> {
+        let mut gaps = self.gaps_at_rest(q)?;
+        if self.has_moving_stops() {
+            let frequency = self.frequency().unwrap_or(0.0);
+            let turns = Moment::new(t, 0.0, frequency).angle_of(frequency);
+            let at = Moment::new(t, turns + self.phase(), frequency);
+            let motions = self.excitation().stops;
+            for (gap, motion) in gaps.iter_mut().zip(&motions) {
+                *gap += motion.as_ref().map_or(0.0, |motion| motion.along(at)[0]);
+            }
+        }
+        Ok(gaps)
+    }
+
+    /// The same where no stop moves by itself.
+    fn gaps_at_rest(&self, q: &DVector<f64>) -> Result<DVector<f64>> {
         let n = self.n_dof();
         let gap = |constraint: &Constraint| match constraint {
             Constraint::Stop(stop) => Ok(stop.clearance() - stop.outward(n).dot(q)),
@@ -274,11 +372,11 @@ impl Scene {
             Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
             Change::Stops(stops) => return Self::new(copy.system, copy.forcing, stops),
             Change::Frequency(frequency) => {
-                copy.forcing = self.forcing.with_frequency(frequency)?;
+                copy.with_moving(|all| all.with_frequency(frequency))?;
             }
-            Change::Phase(phase) => copy.forcing = self.forcing.with_phase(phase)?,
+            Change::Phase(phase) => copy.with_moving(|all| all.with_phase(phase))?,
             Change::FundamentalPhase(phase) => {
-                copy.forcing = self.forcing.with_fundamental_phase(phase)?;
+                copy.with_moving(|all| all.with_fundamental_phase(phase))?;
             }
             Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
             Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,

@@ -218,6 +218,78 @@ impl Signal {
         value
     }
 
+    /// Value and slope before and after the k-th breakpoint, zero outside.
+    fn sides(&self, k: usize) -> [[f64; 2]; 2] {
+        let Pieces { breaks, .. } = &*self.pieces;
+        let mut sides = [[0.0; 2]; 2];
+        let mut put = |side: usize, piece: usize, local: f64| {
+            self.pieces.after_start(piece, local, |m, x| {
+                if m < 2 {
+                    sides[side][m] = x;
+                }
+            });
+        };
+        if k > 0 {
+            put(0, k - 1, breaks[k] - breaks[k - 1]);
+        }
+        if k + 1 < breaks.len() {
+            put(1, k, 0.0);
+        }
+        sides
+    }
+
+    /// The largest value and slope where pieces meet.
+    fn largest(&self) -> [f64; 2] {
+        let mut largest = [0.0f64; 2];
+        for k in 0..self.pieces.breaks.len() {
+            for side in self.sides(k) {
+                for m in 0..2 {
+                    largest[m] = largest[m].max(side[m].abs());
+                }
+            }
+        }
+        largest
+    }
+
+    /// The first breakpoint but the ends at which the value, or the slope, jumps by more than a part of the largest; the value by as
+    /// much as the largest slope makes in a piece, where that is more.
+    pub(crate) fn first_kink(&self, part: f64) -> Option<f64> {
+        let [mut value, slope] = self.largest();
+        value = value.max(slope * self.longest_piece());
+        let jumps = |k: &usize| {
+            let [before, after] = self.sides(*k);
+            (after[0] - before[0]).abs() > part * value || (after[1] - before[1]).abs() > part * slope
+        };
+        let inner = 1..self.pieces.breaks.len() - 1;
+        inner.into_iter().find(jumps).map(|k| self.pieces.breaks[k] - self.shift)
+    }
+
+    /// Whether it begins and ends at rest at zero, to a part of its largest value and slope.
+    pub(crate) fn rests_at_ends(&self, part: f64) -> [bool; 2] {
+        let [value, slope] = self.largest();
+        let rests = |side: [f64; 2]| side[0].abs() <= part * value && side[1].abs() <= part * slope;
+        let last = self.pieces.breaks.len() - 1;
+        [rests(self.sides(0)[1]), rests(self.sides(last)[0])]
+    }
+
+    /// The derivative, piece by piece.
+    pub(crate) fn derivative(&self) -> Self {
+        let Pieces {
+            breaks,
+            degree,
+            derivatives,
+        } = &*self.pieces;
+        let mut lowered = Vec::new();
+        for piece in derivatives.chunks(degree + 1) {
+            lowered.extend_from_slice(if *degree == 0 { &[0.0] } else { &piece[1..] });
+        }
+        Self {
+            shift: self.shift,
+            factor: self.factor,
+            ..Self::new(breaks.clone(), degree.saturating_sub(1), lowered)
+        }
+    }
+
     /// Hands out the derivatives at a time, of orders 0 to the degree, on the piece that holds for a step that began at another;
     /// nothing outside the pieces, where all are zero.
     pub(crate) fn derivatives(&self, since: f64, t: f64, mut put: impl FnMut(usize, f64)) {
@@ -354,6 +426,25 @@ mod tests {
         );
         let (value, size) = signal.value_with_size(2.0, 3.0);
         assert_eq!((value, size), (-3.0, 5.0));
+    }
+
+    #[test]
+    fn jumps_of_value_and_slope_are_seen() {
+        let kink = |breaks: &[f64], c: &DMatrix<f64>| {
+            Signal::pieces(breaks, c).expect("valid").first_kink(1e-9)
+        };
+        // t^2 (1 - t)^2 joins zero smoothly at both ends.
+        let bump = dmatrix![1.0; -2.0; 1.0; 0.0; 0.0];
+        let signal = Signal::pieces(&[0.0, 1.0], &bump).expect("valid");
+        assert_eq!((signal.first_kink(1e-9), signal.rests_at_ends(1e-9)), (None, [true; 2]));
+        assert_eq!(kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, -1.0; 0.0, 1.0]), Some(1.0));
+        assert_eq!(kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, 2.0; 0.0, 1.0]), Some(1.0));
+        assert_eq!(kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, 2.0]), Some(1.0));
+        let parabolas = dmatrix![1.0, -1.0; 0.0, 2.0; 0.0, 1.0];
+        assert_eq!(kink(&[0.0, 1.0, 2.0], &parabolas), None);
+        let signal = Signal::pieces(&[0.0, 1.0, 2.0], &parabolas).expect("valid");
+        assert_eq!(signal.rests_at_ends(1e-9), [true, false]);
+        assert_eq!(signal.derivative().coefficients(), dmatrix![2.0, -2.0; 0.0, 2.0]);
     }
 
     #[test]

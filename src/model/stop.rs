@@ -2,30 +2,11 @@
 //! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane; a nonlinear stop has any gap.
 
 use crate::error::{Error, Result};
+use crate::model::normal::Normal;
 use crate::model::reaction::Reaction;
+use crate::model::stop_motion::StopMotion;
 use crate::quantity::{Restitution, finite, finite_vector};
 use nalgebra::DVector;
-
-/// The normal of a stop: one coordinate, or a vector of any length.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Normal {
-    /// The unit vector of one coordinate, counted from 0.
-    Coordinate(usize),
-    /// Any vector that is not zero, shape `(n,)`.
-    Vector(DVector<f64>),
-}
-
-impl From<usize> for Normal {
-    fn from(index: usize) -> Self {
-        Self::Coordinate(index)
-    }
-}
-
-impl From<DVector<f64>> for Normal {
-    fn from(normal: DVector<f64>) -> Self {
-        Self::Vector(normal)
-    }
-}
 
 /// On which side of the motion a stop stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,6 +26,7 @@ pub struct Stop {
     restitution: Restitution,
     side: Side,
     reaction: Reaction,
+    motion: Option<StopMotion>,
 }
 
 impl Stop {
@@ -70,6 +52,7 @@ impl Stop {
             restitution: Restitution::new(restitution)?,
             side: Side::Upper,
             reaction: Reaction::Inertia,
+            motion: None,
         })
     }
 
@@ -90,6 +73,18 @@ impl Stop {
         }
         self.reaction = reaction;
         Ok(self)
+    }
+
+    /// The same stop with a motion of its own, which is added to its clearance; without where it is `None`.
+    #[must_use]
+    pub fn with_motion(mut self, motion: Option<StopMotion>) -> Self {
+        self.motion = motion;
+        self
+    }
+
+    /// The motion of its own.
+    pub fn motion(&self) -> Option<&StopMotion> {
+        self.motion.as_ref()
     }
 
     /// The normal as given.
@@ -122,20 +117,7 @@ impl Stop {
     /// # Errors
     /// A coordinate that the system does not have, or a vector of another length; `label` names the stop.
     pub fn normal_vector(&self, n: usize, label: &str) -> Result<DVector<f64>> {
-        match &self.normal {
-            Normal::Coordinate(i) if *i < n => {
-                Ok(DVector::from_fn(n, |row, _| f64::from(u8::from(row == *i))))
-            }
-            Normal::Coordinate(i) => Err(Error::bad_value(
-                format!("{label}.normal"),
-                i,
-                format!("the system has coordinates 0 to {}", n - 1),
-            )),
-            Normal::Vector(v) => {
-                finite_vector(&format!("{label}.normal"), v, n)?;
-                Ok(v.clone())
-            }
-        }
+        self.normal.vector(n, &format!("{label}.normal"))
     }
 
     /// The normal towards the stop: `gap = clearance - outward.q` on either side.
@@ -170,13 +152,14 @@ pub enum WallSide {
     Left,
 }
 
-/// Vertical plane wall that one bob of a pendulum may not cross; it moves with the base.
+/// Vertical plane wall that one bob of a pendulum may not cross; it moves with the base, and by a motion of its own relative to that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
     bob: usize,
     position: f64,
     restitution: Restitution,
     side: WallSide,
+    motion: Option<StopMotion>,
 }
 
 impl Wall {
@@ -190,7 +173,20 @@ impl Wall {
             position: finite("position", position)?,
             restitution: Restitution::new(restitution)?,
             side,
+            motion: None,
         })
+    }
+
+    /// The same wall with a motion of its own, which is added to its position; without where it is `None`.
+    #[must_use]
+    pub fn with_motion(mut self, motion: Option<StopMotion>) -> Self {
+        self.motion = motion;
+        self
+    }
+
+    /// The motion of its own.
+    pub fn motion(&self) -> Option<&StopMotion> {
+        self.motion.as_ref()
     }
 
     /// The bob, counted from 0.
@@ -232,7 +228,12 @@ impl Wall {
             WallSide::Right => (self.position, Side::Upper),
             WallSide::Left => (-self.position, Side::Lower),
         };
-        Ok(Stop::new(normal, clearance, self.restitution.value())?.on_side(side))
+        let motion = match self.side {
+            WallSide::Right => self.motion.clone(),
+            WallSide::Left => self.motion.as_ref().map(StopMotion::opposite),
+        };
+        let stop = Stop::new(normal, clearance, self.restitution.value())?;
+        Ok(stop.on_side(side).with_motion(motion))
     }
 
     pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {

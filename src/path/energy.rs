@@ -6,6 +6,7 @@ use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
 use crate::model::{
     Contact, Dynamics, Energetics, Moment, PhysicalState, Scene, SceneMotion, contacts,
+    reaction_weights,
 };
 use crate::observer::Observer;
 use crate::path::drawing::Point;
@@ -26,6 +27,9 @@ const GAUSS: [(f64, f64); 6] = [
 /// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
 const STRETCH: f64 = 0.5;
 
+/// A gap of no more than this part of its terms is closed at an impact.
+const CLOSED: f64 = 1e-6;
+
 /// Energies along a motion, one entry for each of some times.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Energy {
@@ -35,7 +39,7 @@ pub struct Energy {
     pub kinetic: Vec<f64>,
     /// Potential energy, zero at q = 0.
     pub potential: Vec<f64>,
-    /// Work of the forcing since the start.
+    /// Work of the forcing, and of stops that move, since the start.
     pub forcing_work: Vec<f64>,
     /// Loss in dampers since the start. Of a system given by functions: what its forces took beyond the potential, those of
     /// dampers and any others; negative where they brought energy, as a drive written into the acceleration does.
@@ -107,7 +111,10 @@ impl<'a> Ledger<'a> {
                 self.integrate(arc, (local, span), &mut works, observer)?;
                 let before = self.path.state_in(arc, span);
                 let after = self.path.state_in(arc + 1, 0.0);
-                works.contact += self.jump_loss(&before, &after)?;
+                let at = self.path.arc(arc + 1).clock.moment(self.phase);
+                let by_stops = self.work_at_jump(at, &before, &after)?;
+                works.forcing += by_stops;
+                works.contact += self.jump_loss(&before, &after)? + by_stops;
                 (arc, local) = (arc + 1, 0.0);
             }
             self.integrate(arc, (local, point.local), &mut works, observer)?;
@@ -165,7 +172,9 @@ impl<'a> Ledger<'a> {
                     works.damping +=
                         w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
                     if kind != SegmentKind::Flight {
-                        works.contact += w * self.contact_power(at, &q, &v, stops)?;
+                        let [taken, by_stops] = self.contact_power(at, &q, &v, stops)?;
+                        works.forcing += w * by_stops;
+                        works.contact += w * (taken + by_stops);
                     }
                 }
             }
@@ -182,14 +191,38 @@ impl<'a> Ledger<'a> {
         Ok(a)
     }
 
-    /// What the contact forces take: nothing, where reactions are those of inertia.
+    /// The work of stops that move at an instant, `-sum p c'`: of impulses on those in contact that change the velocity so.
+    fn work_at_jump(&self, at: Moment, before: &PhysicalState, after: &PhysicalState) -> Result<f64> {
+        if self.contacts.iter().all(|contact| contact.motion.is_none()) || before.1 == after.1 {
+            return Ok(0.0);
+        }
+        let (q, jump) = (after.0.as_slice(), &before.1 - &after.1);
+        let (mut normals, mut reactions, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
+        for contact in self.contacts.iter() {
+            let value = contact.along(|| at, (q, q, q), 0.0)?;
+            if value.gap.abs() > CLOSED * value.size {
+                continue;
+            }
+            normals.push(contact.surface.normal(q)?);
+            let reaction = contact.reaction(self.scene.system(), q)?;
+            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
+            speeds.push(contact.motion.as_ref().map_or(0.0, |motion| motion.along(at)[1]));
+        }
+        let parts = DVector::from_iterator(normals.len(), normals.iter().map(|n| n.dot(&jump)));
+        let impulses = reaction_weights(&normals, &reactions, &parts)?;
+        let works = impulses.iter().zip(speeds).map(|(p, c)| -p * c);
+        Ok(works.sum())
+    }
+
+    /// What the contact forces take, nothing where reactions are those of inertia and the stops rest; and the power of stops that
+    /// move, `-sum L c'`.
     fn contact_power(
         &self,
         at: Moment,
         q: &DVector<f64>,
         v: &DVector<f64>,
         stops: &[usize],
-    ) -> Result<f64> {
+    ) -> Result<[f64; 2]> {
         let held = ConstrainedDynamics {
             dynamics: self.dynamics,
             system: self.scene.system(),
@@ -197,8 +230,13 @@ impl<'a> Ledger<'a> {
             stops: stops.to_vec(),
         };
         let mut actual = DVector::zeros(q.len());
-        held.acceleration(at, q.as_slice(), v.as_slice(), actual.as_mut_slice())?;
-        self.energetics
-            .inertial_work(q, v, &(self.acceleration(at, q, v)? - actual))
+        let forces = held.forces(at, q.as_slice(), v.as_slice(), actual.as_mut_slice())?;
+        let taken = self.acceleration(at, q, v)? - actual;
+        let works = stops.iter().zip(&forces).map(|(&stop, force)| {
+            let motion = self.contacts[stop].motion.as_ref();
+            motion.map_or(0.0, |motion| -force * motion.along(at)[1])
+        });
+        let by_stops = works.sum();
+        Ok([self.energetics.inertial_work(q, v, &taken)?, by_stops])
     }
 }

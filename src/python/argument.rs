@@ -81,5 +81,5 @@ macro_rules! arguments {
 
 arguments! {
     atol between clearance curvature damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
-    method n_dof n_harmonics n_periods phase position progress restitution rtol scene side span
+    method n_dof n_harmonics n_periods phase position progress restitution rtol scene side span t
 }

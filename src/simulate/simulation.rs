@@ -79,6 +79,7 @@ pub fn simulate_observed(
     finite_vector("q0", q0, scene.n_dof())?;
     finite_vector("v0", v0, scene.n_dof())?;
     options.check(t_span)?;
+    scene.check_span(t_span)?;
     let n_samples = options.t_eval.as_ref().map_or(0, Vec::len);
     room_for("the motion at t_eval", 2 * n_samples, scene.n_dof())?;
     let beyond = || {

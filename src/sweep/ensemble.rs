@@ -86,6 +86,7 @@ pub fn simulate_many(
         }
     }
     options.check(t_span)?;
+    scene.check_span(t_span)?;
     if options.keep != Keep::Final || options.t_eval.is_some() {
         return Err(Error::bad_value(
             "keep",

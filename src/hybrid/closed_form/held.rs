@@ -33,9 +33,11 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     pub(super) fn stops_at(&self, stops: &[usize], q: &DVector<f64>) -> StopsAt {
         let g = &self.scene.geometry;
         let (normals, reactions) = g.directions(stops);
-        let gap = |i: usize| g.clearances[stops[i]] - normals[i].dot(q);
+        let motion = |i: usize| self.scene.stop_motion(stops[i], self.moment());
+        let gap = |i: usize| g.clearances[stops[i]] + motion(i)[0] - normals[i].dot(q);
         StopsAt {
             gaps: DVector::from_fn(stops.len(), |i, _| gap(i)),
+            speeds: DVector::from_fn(stops.len(), |i, _| motion(i)[1]),
             normals,
             reactions,
         }
@@ -63,23 +65,31 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         let derivatives = if held.is_empty() {
             let state = self.physical();
             let equations = self.timed.equations();
-            equations.derivatives(self.scene, at, state, lost, orders)
+            equations.derivatives(self.scene, at, state, lost, (orders.clone(), &|_| None))
         } else {
             let motion = self.motion_of(held)?;
             let state = self.settled(held)?;
             let equations = motion.equations(&self.scene.system);
-            equations.derivatives(self.scene, at, state, lost, orders)
+            let carried = |order: usize| motion.carried_derivative(self.scene, at, order);
+            equations.derivatives(self.scene, at, state, lost, (orders.clone(), &carried))
+        };
+        let own = |stop: usize, order: usize| {
+            let motion = self.scene.excitation.motion_of(stop);
+            motion.map_or((0.0, 0.0), |motion| motion.derivative(at, order))
         };
         let normal = |stop: usize| self.scene.geometry.normals.column(stop);
         let unknown = |stop: usize, of: &DVector<f64>| {
             let terms = normal(stop).into_iter().zip(of.iter());
             terms.map(|(n, unknown)| n.abs() * unknown).sum()
         };
-        let gap = |stop: usize, (value, of): &PhysicalState| {
-            [-normal(stop).dot(value), unknown(stop, of)]
+        let gap = |stop: usize, order: usize, (value, of): &PhysicalState| {
+            let (own, size) = own(stop, order);
+            let lost: f64 = unknown(stop, of);
+            let lost = lost + CANCELLED * size;
+            [own - normal(stop).dot(value), lost]
         };
-        let gaps = |of| stops.iter().map(|&stop| gap(stop, of)).collect();
-        Ok(derivatives.iter().map(gaps).collect())
+        let of_order = |(order, of)| stops.iter().map(|&stop| gap(stop, order, of)).collect();
+        Ok(orders.zip(&derivatives).map(of_order).collect())
     }
 
     /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
@@ -97,7 +107,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         let flight = HeldFlight {
             motion,
             at,
-            modal_state: motion.reduce(&q, &v),
+            modal_state: motion.reduce(&q, &v, at),
             orders,
         };
         let (next, seen, touches) =

@@ -6,7 +6,7 @@ use crate::contact::next::{ContactSearch, Grazed};
 use crate::contact::walk::STEPS_PER_LOOK;
 use crate::error::Result;
 use crate::flow::steps::Tolerance;
-use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, Quantity, TimedScene, along};
+use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, TimedScene, along};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
@@ -81,8 +81,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         let stops = 0..scene.n_stops();
         let gaps = stops
             .clone()
-            .map(|i| Quantity::gap(g.clearances[i], &scene.position_rows[i]))
-            .map(|gap| flow.gap_row(&gap).known_to(scene.form.rounding()));
+            .map(|i| flow.gap_row(&scene.gap(i)).known_to(scene.form.rounding()));
         // An exact flight has errors of rounding alone: a start farther inside a stop than usual is none of its making.
         let rtol = tolerance.relative.min(Tolerance::USUAL.relative);
         let atol = tolerance.absolute.min(Tolerance::USUAL.absolute);
@@ -151,6 +150,12 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.flow.set_moment(&mut self.state, at);
     }
 
+    /// The speed at which a stop recedes by its own motion.
+    #[inline]
+    pub(super) fn stop_speed(&self, stop: usize) -> f64 {
+        self.scene.stop_motion(stop, self.moment())[1]
+    }
+
     /// The moment, where the phase of the forcing is in its amplitude.
     #[inline]
     pub(super) fn moment(&self) -> Moment {
@@ -181,7 +186,7 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
         GapState {
             gap: model.c[0],
             // Of the terms that an impact takes it from: those of the model are others, and larger where modes are complex.
-            speed: -along(&self.velocity_rows[stop], &self.state),
+            speed: self.stop_speed(stop) - along(&self.velocity_rows[stop], &self.state),
             acceleration: 2.0 * model.c[2],
             jerk: Some(6.0 * model.c[3]),
             size: model.size,
@@ -195,9 +200,13 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
             let terms = normal.iter().zip(x.iter());
             terms.map(|(n, x)| (n * x).abs()).sum()
         };
+        let [moved, speed, _] = self.scene.stop_motion(stop, self.moment());
         Ok(GivenGap {
-            gap: (clearance - normal.dot(q), clearance.abs() + size(q)),
-            speed: (-normal.dot(v), size(v)),
+            gap: (
+                clearance + moved - normal.dot(q),
+                clearance.abs() + moved.abs() + size(q),
+            ),
+            speed: (speed - normal.dot(v), speed.abs() + size(v)),
         })
     }
 
@@ -221,7 +230,7 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
     }
 
     fn speed_size(&self, stop: usize) -> f64 {
-        self.search.speed_size(stop)
+        self.search.speed_size(stop) + self.stop_speed(stop).abs()
     }
 }
 
@@ -250,9 +259,13 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
 
     fn is_at_place_of(&self, one: usize, other: usize) -> bool {
         let made = || self.scene.geometry.places();
+        let moves_alike = || {
+            let excitation = &self.scene.excitation;
+            excitation.motion_of(one) == excitation.motion_of(other)
+        };
         one == other || {
             let places = self.places.get_or_init(made);
-            places[one] == places[other]
+            places[one] == places[other] && moves_alike()
         }
     }
 
@@ -270,7 +283,8 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
         let force = scene.excitation.force(self.moment(), q.len());
         let acceleration = scene.system.acceleration(&q, &v, &force);
         let pull = |i: usize| -scene.geometry.normals.column(stops[i]).dot(&acceleration);
-        DVector::from_fn(stops.len(), |i, _| pull(i))
+        let own = |i: usize| scene.stop_motion(stops[i], self.moment())[2];
+        DVector::from_fn(stops.len(), |i, _| own(i) + pull(i))
     }
 
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>> {
@@ -322,12 +336,13 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
 impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
     fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
         let row = &self.velocity_rows[stop];
-        let approach = positive_part(along(row, &self.state));
+        let receding = self.stop_speed(stop);
+        let approach = positive_part(along(row, &self.state) - receding);
         let restitution = self.scene.geometry.restitutions[stop];
         let (impulse, departure) = (self.rebounds[stop] * approach, restitution * approach);
         self.push(stop, impulse)?;
         // A small departure is what is left of two large speeds: its rounding is taken off.
-        let left = along(&self.velocity_rows[stop], &self.state) + departure;
+        let left = along(&self.velocity_rows[stop], &self.state) - receding + departure;
         self.push(stop, left * self.rebounds[stop] / (1.0 + restitution))?;
         Ok(NormalImpact {
             approach,
@@ -371,7 +386,8 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
         }
         let motion = self.motion_of(stops)?;
         let (q, v) = self.settled(stops)?;
-        let (q, v) = motion.lift(&motion.reduce(&q, &v));
+        let at = self.moment();
+        let (q, v) = motion.lift(&motion.reduce(&q, &v, at), at);
         self.put((&q, &v), 0.0);
         self.holding = Some(motion);
         self.evaluate_gaps()

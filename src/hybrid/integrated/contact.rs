@@ -1,7 +1,7 @@
 //! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
 
 use super::scene::{Integrated, MOST_POLISHES};
-use crate::contact::curvature::first_crossing;
+use crate::contact::curvature::{BoundedGap, first_crossing};
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
 use crate::error::Result;
@@ -131,8 +131,20 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let until = along.at().min(1.0);
         let dense = self.dense(dynamics, h)?;
         let path: Vec<Vec<f64>> = (0..self.n()).map(|i| dense.powers(i)).collect();
+        let begun = self.moment();
+        let motion = contacts[stop].motion.as_ref();
+        let moved = |x: f64| {
+            let [value, speed, _] = motion?.along(begun.after(x * h));
+            Some([value, h * speed])
+        };
+        let gap = BoundedGap {
+            stop: nonlinear,
+            curvature,
+            moved: &moved,
+            bend: motion.map_or(0.0, |motion| h * h * motion.bend_bound(begun, h)),
+        };
         // The path itself is known to the tolerance, a tenth of the margin.
-        let found = first_crossing(nonlinear, curvature, &path, 0.1 * margin, until)?;
+        let found = first_crossing(&gap, &path, 0.1 * margin, until)?;
         Ok(found.map_or(along, |x| FirstRoot::Crossing { at: x, passed: 1.0 }))
     }
 
@@ -149,7 +161,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let dense = self.dense(dynamics, h)?;
         dense.state(0.5 * h, x.slice_mut());
         self.n_gap_evaluations += 1;
-        let there = self.contacts[stop].surface.gap(&x.slice()[..n])?;
+        let half_way = self.moment().after(0.5 * h);
+        let there = self.contacts[stop].gap(&x.slice()[..n], half_way)?;
         Ok((there - quintic.value(0.5)).abs())
     }
 
@@ -178,7 +191,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             if !self.step(dynamics, s)? {
                 return Ok(None);
             }
-            self.evaluate_gaps_ahead(h)?;
+            self.evaluate_gaps_ahead(s, h)?;
             let GapValue {
                 gap,
                 speed,
@@ -238,7 +251,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             if !self.step(dynamics, s)? {
                 return Ok(None);
             }
-            self.evaluate_gaps_ahead(h)?;
+            self.evaluate_gaps_ahead(s, h)?;
             let GapValue {
                 speed,
                 acceleration,

@@ -33,8 +33,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let (q, v) = x.split_at(self.n());
         let mut a = vec![0.0; q.len()];
         motion.acceleration(clock.moment(self.phase), q, v, &mut a)?;
-        let surface = &self.contacts[stop].surface;
-        let gap = surface.along(q, v, &a, SHORT * self.slow_time())?;
+        let at = || clock.moment(self.phase);
+        let gap = self.contacts[stop].along(at, (q, v, &a), SHORT * self.slow_time())?;
         Ok((a, gap.acceleration))
     }
 

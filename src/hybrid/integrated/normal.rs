@@ -37,19 +37,28 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// Some stops at a position.
     fn stops_at(&self, stops: &[usize], q: &DVector<f64>) -> Result<StopsAt> {
-        let (mut gaps, mut normals, mut reactions) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
+        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
         for &stop in stops {
             let directions = self.directions_at(stop, q.as_slice())?;
             let (normal, reaction) = directions.both();
-            gaps.push(self.contacts[stop].surface.gap(q.as_slice())?);
+            gaps.push(self.contacts[stop].gap(q.as_slice(), self.moment())?);
+            speeds.push(self.stop_speed(stop));
             normals.push(DVector::from_column_slice(normal));
             reactions.push(DVector::from_column_slice(reaction));
         }
         Ok(StopsAt {
             gaps: DVector::from_vec(gaps),
+            speeds: DVector::from_vec(speeds),
             normals,
             reactions,
         })
+    }
+
+    /// The speed at which a stop recedes by its own motion.
+    pub(super) fn stop_speed(&self, stop: usize) -> f64 {
+        let motion = &self.contacts[stop].motion;
+        motion.as_ref().map_or(0.0, |motion| motion.along(self.moment())[1])
     }
 
     /// The present speed along a normal.

@@ -12,14 +12,15 @@ pub(crate) fn series_order(rtol: f64) -> usize {
     (order as usize).min(MOST_ORDER)
 }
 
-/// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions.
+/// Whether the motion of a scene and its gaps have Taylor series: a pendulum's do, but for stops given by functions and
+/// stops that move by themselves.
 pub(crate) fn has_series(scene: &Scene) -> bool {
     let is_given = |stop: &Constraint| !matches!(stop, Constraint::Nonlinear(_));
     let is_pendulum = matches!(
         scene.system(),
         System::DoublePendulum(_) | System::PendulumChain(_)
     );
-    is_pendulum && scene.stops().iter().all(is_given)
+    is_pendulum && !scene.has_moving_stops() && scene.stops().iter().all(is_given)
 }
 
 /// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
@@ -48,7 +49,7 @@ impl Pendulum {
             _ => Err(Error::bad_value(
                 "method",
                 "\"taylor\"",
-                "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls; use \"auto\"",
+                "Taylor series are those of a DoublePendulum or a PendulumChain with stops and walls that rest; use \"auto\"",
             )),
         }
     }

@@ -8,7 +8,8 @@ use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
 use crate::model::{
-    Constraint, Contact, Dynamics, GapValue, Moment, PhysicalState, Scene, contacts,
+    Constraint, Contact, Dynamics, Excitation, GapMotion, GapValue, Moment, PhysicalState, Scene,
+    contacts,
 };
 use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
@@ -37,6 +38,8 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) phase: f64,
     /// The frequency of the fastest harmonic or tone, zero without any.
     pub(super) fastest_forcing: f64,
+    /// The longest step along which the gap of a stop that moves is told from the ends; infinite where all rest.
+    pub(super) longest_step: f64,
     /// The times at which a signal passes from one polynomial to the next.
     pub(super) breaks: Vec<f64>,
     pub(super) tolerance: Tolerance,
@@ -99,6 +102,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             peak_forces: Vec::new(),
             phase: scene.phase(),
             fastest_forcing: excitation.rotations.fastest(),
+            longest_step: longest_step(&excitation, tolerance),
             breaks: excitation.breaks(),
             tolerance,
             choice,
@@ -184,7 +188,8 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let a = &self.stepper.start_rate().slice()[n..];
         let step = self.slow_time();
         for (value, contact) in self.gaps.iter_mut().zip(self.contacts.iter()) {
-            *value = contact.surface.along(q, v, a, step)?;
+            let at = || self.clock.moment(self.phase);
+            *value = contact.along(at, (q, v, a), step)?;
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
@@ -217,6 +222,22 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let (n, state) = (self.n(), PhantomData::<S>);
         recorder.arc(arc, &mut StepArc { dense, n, state });
     }
+}
+
+/// The remainder of the quintic through value, slope and curvature at both ends of a step, half-way: `h^6 |c^(6)|/46080`.
+const QUINTIC_REST: f64 = 46080.0;
+
+/// A step so long that the quintics of the gaps of stops that move are off by a tolerance; infinite where all rest.
+fn longest_step(excitation: &Excitation, tolerance: Tolerance) -> f64 {
+    let step = |motion: &GapMotion| {
+        let turning = motion.amplitudes.iter().zip(motion.rotations.frequencies());
+        let sixth: f64 = turning.clone().map(|(a, w)| a.norm() * w.powi(6)).sum();
+        let size: f64 = turning.map(|(a, _)| a.norm()).sum();
+        let allowed = tolerance.absolute + tolerance.relative * size;
+        (QUINTIC_REST * allowed / sixth).powf(1.0 / 6.0)
+    };
+    let moving = excitation.stops.iter().flatten().map(step);
+    moving.fold(f64::INFINITY, f64::min)
 }
 
 /// A step.

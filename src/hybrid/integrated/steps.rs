@@ -124,14 +124,15 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         ))
     }
 
-    /// The gaps at the end of the step last taken, of length h.
+    /// The gaps at the end of the step last taken, of a length that is no more than h.
     #[inline]
-    pub(super) fn evaluate_gaps_ahead(&mut self, h: f64) -> Result<()> {
+    pub(super) fn evaluate_gaps_ahead(&mut self, length: f64, h: f64) -> Result<()> {
         let n = self.n();
         let (q, v) = self.stepper.end().slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
         for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
-            *value = contact.surface.along(q, v, a, h)?;
+            let at = || self.clock.moment(self.phase).after(length);
+            *value = contact.along(at, (q, v, a), h)?;
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
@@ -255,17 +256,27 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
     }
 
-    /// Keeps the next step from being longer than half a period of the fastest harmonic of the forcing: where stops are held and
-    /// nothing moves, no error would tell of the forces in it.
-    fn limit_to_half_period<E: Dynamics>(&mut self, dynamics: &E, end: Clock) -> Result<()> {
+    /// Keeps the next step from being longer than half a period of the fastest harmonic of the forcing where stops are held and
+    /// nothing moves: no error would tell of the forces in it; and than the motion of stops allows, of which no error tells either.
+    #[cold]
+    fn limit_step<E: Dynamics, const IS_HELD: bool>(
+        &mut self,
+        dynamics: &E,
+        end: Clock,
+    ) -> Result<()> {
         let left = self.clock.until(end);
-        let frequency = self.fastest_forcing;
-        if frequency > 0.0 && left > 0.0 {
+        let half_period = PI / self.fastest_forcing;
+        let most = if IS_HELD {
+            self.longest_step.min(half_period)
+        } else {
+            self.longest_step
+        };
+        if most < f64::INFINITY && left > 0.0 {
             let wanted = match self.h {
                 Some(h) => h,
                 None => self.first_step(dynamics, left)?,
             };
-            self.h = Some(wanted.min(PI / frequency));
+            self.h = Some(wanted.min(most));
         }
         Ok(())
     }
@@ -379,8 +390,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.begin(dynamics)?;
         let is_recorded = recorder.wanted().arcs;
         let arrival = loop {
-            if IS_HELD {
-                self.limit_to_half_period(dynamics, end)?;
+            if IS_HELD || self.longest_step < f64::INFINITY {
+                self.limit_step::<E, IS_HELD>(dynamics, end)?;
             }
             steps.begin()?;
             let (h, next, is_last) = match self.try_step(dynamics, end)? {
@@ -394,7 +405,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 }
                 Trial::TooShort => break Arrival::Underflow,
             };
-            self.evaluate_gaps_ahead(h)?;
+            self.evaluate_gaps_ahead(h, h)?;
             let may_shorten = halvings < MOST_HALVINGS;
             let FirstEvent { stop, root } =
                 self.contact_along::<E, IS_HELD>(dynamics, orders, h)?;

@@ -44,11 +44,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     }
 
     fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap> {
-        let (surface, q, v) = (&self.contacts[stop].surface, q.as_slice(), v.as_slice());
-        let value = surface.along(q, v, v, 0.0)?;
+        let (contact, q, v) = (&self.contacts[stop], q.as_slice(), v.as_slice());
+        let value = contact.along(|| self.moment(), (q, v, v), 0.0)?;
+        let own = self.stop_speed(stop).abs();
         Ok(GivenGap {
             gap: (value.gap, value.size),
-            speed: (value.speed, surface.speed_size(q, v)?),
+            speed: (value.speed, contact.surface.speed_size(q, v)? + own),
         })
     }
 
@@ -71,7 +72,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
         let (q, v) = self.x.slice().split_at(self.n());
         // The look before has had this normal: an error would have ended the run there.
         let size = self.contacts[stop].surface.speed_size(q, v);
-        size.unwrap_or(0.0)
+        size.unwrap_or(0.0) + self.stop_speed(stop).abs()
     }
 }
 
@@ -112,7 +113,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Contacts for Integrated<'_, S, D, P> 
         let made = || places(&self.contacts.iter().map(plane).collect::<Vec<_>>());
         one == other || {
             let places = self.places.get_or_init(made);
-            places[one] == places[other]
+            let is_one = places[one] == places[other];
+            is_one && self.contacts[one].motion == self.contacts[other].motion
         }
     }
 
@@ -182,7 +184,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
     fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
         let directions = self.directions(stop)?;
         let (normal, reaction) = directions.both();
-        let approach = positive_part(self.along(normal));
+        let receding = self.stop_speed(stop);
+        let approach = positive_part(self.along(normal) - receding);
         let restitution = self.contacts[stop].restitution;
         let give = dot(normal, reaction);
         let (impulse, departure) = (
@@ -191,7 +194,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
         );
         self.push_along(reaction, impulse);
         // A small departure is what is left of two large speeds: its rounding is taken off.
-        let left = self.along(normal) + departure;
+        let left = self.along(normal) - receding + departure;
         self.push_along(reaction, left / give);
         Ok(NormalImpact {
             approach,
@@ -222,8 +225,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
         }
         if is_new {
             let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
+            let is_moving = stops.iter().any(|&i| self.contacts[i].motion.is_some());
             let is_bound = (0..self.contacts.len()).map(|stop| {
-                Ok(stops.contains(&stop) || self.contacts[stop].surface.is_bound_by(&held)?)
+                let contact = &self.contacts[stop];
+                let can_move = is_moving || contact.motion.is_some();
+                Ok(stops.contains(&stop) || (!can_move && contact.surface.is_bound_by(&held)?))
             });
             self.is_bound = is_bound.collect::<Result<_>>()?;
         }

@@ -79,6 +79,7 @@ pub fn find_orbit_observed<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
+    scene.check_stops_rest("find_orbit")?;
     scene.check_period("find_orbit")?;
     let frequency = scene.frequency();
     let start = guess.into().read(frequency, n_periods)?;

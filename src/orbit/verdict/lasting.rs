@@ -37,7 +37,7 @@ pub(crate) fn search_held(
         let at = Moment::of_angle(scene.frequency * flight.start + phase);
         with_flow!(&motion.flow, f => {
             let mut entered = Vec::new();
-            f.state_from_modal(&motion.reduce(&q, &v), at, &mut entered);
+            f.state_from_modal(&motion.reduce(&q, &v, at), at, &mut entered);
             let forces = motion.stops.iter().zip(&motion.forces);
             for (&stop, force) in forces {
                 let row = f.gap_row(force);

@@ -6,9 +6,9 @@ use crate::python::array::{complex_vector, out_complex};
 use nalgebra::{Complex, DVector};
 use pyo3::prelude::*;
 
-/// Base displacement ``Re(sum_k amplitude[k-1] exp(i k (frequency t + phase)))`` of a pendulum, or of a linear system with an influence
-/// vector; with one real amplitude, ``amplitude cos(frequency t + phase)``.
+/// Periodic displacement of the base of a pendulum, or of a linear system with an influence vector.
 ///
+/// It is ``amplitude cos(frequency t + phase)``, with several harmonics ``Re(sum_k amplitude[k-1] exp(i k (frequency t + phase)))``.
 /// The force it makes grows with ``frequency**2``; that of the k-th harmonic with ``(k frequency)**2``.
 ///
 /// Parameters

@@ -38,7 +38,7 @@ impl PyLoad {
     #[new]
     fn new(direction: &Bound<'_, PyAny>, signal: &Bound<'_, PyAny>) -> PyResult<Self> {
         let direction = normal("direction", direction)?;
-        Ok(Self(Load::new(direction, self::signal(signal)?)?))
+        Ok(Self(Load::new(direction, self::signal("signal", signal)?)?))
     }
 
     /// Index of a coordinate, or the direction, shape (n,).
@@ -106,7 +106,7 @@ pub(crate) struct PyBaseAcceleration(pub BaseAcceleration);
 impl PyBaseAcceleration {
     #[new]
     fn new(signal: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self(BaseAcceleration::new(self::signal(signal)?)))
+        Ok(Self(BaseAcceleration::new(self::signal("signal", signal)?)))
     }
 
     /// The acceleration.

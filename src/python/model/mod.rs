@@ -14,6 +14,7 @@ mod reaction;
 mod scene;
 mod signal;
 mod stop;
+mod stop_motion;
 
 pub(crate) use base_motion::PyBaseMotion;
 pub(crate) use forcing::PyHarmonic;

@@ -5,6 +5,7 @@ use crate::model::{GapFunction, NonlinearStop};
 use crate::python::argument;
 use crate::python::callable::{Callable, Place, is_equal, name_of, position};
 use crate::python::model::reaction::{out_reaction, reaction};
+use crate::python::model::stop_motion::{motion, out_motion, shown_motion};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -53,6 +54,8 @@ impl GapFunction for PyGap {
 ///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met: makes the search certain.
 /// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
 ///     Direction b in which an impact changes the velocity, ``n.b > 0`` at every impact; as for Stop.
+/// motion : Harmonic, Fourier or signal, optional
+///     How the stop moves by itself, added to its gap; as in ``Stop``.
 ///
 /// Raises
 /// ------
@@ -97,13 +100,14 @@ impl PyNonlinearStop {
 #[pymethods]
 impl PyNonlinearStop {
     #[new]
-    #[pyo3(signature = (gap, gradient, restitution, *, curvature=None, reaction=None))]
+    #[pyo3(signature = (gap, gradient, restitution, *, curvature=None, reaction=None, motion=None))]
     fn new(
         gap: &Bound<'_, PyAny>,
         gradient: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::restitution)] restitution: f64,
         #[pyo3(from_py_with = argument::curvature)] curvature: Option<f64>,
         reaction: Option<&Bound<'_, PyAny>>,
+        motion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let function = PyGap {
             gap: Callable::new("gap", gap)?,
@@ -111,6 +115,7 @@ impl PyNonlinearStop {
         };
         let stop =
             NonlinearStop::new(function, restitution)?.with_reaction(self::reaction(reaction)?)?;
+        let stop = stop.with_motion(self::motion(motion)?);
         Ok(Self(match curvature {
             Some(curvature) => stop.with_curvature(curvature)?,
             None => stop,
@@ -147,6 +152,12 @@ impl PyNonlinearStop {
         out_reaction(py, self.0.reaction())
     }
 
+    /// Motion of its own, or None.
+    #[getter]
+    fn motion(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        out_motion(py, self.0.motion())
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         self.0 == other.0
     }
@@ -157,11 +168,12 @@ impl PyNonlinearStop {
             .curvature()
             .map_or_else(String::new, |c| format!(", curvature={c}"));
         Ok(format!(
-            "NonlinearStop({}, {}, restitution={}{curvature}, reaction={})",
+            "NonlinearStop({}, {}, restitution={}{curvature}, reaction={}{})",
             name_of(py, &parts.gap.function)?,
             name_of(py, &parts.gradient.function)?,
             self.restitution(),
-            self.reaction(py)?.repr()?
+            self.reaction(py)?.repr()?,
+            shown_motion(py, self.0.motion())?
         ))
     }
 
@@ -172,6 +184,7 @@ impl PyNonlinearStop {
         let options = PyDict::new(py);
         options.set_item("curvature", self.curvature())?;
         options.set_item("reaction", self.reaction(py)?)?;
+        options.set_item("motion", self.motion(py)?)?;
         Ok((
             (self.gap(py)?, self.gradient(py)?, self.restitution()),
             options,

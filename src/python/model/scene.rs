@@ -197,12 +197,20 @@ impl PyScene {
     /// ----------
     /// q : array_like, shape (..., n)
     ///     Positions.
+    /// t : float, default 0.0
+    ///     Time [s], for stops that move.
     ///
     /// Returns
     /// -------
     /// ndarray, shape (..., n_stops)
     ///     Gaps; negative inside a stop.
-    fn gaps<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    #[pyo3(signature = (q, t=0.0))]
+    fn gaps<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = argument::t)] t: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let Numbers { mut shape, values } = numbers::<f64>("q", q)?;
         let n = self.0.n_dof();
         if shape.is_empty() && n == 1 {
@@ -220,7 +228,7 @@ impl PyScene {
             let mut gaps: Vec<f64> = Vec::new();
             for q in values.chunks(n) {
                 stop_if(observe(0.0))?;
-                gaps.extend(scene.gaps(&DVector::from_row_slice(q))?.iter());
+                gaps.extend(scene.gaps_at(&DVector::from_row_slice(q), t)?.iter());
             }
             Ok(gaps)
         })?;

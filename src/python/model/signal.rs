@@ -182,12 +182,13 @@ fn pieces(
 }
 
 /// A signal as users give one: samples `(t, values)`, an object with breakpoints `x` and coefficients `c`, or a `Signal`.
-pub(crate) fn signal(value: &Bound<'_, PyAny>) -> PyResult<Signal> {
+pub(crate) fn signal(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Signal> {
     if let Ok(signal) = value.cast::<PySignal>() {
         return Ok(signal.get().0.clone());
     }
     if let (Ok(x), Ok(c)) = (value.getattr("x"), value.getattr("c")) {
-        return pieces("signal.x", &x, "signal.c", &c);
+        let (breaks, coefficients) = (format!("{argument}.x"), format!("{argument}.c"));
+        return pieces(&breaks, &x, &coefficients, &c);
     }
     if value.len().is_ok_and(|len| len == 2)
         && let (Ok(t), Ok(values)) = (value.get_item(0), value.get_item(1))
@@ -196,7 +197,7 @@ pub(crate) fn signal(value: &Bound<'_, PyAny>) -> PyResult<Signal> {
         return Ok(Signal::samples(t.as_slice(), values.as_slice())?);
     }
     Err(PyTypeError::new_err(format!(
-        "signal is {}, but samples (t, values), a PPoly or a Signal is needed; of a function take Signal.from_function(f, span)",
+        "{argument} is {}, but samples (t, values), a PPoly or a Signal is needed; of a function take Signal.from_function(f, span)",
         value.get_type().name()?
     )))
 }

@@ -6,6 +6,7 @@ use crate::python::array::{matrix, out_vector, vector};
 use crate::python::model::bad;
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
 use crate::python::model::reaction::{out_reaction, reaction};
+use crate::python::model::stop_motion::{motion, out_motion, shown_motion};
 use crate::python::pattern::stop_index;
 use nalgebra::{DMatrix, DVector};
 use pyo3::exceptions::PyTypeError;
@@ -53,6 +54,9 @@ pub(super) fn normal(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Norma
 /// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
 ///     Direction in which an impact changes the velocity: ``M^-1 n`` (Newton's law), ``n`` (each coordinate reset alone, the
 ///     source paper's law, which can gain energy: see ``audit_recovery``), or b itself with ``n.b > 0``.
+/// motion : Harmonic, Fourier or signal, optional
+///     How the stop moves by itself, added to its clearance: with one number for each amplitude, or a signal as in ``Load`` whose
+///     slope is continuous; a run must stay within one that is not at rest at zero at its ends.
 ///
 /// Raises
 /// ------
@@ -78,19 +82,20 @@ pub(crate) struct PyStop(pub Stop);
 #[pymethods]
 impl PyStop {
     #[new]
-    #[pyo3(signature = (normal, clearance, restitution, *, side="upper", reaction=None))]
+    #[pyo3(signature = (normal, clearance, restitution, *, side="upper", reaction=None, motion=None))]
     fn new(
         normal: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::clearance)] clearance: f64,
         #[pyo3(from_py_with = argument::restitution)] restitution: f64,
         #[pyo3(from_py_with = argument::side)] side: &str,
         reaction: Option<&Bound<'_, PyAny>>,
+        motion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let stop = Stop::new(self::normal("normal", normal)?, clearance, restitution)?;
-        Ok(Self(
-            stop.on_side(self::side(side)?)
-                .with_reaction(self::reaction(reaction)?)?,
-        ))
+        let stop = stop
+            .on_side(self::side(side)?)
+            .with_reaction(self::reaction(reaction)?)?;
+        Ok(Self(stop.with_motion(self::motion(motion)?)))
     }
 
     /// The normal as given: index of a coordinate, or shape (n,).
@@ -129,18 +134,25 @@ impl PyStop {
         out_reaction(py, self.0.reaction())
     }
 
+    /// Motion of its own, or None.
+    #[getter]
+    fn motion(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        out_motion(py, self.0.motion())
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         self.0 == other.0
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!(
-            "Stop({}, clearance={}, restitution={}, side='{}', reaction={})",
+            "Stop({}, clearance={}, restitution={}, side='{}', reaction={}{})",
             self.normal(py)?.repr()?,
             self.clearance(),
             self.restitution(),
             self.side(),
-            self.reaction(py)?.repr()?
+            self.reaction(py)?.repr()?,
+            shown_motion(py, self.0.motion())?
         ))
     }
 
@@ -151,6 +163,7 @@ impl PyStop {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
         options.set_item("reaction", self.reaction(py)?)?;
+        options.set_item("motion", self.motion(py)?)?;
         Ok((
             (self.normal(py)?, self.clearance(), self.restitution()),
             options,
@@ -170,6 +183,8 @@ impl PyStop {
 ///     Restitution coefficient [-], in [0, 1].
 /// side : {"right", "left"}, default "right"
 ///     On which side of the bob the wall stands.
+/// motion : Harmonic, Fourier or signal, optional
+///     How the wall moves relative to the base, added to its position; as in ``Stop``.
 ///
 /// Raises
 /// ------
@@ -182,12 +197,13 @@ pub(crate) struct PyWall(pub Wall);
 #[pymethods]
 impl PyWall {
     #[new]
-    #[pyo3(signature = (bob, position, restitution, *, side="right"))]
+    #[pyo3(signature = (bob, position, restitution, *, side="right", motion=None))]
     fn new(
         bob: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::position)] position: f64,
         #[pyo3(from_py_with = argument::restitution)] restitution: f64,
         #[pyo3(from_py_with = argument::side)] side: &str,
+        motion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let side = match side {
             "right" => WallSide::Right,
@@ -198,12 +214,8 @@ impl PyWall {
                 )));
             }
         };
-        Ok(Self(Wall::new(
-            stop_index("bob", bob)?,
-            position,
-            restitution,
-            side,
-        )?))
+        let wall = Wall::new(stop_index("bob", bob)?, position, restitution, side)?;
+        Ok(Self(wall.with_motion(self::motion(motion)?)))
     }
 
     /// The bob, counted from 0.
@@ -233,18 +245,25 @@ impl PyWall {
         }
     }
 
+    /// Motion of its own, or None.
+    #[getter]
+    fn motion(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        out_motion(py, self.0.motion())
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         self.0 == other.0
     }
 
-    fn __repr__(&self) -> String {
-        format!(
-            "Wall(bob={}, position={}, restitution={}, side='{}')",
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!(
+            "Wall(bob={}, position={}, restitution={}, side='{}'{})",
             self.bob(),
             self.position(),
             self.restitution(),
-            self.side()
-        )
+            self.side(),
+            shown_motion(py, self.0.motion())?
+        ))
     }
 
     fn __getnewargs_ex__<'py>(
@@ -253,6 +272,7 @@ impl PyWall {
     ) -> PyResult<((usize, f64, f64), Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
+        options.set_item("motion", self.motion(py)?)?;
         Ok(((self.bob(), self.position(), self.restitution()), options))
     }
 }

@@ -1,0 +1,74 @@
+//! What the own motion of a stop adds to its gap, with its derivatives (theory 12).
+
+use crate::model::moment::Moment;
+use crate::model::rotations::Rotations;
+use crate::model::signal::Signal;
+use nalgebra::Complex;
+
+/// `c(t) = mean + Re sum_k c_k u_k(t) + sum_j s_j(t)`, by the phasors of an excitation.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct GapMotion {
+    pub mean: f64,
+    pub rotations: Rotations,
+    /// By rotations, zero from where none follow.
+    pub amplitudes: Vec<Complex<f64>>,
+    /// The signal that it follows with its number in the excitation, if any, and the factor on it.
+    pub signal: Option<(usize, Signal)>,
+}
+
+impl GapMotion {
+    /// The derivative of an order, 0 that of the motion itself without its mean, and the size of its terms.
+    pub fn derivative(&self, at: Moment, order: usize) -> (f64, f64) {
+        let (mut sum, mut size) = (0.0, 0.0);
+        let turning = self.rotations.phasors(at).zip(self.rotations.frequencies());
+        for (a, (u, w)) in self.amplitudes.iter().zip(turning) {
+            if *a == Complex::default() {
+                continue;
+            }
+            let power: f64 = std::iter::repeat_n(w, order).product();
+            let turned = match order % 4 {
+                0 => u,
+                1 => Complex::new(-u.im, u.re),
+                2 => -u,
+                _ => Complex::new(u.im, -u.re),
+            };
+            sum += (a * turned).re * power;
+            size += a.norm() * power;
+        }
+        if let Some((_, signal)) = &self.signal {
+            signal.derivatives(at.since, at.time, |m, x| {
+                if m == order {
+                    sum += x;
+                    size += x.abs();
+                }
+            });
+        }
+        (sum, size)
+    }
+
+    /// Value, with the mean, speed and acceleration.
+    pub fn along(&self, at: Moment) -> [f64; 3] {
+        let [value, speed, acceleration] = [0, 1, 2].map(|order| self.derivative(at, order).0);
+        [self.mean + value, speed, acceleration]
+    }
+
+    /// The size of the terms of its value, at most.
+    pub fn size(&self, at: Moment) -> f64 {
+        self.mean.abs() + self.derivative(at, 0).1
+    }
+
+    /// A bound on the size of its acceleration in a time after a moment.
+    pub fn bend_bound(&self, at: Moment, span: f64) -> f64 {
+        let turning = self.amplitudes.iter().zip(self.rotations.frequencies());
+        let turning: f64 = turning.map(|(a, w)| a.norm() * w * w).sum();
+        let mut derivatives = Vec::new();
+        if let Some((_, signal)) = &self.signal {
+            signal.derivatives(at.since, at.time, |m, x| {
+                if m >= 2 {
+                    derivatives.push(x.abs());
+                }
+            });
+        }
+        turning + crate::model::signal::taylor(&derivatives, span)
+    }
+}
