@@ -27,6 +27,29 @@ impl From<DVector<f64>> for Normal {
     }
 }
 
+impl Normal {
+    /// The normal as a vector of n entries.
+    ///
+    /// # Errors
+    /// A coordinate that the system does not have, a vector of another length or not finite; `argument` names it.
+    pub fn vector(&self, n: usize, argument: &str) -> Result<DVector<f64>> {
+        match self {
+            Self::Coordinate(i) if *i < n => {
+                Ok(DVector::from_fn(n, |row, _| f64::from(u8::from(row == *i))))
+            }
+            Self::Coordinate(i) => Err(Error::bad_value(
+                argument,
+                i,
+                format!("the system has coordinates 0 to {}", n - 1),
+            )),
+            Self::Vector(v) => {
+                finite_vector(argument, v, n)?;
+                Ok(v.clone())
+            }
+        }
+    }
+}
+
 /// On which side of the motion a stop stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Side {
@@ -122,20 +145,7 @@ impl Stop {
     /// # Errors
     /// A coordinate that the system does not have, or a vector of another length; `label` names the stop.
     pub fn normal_vector(&self, n: usize, label: &str) -> Result<DVector<f64>> {
-        match &self.normal {
-            Normal::Coordinate(i) if *i < n => {
-                Ok(DVector::from_fn(n, |row, _| f64::from(u8::from(row == *i))))
-            }
-            Normal::Coordinate(i) => Err(Error::bad_value(
-                format!("{label}.normal"),
-                i,
-                format!("the system has coordinates 0 to {}", n - 1),
-            )),
-            Normal::Vector(v) => {
-                finite_vector(&format!("{label}.normal"), v, n)?;
-                Ok(v.clone())
-            }
-        }
+        self.normal.vector(n, &format!("{label}.normal"))
     }
 
     /// The normal towards the stop: `gap = clearance - outward.q` on either side.

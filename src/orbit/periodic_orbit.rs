@@ -13,7 +13,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
-use crate::path::{Energy, Path, Segment, energy_along};
+use crate::path::{Energy, Located, Path, Point, Segment, energy_along};
 use crate::quantity::room_for;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -145,6 +145,30 @@ impl PeriodicOrbit {
 
     /// Position and velocity at any time; at an impact the velocity is the one after it, or before it.
     pub fn state(&self, t: f64, before_impact: bool) -> PhysicalState {
+        match self.place(t, before_impact) {
+            Place::End(k) => self.motion.physical(&self.flights[k].before_next),
+            Place::Start(k) => self.motion.physical(&self.flights[k].after),
+            Place::Within(k, local) => {
+                let Point { arc, local, .. } = self.path().point_along(k, local);
+                self.path().state_in(arc, local)
+            }
+        }
+    }
+
+    /// The same, and where on the path of one period it is.
+    pub(super) fn locate(&self, t: f64, before_impact: bool) -> Located {
+        let path = self.path();
+        let point = match self.place(t, before_impact) {
+            Place::End(k) => path.end_of(path.parts.arcs_of(k).end - 1, t),
+            Place::Start(k) => path.point_along(k, 0.0),
+            Place::Within(k, local) => path.point_along(k, local),
+        };
+        let state = self.state(t, before_impact);
+        Located { point, state }
+    }
+
+    /// Where on the flights a time is.
+    fn place(&self, t: f64, before_impact: bool) -> Place {
         let mut local = t.rem_euclid(self.period);
         if local >= self.period {
             local = 0.0;
@@ -157,12 +181,11 @@ impl PeriodicOrbit {
             for (k, end) in ends {
                 let next = (k + 1) % self.flights.len();
                 if at_impact(end) || (next == 0 && at_impact(0.0)) {
-                    let state = if before_impact {
-                        &self.flights[k].before_next
+                    return if before_impact {
+                        Place::End(k)
                     } else {
-                        &self.flights[next].after
+                        Place::Start(next)
                     };
-                    return self.motion.physical(state);
                 }
             }
         }
@@ -171,12 +194,11 @@ impl PeriodicOrbit {
             .iter()
             .rposition(|f| f.start <= local)
             .unwrap_or(0);
-        let flight = &self.flights[k];
-        self.path().state_along(k, local - flight.start)
+        Place::Within(k, local - self.flights[k].start)
     }
 
     /// One period as a path.
-    fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         self.path
             .get_or_init(|| self.motion.path(self.phase, &self.flights))
     }
@@ -301,6 +323,16 @@ impl PeriodicOrbit {
         )?;
         Ok(self.stability.get_or_init(|| found))
     }
+}
+
+/// Where on the flights of an orbit a time is.
+enum Place {
+    /// At the end of one, before the impacts there.
+    End(usize),
+    /// At the start of one.
+    Start(usize),
+    /// A time after its start.
+    Within(usize, f64),
 }
 
 /// A ruling as an answer.

@@ -2,17 +2,14 @@
 //! The powers are integrated along the motion that was kept, by Gauss's rule on each arc.
 
 use crate::error::Result;
-use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
-use crate::model::{
-    Contact, Dynamics, Energetics, Moment, PhysicalState, Scene, SceneMotion, contacts,
-};
+use crate::model::{Energetics, Moment, PhysicalState, Scene};
 use crate::observer::Observer;
-use crate::path::drawing::Point;
+use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
+use crate::path::parts::Point;
 use crate::path::path::Path;
 use nalgebra::DVector;
-use std::sync::Arc;
 
 /// Nodes and weights of Gauss's rule of six points on [0, 1].
 const GAUSS: [(f64, f64); 6] = [
@@ -67,31 +64,24 @@ pub(crate) fn energy_along(
     points: &[Point],
     observer: &mut Observer<'_>,
 ) -> Result<Energy> {
-    let motion = SceneMotion::new(scene);
-    Ledger::new(path, scene, &motion)?.fill(points, observer)
+    Ledger::new(path, scene)?.fill(points, observer)
 }
 
 struct Ledger<'a> {
     path: &'a Path,
-    scene: &'a Scene,
-    dynamics: &'a SceneMotion,
+    equations: PathEquations<'a>,
     energetics: Energetics,
-    contacts: Arc<Vec<Contact>>,
-    phase: f64,
     fading: Fading<'a>,
     /// Work of one evaluation, in the units of an observer.
     work: usize,
 }
 
 impl<'a> Ledger<'a> {
-    fn new(path: &'a Path, scene: &'a Scene, dynamics: &'a SceneMotion) -> Result<Self> {
+    fn new(path: &'a Path, scene: &'a Scene) -> Result<Self> {
         Ok(Self {
             path,
-            scene,
-            dynamics,
             energetics: Energetics::new(scene)?,
-            contacts: Arc::new(contacts(scene)),
-            phase: scene.phase(),
+            equations: PathEquations::new(path, scene),
             fading: Fading::new(&path.evaluator),
             work: 8 * scene.n_dof(),
         })
@@ -145,7 +135,6 @@ impl<'a> Ledger<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<()> {
         let (kind, stops) = self.path.kind_of(arc);
-        let clock = self.path.arc(arc).clock;
         let rates = self.fading.of(stops);
         let mut start = from;
         while start < to {
@@ -158,10 +147,10 @@ impl<'a> Ledger<'a> {
                     observer.work(self.work)?;
                     let s = start + stretch * (k as f64 + node);
                     let (q, v) = self.path.state_in(arc, s);
-                    let at = clock.after(s).moment(self.phase);
+                    let at = self.equations.moment(arc, s);
                     let w = weight * stretch;
                     works.forcing += w * self.energetics.forcing_power(at, &q, &v);
-                    let free = || self.acceleration(at, &q, &v);
+                    let free = || self.equations.free_acceleration(at, &q, &v);
                     works.damping +=
                         w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
                     if kind != SegmentKind::Flight {
@@ -174,14 +163,6 @@ impl<'a> Ledger<'a> {
         Ok(())
     }
 
-    /// The acceleration of free motion.
-    fn acceleration(&self, at: Moment, q: &DVector<f64>, v: &DVector<f64>) -> Result<DVector<f64>> {
-        let mut a = DVector::zeros(q.len());
-        let (x, y) = (q.as_slice(), v.as_slice());
-        self.dynamics.acceleration(at, x, y, a.as_mut_slice())?;
-        Ok(a)
-    }
-
     /// What the contact forces take: nothing, where reactions are those of inertia.
     fn contact_power(
         &self,
@@ -190,15 +171,9 @@ impl<'a> Ledger<'a> {
         v: &DVector<f64>,
         stops: &[usize],
     ) -> Result<f64> {
-        let held = ConstrainedDynamics {
-            dynamics: self.dynamics,
-            system: self.scene.system(),
-            contacts: Arc::clone(&self.contacts),
-            stops: stops.to_vec(),
-        };
-        let mut actual = DVector::zeros(q.len());
-        held.acceleration(at, q.as_slice(), v.as_slice(), actual.as_mut_slice())?;
-        self.energetics
-            .inertial_work(q, v, &(self.acceleration(at, q, v)? - actual))
+        let equations = &self.equations;
+        let (actual, _) = equations.held_acceleration(stops, at, q, v)?;
+        let pushed = equations.free_acceleration(at, q, v)? - actual;
+        self.energetics.inertial_work(q, v, &pushed)
     }
 }

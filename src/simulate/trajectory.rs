@@ -93,7 +93,7 @@ impl Trajectory {
         Ok(self.path()?.segments())
     }
 
-    fn path(&self) -> Result<&Path> {
+    pub(super) fn path(&self) -> Result<&Path> {
         self.path.as_ref().ok_or_else(|| {
             Error::bad_value(
                 "keep",

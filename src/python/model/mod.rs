@@ -20,7 +20,7 @@ pub(crate) use nonlinear_stop::PyNonlinearStop;
 pub(crate) use paper::{paper_scene, paper_system};
 pub(crate) use pendulum::{PyDoublePendulum, PyPendulumChain};
 pub(crate) use scene::PyScene;
-pub(crate) use stop::{PyStop, PyWall, normals};
+pub(crate) use stop::{PyStop, PyWall, normal, normals};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -29,11 +29,12 @@ fn is_whole_number(value: &Bound<'_, PyAny>) -> bool {
             .map_or(true, |s| s.len().unwrap_or(0) == 0)
 }
 
-fn normal(value: &Bound<'_, PyAny>) -> PyResult<Normal> {
+/// The index of a coordinate, or a vector.
+pub(crate) fn normal(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Normal> {
     if is_whole_number(value) {
-        Ok(Normal::Coordinate(stop_index("normal", value)?))
+        Ok(Normal::Coordinate(stop_index(argument, value)?))
     } else {
-        Ok(vector("normal", value)?.into())
+        Ok(vector(argument, value)?.into())
     }
 }
 
@@ -85,7 +86,7 @@ impl PyStop {
         #[pyo3(from_py_with = argument::side)] side: &str,
         reaction: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let stop = Stop::new(self::normal(normal)?, clearance, restitution)?;
+        let stop = Stop::new(self::normal("normal", normal)?, clearance, restitution)?;
         Ok(Self(
             stop.on_side(self::side(side)?)
                 .with_reaction(self::reaction(reaction)?)?,
@@ -301,7 +302,8 @@ pub(crate) fn normals(value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<f6
     let columns = items
         .enumerate()
         .map(|(i, item)| {
-            Ok(Stop::new(normal(&item?)?, 0.0, 0.0)?.normal_vector(n, &format!("normals[{i}]"))?)
+            Ok(Stop::new(normal("normal", &item?)?, 0.0, 0.0)?
+                .normal_vector(n, &format!("normals[{i}]"))?)
         })
         .collect::<PyResult<Vec<DVector<f64>>>>()?;
     Ok(if columns.is_empty() {
