@@ -4,7 +4,8 @@ use crate::error::Result;
 use crate::model::Normal;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::path::{
-    Component, ImpactSide, Located, accelerations, check_stop, contact_forces, gaps,
+    Component, ImpactSide, Impulses, Located, Window, accelerations, check_order, check_stop,
+    contact_forces, gaps,
 };
 use crate::quantity::finite;
 use nalgebra::DVector;
@@ -62,6 +63,25 @@ impl PeriodicOrbit {
         check_stop(self.scene(), stop)?;
         let places = self.places(times, ImpactSide::After);
         contact_forces((self.path(), self.scene()), stop, places)
+    }
+
+    /// All that a stop gives in one period, or from right after a time to right after another: impacts, impacts that accumulate, the
+    /// force of lasting contact over its time.
+    ///
+    /// # Errors
+    /// A stop that the scene does not have, times that run backwards or are not finite; what the functions of a nonlinear scene
+    /// report.
+    pub fn impulse(&self, stop: usize, window: Option<(f64, f64)>) -> Result<f64> {
+        check_stop(self.scene(), stop)?;
+        let impulses = Impulses::new(self.path(), self.scene(), self.impacts())?;
+        let in_period = impulses.of_stop(stop, Window::ALL)?;
+        let Some((start, end)) = window else {
+            return Ok(in_period);
+        };
+        check_order((start, end))?;
+        let [first, last] = [start, end].map(|t| self.periods_and_rest(t));
+        let given = |rest: f64| impulses.of_stop(stop, Window::until(self.path(), rest));
+        Ok((last.0 - first.0) * in_period + given(last.1)? - given(first.1)?)
     }
 
     /// The motion at some times, on a side of the impacts there.

@@ -9,19 +9,8 @@ use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
 use crate::path::parts::Point;
 use crate::path::path::Path;
+use crate::path::quadrature::{Node, each_node};
 use nalgebra::DVector;
-
-/// Nodes and weights of Gauss's rule of six points on [0, 1].
-const GAUSS: [(f64, f64); 6] = [
-    (0.033_765_242_898_423_975, 0.085_662_246_189_585_18),
-    (0.169_395_306_766_867_76, 0.180_380_786_524_069_3),
-    (0.380_690_406_958_401_5, 0.233_956_967_286_345_5),
-    (0.619_309_593_041_598_5, 0.233_956_967_286_345_5),
-    (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
-    (0.966_234_757_101_576, 0.085_662_246_189_585_18),
-];
-/// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
-const STRETCH: f64 = 0.5;
 
 /// Energies along a motion, one entry for each of some times.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -135,32 +124,23 @@ impl<'a> Ledger<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<()> {
         let (kind, stops) = self.path.kind_of(arc);
-        let rates = self.fading.of(stops);
-        let mut start = from;
-        while start < to {
-            let (rate, until) = rates.at(start);
-            let end = until.min(to);
-            let count = ((end - start) * rate / STRETCH).ceil().max(1.0);
-            let stretch = (end - start) / count;
-            for k in 0..count as usize {
-                for (node, weight) in GAUSS {
-                    observer.work(self.work)?;
-                    let s = start + stretch * (k as f64 + node);
-                    let (q, v) = self.path.state_in(arc, s);
-                    let at = self.equations.moment(arc, s);
-                    let w = weight * stretch;
-                    works.forcing += w * self.energetics.forcing_power(at, &q, &v);
-                    let free = || self.equations.free_acceleration(at, &q, &v);
-                    works.damping +=
-                        w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
-                    if kind != SegmentKind::Flight {
-                        works.contact += w * self.contact_power(at, &q, &v, stops)?;
-                    }
-                }
+        each_node(self.fading.of(stops), (from, to), |node| {
+            observer.work(self.work)?;
+            let Node {
+                at: s,
+                weight: w,
+                stretch,
+            } = node;
+            let (q, v) = self.path.state_in(arc, s);
+            let at = self.equations.moment(arc, s);
+            works.forcing += w * self.energetics.forcing_power(at, &q, &v);
+            let free = || self.equations.free_acceleration(at, &q, &v);
+            works.damping += w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
+            if kind != SegmentKind::Flight {
+                works.contact += w * self.contact_power(at, &q, &v, stops)?;
             }
-            start = end;
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// What the contact forces take: nothing, where reactions are those of inertia.

@@ -8,6 +8,7 @@ use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
 use crate::model::{
     Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts,
+    reaction_weights,
 };
 use crate::path::parts::Point;
 use crate::path::path::Path;
@@ -101,5 +102,27 @@ impl<'a> PathEquations<'a> {
         let (_, forces) = self.held_acceleration(stops, at, q, v)?;
         // Where it is let go the force is zero to rounding.
         Ok(forces[place].max(0.0))
+    }
+
+    /// The impulses of some stops at a position that take a velocity away along their reactions: `N^T B p = N^T dv`, of many the
+    /// least.
+    ///
+    /// # Errors
+    /// As [`held_acceleration`](Self::held_acceleration).
+    pub fn impulses(
+        &self,
+        stops: &[usize],
+        q: &DVector<f64>,
+        taken: &DVector<f64>,
+    ) -> Result<DVector<f64>> {
+        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
+        for &stop in stops {
+            let contact = &self.contacts[stop];
+            let reaction = contact.reaction(self.system, q.as_slice())?;
+            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
+            normals.push(contact.surface.normal(q.as_slice())?);
+        }
+        let parts = DVector::from_fn(stops.len(), |i, _| normals[i].dot(taken));
+        reaction_weights(&normals, &reactions, &parts)
     }
 }

@@ -5,7 +5,7 @@ use crate::hybrid::SegmentKind;
 use crate::model::PhysicalState;
 use crate::path::evaluator::Evaluator;
 use crate::path::parts::{PathArc, PathParts, Point};
-use crate::path::segments::{ImpactSide, Segment};
+use crate::path::segments::{ImpactSide, Stretch};
 
 /// A motion that is kept.
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub(crate) struct Path {
 
 impl Path {
     /// The parts of the motion, each once, with the stops in contact.
-    pub fn segments(&self) -> Vec<(Segment, &[usize])> {
+    pub fn stretches(&self) -> Vec<Stretch<'_>> {
         let parts = &self.parts;
         let within = |time: f64| time.clamp(self.span.0, self.span.1);
         let mut all = Vec::with_capacity(parts.segments.len());
@@ -36,16 +36,16 @@ impl Path {
             }
             // A part ends where the next one begins, to the last digit.
             let end = next.map_or_else(|| last.clock.after(last.span), |next| next.clock);
-            let whole = Segment {
+            all.push(Stretch {
+                segment: k,
                 kind: segment.kind,
-                stop: None,
+                stops: &segment.stops,
                 start: within(first.clock.time()),
                 end: within(end.time()),
-            };
-            all.push((whole, segment.stops.as_slice()));
+            });
         }
         // The last one ends with the run, of which its clock knows the time to rounding.
-        if let Some((last, _)) = all.last_mut() {
+        if let Some(last) = all.last_mut() {
             last.end = self.span.1;
         }
         all

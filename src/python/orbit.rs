@@ -2,17 +2,18 @@
 
 use crate::observer::stop_if;
 use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
+use crate::path::Stretch;
 use crate::python::array::{out_complex, out_matrix, out_vector, times};
 use crate::python::model::{PyScene, normal};
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
-use crate::python::outputs::{derivative, out_values, side};
+use crate::python::outputs::{derivative, out_values, side, window};
 use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
 use crate::python::{argument, interrupt};
 use crate::quantity::room_for;
-use crate::simulate::{Segment, SegmentKind};
+use crate::simulate::SegmentKind;
 use nalgebra::{Complex, DVector};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn};
 use pyo3::exceptions::PyValueError;
@@ -292,16 +293,60 @@ impl PyOrbit {
         out_values(py, values, is_single)
     }
 
+    /// All that a stop gives: impacts, impacts that accumulate, the force of lasting contact over its time.
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// span : pair of float, optional
+    ///     From right after its start to right after its end [s], any real numbers; default: one period.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Sum of p in ``v+ = v- - b p`` and of the contact force over its time: an impulse along the stop's normal for the reaction
+    ///     "inertia", in the unit of a velocity for "coordinate".
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a span that runs backwards or is not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import vibroimpact as vi
+    /// >>> ball = vi.LinearSystem(1.0, 0.0, 0.0, load=[-1.0])            # on a shaken table, its weight is 1
+    /// >>> scene = vi.Scene(ball, vi.Harmonic(1.2, 1.0), vi.Stop(0, 0.0, 0.5, side="lower"))
+    /// >>> orbit = vi.periodic_orbits(scene, pattern=[0])[0]
+    /// >>> bool(np.isclose(orbit.impulse(0), orbit.period))              # carries it over a period
+    /// True
+    #[pyo3(signature = (stop, span=None))]
+    fn impulse(
+        &self,
+        py: Python<'_>,
+        stop: &Bound<'_, PyAny>,
+        span: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        let (stop, span) = (stop_index("stop", stop)?, window(span)?);
+        let orbit = &self.0;
+        interrupt::run(py, false, |_| orbit.impulse(stop, span))
+    }
+
     /// Impacts of one period: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.0.impacts())
     }
 
-    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end.
+    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end, impulse (what
+    /// the stop gives on it, beside the impacts that are listed).
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        out_segments(py, &self.0.segments())
+        let orbit = &self.0;
+        let segments = interrupt::run(py, false, |_| orbit.segments())?;
+        out_segments(py, &segments)
     }
 
     /// The energy ledger of one period, from right after the first impact to right after it a period later (``t``, both sides of each
@@ -424,18 +469,16 @@ impl PyOrbit {
             list(&o.q0()),
             list(&o.v0()),
         );
-        let lasting = o
-            .segments()
-            .into_iter()
-            .filter(|s| s.kind == SegmentKind::Stick);
-        for Segment {
-            stop, start, end, ..
+        let lasting = o.stretches().filter(|s| s.kind == SegmentKind::Stick);
+        for Stretch {
+            stops, start, end, ..
         } in lasting
         {
-            let stop = stop.map_or_else(String::new, |stop| format!(" with stop {stop}"));
-            text.push_str(&format!(
-                "\n  in contact{stop} from t = {start:.6} to {end:.6}"
-            ));
+            for stop in stops {
+                text.push_str(&format!(
+                    "\n  in contact with stop {stop} from t = {start:.6} to {end:.6}"
+                ));
+            }
         }
         if o.scene().n_dof() <= 60 {
             let stability = self.decided(py)?;

@@ -1,6 +1,6 @@
 //! Arguments and arrays of what is measured along a motion, the same for trajectories and orbits.
 
-use crate::python::array::times;
+use crate::python::array::{times, vector};
 use crate::python::rows::is_before;
 use crate::simulate::ImpactSide;
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
@@ -33,6 +33,20 @@ pub(crate) fn derivative(order: i64) -> PyResult<usize> {
             "derivative is {order}, but it must be 0 (position), 1 (velocity) or 2 (acceleration)"
         ))
     })
+}
+
+/// A span of times, or none.
+pub(crate) fn window(span: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f64)>> {
+    let Some(span) = span else {
+        return Ok(None);
+    };
+    match vector("span", span)?.as_slice() {
+        &[start, end] => Ok(Some((start, end))),
+        other => Err(PyValueError::new_err(format!(
+            "span has shape ({},), but (start, end) is needed",
+            other.len()
+        ))),
+    }
 }
 
 /// Values at times as shape (m,), or () for a single one.

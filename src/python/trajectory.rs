@@ -3,7 +3,7 @@
 use crate::observer::stop_if;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::model::{PyScene, normal};
-use crate::python::outputs::{derivative, out_values, side, times_or_points};
+use crate::python::outputs::{derivative, out_values, side, times_or_points, window};
 use crate::python::pattern::stop_index;
 use crate::python::rows::{out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
@@ -312,6 +312,52 @@ impl PyTrajectory {
         out_values(py, values, is_single)
     }
 
+    /// All that a stop gave: impacts, impacts that accumulate, the force of lasting contact over its time; needs keep="motion".
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// span : pair of float, optional
+    ///     From right after its start to right after its end [s], inside the run; default: all of it. An impact at the start of
+    ///     the run counts where the span begins there.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Sum of p in ``v+ = v- - b p`` and of the contact force over its time: an impulse along the stop's normal for the reaction
+    ///     "inertia", in the unit of a velocity for "coordinate".
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a span that runs backwards or leaves the run, a motion that was not kept.
+    ///
+    /// Notes
+    /// -----
+    /// It is the sum of ``impacts["impulse"]`` and ``segments["impulse"]`` of the stop, and closes the balance of momentum:
+    /// ``M (v(t2) - v(t1))`` is the integral of all other forces less the impulses along the normals.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import vibroimpact as vi
+    /// >>> ball = vi.LinearSystem(2.0, 0.0, 0.0, load=[-2.0 * 9.81])     # dropped from 1 m, it bounces and comes to rest
+    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 3))
+    /// >>> bool(np.isclose(run.impulse(0), 3 * 2.0 * 9.81))              # what its weight gave in three seconds
+    /// True
+    #[pyo3(signature = (stop, span=None))]
+    fn impulse(
+        &self,
+        py: Python<'_>,
+        stop: &Bound<'_, PyAny>,
+        span: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        let (stop, span) = (stop_index("stop", stop)?, window(span)?);
+        let core = &self.core;
+        interrupt::run(py, false, |_| core.impulse(stop, span))
+    }
+
     /// Impacts: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -344,10 +390,14 @@ impl PyTrajectory {
         Ok(PyEnergy(energy))
     }
 
-    /// Segments: structured array of kind, stop (-1: none), start, end; needs keep="motion".
+    /// Segments: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end, impulse (what the stop gives on
+    /// it, beside the impacts that are listed: the rest of impacts that accumulate, the contact force over its time); needs
+    /// keep="motion".
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        out_segments(py, &self.core.segments()?)
+        let core = &self.core;
+        let segments = interrupt::run(py, false, |_| core.segments())?;
+        out_segments(py, &segments)
     }
 
     /// Final position and velocity, shapes (n,) and (n,).

@@ -4,7 +4,8 @@
 use crate::error::Result;
 use crate::model::Normal;
 use crate::path::{
-    Component, ImpactSide, Located, Path, accelerations, check_stop, contact_forces, gaps,
+    Component, ImpactSide, Impulses, Located, Path, Window, accelerations, check_stop,
+    contact_forces, gaps,
 };
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
@@ -83,6 +84,20 @@ impl Trajectory {
         check_stop(&self.scene, stop)?;
         let places = self.places(times, ImpactSide::After)?;
         contact_forces((self.path()?, &self.scene), stop, places)
+    }
+
+    /// All that a stop gives, from right after a time to right after another, or all along: impacts, impacts that accumulate, the force
+    /// of lasting contact over its time, `v(t2) - v(t1) = integral of a_free - sum b p`. What happens at the start of the run
+    /// counts where the window begins there. Impacts that accumulate (a segment `Chatter`) count as they come in the mean.
+    ///
+    /// # Errors
+    /// A stop that the scene does not have, a window that runs backwards or leaves the span, a trajectory that does not keep its
+    /// motion; what the functions of a nonlinear scene report.
+    pub fn impulse(&self, stop: usize, window: Option<(f64, f64)>) -> Result<f64> {
+        check_stop(&self.scene, stop)?;
+        let path = self.path()?;
+        let window = window.map_or(Ok(Window::ALL), |window| Window::of(path, window))?;
+        Impulses::new(path, &self.scene, &self.impacts)?.of_stop(stop, window)
     }
 
     /// The motion at some times, on a side of the impacts there, or at the points of the samples.

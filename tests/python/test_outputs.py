@@ -1,5 +1,7 @@
 """What is measured along a motion: components, accelerations, gaps, contact forces."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -186,6 +188,195 @@ class TestContact:
         assert run.contact_force(0, 30.0) == pytest.approx(-weights / arm, rel=1e-3)
 
 
+def integral(motion, values, span):
+    """The integral of a function of time along a motion, by Gauss's rule of 20 points on short pieces between its events."""
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    segments, (first, last) = motion.segments, span
+    edges = np.concatenate([segments["start"], segments["end"], motion.impacts["time"], np.linspace(first, last, 200)])
+    edges = np.unique(np.clip(edges, first, last))
+    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
+    t = (middle[:, None] + half[:, None] * nodes).ravel()
+    return np.tensordot((half[:, None] * weights).ravel(), values(t), axes=1)
+
+
+def balance(motion, system, given, normals, span, sides=("after", "after")):
+    """What is missing in the balance of momentum of a linear system, beside the largest of its terms."""
+    change = system.mass @ (motion.velocity(span[1], sides[1]) - motion.velocity(span[0], sides[0]))
+    forces = integral(
+        motion, lambda t: given(t) - motion.velocity(t) @ system.damping.T - motion.position(t) @ system.stiffness.T, span
+    )
+    pushed = [motion.impulse(stop, span) * normal for stop, normal in enumerate(normals)]
+    size = max(np.abs(change).max(), np.abs(forces).max(), np.abs(pushed).max())
+    return np.abs(change - forces + np.sum(pushed, axis=0)).max() / size
+
+
+def pressed_force(t):
+    return LOAD + FORCE * np.cos(FREQUENCY * np.asarray(t) + PHASE)[..., None]
+
+
+class TestImpulse:
+    @pytest.mark.parametrize("method", METHODS)
+    def test_the_momentum_balances_with_chatter_and_lasting_contact(self, method):
+        rtol = 1e-9
+        run = pressed(method, rtol=rtol)
+        for stop in (0, 1):
+            kinds = run.segments["kind"][run.segments["stop"] == stop]
+            assert {"chatter", "stick"} == set(kinds)
+        normals = [NORMAL, np.array([0.0, -1.0])]
+        for span in [(0.0, 60.0), (7.3, 41.9), (0.0, 20.0)]:
+            assert balance(run, PRESSED.system, pressed_force, normals, span) < 10 * rtol
+        if method == "exact":  # to rounding
+            assert balance(run, PRESSED.system, pressed_force, normals, (0.0, 60.0)) < 1e-12
+
+    @pytest.mark.parametrize("method", ["exact", "rk45"])
+    def test_the_momentum_of_any_pressed_bodies_balances(self, method):
+        rng, n_spent = np.random.default_rng(5), 0
+        for _ in range(60):
+            n, k = rng.integers(1, 5, 2)
+            mass, damping, stiffness = (m @ m.T / n for m in rng.normal(size=(3, n, n)))
+            system = vi.LinearSystem(mass + np.eye(n), 0.2 * damping, stiffness * rng.integers(2), load=3 * rng.normal(size=n))
+            force, frequency = rng.normal(size=n), rng.uniform(0.2, 1.5)
+            outward = rng.normal(size=(k, n))
+            stops = [
+                vi.Stop(side * normal, rng.choice([0.0, 0.1]), rng.choice([0.0, 0.3, 0.6]), side="upper" if side > 0 else "lower")
+                for normal, side in zip(outward, rng.choice([-1, 1], k), strict=True)
+            ]
+            scene = vi.Scene(system, vi.Harmonic(force, frequency), stops)
+            run = vi.simulate(scene, np.zeros(n), np.zeros(n), (0, 10), method=method, max_impacts=300)
+
+            def given(t, system=system, force=force, frequency=frequency):
+                return system.load + force * np.cos(frequency * np.asarray(t))[..., None]
+
+            segments = run.segments
+            n_spent += np.count_nonzero((segments["kind"] == "chatter") & (segments["start"] == segments["end"]))
+            # Speeds whose flights rise by no more than rounding, its square root, are none.
+            assert segments["impulse"].min() > -1e-6
+            assert balance(run, system, given, outward, (0.0, run.t_end)) < (1e-12 if method == "exact" else 1e-8)
+        assert n_spent > 10, "several stops come to rest at one instant"
+
+    def test_without_chatter_half_of_it_would_be_missing(self):
+        # A ball that comes to rest: the impacts that are listed give less than its weight does until then.
+        run = vi.simulate(BALL.replace(restitution=0.9), 1.0, 0.0, (0, 40))
+        assert run.impulse(0) == pytest.approx(40 * 2.0 * 9.81, rel=1e-13)
+        assert run.impacts["impulse"].sum() < 0.5 * run.impulse(0)
+
+    @pytest.mark.parametrize("method", METHODS)
+    @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
+    def test_chatter_gives_the_sum_of_its_geometric_series(self, method, restitution):
+        scene = BALL.replace(restitution=restitution)
+        run = vi.simulate(scene, 1.0, 0.0, (0, 60), method=method)
+        (chatter,) = run.segments[run.segments["kind"] == "chatter"]
+        # The first impact left out is as fast as the one before it leaves the stop.
+        speed = run.impacts["speed_after"][-1]
+        rest = 2.0 * (1 + restitution) * speed / (1 - restitution)
+        assert chatter["impulse"] == pytest.approx(rest, rel=1e-7)
+        # All impacts together: they turn the first speed round, and carry the weight until they come to rest.
+        first = np.sqrt(2 * 9.81)
+        assert run.impacts["impulse"].sum() + chatter["impulse"] == pytest.approx(
+            2.0 * first * (1 + restitution) / (1 - restitution), rel=1e-8
+        )
+
+    def test_it_is_the_sum_of_the_impacts_and_of_the_segments(self):
+        run, orbit = pressed(), held_orbit()
+        for motion, stops in ((run, (0, 1)), (orbit, (0,))):
+            impacts, segments = motion.impacts, motion.segments
+            assert segments.dtype.names[-1] == "impulse"
+            assert not np.any(segments["impulse"][segments["kind"] == "flight"])
+            for stop in stops:
+                parts = [rows["impulse"][rows["stop"] == stop].sum() for rows in (impacts, segments)]
+                assert motion.impulse(stop) == pytest.approx(sum(parts), rel=1e-13)
+                assert min(parts) > 0
+
+    def test_that_of_a_stick_is_its_force_over_its_time(self):
+        run = pressed()
+        for row in run.segments[run.segments["kind"] == "stick"]:
+            span = (row["start"], row["end"])
+            force = integral(run, lambda t, stop=row["stop"]: run.contact_force(stop, t), span)
+            assert row["impulse"] == pytest.approx(force, rel=1e-11)
+            assert run.impulse(row["stop"], span) == pytest.approx(force, rel=1e-11)
+
+    def test_spans_add_up_and_an_impact_counts_where_it_is_behind_the_start(self):
+        run = pressed()
+        times = [0.0, 3.3, run.impacts["time"][0], run.impacts["time"][7], 31.4, 60.0]
+        chatter = run.segments[run.segments["kind"] == "chatter"][0]
+        times = np.sort([*times, chatter["start"], 0.5 * (chatter["start"] + chatter["end"]), chatter["end"]])
+        for stop in (0, 1):
+            parts = [run.impulse(stop, span) for span in pairwise(times)]
+            assert sum(parts) == pytest.approx(run.impulse(stop), rel=1e-12)
+        hit = run.impacts[0]
+        t, stop = hit["time"], int(hit["stop"])
+        assert run.impulse(stop, (t - 1e-6, t)) == hit["impulse"]
+        assert run.impulse(stop, (t, t + 1e-6)) == 0.0
+        assert run.impulse(stop, (t, t)) == 0.0
+
+    def test_an_impact_at_the_start_of_a_run_counts(self):
+        run = vi.simulate(BALL, 0.0, -1.0, (0, 0.01))
+        assert len(run.impacts) == 1
+        assert run.impulse(0) == run.impulse(0, (0, 0.005)) == run.impacts["impulse"][0] == pytest.approx(2.0 * 1.5, rel=1e-15)
+        assert run.impulse(0, (0.001, 0.01)) == 0.0
+
+    def test_a_run_that_ends_among_accumulating_impacts_balances(self):
+        end = vi.simulate(BALL, 1.0, 0.0, (0, 3)).segments
+        (chatter,) = end[end["kind"] == "chatter"]
+        for part in (0.0, 0.3, 1.0):
+            t = chatter["start"] + part * (chatter["end"] - chatter["start"])
+            run = vi.simulate(BALL, 1.0, 0.0, (0, t))
+            assert run.impulse(0) == pytest.approx(2.0 * (9.81 * t + float(run.final[1][0])), rel=1e-13)
+
+    def test_any_reaction_changes_the_velocity_by_its_impulses(self):
+        # q'' = a_free - b L with b = n, and with a b of its own: M b p is what is given.
+        for reaction in ("coordinate", [1.0, -0.2]):
+            stop = vi.Stop(NORMAL, 0.1, 0.5, reaction=reaction)
+            scene = PRESSED.replace(stops=[stop])
+            run = vi.simulate(scene, [0.0, 0.0], [0.0, 0.0], (0, 60))
+            assert {"flight", "chatter", "stick"} == set(run.segments["kind"])
+            b = NORMAL if reaction == "coordinate" else np.array(reaction)
+            assert balance(run, PRESSED.system, pressed_force, [MASS @ b], (0.0, 60.0)) < 1e-11
+
+    def test_what_comes_to_rest_beside_another_stop_gives_its_last_speed(self):
+        # Pressed to one wall the body bounces on the other until rounding ends it.
+        load = np.array([-3.0, -5.0])
+        system = vi.LinearSystem(np.array([[2.0, 0.3], [0.3, 1.0]]), np.zeros((2, 2)), np.zeros((2, 2)), load=load)
+        walls = [vi.Stop(k, 0.0, 0.5, side="lower") for k in (0, 1)]
+        for method in ("exact", "rk45"):
+            run = vi.simulate(vi.Scene(system, stops=walls), [0.0, 0.2], [0.0, 0.0], (0, 3), method=method)
+            assert {"flight", "chatter", "stick"} >= set(run.segments["kind"])
+            assert not np.any(np.abs(run.final[1]) > 1e-12)
+            given = [run.impulse(stop) for stop in (0, 1)]
+            np.testing.assert_allclose(given, -load * 3, rtol=1e-12)
+
+    def test_a_chain_on_a_wall_balances_its_moments(self):
+        # Generalised momenta: d/dt (M(q) v) = -dV/dq + v.dM/dq v/2 - C v - n L, integrated along the motion.
+        masses, lengths, damping = np.array([1.0, 0.5]), np.array([0.5, 0.3]), np.array([[0.1, -0.05], [-0.05, 0.05]])
+        run = vi.simulate(WALLED, [-0.6, -0.3], [0.0, 0.0], (0, 20), rtol=1e-10)
+        assert {"flight", "chatter", "stick"} == set(run.segments["kind"])
+        inertia = np.outer(lengths, lengths) * np.array([[masses.sum(), masses[1]], [masses[1], masses[1]]])
+        moment = lengths * [masses.sum(), masses[1]]
+
+        def momentum(t, side):
+            q, v = run.position(t), run.velocity(t, side)
+            return inertia * np.cos(q[:, None] - q) @ v
+
+        def forces(t):
+            q, v = run.position(t), run.velocity(t)
+            bent = inertia[0, 1] * np.sin(q[:, 0] - q[:, 1]) * v[:, 0] * v[:, 1]
+            return -9.81 * moment * np.sin(q) - np.stack([bent, -bent], axis=1) - v @ damping
+
+        # The normal turns with the motion: of each impact, of the chatters and along the sticks.
+        def normal(t):
+            return lengths * np.cos(run.position(t))
+
+        pushed = np.sum([hit["impulse"] * normal(hit["time"]) for hit in run.impacts], axis=0)
+        for row in run.segments[run.segments["stop"] == 0]:
+            if row["kind"] == "chatter":
+                pushed = pushed + row["impulse"] * normal(row["start"])
+            else:
+                span = (row["start"], row["end"])
+                pushed = pushed + integral(run, lambda t: run.contact_force(0, t)[:, None] * normal(t), span)
+        missing = momentum(20.0, "after") - momentum(0.0, "before") - integral(run, forces, (0.0, 20.0)) + pushed
+        assert np.abs(missing).max() < 1e-8 * np.abs(pushed).max()
+
+
 class TestOrbits:
     def test_they_have_what_a_trajectory_along_them_has(self):
         orbit = vi.periodic_orbits(vi.paper_scene(kind=3), pattern=[1], n_periods=2)[0]
@@ -225,6 +416,29 @@ class TestOrbits:
         np.testing.assert_allclose(orbit.along(0, t, 2), 1.3 * np.cos(t + orbit.phase) - 1.0, rtol=0, atol=1e-13)
         assert not np.any(orbit.contact_force(0, t))
 
+    def test_a_period_gives_back_what_the_weight_takes(self):
+        for orbit in (held_orbit(), vi.periodic_orbits(HELD_BALL.replace(forcing_scale=0.9), [0])[0]):
+            assert orbit.impulse(0) == pytest.approx(orbit.period, rel=1e-10)
+        # Steps: the ball as a function.
+        ball = vi.NonlinearSystem(1, lambda t, q, v: np.array([-1.0]), mass=1.0)
+        scene = vi.Scene(ball, HELD_BALL.forcing, HELD_BALL.stops)
+        stepped = vi.find_orbit(scene, vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period), rtol=1e-10))
+        assert {"flight", "chatter", "stick"} == set(stepped.segments["kind"])
+        assert stepped.impulse(0) == pytest.approx(stepped.period, rel=1e-9)
+
+    def test_spans_of_any_times_add_up_to_whole_periods(self):
+        orbit = held_orbit()
+        one, period = orbit.impulse(0), orbit.period
+        for start in (0.0, 0.3, -7.7, 2.5 * period, float(orbit.impacts["time"][1])):
+            assert orbit.impulse(0, (start, start + 3 * period)) == pytest.approx(3 * one, rel=1e-9)
+            middle = start + 0.4 * period
+            parts = orbit.impulse(0, (start, middle)) + orbit.impulse(0, (middle, start + period))
+            assert parts == pytest.approx(one, rel=1e-9)
+        # Along the orbit from right after its first impact: the weight and what the velocity changes by.
+        for t in (0.2, 0.5 * period, 0.9 * period):
+            change = orbit.velocity(t)[0] - orbit.v0[0] - 1.3 * (np.sin(t + orbit.phase) - np.sin(orbit.phase))
+            assert orbit.impulse(0, (0.0, t)) == pytest.approx(t + change, abs=1e-9)
+
 
 class TestEnd:
     @pytest.mark.parametrize("keep", ["motion", "impacts", "final"])
@@ -257,6 +471,10 @@ class TestRefusals:
             ("gap", (7, 0.5), r"stop is 7, but the scene has stops 0 to"),
             ("gap", (-1, 0.5), r"stop is -1, but indices count from 0"),
             ("gap", (0, float("inf")), r"t is inf, but"),
+            ("impulse", (7,), r"stop is 7, but the scene has stops 0 to"),
+            ("impulse", (0, (1.0, 0.5)), r"span is \(1.0, 0.5\), but it must be finite with start <= end"),
+            ("impulse", (0, (0.0, float("nan"))), r"span is \(0.0, NaN\), but it must be finite"),
+            ("impulse", (0, 1.0), r"span has shape \(1,\), but \(start, end\) is needed"),
             ("contact_force", (7, 0.5), r"stop is 7, but the scene has stops 0 to"),
             ("contact_force", (0.5, 0.5), r"stop is 0.5, but an index is needed"),
             ("contact_force", (0, float("nan")), r"t is NaN, but"),
@@ -273,6 +491,11 @@ class TestRefusals:
                 with pytest.raises(ValueError, match=r"t is .*, but it must lie in the span \[0, 60\]"):
                     ask(t)
 
+    def test_spans_outside_of_a_run(self):
+        for span in ((-1.0, 3.0), (3.0, 61.0)):
+            with pytest.raises(ValueError, match=r"span is .*, but it must lie in the span \[0, 60\]"):
+                pressed().impulse(0, span)
+
     @pytest.mark.parametrize("keep", ["impacts", "final"])
     def test_a_motion_that_was_not_kept(self, keep):
         run = pressed(keep=keep, t_eval=[0.0, 1.0])
@@ -283,6 +506,8 @@ class TestRefusals:
             lambda: run.acceleration(1.0),
             lambda: run.gap(0, 1.0),
             lambda: run.contact_force(0),
+            lambda: run.impulse(0),
+            lambda: run.segments,
         ):
             with pytest.raises(ValueError, match="keep"):
                 ask()
