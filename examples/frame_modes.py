@@ -129,10 +129,7 @@ def figure(run: vi.Trajectory, found: vi.ExistenceMap, tip: np.ndarray) -> plt.F
     ax.legend()
     period = run.scene.period
     for ax, start in zip(below.subplots(1, 2, sharey=True), (0.0, (N_PERIODS - 5) * period), strict=True):
-        t = np.linspace(start, start + 5.0 * period, 3000)
-        ax.plot(t, 1e3 * run.position(t) @ tip)
-        for wall in (-CLEARANCE, CLEARANCE):
-            ax.axhline(1e3 * wall, color="0.6", linewidth=2.0, zorder=1.0)
+        vi.plot.time_history(run, ax, along=1e3 * tip, t_span=(start, start + 5.0 * period))
         ax.set(xlabel="time [s]", ylabel="tip [mm]" if start == 0.0 else "", title="from rest" if start == 0.0 else "settled")
     return fig
 

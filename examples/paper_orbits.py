@@ -51,9 +51,9 @@ def figure(kind: int, orbit: vi.Orbit) -> plt.Figure:
     """Phase portrait, angle and velocity of both pendulums over two periods."""
     fig, axes = plt.subplots(2, 3, figsize=(12, 6.4), layout="constrained")
     for i, name in enumerate(NAMES):
-        vi.plot.phase_portrait(orbit, axes[i, 0], coordinate=i)
-        vi.plot.time_history(orbit, axes[i, 1], coordinate=i, periods=2)
-        vi.plot.time_history(orbit, axes[i, 2], coordinate=i, periods=2, quantity="velocity", jumps=True)
+        vi.plot.phase_portrait(orbit, axes[i, 0], along=i)
+        vi.plot.time_history(orbit, axes[i, 1], along=i, periods=2)
+        vi.plot.time_history(orbit, axes[i, 2], along=i, periods=2, quantity="velocity", jumps=True)
         axes[i, 0].set(title=name, xlabel=f"angle $\\theta_{i + 1}$ [rad]", ylabel=f"velocity $\\theta_{i + 1}'$ [-]")
         axes[i, 1].set(xlabel="time $\\tau$ [-]", ylabel=f"angle $\\theta_{i + 1}$ [rad]")
         axes[i, 2].set(xlabel="time $\\tau$ [-]", ylabel=f"velocity $\\theta_{i + 1}'$ [-]")

@@ -114,8 +114,8 @@ def check_multipliers(real: vi.Orbit) -> None:
 def figure(linear: vi.Orbit, real: vi.Orbit, run: vi.Trajectory) -> plt.Figure:
     """Portraits, energies, speeds and multipliers."""
     fig, ((portrait, energies), (speeds, multipliers)) = plt.subplots(2, 2, figsize=(12, 9), layout="constrained")
-    vi.plot.phase_portrait(real, portrait, coordinate=LOWER, label="pendulum", section=False)
-    vi.plot.phase_portrait(linear, portrait, coordinate=LOWER, label="linearised", section=False, walls=False)
+    vi.plot.phase_portrait(real, portrait, along=LOWER, label="pendulum", section=False)
+    vi.plot.phase_portrait(linear, portrait, along=LOWER, label="linearised", section=False, walls=False)
     portrait.set(xlabel="angle of the lower link [rad]", ylabel="its velocity [rad/s]", title="One impact in each period")
     portrait.legend()
     vi.plot.energy(run, energies)

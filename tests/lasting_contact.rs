@@ -52,7 +52,7 @@ fn settled(scene: &Scene, q0: DVector<f64>, periods: f64) -> Trajectory {
 
 /// The only stretch of lasting contact.
 fn stick(orbit: &PeriodicOrbit) -> (f64, f64) {
-    let segments = orbit.segments();
+    let segments = orbit.segments().expect("linear");
     let mut held = segments.iter().filter(|s| s.kind == SegmentKind::Stick);
     let held = (held.next().expect("held"), held.next());
     assert!(held.1.is_none());
@@ -148,7 +148,7 @@ fn returned(orbit: &PeriodicOrbit, start: f64, x: &DVector<f64>) -> DVector<f64>
 /// How far the simulator is from closing in the middle of the longest flight, relative to the motion; and the moduli of the
 /// multipliers of its return map there, by central differences.
 fn return_map(orbit: &PeriodicOrbit) -> (f64, Vec<f64>) {
-    let segments = orbit.segments();
+    let segments = orbit.segments().expect("linear");
     let flights = segments.iter().filter(|s| s.kind == SegmentKind::Flight);
     let longest = flights
         .max_by(|a, b| (a.end - a.start).total_cmp(&(b.end - b.start)))

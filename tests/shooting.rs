@@ -156,6 +156,7 @@ fn many_instants_close_and_are_retraced() {
         let det: nalgebra::Complex<f64> = multipliers.orders[0].multipliers.iter().product();
         if orbit
             .segments()
+            .expect("linear")
             .iter()
             .any(|s| s.kind == SegmentKind::Stick)
         {

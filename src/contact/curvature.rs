@@ -144,7 +144,8 @@ mod tests {
     fn a_spike_narrower_than_the_step_is_found_and_one_passed_above_is_not() {
         for width in [1.0, 0.1, 1e-2] {
             let (stop, curvature) = spike(width);
-            let low = first_crossing(&at_rest(&stop, curvature), &path(0.5), 1e-9, 1.0).expect("ends");
+            let low =
+                first_crossing(&at_rest(&stop, curvature), &path(0.5), 1e-9, 1.0).expect("ends");
             let exact = 0.25 * (1.0 - width * 2f64.ln().sqrt());
             assert!(
                 (low.expect("crossed") - exact).abs() < 1e-8,
@@ -180,7 +181,9 @@ mod tests {
         }
         let stop = NonlinearStop::new(Line, 1.0).expect("valid");
         let dip = |depth: f64| [[0.0, 0.0, -16.0 * depth, 32.0 * depth, -16.0 * depth]];
-        let at = |depth: f64| first_crossing(&at_rest(&stop, 0.0), &dip(depth), 1e-8, 1.0).expect("ends");
+        let at = |depth: f64| {
+            first_crossing(&at_rest(&stop, 0.0), &dip(depth), 1e-8, 1.0).expect("ends")
+        };
         assert_eq!(at(1.0 - 1e-7), None);
         let x = at(1.0 + 1e-6).expect("crossed");
         assert!(x < 0.5 && x > 0.499, "{x}");

@@ -39,7 +39,8 @@ impl Carried {
         };
         let mut turning = Vec::new();
         for r in 0..scene.rotations.len() {
-            let amplitude = |motion: &GapMotion| motion.amplitudes.get(r).copied().unwrap_or_default();
+            let amplitude =
+                |motion: &GapMotion| motion.amplitudes.get(r).copied().unwrap_or_default();
             let (re, im) = (
                 lift(&each(&|motion| amplitude(motion).re))?,
                 lift(&each(&|motion| amplitude(motion).im))?,
@@ -125,7 +126,13 @@ impl Carried {
     ) -> Quantity {
         let own = scene.excitation.motion_of(stop);
         let mut gap = own.map_or(gap.clone(), |motion| gap.widened_by(motion));
-        let cleared = |sum: f64, size: f64| if sum.abs() > CANCELLED * size { sum } else { 0.0 };
+        let cleared = |sum: f64, size: f64| {
+            if sum.abs() > CANCELLED * size {
+                sum
+            } else {
+                0.0
+            }
+        };
         for (r, q) in self.turning.iter().enumerate() {
             if gap.forcing.len() <= r {
                 gap.forcing.resize(r + 1, Complex::default());

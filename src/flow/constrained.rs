@@ -52,10 +52,7 @@ impl ConstrainedMotion {
         room_for("the motion while stops are held", 16 * n, n)?;
         let normals = g.normals.select_columns(stops);
         let reactions = g.reactions.select_columns(stops);
-        let mut clearances = g.clearances.select_rows(stops);
-        for (clearance, &stop) in clearances.iter_mut().zip(stops) {
-            *clearance += scene.excitation.motion_of(stop).map_or(0.0, |motion| motion.mean);
-        }
+        let clearances = scene.mean_clearances(stops);
         let held = |matrix: &DMatrix<f64>, right: &DVector<f64>| {
             rank::solve(&matrix.transpose(), right, DEPENDENT * matrix.amax())
         };
@@ -80,7 +77,12 @@ impl ConstrainedMotion {
             let moved = held(&normals, c)?.particular;
             Ok(moved)
         })?;
-        carried.act((&stiffness, &damping), &mut forces, &mut directions, &mut given);
+        carried.act(
+            (&stiffness, &damping),
+            &mut forces,
+            &mut directions,
+            &mut given,
+        );
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();
@@ -126,7 +128,12 @@ impl ConstrainedMotion {
             let normal = g.normals.column(i).into_owned();
             let seen = free.tr_mul(&normal);
             let clearance = g.clearances[i] - normal.dot(&anchor);
-            let gap = carried.gap(scene, i, &normal, Quantity::gap(clearance, &form.position_row(&seen)));
+            let gap = carried.gap(
+                scene,
+                i,
+                &normal,
+                Quantity::gap(clearance, &form.position_row(&seen)),
+            );
             let can_change = seen.norm() > DEPENDENT * normal.norm() || gap.changes_by_itself();
             (can_change && !stops.contains(&i)).then_some(gap)
         };
@@ -229,7 +236,8 @@ impl ConstrainedMotion {
             y -= moved;
             dy -= speed;
         }
-        self.form.to_modal(&self.free.tr_mul(&y), &self.free.tr_mul(&dy))
+        self.form
+            .to_modal(&self.free.tr_mul(&y), &self.free.tr_mul(&dy))
     }
 
     /// Position and velocity of a state of the smaller system.

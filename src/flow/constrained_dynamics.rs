@@ -66,13 +66,7 @@ impl<D: Dynamics> Dynamics for ConstrainedDynamics<'_, D> {
         (self.dynamics.drive(at), at)
     }
 
-    fn driven(
-        &self,
-        drive: (D::Drive, Moment),
-        q: &[f64],
-        v: &[f64],
-        a: &mut [f64],
-    ) -> Result<()> {
+    fn driven(&self, drive: (D::Drive, Moment), q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         self.forces_under(drive, q, v, a).map(|_| ())
     }
 

@@ -6,7 +6,7 @@ use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::scene_flow::{SceneFlow, modal_flow};
 use crate::modal::{Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations, Scene};
-use nalgebra::Complex;
+use nalgebra::{Complex, DVector};
 use std::sync::Arc;
 
 /// The machinery of a linear scene.
@@ -99,6 +99,18 @@ impl ModalScene {
             None => gap,
             Some(motion) => gap.widened_by(motion),
         }
+    }
+
+    /// The clearances of some stops, with the means of their motions.
+    pub fn mean_clearances(&self, stops: &[usize]) -> DVector<f64> {
+        let mut clearances = self.geometry.clearances.select_rows(stops);
+        for (clearance, &stop) in clearances.iter_mut().zip(stops) {
+            *clearance += self
+                .excitation
+                .motion_of(stop)
+                .map_or(0.0, |motion| motion.mean);
+        }
+        clearances
     }
 
     /// What the own motion of a stop adds to its gap at a moment, with speed and acceleration: zeros of one that rests.

@@ -265,7 +265,10 @@ impl Contact {
     /// # Errors
     /// What the functions of a nonlinear stop report.
     pub fn gap(&self, q: &[f64], at: Moment) -> Result<f64> {
-        let moved = self.motion.as_ref().map_or(0.0, |motion| motion.along(at)[0]);
+        let moved = self
+            .motion
+            .as_ref()
+            .map_or(0.0, |motion| motion.along(at)[0]);
         Ok(self.surface.gap(q)? + moved)
     }
 

@@ -322,7 +322,10 @@ impl Excitation {
             part.force.apply(|f| *f *= turn);
         }
         for motion in self.stops.iter_mut().flatten() {
-            let harmonics = motion.amplitudes.iter_mut().take(self.rotations.n_harmonics);
+            let harmonics = motion
+                .amplitudes
+                .iter_mut()
+                .take(self.rotations.n_harmonics);
             for (a, turn) in harmonics.zip(powers(Complex::cis(phase))) {
                 *a *= turn;
             }

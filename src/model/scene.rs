@@ -235,7 +235,9 @@ impl Scene {
         if !self.has_moving_stops() {
             return Ok(());
         }
-        let rule = format!("{purpose} takes stops that rest relative to the base; move the base, or simulate");
+        let rule = format!(
+            "{purpose} takes stops that rest relative to the base; move the base, or simulate"
+        );
         Err(Error::bad_value("scene", "with a stop that moves", rule))
     }
 

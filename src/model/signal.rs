@@ -238,30 +238,37 @@ impl Signal {
         sides
     }
 
-    /// The largest value and slope where pieces meet.
+    /// The sizes of the terms of value and slope, the largest of all pieces.
     fn largest(&self) -> [f64; 2] {
+        let Pieces {
+            breaks,
+            degree,
+            derivatives,
+        } = &*self.pieces;
         let mut largest = [0.0f64; 2];
-        for k in 0..self.pieces.breaks.len() {
-            for side in self.sides(k) {
-                for m in 0..2 {
-                    largest[m] = largest[m].max(side[m].abs());
-                }
+        for (piece, ends) in derivatives.chunks(degree + 1).zip(breaks.windows(2)) {
+            let sizes: Vec<f64> = piece.iter().map(|x| x.abs()).collect();
+            for (m, largest) in largest.iter_mut().enumerate() {
+                let size = taylor(sizes.get(m..).unwrap_or(&[]), ends[1] - ends[0]);
+                *largest = largest.max(size);
             }
         }
         largest
     }
 
-    /// The first breakpoint but the ends at which the value, or the slope, jumps by more than a part of the largest; the value by as
-    /// much as the largest slope makes in a piece, where that is more.
+    /// The first breakpoint but the ends at which the value, or the slope, jumps by more than a part of the largest.
     pub(crate) fn first_kink(&self, part: f64) -> Option<f64> {
-        let [mut value, slope] = self.largest();
-        value = value.max(slope * self.longest_piece());
+        let [value, slope] = self.largest();
         let jumps = |k: &usize| {
             let [before, after] = self.sides(*k);
-            (after[0] - before[0]).abs() > part * value || (after[1] - before[1]).abs() > part * slope
+            (after[0] - before[0]).abs() > part * value
+                || (after[1] - before[1]).abs() > part * slope
         };
         let inner = 1..self.pieces.breaks.len() - 1;
-        inner.into_iter().find(jumps).map(|k| self.pieces.breaks[k] - self.shift)
+        inner
+            .into_iter()
+            .find(jumps)
+            .map(|k| self.pieces.breaks[k] - self.shift)
     }
 
     /// Whether it begins and ends at rest at zero, to a part of its largest value and slope.
@@ -436,15 +443,27 @@ mod tests {
         // t^2 (1 - t)^2 joins zero smoothly at both ends.
         let bump = dmatrix![1.0; -2.0; 1.0; 0.0; 0.0];
         let signal = Signal::pieces(&[0.0, 1.0], &bump).expect("valid");
-        assert_eq!((signal.first_kink(1e-9), signal.rests_at_ends(1e-9)), (None, [true; 2]));
-        assert_eq!(kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, -1.0; 0.0, 1.0]), Some(1.0));
-        assert_eq!(kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, 2.0; 0.0, 1.0]), Some(1.0));
+        assert_eq!(
+            (signal.first_kink(1e-9), signal.rests_at_ends(1e-9)),
+            (None, [true; 2])
+        );
+        assert_eq!(
+            kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, -1.0; 0.0, 1.0]),
+            Some(1.0)
+        );
+        assert_eq!(
+            kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, 2.0; 0.0, 1.0]),
+            Some(1.0)
+        );
         assert_eq!(kink(&[0.0, 1.0, 2.0], &dmatrix![1.0, 2.0]), Some(1.0));
         let parabolas = dmatrix![1.0, -1.0; 0.0, 2.0; 0.0, 1.0];
         assert_eq!(kink(&[0.0, 1.0, 2.0], &parabolas), None);
         let signal = Signal::pieces(&[0.0, 1.0, 2.0], &parabolas).expect("valid");
         assert_eq!(signal.rests_at_ends(1e-9), [true, false]);
-        assert_eq!(signal.derivative().coefficients(), dmatrix![2.0, -2.0; 0.0, 2.0]);
+        assert_eq!(
+            signal.derivative().coefficients(),
+            dmatrix![2.0, -2.0; 0.0, 2.0]
+        );
     }
 
     #[test]

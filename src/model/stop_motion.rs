@@ -53,7 +53,11 @@ impl StopMotion {
     pub fn signal(motion: Signal) -> Result<Self> {
         if let Some(t) = motion.first_kink(SMOOTH_MOTION) {
             let rule = "value and slope must be continuous: take a spline, not straight lines between samples";
-            return Err(Error::bad_value("motion", format!("not smooth at t = {t}"), rule));
+            return Err(Error::bad_value(
+                "motion",
+                format!("not smooth at t = {t}"),
+                rule,
+            ));
         }
         Load::new(0, motion).map(|load| Self(load.into()))
     }

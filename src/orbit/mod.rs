@@ -8,6 +8,7 @@ mod one_instant;
 mod options;
 mod orbit_motion;
 mod orbits;
+mod outputs;
 mod paper_coefficients;
 mod pattern;
 mod periodic_orbit;

@@ -13,7 +13,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
-use crate::path::{Energy, Path, Segment, energy_along};
+use crate::path::{Energy, Impulses, Located, Path, Point, Segment, Stretch, energy_along};
 use crate::quantity::room_for;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -33,6 +33,8 @@ pub struct PeriodicOrbit {
     flights: Vec<Flight>,
     impacts: Vec<Impact>,
     path: OnceLock<Path>,
+    /// What stops give on each segment of the path.
+    given: OnceLock<Vec<Vec<f64>>>,
     admissibility: OnceLock<Admissibility>,
     violation: OnceLock<Option<Violation>>,
     stability: OnceLock<Stability>,
@@ -72,6 +74,7 @@ impl PeriodicOrbit {
             flights,
             impacts,
             path: OnceLock::new(),
+            given: OnceLock::new(),
             admissibility: OnceLock::new(),
             violation: OnceLock::new(),
             stability: OnceLock::new(),
@@ -119,18 +122,38 @@ impl PeriodicOrbit {
     }
 
     /// The parts of one period, counted from the first impact, as those of a trajectory: flights from impact to impact, the
-    /// rest of impacts that accumulate, lasting contact (each stop in contact has a row).
-    pub fn segments(&self) -> Vec<Segment> {
-        let rows = |flight: &'_ Flight| {
-            let whole = Segment {
-                kind: flight.mode.kind,
-                stop: None,
-                start: flight.start,
-                end: flight.start + flight.span,
-            };
-            whole.rows(&flight.mode.stops).collect::<Vec<_>>()
-        };
-        self.flights.iter().flat_map(rows).collect()
+    /// rest of impacts that accumulate, lasting contact (each stop in contact has a row). What stops give on them is integrated when
+    /// first asked for.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear scene report.
+    pub fn segments(&self) -> Result<Vec<Segment>> {
+        let impulses = self.impulses_of_segments()?;
+        let rows = self
+            .stretches()
+            .flat_map(|part| part.rows(&impulses[part.segment]));
+        Ok(rows.collect())
+    }
+
+    /// The parts of one period, each once, with the stops in contact.
+    pub(crate) fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
+        let flights = self.flights.iter().enumerate();
+        flights.map(|(segment, flight)| Stretch {
+            segment,
+            kind: flight.mode.kind,
+            stops: &flight.mode.stops,
+            start: flight.start,
+            end: flight.start + flight.span,
+        })
+    }
+
+    /// What the stops in contact on each segment of the path give.
+    fn impulses_of_segments(&self) -> Result<&Vec<Vec<f64>>> {
+        if let Some(known) = self.given.get() {
+            return Ok(known);
+        }
+        let impulses = Impulses::new(self.path(), &self.scene, &self.impacts)?.of_segments()?;
+        Ok(self.given.get_or_init(|| impulses))
     }
 
     /// Position right after the first impact, shape `(n,)`.
@@ -145,6 +168,40 @@ impl PeriodicOrbit {
 
     /// Position and velocity at any time; at an impact the velocity is the one after it, or before it.
     pub fn state(&self, t: f64, before_impact: bool) -> PhysicalState {
+        match self.place(t, before_impact) {
+            Place::End(k) => self.motion.physical(&self.flights[k].before_next),
+            Place::Start(k) => self.motion.physical(&self.flights[k].after),
+            Place::Within(k, local) => {
+                let Point { arc, local, .. } = self.path().point_along(k, local);
+                self.path().state_in(arc, local)
+            }
+        }
+    }
+
+    /// The same, and where on the path of one period it is.
+    pub(super) fn locate(&self, t: f64, before_impact: bool) -> Located {
+        let path = self.path();
+        let point = match self.place(t, before_impact) {
+            Place::End(k) => path.end_of(path.parts.arcs_of(k).end - 1, t),
+            Place::Start(k) => path.point_along(k, 0.0),
+            Place::Within(k, local) => path.point_along(k, local),
+        };
+        let state = self.state(t, before_impact);
+        Located { point, state }
+    }
+
+    /// A time as whole periods and what is left of one; a time within rounding of an impact is the impact.
+    pub(super) fn periods_and_rest(&self, t: f64) -> (f64, f64) {
+        let turns = (t / self.period).floor();
+        match self.place(t, false) {
+            Place::Start(0) => ((t / self.period).round(), 0.0),
+            Place::Start(k) => (turns, self.flights[k].start),
+            Place::End(_) | Place::Within(..) => (turns, t.rem_euclid(self.period)),
+        }
+    }
+
+    /// Where on the flights a time is.
+    fn place(&self, t: f64, before_impact: bool) -> Place {
         let mut local = t.rem_euclid(self.period);
         if local >= self.period {
             local = 0.0;
@@ -157,12 +214,11 @@ impl PeriodicOrbit {
             for (k, end) in ends {
                 let next = (k + 1) % self.flights.len();
                 if at_impact(end) || (next == 0 && at_impact(0.0)) {
-                    let state = if before_impact {
-                        &self.flights[k].before_next
+                    return if before_impact {
+                        Place::End(k)
                     } else {
-                        &self.flights[next].after
+                        Place::Start(next)
                     };
-                    return self.motion.physical(state);
                 }
             }
         }
@@ -171,12 +227,11 @@ impl PeriodicOrbit {
             .iter()
             .rposition(|f| f.start <= local)
             .unwrap_or(0);
-        let flight = &self.flights[k];
-        self.path().state_along(k, local - flight.start)
+        Place::Within(k, local - self.flights[k].start)
     }
 
     /// One period as a path.
-    fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         self.path
             .get_or_init(|| self.motion.path(self.phase, &self.flights))
     }
@@ -301,6 +356,16 @@ impl PeriodicOrbit {
         )?;
         Ok(self.stability.get_or_init(|| found))
     }
+}
+
+/// Where on the flights of an orbit a time is.
+enum Place {
+    /// At the end of one, before the impacts there.
+    End(usize),
+    /// At the start of one.
+    Start(usize),
+    /// A time after its start.
+    Within(usize, f64),
 }
 
 /// A ruling as an answer.

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::modal::Form;
 use crate::observer::is_broken_off;
 use crate::path::evaluator::Evaluator;
-use crate::path::parts::PathArc;
+use crate::path::parts::{PathArc, Point};
 use crate::path::path::Path;
 use crate::quantity::room_for;
 use nalgebra::DMatrix;
@@ -18,14 +18,6 @@ const NUMBERS_IN_ALL: usize = 100_000_000;
 const POINTS_PER_STEP: usize = 4;
 /// Points drawn in one radian of the fastest motion.
 const POINTS_PER_RADIAN: f64 = 8.0;
-
-/// A point of a path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Point {
-    pub time: f64,
-    pub arc: usize,
-    pub local: f64,
-}
 
 /// Times, positions and velocities, shapes `(m,)`, `(m, n)`, `(m, n)`.
 pub type Samples = (Vec<f64>, DMatrix<f64>, DMatrix<f64>);

@@ -2,33 +2,15 @@
 //! The powers are integrated along the motion that was kept, by Gauss's rule on each arc.
 
 use crate::error::Result;
-use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
-use crate::model::{
-    Contact, Dynamics, Energetics, Moment, PhysicalState, Scene, SceneMotion, contacts,
-    reaction_weights,
-};
+use crate::model::{Energetics, Moment, PhysicalState, Scene};
 use crate::observer::Observer;
-use crate::path::drawing::Point;
+use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
+use crate::path::parts::Point;
 use crate::path::path::Path;
+use crate::path::quadrature::{Node, each_node};
 use nalgebra::DVector;
-use std::sync::Arc;
-
-/// Nodes and weights of Gauss's rule of six points on [0, 1].
-const GAUSS: [(f64, f64); 6] = [
-    (0.033_765_242_898_423_975, 0.085_662_246_189_585_18),
-    (0.169_395_306_766_867_76, 0.180_380_786_524_069_3),
-    (0.380_690_406_958_401_5, 0.233_956_967_286_345_5),
-    (0.619_309_593_041_598_5, 0.233_956_967_286_345_5),
-    (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
-    (0.966_234_757_101_576, 0.085_662_246_189_585_18),
-];
-/// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
-const STRETCH: f64 = 0.5;
-
-/// A gap of no more than this part of its terms is closed at an impact.
-const CLOSED: f64 = 1e-6;
 
 /// Energies along a motion, one entry for each of some times.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -71,31 +53,24 @@ pub(crate) fn energy_along(
     points: &[Point],
     observer: &mut Observer<'_>,
 ) -> Result<Energy> {
-    let motion = SceneMotion::new(scene);
-    Ledger::new(path, scene, &motion)?.fill(points, observer)
+    Ledger::new(path, scene)?.fill(points, observer)
 }
 
 struct Ledger<'a> {
     path: &'a Path,
-    scene: &'a Scene,
-    dynamics: &'a SceneMotion,
+    equations: PathEquations<'a>,
     energetics: Energetics,
-    contacts: Arc<Vec<Contact>>,
-    phase: f64,
     fading: Fading<'a>,
     /// Work of one evaluation, in the units of an observer.
     work: usize,
 }
 
 impl<'a> Ledger<'a> {
-    fn new(path: &'a Path, scene: &'a Scene, dynamics: &'a SceneMotion) -> Result<Self> {
+    fn new(path: &'a Path, scene: &'a Scene) -> Result<Self> {
         Ok(Self {
             path,
-            scene,
-            dynamics,
             energetics: Energetics::new(scene)?,
-            contacts: Arc::new(contacts(scene)),
-            phase: scene.phase(),
+            equations: PathEquations::new(path, scene),
             fading: Fading::new(&path.evaluator),
             work: 8 * scene.n_dof(),
         })
@@ -111,7 +86,7 @@ impl<'a> Ledger<'a> {
                 self.integrate(arc, (local, span), &mut works, observer)?;
                 let before = self.path.state_in(arc, span);
                 let after = self.path.state_in(arc + 1, 0.0);
-                let at = self.path.arc(arc + 1).clock.moment(self.phase);
+                let at = self.equations.moment(arc + 1, 0.0);
                 let by_stops = self.work_at_jump(at, &before, &after)?;
                 works.forcing += by_stops;
                 works.contact += self.jump_loss(&before, &after)? + by_stops;
@@ -152,66 +127,44 @@ impl<'a> Ledger<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<()> {
         let (kind, stops) = self.path.kind_of(arc);
-        let clock = self.path.arc(arc).clock;
-        let rates = self.fading.of(stops);
-        let mut start = from;
-        while start < to {
-            let (rate, until) = rates.at(start);
-            let end = until.min(to);
-            let count = ((end - start) * rate / STRETCH).ceil().max(1.0);
-            let stretch = (end - start) / count;
-            for k in 0..count as usize {
-                for (node, weight) in GAUSS {
-                    observer.work(self.work)?;
-                    let s = start + stretch * (k as f64 + node);
-                    let (q, v) = self.path.state_in(arc, s);
-                    let at = clock.after(s).moment(self.phase);
-                    let w = weight * stretch;
-                    works.forcing += w * self.energetics.forcing_power(at, &q, &v);
-                    let free = || self.acceleration(at, &q, &v);
-                    works.damping +=
-                        w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
-                    if kind != SegmentKind::Flight {
-                        let [taken, by_stops] = self.contact_power(at, &q, &v, stops)?;
-                        works.forcing += w * by_stops;
-                        works.contact += w * (taken + by_stops);
-                    }
-                }
+        each_node(self.fading.of(stops), (from, to), |node| {
+            observer.work(self.work)?;
+            let Node {
+                at: s,
+                weight: w,
+                stretch,
+            } = node;
+            let (q, v) = self.path.state_in(arc, s);
+            let at = self.equations.moment(arc, s);
+            works.forcing += w * self.energetics.forcing_power(at, &q, &v);
+            let free = || self.equations.free_acceleration(at, &q, &v);
+            works.damping += w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
+            if kind != SegmentKind::Flight {
+                let [taken, by_stops] = self.contact_power(at, &q, &v, stops)?;
+                works.forcing += w * by_stops;
+                works.contact += w * (taken + by_stops);
             }
-            start = end;
-        }
-        Ok(())
-    }
-
-    /// The acceleration of free motion.
-    fn acceleration(&self, at: Moment, q: &DVector<f64>, v: &DVector<f64>) -> Result<DVector<f64>> {
-        let mut a = DVector::zeros(q.len());
-        let (x, y) = (q.as_slice(), v.as_slice());
-        self.dynamics.acceleration(at, x, y, a.as_mut_slice())?;
-        Ok(a)
+            Ok(())
+        })
     }
 
     /// The work of stops that move at an instant, `-sum p c'`: of impulses on those in contact that change the velocity so.
-    fn work_at_jump(&self, at: Moment, before: &PhysicalState, after: &PhysicalState) -> Result<f64> {
-        if self.contacts.iter().all(|contact| contact.motion.is_none()) || before.1 == after.1 {
+    fn work_at_jump(
+        &self,
+        at: Moment,
+        before: &PhysicalState,
+        after: &PhysicalState,
+    ) -> Result<f64> {
+        let equations = &self.equations;
+        if !equations.has_moving_stops() || before.1 == after.1 {
             return Ok(0.0);
         }
-        let (q, jump) = (after.0.as_slice(), &before.1 - &after.1);
-        let (mut normals, mut reactions, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
-        for contact in self.contacts.iter() {
-            let value = contact.along(|| at, (q, q, q), 0.0)?;
-            if value.gap.abs() > CLOSED * value.size {
-                continue;
-            }
-            normals.push(contact.surface.normal(q)?);
-            let reaction = contact.reaction(self.scene.system(), q)?;
-            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
-            speeds.push(contact.motion.as_ref().map_or(0.0, |motion| motion.along(at)[1]));
-        }
-        let parts = DVector::from_iterator(normals.len(), normals.iter().map(|n| n.dot(&jump)));
-        let impulses = reaction_weights(&normals, &reactions, &parts)?;
-        let works = impulses.iter().zip(speeds).map(|(p, c)| -p * c);
-        Ok(works.sum())
+        let closed = equations.closed_stops(at, &after.0)?;
+        let impulses = equations.impulses(&closed, &after.0, &(&before.1 - &after.1))?;
+        let works = closed.iter().zip(impulses.iter());
+        Ok(works
+            .map(|(&stop, p)| -p * equations.stop_speed(stop, at))
+            .sum())
     }
 
     /// What the contact forces take, nothing where reactions are those of inertia and the stops rest; and the power of stops that
@@ -223,20 +176,11 @@ impl<'a> Ledger<'a> {
         v: &DVector<f64>,
         stops: &[usize],
     ) -> Result<[f64; 2]> {
-        let held = ConstrainedDynamics {
-            dynamics: self.dynamics,
-            system: self.scene.system(),
-            contacts: Arc::clone(&self.contacts),
-            stops: stops.to_vec(),
-        };
-        let mut actual = DVector::zeros(q.len());
-        let forces = held.forces(at, q.as_slice(), v.as_slice(), actual.as_mut_slice())?;
-        let taken = self.acceleration(at, q, v)? - actual;
-        let works = stops.iter().zip(&forces).map(|(&stop, force)| {
-            let motion = self.contacts[stop].motion.as_ref();
-            motion.map_or(0.0, |motion| -force * motion.along(at)[1])
-        });
-        let by_stops = works.sum();
-        Ok([self.energetics.inertial_work(q, v, &taken)?, by_stops])
+        let equations = &self.equations;
+        let (actual, forces) = equations.held_acceleration(stops, at, q, v)?;
+        let pushed = equations.free_acceleration(at, q, v)? - actual;
+        let works = stops.iter().zip(&forces);
+        let works = works.map(|(&stop, force)| -force * equations.stop_speed(stop, at));
+        Ok([self.energetics.inertial_work(q, v, &pushed)?, works.sum()])
     }
 }

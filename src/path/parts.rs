@@ -22,6 +22,14 @@ impl PathArc {
     }
 }
 
+/// A point of a path: an arc, and how far along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub time: f64,
+    pub arc: usize,
+    pub local: f64,
+}
+
 /// A segment: its kind, the stops in contact and its first arc.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PathSegment {

@@ -4,8 +4,8 @@ use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::model::PhysicalState;
 use crate::path::evaluator::Evaluator;
-use crate::path::parts::{PathArc, PathParts};
-use crate::path::segments::{ImpactSide, Segment};
+use crate::path::parts::{PathArc, PathParts, Point};
+use crate::path::segments::{ImpactSide, Stretch};
 
 /// A motion that is kept.
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub(crate) struct Path {
 
 impl Path {
     /// The parts of the motion, each once, with the stops in contact.
-    pub fn segments(&self) -> Vec<(Segment, &[usize])> {
+    pub fn stretches(&self) -> Vec<Stretch<'_>> {
         let parts = &self.parts;
         let within = |time: f64| time.clamp(self.span.0, self.span.1);
         let mut all = Vec::with_capacity(parts.segments.len());
@@ -36,16 +36,16 @@ impl Path {
             }
             // A part ends where the next one begins, to the last digit.
             let end = next.map_or_else(|| last.clock.after(last.span), |next| next.clock);
-            let whole = Segment {
+            all.push(Stretch {
+                segment: k,
                 kind: segment.kind,
-                stop: None,
+                stops: &segment.stops,
                 start: within(first.clock.time()),
                 end: within(end.time()),
-            };
-            all.push((whole, segment.stops.as_slice()));
+            });
         }
         // The last one ends with the run, of which its clock knows the time to rounding.
-        if let Some((last, _)) = all.last_mut() {
+        if let Some(last) = all.last_mut() {
             last.end = self.span.1;
         }
         all
@@ -58,6 +58,15 @@ impl Path {
     /// # Errors
     /// A time outside the span.
     pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
+        let Point { arc, local, .. } = self.point(t, side)?;
+        Ok(self.state_in(arc, local))
+    }
+
+    /// Where a time inside the span is.
+    ///
+    /// # Errors
+    /// A time outside the span.
+    pub fn point(&self, t: f64, side: ImpactSide) -> Result<Point> {
         let parts = &self.parts;
         let (start, end) = self.span;
         let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
@@ -69,17 +78,28 @@ impl Path {
             ));
         }
         let start_of = |index: usize| parts.arcs[index].clock.time();
-        let (now, mut index) = self.arc_at(t);
+        let (now, mut arc) = self.arc_at(t);
         if side == ImpactSide::Before {
             // Stops hit one after the other at one instant leave arcs of no length: go back to the first.
-            while index > 0 && start_of(index) == now {
-                index -= 1;
-                if start_of(index) < now {
-                    return Ok(self.state_in(index, parts.arcs[index].span));
+            while arc > 0 && start_of(arc) == now {
+                arc -= 1;
+                if start_of(arc) < now {
+                    return Ok(self.end_of(arc, t));
                 }
             }
         }
-        Ok(self.state_in(index, parts.arcs[index].local(t)))
+        let local = parts.arcs[arc].local(t);
+        Ok(Point {
+            time: t,
+            arc,
+            local,
+        })
+    }
+
+    /// The end of an arc, at a time.
+    pub fn end_of(&self, arc: usize, time: f64) -> Point {
+        let local = self.parts.arcs[arc].span;
+        Point { time, arc, local }
     }
 
     /// The last arc that begins no later than a time, and that time on the clock of the arcs, whose ends may be off those of
@@ -110,15 +130,19 @@ impl Path {
             .state(of, self.parts.arcs[arc].clock, numbers, local)
     }
 
-    /// Position and velocity a time after the start of a segment.
-    pub fn state_along(&self, segment: usize, local: f64) -> PhysicalState {
+    /// Where a time after the start of a segment is.
+    pub fn point_along(&self, segment: usize, local: f64) -> Point {
         let range = self.parts.arcs_of(segment);
         let arcs = &self.parts.arcs[range.clone()];
         let start = arcs[0].clock;
         let within = |arc: &PathArc| start.until(arc.clock) <= local;
         let k = arcs.partition_point(within).max(1) - 1;
         let rest = local - start.until(arcs[k].clock);
-        self.state_in(range.start + k, rest.min(arcs[k].span))
+        Point {
+            time: start.after(local).time(),
+            arc: range.start + k,
+            local: rest.min(arcs[k].span),
+        }
     }
 
     /// An arc.

@@ -23,16 +23,38 @@ pub struct Segment {
     pub start: f64,
     /// End \[s\].
     pub end: f64,
+    /// What the stop gives on it: the force of lasting contact over its time, the sum of the impacts that accumulate. Those of
+    /// the impacts that are listed are not in it: zero for a flight.
+    pub impulse: f64,
 }
 
-impl Segment {
-    /// A part with several stops in contact as one row for each.
-    pub(crate) fn rows(self, stops: &[usize]) -> impl Iterator<Item = Self> {
-        let free = stops.is_empty().then_some(self);
-        let each = stops.iter().map(move |&stop| Self {
-            stop: Some(stop),
-            ..self
-        });
-        free.into_iter().chain(each)
+/// A part of a motion with all the stops in contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretch<'a> {
+    /// Its number among the segments of the path.
+    pub segment: usize,
+    pub kind: SegmentKind,
+    pub stops: &'a [usize],
+    pub start: f64,
+    pub end: f64,
+}
+
+impl<'a> Stretch<'a> {
+    /// A row for each stop in contact, with what it gives; one without any for a flight.
+    pub fn rows(self, impulses: &'a [f64]) -> impl Iterator<Item = Segment> + 'a {
+        let Self {
+            kind, start, end, ..
+        } = self;
+        let row = move |(stop, impulse)| Segment {
+            kind,
+            stop,
+            start,
+            end,
+            impulse,
+        };
+        let free = self.stops.is_empty().then_some((None, 0.0));
+        let each = self.stops.iter().zip(impulses);
+        let each = each.map(|(&stop, &impulse)| (Some(stop), impulse));
+        free.into_iter().chain(each).map(row)
     }
 }

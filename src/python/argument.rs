@@ -80,6 +80,6 @@ macro_rules! arguments {
 }
 
 arguments! {
-    atol between clearance curvature damping free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
+    atol between clearance curvature damping derivative free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
     method n_dof n_harmonics n_periods phase position progress restitution rtol scene side span t
 }

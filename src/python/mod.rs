@@ -18,6 +18,7 @@ mod model;
 mod orbit;
 mod orbit_facts;
 mod orbits;
+mod outputs;
 mod pattern;
 mod rows;
 mod run_facts;

@@ -2,18 +2,20 @@
 
 use crate::observer::stop_if;
 use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
+use crate::path::Stretch;
 use crate::python::array::{out_complex, out_matrix, out_vector, times};
-use crate::python::model::PyScene;
+use crate::python::model::{PyScene, normal};
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
-use crate::python::pattern::{out_pattern, pattern, shown};
+use crate::python::outputs::{derivative, out_values, side, window};
+use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
 use crate::python::{argument, interrupt};
 use crate::quantity::room_for;
-use crate::simulate::{Segment, SegmentKind};
+use crate::simulate::SegmentKind;
 use nalgebra::{Complex, DVector};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -152,16 +154,199 @@ impl PyOrbit {
         out_states(py, &rows, self.0.scene().n_dof(), is_single)
     }
 
+    /// The motion along a direction n at any times: ``n.q``, ``n.v`` or ``n.a``, such as that of the tip of a beam.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : int or array_like, shape (n,)
+    ///     Index of a coordinate, counted from 0, or the direction n itself.
+    /// t : float or array_like, shape (m,)
+    ///     Times [s], any real numbers.
+    /// derivative : {0, 1, 2}, default 0
+    ///     Position, velocity or acceleration.
+    /// side : {"after", "before"}, default "after"
+    ///     Which velocity and acceleration are meant at an impact.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A direction that is no index from 0 to n - 1 and no vector of n finite numbers, another derivative or side, a time
+    ///     that is not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> orbit = vi.periodic_orbits(vi.paper_scene(kind=3), pattern=[1], n_periods=2)[0]
+    /// >>> bool(abs(orbit.along(1, 0.0) - 0.15) < 1e-12)                  # on the stop of the lower pendulum
+    /// True
+    #[pyo3(signature = (direction, t, derivative=0, side="after"))]
+    fn along<'py>(
+        &self,
+        py: Python<'py>,
+        direction: &Bound<'py, PyAny>,
+        t: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = argument::derivative)] derivative: i64,
+        #[pyo3(from_py_with = argument::side)] side: &str,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let direction = normal("direction", direction)?;
+        let (order, side) = (self::derivative(derivative)?, self::side(side)?);
+        let ((times, is_single), orbit) = (times("t", t)?, &self.0);
+        let values = interrupt::run(py, false, |_| orbit.along(direction, &times, order, side))?;
+        out_values(py, values, is_single)
+    }
+
+    /// Acceleration at any times, by the equations of motion.
+    ///
+    /// While a stop is held it is that of the motion along the stop; in a segment "chatter" the same, which is the mean over the
+    /// impacts that accumulate.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : float or array_like, shape (m,)
+    ///     Times [s], any real numbers.
+    /// side : {"after", "before"}, default "after"
+    ///     Which acceleration is meant at an impact.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m, n), or (n,) for a single time
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A time that is not finite, another side.
+    #[pyo3(signature = (t, side="after"))]
+    fn acceleration<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = argument::side)] side: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (side, (times, is_single)) = (self::side(side)?, times("t", t)?);
+        let (orbit, n) = (&self.0, self.0.scene().n_dof());
+        room_for("the accelerations at these times", times.len(), 2 * n)?;
+        let rows = interrupt::run(py, false, |_| orbit.accelerations(&times, side))?;
+        out_states(py, &rows, n, is_single)
+    }
+
+    /// The gap of a stop at any times.
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// t : float or array_like, shape (m,)
+    ///     Times [s], any real numbers.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a time that is not finite.
+    fn gap<'py>(
+        &self,
+        py: Python<'py>,
+        stop: &Bound<'py, PyAny>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times("t", t)?);
+        let orbit = &self.0;
+        let values = interrupt::run(py, false, |_| orbit.gap(stop, &times))?;
+        out_values(py, values, is_single)
+    }
+
+    /// The force of a stop in lasting contact at any times.
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// t : float or array_like, shape (m,)
+    ///     Times [s], any real numbers. At the end of a contact the side after is meant.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///     L >= 0 in ``a = a_free - b L``: a force along the stop's normal for the reaction "inertia", in the unit of an
+    ///     acceleration for "coordinate"; zero outside of segments "stick".
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a time that is not finite.
+    fn contact_force<'py>(
+        &self,
+        py: Python<'py>,
+        stop: &Bound<'py, PyAny>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times("t", t)?);
+        let orbit = &self.0;
+        let values = interrupt::run(py, false, |_| orbit.contact_force(stop, &times))?;
+        out_values(py, values, is_single)
+    }
+
+    /// All that a stop gives: impacts, impacts that accumulate, the force of lasting contact over its time.
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// span : pair of float, optional
+    ///     From right after its start to right after its end [s], any real numbers; default: one period.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Sum of p in ``v+ = v- - b p`` and of the contact force over its time: an impulse along the stop's normal for the reaction
+    ///     "inertia", in the unit of a velocity for "coordinate".
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a span that runs backwards or is not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import vibroimpact as vi
+    /// >>> ball = vi.LinearSystem(1.0, 0.0, 0.0, load=[-1.0])            # on a shaken table, its weight is 1
+    /// >>> scene = vi.Scene(ball, vi.Harmonic(1.2, 1.0), vi.Stop(0, 0.0, 0.5, side="lower"))
+    /// >>> orbit = vi.periodic_orbits(scene, pattern=[0])[0]
+    /// >>> bool(np.isclose(orbit.impulse(0), orbit.period))              # carries it over a period
+    /// True
+    #[pyo3(signature = (stop, span=None))]
+    fn impulse(
+        &self,
+        py: Python<'_>,
+        stop: &Bound<'_, PyAny>,
+        span: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        let (stop, span) = (stop_index("stop", stop)?, window(span)?);
+        let orbit = &self.0;
+        interrupt::run(py, false, |_| orbit.impulse(stop, span))
+    }
+
     /// Impacts of one period: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.0.impacts())
     }
 
-    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end.
+    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end, impulse (what
+    /// the stop gives on it, beside the impacts that are listed).
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        out_segments(py, &self.0.segments())
+        let orbit = &self.0;
+        let segments = interrupt::run(py, false, |_| orbit.segments())?;
+        out_segments(py, &segments)
     }
 
     /// The energy ledger of one period, from right after the first impact to right after it a period later (``t``, both sides of each
@@ -284,18 +469,16 @@ impl PyOrbit {
             list(&o.q0()),
             list(&o.v0()),
         );
-        let lasting = o
-            .segments()
-            .into_iter()
-            .filter(|s| s.kind == SegmentKind::Stick);
-        for Segment {
-            stop, start, end, ..
+        let lasting = o.stretches().filter(|s| s.kind == SegmentKind::Stick);
+        for Stretch {
+            stops, start, end, ..
         } in lasting
         {
-            let stop = stop.map_or_else(String::new, |stop| format!(" with stop {stop}"));
-            text.push_str(&format!(
-                "\n  in contact{stop} from t = {start:.6} to {end:.6}"
-            ));
+            for stop in stops {
+                text.push_str(&format!(
+                    "\n  in contact with stop {stop} from t = {start:.6} to {end:.6}"
+                ));
+            }
         }
         if o.scene().n_dof() <= 60 {
             let stability = self.decided(py)?;

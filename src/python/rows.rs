@@ -22,6 +22,7 @@ static SEGMENTS: RowType = RowType::new(&[
     ("stop", "i8"),
     ("start", "f8"),
     ("end", "f8"),
+    ("impulse", "f8"),
 ]);
 
 /// Which side of an impact is meant, from its name.
@@ -96,11 +97,13 @@ pub(crate) fn out_segments<'py>(
         .collect();
     let starts: Vec<f64> = segments.iter().map(|s| s.start).collect();
     let ends: Vec<f64> = segments.iter().map(|s| s.end).collect();
+    let impulses: Vec<f64> = segments.iter().map(|s| s.impulse).collect();
     let columns = [
         kinds.into_any(),
         stops.into_pyarray(py).into_any(),
         starts.into_pyarray(py).into_any(),
         ends.into_pyarray(py).into_any(),
+        impulses.into_pyarray(py).into_any(),
     ];
     SEGMENTS.array(py, segments.len(), columns)
 }

@@ -2,14 +2,16 @@
 
 use crate::observer::stop_if;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
-use crate::python::model::PyScene;
-use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
+use crate::python::model::{PyScene, normal};
+use crate::python::outputs::{derivative, out_values, side, times_or_points, window};
+use crate::python::pattern::stop_index;
+use crate::python::rows::{out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
 use crate::python::{argument, interrupt};
 use crate::quantity::room_for;
-use crate::simulate::{ImpactSide, Samples, SavedTrajectory, Trajectory};
+use crate::simulate::{Samples, SavedTrajectory, Trajectory};
 use nalgebra::DVector;
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn};
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -47,11 +49,7 @@ impl PyTrajectory {
         t: &Bound<'_, PyAny>,
         side: &str,
     ) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
-        let side = if is_before(side)? {
-            ImpactSide::Before
-        } else {
-            ImpactSide::After
-        };
+        let side = self::side(side)?;
         let (times, is_single) = times("t", t)?;
         let core = &self.core;
         room_for(
@@ -150,6 +148,216 @@ impl PyTrajectory {
         out_states(py, &rows, self.core.scene().n_dof(), is_single)
     }
 
+    /// The motion along a direction n: ``n.q``, ``n.v`` or ``n.a``, such as that of the tip of a beam.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : int or array_like, shape (n,)
+    ///     Index of a coordinate, counted from 0, or the direction n itself.
+    /// t : float or array_like, shape (m,), optional
+    ///     Times [s]; default: ``trajectory.t``, where points for drawing stand on both sides of each impact, each on its own.
+    /// derivative : {0, 1, 2}, default 0
+    ///     Position, velocity or acceleration.
+    /// side : {"after", "before"}, default "after"
+    ///     Which velocity and acceleration are meant at an impact.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A direction that is no index from 0 to n - 1 and no vector of n finite numbers, another derivative or side, a time
+    ///     outside the span; a motion that was not kept, but for position and velocity at ``t_eval``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import vibroimpact as vi
+    /// >>> beam = vi.LinearSystem(np.ones(2), [0.02, 0.1], [1.0, 8.0])   # two modes
+    /// >>> tip = np.array([1.0, -1.0])                                   # the modes at the tip
+    /// >>> run = vi.simulate(vi.Scene(beam, vi.Harmonic(0.3 * tip, 0.9), vi.Stop(tip, 0.5, 0.8)), [0, 0], [0, 0], (0, 50))
+    /// >>> bool(run.along(tip).max() < 0.5 + 1e-12)
+    /// True
+    #[pyo3(signature = (direction, t=None, derivative=0, side="after"))]
+    fn along<'py>(
+        &self,
+        py: Python<'py>,
+        direction: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = argument::derivative)] derivative: i64,
+        #[pyo3(from_py_with = argument::side)] side: &str,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let direction = normal("direction", direction)?;
+        let (order, side) = (self::derivative(derivative)?, self::side(side)?);
+        let ((times, is_single), core) = (times_or_points(t)?, &self.core);
+        let values = interrupt::run(py, false, |_| {
+            core.along(direction, times.as_deref(), order, side)
+        })?;
+        out_values(py, values, is_single)
+    }
+
+    /// Acceleration at times inside the span, by the equations of motion; needs keep="motion".
+    ///
+    /// While a stop is held it is that of the motion along the stop; in a segment "chatter" the same, which is the mean over the
+    /// impacts that accumulate.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : float or array_like, shape (m,)
+    ///     Times [s].
+    /// side : {"after", "before"}, default "after"
+    ///     Which acceleration is meant at an impact.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m, n), or (n,) for a single time
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A time outside the span, or a motion that was not kept.
+    #[pyo3(signature = (t, side="after"))]
+    fn acceleration<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = argument::side)] side: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (side, (times, is_single)) = (self::side(side)?, times("t", t)?);
+        let (core, n) = (&self.core, self.core.scene().n_dof());
+        room_for("the accelerations at these times", times.len(), 2 * n)?;
+        let rows = interrupt::run(py, false, |_| core.accelerations(&times, side))?;
+        out_states(py, &rows, n, is_single)
+    }
+
+    /// The gap of a stop.
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// t : float or array_like, shape (m,), optional
+    ///     Times [s]; default: ``trajectory.t``.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///     Not below zero but for rounding or the tolerance of steps.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a time outside the span; a motion that was not kept, but for the gap at ``t_eval``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> ball = vi.LinearSystem(1.0, 0.0, 0.0, load=[-9.81])
+    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 2))
+    /// >>> run.gap(0, [0.0, 2.0]).round(12) + 0.0
+    /// array([1., 0.])
+    #[pyo3(signature = (stop, t=None))]
+    fn gap<'py>(
+        &self,
+        py: Python<'py>,
+        stop: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times_or_points(t)?);
+        let core = &self.core;
+        let values = interrupt::run(py, false, |_| core.gap(stop, times.as_deref()))?;
+        out_values(py, values, is_single)
+    }
+
+    /// The force of a stop in lasting contact; needs keep="motion".
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// t : float or array_like, shape (m,), optional
+    ///     Times [s]; default: ``trajectory.t``. At the end of a contact the side after is meant.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///     L >= 0 in ``a = a_free - b L``: a force along the stop's normal for the reaction "inertia", in the unit of an
+    ///     acceleration for "coordinate"; zero outside of segments "stick". Impacts that accumulate (a segment "chatter") have
+    ///     an ``impulse`` instead.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a time outside the span, a motion that was not kept.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> ball = vi.LinearSystem(2.0, 0.0, 0.0, load=[-2.0 * 9.81])
+    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 3))
+    /// >>> run.contact_force(0, [0.1, 2.9]).round(12)                    # in flight, and at rest: its weight
+    /// array([ 0.  , 19.62])
+    #[pyo3(signature = (stop, t=None))]
+    fn contact_force<'py>(
+        &self,
+        py: Python<'py>,
+        stop: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times_or_points(t)?);
+        let core = &self.core;
+        let values = interrupt::run(py, false, |_| core.contact_force(stop, times.as_deref()))?;
+        out_values(py, values, is_single)
+    }
+
+    /// All that a stop gave: impacts, impacts that accumulate, the force of lasting contact over its time; needs keep="motion".
+    ///
+    /// Parameters
+    /// ----------
+    /// stop : int
+    ///     Index of the stop, counted from 0.
+    /// span : pair of float, optional
+    ///     From right after its start to right after its end [s], inside the run; default: all of it. An impact at the start of
+    ///     the run counts where the span begins there.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Sum of p in ``v+ = v- - b p`` and of the contact force over its time: an impulse along the stop's normal for the reaction
+    ///     "inertia", in the unit of a velocity for "coordinate".
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A stop that the scene does not have, a span that runs backwards or leaves the run, a motion that was not kept.
+    ///
+    /// Notes
+    /// -----
+    /// It is the sum of ``impacts["impulse"]`` and ``segments["impulse"]`` of the stop, and closes the balance of momentum:
+    /// ``M (v(t2) - v(t1))`` is the integral of all other forces less the impulses along the normals.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import vibroimpact as vi
+    /// >>> ball = vi.LinearSystem(2.0, 0.0, 0.0, load=[-2.0 * 9.81])     # dropped from 1 m, it bounces and comes to rest
+    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 3))
+    /// >>> bool(np.isclose(run.impulse(0), 3 * 2.0 * 9.81))              # what its weight gave in three seconds
+    /// True
+    #[pyo3(signature = (stop, span=None))]
+    fn impulse(
+        &self,
+        py: Python<'_>,
+        stop: &Bound<'_, PyAny>,
+        span: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<f64> {
+        let (stop, span) = (stop_index("stop", stop)?, window(span)?);
+        let core = &self.core;
+        interrupt::run(py, false, |_| core.impulse(stop, span))
+    }
+
     /// Impacts: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -182,10 +390,14 @@ impl PyTrajectory {
         Ok(PyEnergy(energy))
     }
 
-    /// Segments: structured array of kind, stop (-1: none), start, end; needs keep="motion".
+    /// Segments: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end, impulse (what the stop gives on
+    /// it, beside the impacts that are listed: the rest of impacts that accumulate, the contact force over its time); needs
+    /// keep="motion".
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        out_segments(py, &self.core.segments()?)
+        let core = &self.core;
+        let segments = interrupt::run(py, false, |_| core.segments())?;
+        out_segments(py, &segments)
     }
 
     /// Final position and velocity, shapes (n,) and (n,).

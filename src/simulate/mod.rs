@@ -5,6 +5,7 @@ mod by_method;
 mod event_loop;
 pub(crate) mod method;
 mod options;
+mod outputs;
 mod plan;
 mod record;
 mod restore;

@@ -12,7 +12,7 @@ use crate::simulate::saved::{SavedMotion, SavedTrajectory};
 use crate::simulate::saved_rules::{check, check_arcs, check_finite};
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Polynomials of steps are of a lower degree than any series.
 const LEAST_SERIES: usize = 8;
@@ -118,6 +118,7 @@ impl Trajectory {
                 span: saved.span,
                 n_dof: n,
             }),
+            given: OnceLock::new(),
             span: saved.span,
             impacts: saved
                 .impacts

@@ -14,6 +14,7 @@ use crate::simulate::run::{Done, Run};
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
@@ -112,6 +113,7 @@ pub fn simulate_observed(
             span: (t_span.0, time),
             n_dof: scene.n_dof(),
         }),
+        given: OnceLock::new(),
         span: (t_span.0, time),
         impacts,
         grazes,

@@ -6,16 +6,21 @@ use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::{PhysicalState, Scene};
 use crate::observer::Observer;
-use crate::path::{Energy, ImpactSide, Path, Point, Samples, Segment, energy_along};
+use crate::path::{
+    Energy, ImpactSide, Impulses, Path, Point, Samples, Segment, Stretch, energy_along,
+};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 
 /// A simulated motion.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(crate) scene: Scene,
     pub(crate) path: Option<Path>,
+    /// What stops give on each segment of the path, once it has been asked for.
+    pub(crate) given: OnceLock<Vec<Vec<f64>>>,
     pub(crate) span: (f64, f64),
     pub(crate) impacts: Vec<Impact>,
     pub(crate) grazes: Vec<Graze>,
@@ -79,21 +84,34 @@ impl Trajectory {
         self.stats
     }
 
-    /// The parts of the trajectory; several stops in lasting contact have a row each.
+    /// The parts of the trajectory; several stops in lasting contact have a row each. What stops give on them is integrated when
+    /// first asked for.
     ///
     /// # Errors
-    /// A trajectory that does not keep its motion.
+    /// A trajectory that does not keep its motion; what the functions of a nonlinear scene report.
     pub fn segments(&self) -> Result<Vec<Segment>> {
-        let parts = self.stretches()?.into_iter();
-        Ok(parts.flat_map(|(whole, stops)| whole.rows(stops)).collect())
+        let (parts, impulses) = (self.stretches()?, self.impulses_of_segments()?);
+        let rows = parts
+            .into_iter()
+            .flat_map(|part| part.rows(&impulses[part.segment]));
+        Ok(rows.collect())
     }
 
     /// The parts of the trajectory, each once, with the stops in contact.
-    pub(crate) fn stretches(&self) -> Result<Vec<(Segment, &[usize])>> {
-        Ok(self.path()?.segments())
+    pub(crate) fn stretches(&self) -> Result<Vec<Stretch<'_>>> {
+        Ok(self.path()?.stretches())
     }
 
-    fn path(&self) -> Result<&Path> {
+    /// What the stops in contact on each segment of the path give.
+    fn impulses_of_segments(&self) -> Result<&Vec<Vec<f64>>> {
+        if let Some(known) = self.given.get() {
+            return Ok(known);
+        }
+        let impulses = Impulses::new(self.path()?, &self.scene, &self.impacts)?.of_segments()?;
+        Ok(self.given.get_or_init(|| impulses))
+    }
+
+    pub(super) fn path(&self) -> Result<&Path> {
         self.path.as_ref().ok_or_else(|| {
             Error::bad_value(
                 "keep",

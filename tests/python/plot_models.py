@@ -58,6 +58,17 @@ class Bounce:
             s = np.where(s == 0.0, 2.0, s)
         return np.column_stack([1.0 - s, -np.pi * np.sin(np.pi * t)])
 
+    def gap(self, stop, t):
+        """Those of plane stops."""
+        which = self.scene.stops[stop]
+        along = self.position(t) @ which.normal
+        return which.clearance + (along if which.side == "lower" else -along)
+
+    def contact_force(self, stop, t):
+        """As if stop 0 were held for the first half of every flight, with a force 2 - t."""
+        s = np.asarray(t, float) % 2.0
+        return np.where((stop == 0) & (s < 1.0), 2.0 - s, 0.0)
+
 
 class BouncingOrbit(Bounce):
     period = 2.0
@@ -90,6 +101,14 @@ class BouncingTrajectory(Bounce):
     def velocity(self, t, side="after"):
         self._check()
         return super().velocity(t, side)
+
+    def gap(self, stop, t):
+        self._check()
+        return super().gap(stop, t)
+
+    def contact_force(self, stop, t):
+        self._check()
+        return super().contact_force(stop, t)
 
     def _check(self):
         if not self.keeps_motion:

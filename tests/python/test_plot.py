@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 import sys
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from plot_models import BouncingOrbit, LedgerOfABall, Map, modes, stable_orbit
+from plot_models import BouncingOrbit, BouncingTrajectory, LedgerOfABall, Map, modes, stable_orbit
 
 import vibroimpact.plot as plot
 
@@ -22,8 +23,18 @@ CALLS = {
     "existence_map": lambda **k: plot.existence_map(Map(), **k),
     "energy": lambda **k: plot.energy(LedgerOfABall(), **k),
     "impact_speeds": lambda **k: plot.impact_speeds(BouncingOrbit(), **k),
+    "gap": lambda **k: plot.gap(BouncingOrbit(), 0, **k),
+    "contact_force": lambda **k: plot.contact_force(BouncingOrbit(), 0, **k),
+    "spectrum": lambda **k: plot.spectrum(BouncingTrajectory(), **k),
 }
-DATA = {"mode_shapes": modes(), "multipliers": stable_orbit({(0,): [0.5]}), "existence_map": Map(), "energy": LedgerOfABall()}
+DATA = {
+    "mode_shapes": modes(),
+    "multipliers": stable_orbit({(0,): [0.5]}),
+    "existence_map": Map(),
+    "energy": LedgerOfABall(),
+    "spectrum": BouncingTrajectory(),
+}
+OF_A_STOP = {"gap": (0,), "contact_force": (0,)}  # the stop, before the axes
 
 
 class TestEveryFigure:
@@ -48,9 +59,9 @@ class TestEveryFigure:
         ax.figure.canvas.draw()
 
     @pytest.mark.parametrize("name", CALLS)
-    def test_axes_are_the_second_argument(self, name):
+    def test_axes_are_the_argument_after_the_data(self, name):
         _, ax = plt.subplots()
-        assert getattr(plot, name)(DATA.get(name, BouncingOrbit()), ax) is ax
+        assert getattr(plot, name)(DATA.get(name, BouncingOrbit()), *OF_A_STOP.get(name, ()), ax) is ax
 
     @pytest.mark.parametrize("name", CALLS)
     def test_refuses_what_is_not_axes(self, name):
@@ -68,23 +79,29 @@ class TestEveryFigure:
     @pytest.mark.parametrize("name", CALLS)
     def test_refuses_data_of_another_kind(self, name):
         with pytest.raises(ValueError, match=r"must be .*got list"):
-            getattr(plot, name)([BouncingOrbit()])
+            getattr(plot, name)([BouncingOrbit()], *OF_A_STOP.get(name, ()))
         assert plt.get_fignums() == []
 
-    @pytest.mark.parametrize("name", ["time_history", "phase_portrait", "poincare_section"])
-    @pytest.mark.parametrize("coordinate", [-1, 2, 0.5, "0", None])
-    def test_refuses_a_coordinate_that_is_not_there(self, name, coordinate):
-        with pytest.raises(ValueError, match=rf"coordinate must be an index from 0 to 1, got {coordinate!r}"):
-            CALLS[name](coordinate=coordinate)
+    @pytest.mark.parametrize("name", ["time_history", "phase_portrait", "poincare_section", "spectrum"])
+    @pytest.mark.parametrize("along", [-1, 2, 0.5, "0", None, [1.0], [0.0, 0.0], [1.0, np.nan], [[1.0, 0.0]], ["a", "b"]])
+    def test_refuses_a_direction_that_is_not_there(self, name, along):
+        rule = r"along must be an index from 0 to 1 or a direction of 2 finite numbers, not all 0, got "
+        with pytest.raises(ValueError, match=rule + re.escape(repr(along))):
+            CALLS[name](along=along)
         assert plt.get_fignums() == []
 
-    @pytest.mark.parametrize("name", ["time_history", "phase_portrait", "poincare_section"])
+    @pytest.mark.parametrize("name", ["time_history", "phase_portrait", "poincare_section", "spectrum"])
     def test_takes_numpy_integers(self, name):
-        assert "[1]" in CALLS[name](coordinate=np.int32(1)).get_ylabel()
+        assert "[1]" in CALLS[name](along=np.int32(1)).get_ylabel()
 
-    @pytest.mark.parametrize(
-        "name", ["time_history", "phase_portrait", "poincare_section", "mode_shapes", "energy", "impact_speeds"]
-    )
+    @pytest.mark.parametrize("name", ["gap", "contact_force"])
+    @pytest.mark.parametrize("stop", [-1, 5, 0.5, "0", None])
+    def test_refuses_a_stop_that_is_not_there(self, name, stop):
+        with pytest.raises(ValueError, match=rf"stop must be an index from 0 to 4, got {re.escape(repr(stop))}"):
+            getattr(plot, name)(BouncingOrbit(), stop)
+        assert plt.get_fignums() == []
+
+    @pytest.mark.parametrize("name", [name for name in CALLS if name not in ("multipliers", "existence_map")])
     def test_passes_options_to_the_line_under_any_alias(self, name):
         ax = CALLS[name](lw=3.5, c="red", ls=":", marker="d")
         drawn = next(line for line in ax.lines if line.get_linewidth() == 3.5)

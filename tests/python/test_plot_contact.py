@@ -163,7 +163,7 @@ class TestMarksOfContact:
         system = vi.LinearSystem([1.0, 1.0], [0.1, 0.1], [1.0, 2.0])
         run = vi.simulate(vi.Scene(system, vi.Harmonic([1.0, 0.5], 0.3), vi.Stop(0, 0.2, 0.6)), [0, 0], [0, 0], (0, 45))
         assert "stick" in run.segments["kind"]
-        assert "stick" not in {drawn.get_label() for drawn in vi.plot.time_history(run, coordinate=1).lines}
+        assert "stick" not in {drawn.get_label() for drawn in vi.plot.time_history(run, along=1).lines}
 
     def test_dots_at_impacts(self):
         run = slow_oscillator()

@@ -44,7 +44,7 @@ class TestTimeHistory:
         np.testing.assert_array_equal(v[rows + 1], [-2.0, 2.0, -2.0])
 
     def test_a_coordinate_without_jumps_is_one_line(self):
-        ax = plot.time_history(BouncingOrbit(), coordinate=1, quantity="velocity", periods=3)
+        ax = plot.time_history(BouncingOrbit(), along=1, quantity="velocity", periods=3)
         assert not np.isnan(curve(ax)[1]).any()
 
     def test_jumps_are_thin_and_dashed(self):
@@ -67,13 +67,13 @@ class TestTimeHistory:
         assert np.max(np.diff(t)) == pytest.approx(1.0 / points)
 
     def test_walls_where_the_gap_is_zero(self):
-        ax = plot.time_history(BouncingOrbit(), coordinate=1)
+        ax = plot.time_history(BouncingOrbit(), along=1)
         walls = labelled(ax, "stop")
         assert [wall.get_label() for wall in walls] == ["stop 1", "stop 2"]
         np.testing.assert_allclose([wall.get_ydata() for wall in walls], [[-1.2, -1.2], [1.5, 1.5]])
         assert ax.get_ylim()[0] < -1.2
         assert ax.get_ylim()[1] > 1.5
-        assert not labelled(plot.time_history(BouncingOrbit(), coordinate=1, walls=False), "stop")
+        assert not labelled(plot.time_history(BouncingOrbit(), along=1, walls=False), "stop")
         assert not labelled(plot.time_history(BouncingOrbit(), quantity="velocity"), "stop")
 
     def test_walls_of_stops_on_a_coordinate_by_its_index(self):
@@ -82,7 +82,7 @@ class TestTimeHistory:
             SimpleNamespace(normal=normal, clearance=0.25, side=side)
             for normal, side in ((0, "upper"), (1, "upper"), (1, "lower"))
         )
-        walls = labelled(plot.time_history(orbit, coordinate=1), "stop")
+        walls = labelled(plot.time_history(orbit, along=1), "stop")
         assert [wall.get_label() for wall in walls] == ["stop 1", "stop 2"]
         np.testing.assert_allclose([wall.get_ydata() for wall in walls], [[0.25, 0.25], [-0.25, -0.25]])
 
@@ -98,7 +98,7 @@ class TestTimeHistory:
     @pytest.mark.parametrize("coordinate", [0, 1])
     def test_few_rows_are_drawn_as_the_smooth_motion(self, t_eval, coordinate):
         trajectory = BouncingTrajectory(t_eval=t_eval)
-        t, q = curve(plot.time_history(trajectory, coordinate=coordinate))
+        t, q = curve(plot.time_history(trajectory, along=coordinate))
         np.testing.assert_allclose(q, trajectory.position(t)[:, coordinate], atol=1e-12)
         middle = 0.5 * (t[1:] + t[:-1])
         off = np.abs(trajectory.position(middle)[:, coordinate] - 0.5 * (q[1:] + q[:-1]))
@@ -107,7 +107,7 @@ class TestTimeHistory:
     def test_rows_two_periods_apart_hide_no_wave(self):
         trajectory = BouncingTrajectory(t_eval=[0.0, *np.arange(0.5, 41.0, 4.0)])  # two of q[1], after the first
         trajectory.impacts = impacts_at([])
-        _, q = curve(plot.time_history(trajectory, coordinate=1))
+        _, q = curve(plot.time_history(trajectory, along=1))
         assert np.ptp(q) == pytest.approx(2.0, abs=1e-2)
         assert largest_step(q) < 0.2
 
@@ -171,8 +171,8 @@ class TestTimeHistory:
         np.testing.assert_array_equal(q[hits], 0.0)
 
     def test_curves_differ_in_line_style(self):
-        ax = plot.time_history(BouncingOrbit(), coordinate=0)
-        plot.time_history(BouncingOrbit(), ax, coordinate=1)
+        ax = plot.time_history(BouncingOrbit(), along=0)
+        plot.time_history(BouncingOrbit(), ax, along=1)
         plot.time_history(BouncingTrajectory(), ax)
         styles = [line.get_linestyle() for line in labelled(ax, "q[")]
         assert styles == ["-", "--", "-."]
@@ -240,7 +240,7 @@ class TestPhasePortrait:
         assert not labelled(plot.phase_portrait(Shuttle(), walls=False), "stop")
 
     def test_a_stop_of_another_coordinate_or_of_several_has_no_wall(self):
-        ax = plot.phase_portrait(BouncingOrbit(), coordinate=0)
+        ax = plot.phase_portrait(BouncingOrbit(), along=0)
         assert [wall.get_label() for wall in labelled(ax, "stop")] == ["stop 0"]
 
     def test_a_wall_is_drawn_once(self):

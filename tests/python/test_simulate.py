@@ -342,7 +342,7 @@ class TestTrajectory:
         run = vi.simulate(BALL, 1.0, 0.0, (0, 3))
         assert run.impacts.dtype.names == ("time", "stop", "speed_before", "speed_after", "impulse", "phase")
         assert run.grazes.dtype.names == ("time", "stop", "depth")
-        assert run.segments.dtype.names == ("kind", "stop", "start", "end")
+        assert run.segments.dtype.names == ("kind", "stop", "start", "end", "impulse")
         segments = run.segments
         assert np.all(segments["kind"] == "flight")
         assert np.all(segments["stop"] == -1)

@@ -11,22 +11,28 @@ except ImportError as _error:
     raise ImportError('vibroimpact.plot needs matplotlib: pip install "vibroimpact[plot]"') from _error
 
 from vibroimpact.plot.animation import animate
+from vibroimpact.plot.contact_force import contact_force
 from vibroimpact.plot.existence import existence_map
+from vibroimpact.plot.gap import gap
 from vibroimpact.plot.impacts import impact_speeds
 from vibroimpact.plot.ledger import energy
 from vibroimpact.plot.modes import mode_shapes
 from vibroimpact.plot.motion import phase_portrait, time_history
 from vibroimpact.plot.section import poincare_section
+from vibroimpact.plot.spectrum import spectrum
 from vibroimpact.plot.stability import multipliers
 
 __all__ = [
     "animate",
+    "contact_force",
     "energy",
     "existence_map",
+    "gap",
     "impact_speeds",
     "mode_shapes",
     "multipliers",
     "phase_portrait",
     "poincare_section",
+    "spectrum",
     "time_history",
 ]

@@ -1,4 +1,4 @@
-"""Axes, options and walls, the same for every figure.
+"""Axes and options, the same for every figure.
 
 Curves drawn after one another differ in line style as well as in colour, so that a grey print can be read; an axis
 label that somebody has set is kept.
@@ -6,7 +6,6 @@ label that somebody has set is kept.
 
 from typing import Any, Literal
 
-import numpy as np
 from matplotlib import patheffects
 from matplotlib import pyplot as plt
 from matplotlib.artist import Artist
@@ -15,7 +14,6 @@ from matplotlib.cbook import normalize_kwargs
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
-from vibroimpact.plot._data import Scene
 from vibroimpact.plot._segments import CONTACT_KINDS
 
 LINE_STYLES = ("-", "--", "-.", ":")
@@ -73,76 +71,18 @@ def draw_legend(ax: Axes, beside: bool, markerscale: float = 1.0) -> Legend:
 
 
 def label_axis(ax: Axes, which: Literal["x", "y"], text: str) -> None:
-    """Label an axis that has no label; where another coordinate's is there, leave out the index."""
+    """Label an axis that has no label; where another coordinate's or direction's is there, leave out which."""
     read, write = (ax.get_xlabel, ax.set_xlabel) if which == "x" else (ax.get_ylabel, ax.set_ylabel)
     present = read()
     if not present:
         write(text)
     elif present != text and "[" in text and present.split("[")[0] == text.split("[")[0]:
         write(text.split("[")[0])
-
-
-def position_label(coordinate: int) -> str:
-    """Name a position, whatever its unit."""
-    return f"position q[{coordinate}]"
-
-
-def velocity_label(coordinate: int) -> str:
-    """Name a velocity, whatever its unit."""
-    return f"velocity q'[{coordinate}]"
-
-
-def draw_walls(ax: Axes, scene: Scene, coordinate: int, along: Literal["x", "y"]) -> None:
-    """Draw every stop that acts on one coordinate alone, at the position where its gap is zero.
-
-    `along` is the axis that carries the position.  The ticks stand on the solid side.  A stop without a normal, or
-    with one that mixes coordinates, has no such position and is left out.
-    """
-    for index, stop in enumerate(scene.stops):
-        place = _wall_position(stop, coordinate)
-        label = f"{STOP_LABEL}{index}"
-        if place is None or _is_drawn(ax, label, place, along):
-            continue
-        position, solid_above = place
-        # A vertical line runs upwards and a horizontal one to the right: larger positions are right of the first and
-        # left of the second.
-        draw = ax.axvline if along == "x" else ax.axhline
-        draw(
-            position,
-            color=WALL_COLOUR,
-            linewidth=WALL_WIDTH,
-            linestyle="-",
-            label=label,
-            zorder=1.5,
-            path_effects=solid_side(left=solid_above == (along == "y")),
-        )
+    elif present != text and present.split()[0] == text.split()[0]:
+        write(text.split()[0])
 
 
 def solid_side(left: bool) -> list[patheffects.AbstractPathEffect]:
     """Put ticks on one side of a line, seen in the direction in which it is drawn."""
     angle = 45.0 if left else -45.0
     return [patheffects.Normal(), patheffects.TickedStroke(spacing=TICK_SPACING, angle=angle, length=TICK_LENGTH)]
-
-
-def _wall_position(stop: Any, coordinate: int) -> tuple[float, bool] | None:
-    """Return where the gap is zero and whether the stop is solid above it, or None.
-
-    A stop's normal is the index of a coordinate, or a vector (n,); a wall of a pendulum has none.
-    """
-    normal = getattr(stop, "normal", None)
-    if normal is None:
-        return None
-    if np.ndim(normal) == 0:
-        component = float(normal == coordinate)
-    else:
-        component = float(normal[coordinate]) if np.count_nonzero(normal) == 1 else 0.0
-    if component == 0.0:
-        return None
-    signed = -component if stop.side == "lower" else component
-    return float(stop.clearance / signed), bool(signed > 0.0)
-
-
-def _is_drawn(ax: Axes, label: str, place: tuple[float, bool], along: Literal["x", "y"]) -> bool:
-    """Say whether a motion of the same scene has left this wall on `ax`."""
-    data = [(line.get_xdata() if along == "x" else line.get_ydata()) for line in ax.lines if line.get_label() == label]
-    return any(np.allclose(np.asarray(values, dtype=float), place[0], rtol=1e-12, atol=0.0) for values in data)

@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 
 from vibroimpact.plot._axes import IMPACT_LABEL, label_once
 from vibroimpact.plot._data import FloatArray
+from vibroimpact.plot._direction import Direction
 from vibroimpact.plot._sampling import Curve
 from vibroimpact.plot._segments import CONTACT_KINDS, contact_spans
 
@@ -34,11 +35,11 @@ def draw_impacts(ax: Axes, drawn: Line2D, x: FloatArray, y: FloatArray) -> None:
         )
 
 
-def draw_contact(ax: Axes, motion: Any, coordinate: int, curve: Curve, x: FloatArray, y: FloatArray) -> None:
+def draw_contact(ax: Axes, motion: Any, direction: Direction, curve: Curve, x: FloatArray, y: FloatArray) -> None:
     """Draw the stretches of chatter and of stick as broad lines below the curve; one at a single point is a dot."""
     if len(curve.t) == 0:
         return
-    spans = contact_spans(motion, coordinate, (float(curve.t[0]), float(curve.t[-1])))
+    spans = contact_spans(motion, direction, (float(curve.t[0]), float(curve.t[-1])))
     for kind in CONTACT_KINDS:
         of_kind = [span[1:] for span in spans if span[0] == kind]
         if of_kind:

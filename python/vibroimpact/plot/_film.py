@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._impacts import impacts_of
 from vibroimpact.plot._sampling import checked_span, not_a_motion, window
 from vibroimpact.plot._segments import contacts
 
@@ -108,7 +109,7 @@ def _frames(duration: float, fps: float, speed: float | None, max_frames: int) -
 def _glow(motion: Orbit | Trajectory, t: FloatArray, fade: float, margin: float) -> FloatArray:
     """Return how brightly each stop shines at each frame."""
     glow = np.zeros((len(t), len(motion.scene.stops)))
-    times, stops = _impacts(motion, t[0] - fade, t[-1] + margin)
+    times, stops = impacts_of(motion, t[0] - fade, t[-1] + margin)
     for index in range(glow.shape[1]):
         hits = times[stops == index]
         if len(hits):
@@ -118,13 +119,3 @@ def _glow(motion: Orbit | Trajectory, t: FloatArray, fade: float, margin: float)
     for _, stop, start, end in contacts(motion, None, (float(t[0]), float(t[-1]))):
         glow[(t >= start) & (t <= end), stop] = 1.0
     return glow
-
-
-def _impacts(motion: Orbit | Trajectory, start: float, end: float) -> tuple[FloatArray, FloatArray]:
-    """Return times and stops of the impacts; an orbit's repeat with its period."""
-    times, stops = motion.impacts["time"], motion.impacts["stop"]
-    if is_orbit(motion):
-        turns = np.arange(np.floor(start / motion.period), np.ceil(end / motion.period) + 1.0)
-        times = (motion.period * turns[:, None] + times).ravel()
-        stops = np.tile(stops, len(turns))
-    return times, stops

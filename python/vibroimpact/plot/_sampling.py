@@ -1,4 +1,4 @@
-"""From a motion to rows that can be drawn: one coordinate, flight by flight, both sides of every impact.
+"""From a motion to rows that can be drawn: one direction, flight by flight, both sides of every impact.
 
 A flight begins with the velocity after an impact and ends with the velocity before the next; the rows on the two
 sides have equal times.  A motion is drawn over the times (start, end]: the impact at its end is there, with both sides,
@@ -6,6 +6,7 @@ the one at its start is not.
 """
 
 import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._direction import Direction
 from vibroimpact.plot._segments import contact_spans, held_segments
 
 IntArray: TypeAlias = NDArray[np.intp]
@@ -31,7 +33,7 @@ SAME_POINT = 1e-6  # of a forcing period: a Poincare point this near to an impac
 
 @dataclass(frozen=True)
 class Curve:
-    """One coordinate of a motion; `starts` are the rows at which the velocity begins anew."""
+    """A motion along one direction; `starts` are the rows at which the velocity begins anew."""
 
     t: FloatArray
     q: FloatArray
@@ -63,26 +65,15 @@ class Curve:
         return np.column_stack([values[rows - 1], values[rows], np.full(len(rows), np.nan)]).ravel()
 
 
-def check_coordinate(coordinate: int, n_dof: int) -> int:
-    """Return a coordinate as a plain index from 0, or say what is wrong with it."""
-    try:
-        index = operator.index(coordinate)
-    except TypeError:
-        index = -1
-    if not 0 <= index < n_dof:
-        raise ValueError(f"coordinate must be an index from 0 to {n_dof - 1}, got {coordinate!r}")
-    return index
-
-
-def sample(motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None, points: int = POINTS) -> Curve:
-    """Return the rows of one coordinate of an orbit (over one period) or of a trajectory, or those in `t_span`."""
+def sample(motion: Orbit | Trajectory, direction: Direction, t_span: tuple[float, float] | None, points: int = POINTS) -> Curve:
+    """Return the rows of an orbit along a direction (over one period) or of a trajectory, or those in `t_span`."""
     t_span = checked_span(t_span)
     if is_orbit(motion):
         if operator.index(points) < 2:
             raise ValueError(f"points must be at least 2, got {points!r}")
-        return _sample_orbit(motion, coordinate, t_span or (0.0, float(motion.period)), points)
+        return _sample_orbit(motion, direction, t_span or (0.0, float(motion.period)), points)
     if is_trajectory(motion):
-        return _sample_trajectory(motion, coordinate, t_span)
+        return _sample_trajectory(motion, direction, t_span)
     raise not_a_motion(motion)
 
 
@@ -107,7 +98,7 @@ def not_a_motion(motion: object) -> ValueError:
 
 
 def poincare_states(
-    motion: Orbit | Trajectory, coordinate: int, t_span: tuple[float, float] | None = None
+    motion: Orbit | Trajectory, direction: Direction, t_span: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return position and velocity at the whole forcing periods: of an orbit, of a trajectory in `t_span`.
 
@@ -128,7 +119,7 @@ def poincare_states(
         raise not_a_motion(motion)
     times = _snapped(times, np.unique(motion.impacts["time"]), SAME_POINT * forcing_period)
     try:
-        return motion.position(times)[:, coordinate], motion.velocity(times, side="after")[:, coordinate]
+        return direction.of(motion.position(times)), direction.of(motion.velocity(times, side="after"))
     except ValueError:
         if not is_trajectory(motion):
             raise
@@ -136,10 +127,10 @@ def poincare_states(
     phase = t / forcing_period
     rows = np.flatnonzero((np.abs(phase - np.round(phase)) <= SAME_POINT) & (t >= start) & (t <= end))
     rows = rows[np.append(t[rows][1:] != t[rows][:-1], True)] if len(rows) else rows  # of two sides the one after
-    return np.asarray(motion.q)[rows, coordinate], np.asarray(motion.v)[rows, coordinate]
+    return direction.of(np.asarray(motion.q)[rows]), direction.of(np.asarray(motion.v)[rows])
 
 
-def _sample_orbit(orbit: Orbit, coordinate: int, t_span: tuple[float, float], points: int) -> Curve:
+def _sample_orbit(orbit: Orbit, direction: Direction, t_span: tuple[float, float], points: int) -> Curve:
     """Sample the flights of an orbit in its first period, and move them to where they are drawn."""
     start, end = t_span
     period = float(orbit.period)
@@ -159,29 +150,29 @@ def _sample_orbit(orbit: Orbit, coordinate: int, t_span: tuple[float, float], po
                 ends.append(right)
     times = np.concatenate(local)
     last_rows = np.cumsum([len(flight) for flight in local]) - 1
-    q = orbit.position(times)[:, coordinate]
-    v = np.array(orbit.velocity(times, side="after")[:, coordinate], dtype=float)
-    v[last_rows] = orbit.velocity(times[last_rows], side="before")[:, coordinate]
+    q = direction.of(orbit.position(times))
+    v = np.array(direction.of(orbit.velocity(times, side="after")), dtype=float)
+    v[last_rows] = direction.of(orbit.velocity(times[last_rows], side="before"))
     t = times + np.concatenate(shifts)
     starts = last_rows[:-1] + 1
     if ends[-1] - times[-1] <= SAME_TIME * period:  # the drawing ends on an impact: its other side
         after = np.array([ends[-1] % period])
         t = np.append(t, t[-1])
-        q = np.append(q, orbit.position(after)[:, coordinate])
-        v = np.append(v, orbit.velocity(after, side="after")[:, coordinate])
+        q = np.append(q, direction.of(orbit.position(after)))
+        v = np.append(v, direction.of(orbit.velocity(after, side="after")))
         starts = last_rows + 1
     t[starts] = t[starts - 1]
     return _curve(t, q, v, starts)
 
 
-def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[float, float] | None) -> Curve:
+def _sample_trajectory(trajectory: Trajectory, direction: Direction, t_span: tuple[float, float] | None) -> Curve:
     """Take the rows of a trajectory and add what they lack: sides of impacts, ends of the window, points of long flights."""
     start, end = window(trajectory, t_span)
     t = np.asarray(trajectory.t, dtype=float)
     inside = (t >= start) & (t <= end)
     t = t[inside]
-    q = np.asarray(trajectory.q, dtype=float)[inside, coordinate]
-    v = np.asarray(trajectory.v, dtype=float)[inside, coordinate]
+    q = direction.of(np.asarray(trajectory.q, dtype=float)[inside])
+    v = direction.of(np.asarray(trajectory.v, dtype=float)[inside])
 
     hits = np.unique(trajectory.impacts["time"])
     hits = hits[(hits > start) & (hits <= end)]
@@ -195,12 +186,12 @@ def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[fl
     before_t = before.copy()
     on_row = one_side[no_side | one_side]
     before_t[on_row] = t[before_rows[on_row]]
-    wanted = np.concatenate([[start, end], *(span[1:] for span in contact_spans(trajectory, coordinate, (start, end)))])
+    wanted = np.concatenate([[start, end], *(span[1:] for span in contact_spans(trajectory, direction, (start, end)))])
     lone_ends = [value for value in np.unique(wanted) if not _is_near(value, t, margin) and not _is_near(value, hits, margin)]
     try:
-        end_q, end_v = _states(trajectory, np.array(lone_ends), "after", coordinate)
-        before_q, before_v = _states(trajectory, before, "before", coordinate)
-        after_q, after_v = _states(trajectory, hits[no_side], "after", coordinate)
+        end_q, end_v = _states(trajectory, np.array(lone_ends), "after", direction)
+        before_q, before_v = _states(trajectory, before, "before", direction)
+        after_q, after_v = _states(trajectory, hits[no_side], "after", direction)
     except ValueError:  # the motion was not kept: break the line where a side is missing
         breaks = rows[no_side | one_side]
     else:
@@ -212,7 +203,8 @@ def _sample_trajectory(trajectory: Trajectory, coordinate: int, t_span: tuple[fl
         t = np.insert(t, where, t_new[order])
         q = np.insert(q, where, np.concatenate([end_q, before_q, after_q])[order])
         v = np.insert(v, where, np.concatenate([end_v, before_v, after_v])[order])
-        t, q, v = _refined(trajectory, coordinate, t, q, v)
+        steps = np.flatnonzero(np.diff(t) > 0.0)
+        t, (q, v) = refined(lambda times: _states(trajectory, times, "after", direction), t, (q, v), steps)
     pairs = np.flatnonzero(np.diff(t) == 0.0) + 1
     breaks = breaks[(breaks > 0) & (breaks < len(t))]
     return _curve(t, q, v, np.union1d(pairs, breaks).astype(np.intp))
@@ -239,22 +231,30 @@ def _is_near(value: float, sorted_values: FloatArray, margin: float) -> bool:
     return row < len(sorted_values) and bool(sorted_values[row] <= value + margin)
 
 
-def _refined(
-    trajectory: Trajectory, coordinate: int, t: FloatArray, q: FloatArray, v: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Split the steps between rows until straight lines look smooth, where the motion can be asked for."""
-    left = np.flatnonzero(np.diff(t) > 0.0)
+def refined(
+    ask: Callable[[FloatArray], Sequence[FloatArray]],
+    t: FloatArray,
+    rows: Sequence[FloatArray],
+    left: IntArray,
+    shortest: float = 0.0,
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Split steps between rows, those with these rows on their left, until straight lines look smooth or steps are the shortest.
+
+    `ask` gives the columns of `rows` at other times; where it cannot, they are all there is.
+    """
+    columns = list(rows)
     while 0 < len(left) <= MAX_ROWS - len(t):
-        t_line, q_line, v_line = (rows[left] + SPLIT * (rows[left + 1] - rows[left]) for rows in (t, q, v))
+        t_line, *on_line = (column[left] + SPLIT * (column[left + 1] - column[left]) for column in (t, *columns))
         try:
-            q_new, v_new = _states(trajectory, t_line, "after", coordinate)
-        except ValueError:  # the motion was not kept: the rows are all there is
+            new = ask(t_line)
+        except ValueError:  # the motion was not kept
             break
-        is_rough = _differs(q_new, q_line, q) | _differs(v_new, v_line, v)
-        t, q, v = (np.insert(rows, left + 1, new) for rows, new in ((t, t_line), (q, q_new), (v, v_new)))
+        is_rough = np.any([_differs(*each) for each in zip(new, on_line, columns, strict=True)], axis=0)
+        t, *columns = (np.insert(column, left + 1, more) for column, more in zip((t, *columns), (t_line, *new), strict=True))
         first = (left + np.arange(len(left)))[is_rough]  # the rough steps by their rows now, each in two parts
         left = np.sort(np.concatenate([first, first + 1]))
-    return t, q, v
+        left = left[t[left + 1] - t[left] > shortest]
+    return t, columns
 
 
 def _differs(values: FloatArray, on_line: FloatArray, drawn: FloatArray) -> NDArray[np.bool_]:
@@ -277,12 +277,12 @@ def window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[
 
 
 def _states(
-    trajectory: Trajectory, times: FloatArray, side: Literal["after", "before"], coordinate: int
+    trajectory: Trajectory, times: FloatArray, side: Literal["after", "before"], direction: Direction
 ) -> tuple[FloatArray, FloatArray]:
     """Ask a trajectory for states between its rows; nothing is asked for no times."""
     if len(times) == 0:
         return np.empty(0), np.empty(0)
-    return trajectory.position(times)[:, coordinate], trajectory.velocity(times, side=side)[:, coordinate]
+    return direction.of(trajectory.position(times)), direction.of(trajectory.velocity(times, side=side))
 
 
 def _snapped(times: FloatArray, hits: FloatArray, margin: float) -> FloatArray:
@@ -296,7 +296,7 @@ def _snapped(times: FloatArray, hits: FloatArray, margin: float) -> FloatArray:
 
 
 def _curve(t: FloatArray, q: FloatArray, v: FloatArray, starts: IntArray) -> Curve:
-    """Make a curve, keeping the breaks at which this coordinate jumps or may have jumped unseen."""
+    """Make a curve, keeping the breaks at which this direction jumps or may have jumped unseen."""
     largest = np.max(np.abs(v), initial=0.0)
     is_jump = np.abs(v[starts] - v[starts - 1]) > SMALL_JUMP * largest
     is_unseen = t[starts] != t[starts - 1]

@@ -1,7 +1,7 @@
 """Where a motion stays in contact: chatter and stick, as its segments have them.
 
-A stop pushes on the coordinates that its normal has entries for; a wall on those of the links above its bob; a stop given by
-functions may push on any.
+A stop pushes along the directions that its normal has a part of; a wall along those of the links above its bob; a stop given by
+functions may push along any.
 """
 
 from typing import Any
@@ -10,30 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.plot._data import is_orbit
+from vibroimpact.plot._direction import Direction, acts_along
 
 CONTACT_KINDS = ("chatter", "stick")
 
 
-def acts_on(stop: Any, coordinate: int) -> bool:
-    """Say whether a stop may change the velocity of a coordinate by a force of its own."""
-    if hasattr(stop, "bob"):
-        return bool(coordinate <= stop.bob)
-    normal = getattr(stop, "normal", None)
-    if normal is None:
-        return True
-    return bool(normal == coordinate if np.ndim(normal) == 0 else normal[coordinate] != 0.0)
-
-
-def contact_spans(motion: Any, coordinate: int | None, t_span: tuple[float, float]) -> list[tuple[str, float, float]]:
-    """Return (kind, start, end) of lasting contacts that act on a coordinate (None: on any), cut to `t_span`.
+def contact_spans(motion: Any, direction: Direction | None, t_span: tuple[float, float]) -> list[tuple[str, float, float]]:
+    """Return (kind, start, end) of lasting contacts that act along a direction (None: any), cut to `t_span`.
 
     Those of an orbit come again in every period; of a motion that was not kept they are not known.
     """
-    return [(kind, start, end) for kind, _, start, end in contacts(motion, coordinate, t_span)]
+    return [(kind, start, end) for kind, _, start, end in contacts(motion, direction, t_span)]
 
 
-def contacts(motion: Any, coordinate: int | None, t_span: tuple[float, float]) -> list[tuple[str, int, float, float]]:
-    """Return (kind, stop, start, end) of lasting contacts that act on a coordinate (None: on any), cut to `t_span`."""
+def contacts(motion: Any, direction: Direction | None, t_span: tuple[float, float]) -> list[tuple[str, int, float, float]]:
+    """Return (kind, stop, start, end) of lasting contacts that act along a direction (None: any), cut to `t_span`."""
     held, (first, last) = held_segments(motion), t_span
     if len(held) == 0:
         return []
@@ -42,7 +33,7 @@ def contacts(motion: Any, coordinate: int | None, t_span: tuple[float, float]) -
         (str(row["kind"]), int(row["stop"]), max(float(row["start"]) + shift, first), min(float(row["end"]) + shift, last))
         for shift in _shifts(motion, t_span)
         for row in held[(held["start"] + shift <= last) & (held["end"] + shift >= first)]
-        if coordinate is None or row["stop"] < 0 or acts_on(stops[row["stop"]], coordinate)
+        if direction is None or row["stop"] < 0 or acts_along(stops[row["stop"]], direction)
     ]
 
 

@@ -1,31 +1,31 @@
 """Motions over time and in the phase plane, of orbits and of trajectories.
 
 At an impact the velocity has two values: the line ends at the one before and begins again at the one after. Impacts are
-dots, chatter and lasting contact lie under the line as a broad one. A stop that acts on the drawn coordinate alone is a
-line with ticks on its solid side.
+dots, chatter and lasting contact lie under the line as a broad one. A stop whose normal is the direction drawn is a line with
+ticks on its solid side.
 """
 
 from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike
 
 from vibroimpact.plot._axes import (
     JUMP_LABEL,
     SECTION_LABEL,
     axes_or_new,
-    draw_walls,
     label_axis,
     label_once,
     next_line_style,
     next_section_marker,
-    position_label,
-    velocity_label,
     with_defaults,
 )
 from vibroimpact.plot._contact import draw_contact, draw_impacts
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit
-from vibroimpact.plot._sampling import POINTS, Curve, check_coordinate, not_a_motion, poincare_states, sample
+from vibroimpact.plot._direction import Direction, check_direction
+from vibroimpact.plot._sampling import POINTS, Curve, not_a_motion, poincare_states, sample
+from vibroimpact.plot._walls import draw_walls
 
 JUMP_WIDTH = 0.9  # [points]
 JUMP_DASHES = (0.0, (4.0, 2.5))  # offset, (dash, space) [line widths]
@@ -36,7 +36,7 @@ def time_history(
     motion: Orbit | Trajectory,
     ax: Axes | None = None,
     *,
-    coordinate: int = 0,
+    along: ArrayLike = 0,
     quantity: Literal["position", "velocity"] = "position",
     periods: float | None = None,
     t_span: tuple[float, float] | None = None,
@@ -47,7 +47,7 @@ def time_history(
     points: int = POINTS,
     **line: Any,
 ) -> Axes:
-    """Draw one coordinate of a motion, or its velocity, over time.
+    """Draw one coordinate of a motion, or the motion along a direction, or its velocity, over time.
 
     Parameters
     ----------
@@ -56,8 +56,9 @@ def time_history(
         sides of each impact and the points that a smooth line needs are added.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
-    coordinate : int, default 0
-        Index of the coordinate, from 0 to n_dof - 1.
+    along : int or array_like, shape (n_dof,), default 0
+        What is drawn: a coordinate by its index, from 0 to n_dof - 1, or the motion along a direction n, ``n.q``, such as that
+        of the tip of a beam given by its modes.
     quantity : {"position", "velocity"}, default "position"
         What is drawn. The velocity line is broken at each impact.
     periods : float, optional
@@ -65,11 +66,11 @@ def time_history(
     t_span : (float, float), optional
         First and last time drawn; default: `periods` of an orbit, the whole of a trajectory.
     walls : bool, default True
-        Draw the stops that act on this coordinate alone, in the position.
+        Draw the stops whose normal `along` is, in the position; one that moves where it is at each time.
     impacts : bool, default True
-        Mark the impacts that change this coordinate's velocity by dots, both sides where the velocity is drawn.
+        Mark the impacts that change the velocity drawn by dots, both sides where the velocity is drawn.
     contact : bool, default True
-        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of orbits, and of
+        Draw chatter and stick against a stop that acts along `along` as broad lines; of orbits, and of
         trajectories that kept their motion.
     jumps : bool, default False
         Draw the jumps of the velocity as thin dashed lines.
@@ -93,36 +94,36 @@ def time_history(
     >>> import vibroimpact as vi
     >>> scene = vi.paper_scene(kind=3)
     >>> orbits = vi.periodic_orbits(scene, pattern=[1], n_periods=2)
-    >>> ax = vi.plot.time_history(orbits[0], coordinate=1, quantity="velocity", periods=2)
+    >>> ax = vi.plot.time_history(orbits[0], along=1, quantity="velocity", periods=2)
     >>> ax.get_ylabel()
     "velocity q'[1]"
     """
-    coordinate = _check_motion(motion, coordinate)
+    direction = _check_motion(motion, along)
     if quantity not in ("position", "velocity"):
         raise ValueError(f"quantity must be 'position' or 'velocity', got {quantity!r}")
     if periods is not None:
         t_span = _span_of_periods(motion, periods, t_span)
-    curve = sample(motion, coordinate, t_span, points)
+    curve = sample(motion, direction, t_span, points)
     ax = axes_or_new(ax)
     label_axis(ax, "x", "time t")
     if quantity == "position":
-        label_axis(ax, "y", position_label(coordinate))
-        options = with_defaults(line, linestyle=next_line_style(ax), label=f"q[{coordinate}]")
+        label_axis(ax, "y", direction.position_label)
+        options = with_defaults(line, linestyle=next_line_style(ax), label=direction.position)
         drawn = ax.plot(curve.t, curve.q, **options)[0]
         if walls:
-            draw_walls(ax, motion.scene, coordinate, along="y")
+            draw_walls(ax, motion, direction, curve.t, along="y")
         if impacts:
             draw_impacts(ax, drawn, curve.t[curve.impacts], curve.q[curve.impacts])
     else:
-        label_axis(ax, "y", velocity_label(coordinate))
-        options = with_defaults(line, linestyle=next_line_style(ax), label=f"q'[{coordinate}]")
+        label_axis(ax, "y", direction.velocity_label)
+        options = with_defaults(line, linestyle=next_line_style(ax), label=direction.velocity)
         drawn = ax.plot(curve.broken(curve.t), curve.broken(curve.v), **options)[0]
         if jumps:
             _draw_jumps(ax, drawn, curve, curve.t)
         if impacts:
             draw_impacts(ax, drawn, curve.jumps(curve.t), curve.jumps(curve.v))
     if contact:
-        draw_contact(ax, motion, coordinate, curve, curve.t, curve.q if quantity == "position" else curve.v)
+        draw_contact(ax, motion, direction, curve, curve.t, curve.q if quantity == "position" else curve.v)
     return ax
 
 
@@ -130,7 +131,7 @@ def phase_portrait(
     motion: Orbit | Trajectory,
     ax: Axes | None = None,
     *,
-    coordinate: int = 0,
+    along: ArrayLike = 0,
     t_span: tuple[float, float] | None = None,
     walls: bool = True,
     section: bool = True,
@@ -140,7 +141,7 @@ def phase_portrait(
     points: int = POINTS,
     **line: Any,
 ) -> Axes:
-    """Draw the velocity of one coordinate over its position.
+    """Draw the velocity of one coordinate, or along a direction, over the position.
 
     Parameters
     ----------
@@ -149,19 +150,20 @@ def phase_portrait(
         each impact and the points that a smooth line needs are added.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
-    coordinate : int, default 0
-        Index of the coordinate, from 0 to n_dof - 1.
+    along : int or array_like, shape (n_dof,), default 0
+        What is drawn: a coordinate by its index, from 0 to n_dof - 1, or the motion along a direction n, ``n.q``, such as that
+        of the tip of a beam given by its modes.
     t_span : (float, float), optional
         First and last time drawn; default: one period of an orbit, the whole of a trajectory.
     walls : bool, default True
-        Draw the stops that act on this coordinate alone as vertical lines.
+        Draw the stops whose normal `along` is as vertical lines; one that moves as the strip in which it does.
     section : bool, default True
         Mark the Poincare points of a forced motion, at whole forcing periods, right after an impact that falls there.
         A trajectory without its motion (``keep="impacts"`` or ``"final"``) has those that are among its rows.
     impacts : bool, default True
-        Mark the impacts that change this coordinate's velocity by dots, both sides where the velocity is drawn.
+        Mark the impacts that change the velocity drawn by dots, both sides where the velocity is drawn.
     contact : bool, default True
-        Draw chatter and stick against a stop that acts on this coordinate as broad lines; of orbits, and of
+        Draw chatter and stick against a stop that acts along `along` as broad lines; of orbits, and of
         trajectories that kept their motion.
     jumps : bool, default True
         Draw the jump at each impact as a thin dashed line.
@@ -185,15 +187,15 @@ def phase_portrait(
     >>> import vibroimpact as vi
     >>> scene = vi.paper_scene(kind=3)
     >>> orbits = vi.periodic_orbits(scene, pattern=[1], n_periods=2)
-    >>> ax = vi.plot.phase_portrait(orbits[0], coordinate=1)
+    >>> ax = vi.plot.phase_portrait(orbits[0], along=1)
     >>> ax.get_xlabel()
     'position q[1]'
     """
-    coordinate = _check_motion(motion, coordinate)
-    curve = sample(motion, coordinate, t_span, points)
+    direction = _check_motion(motion, along)
+    curve = sample(motion, direction, t_span, points)
     ax = axes_or_new(ax)
-    label_axis(ax, "x", position_label(coordinate))
-    label_axis(ax, "y", velocity_label(coordinate))
+    label_axis(ax, "x", direction.position_label)
+    label_axis(ax, "y", direction.velocity_label)
     name = "orbit" if is_orbit(motion) else "trajectory"
     options = with_defaults(line, linestyle=next_line_style(ax), label=name)
     drawn = ax.plot(curve.broken(curve.q), curve.broken(curve.v), **options)[0]
@@ -202,11 +204,11 @@ def phase_portrait(
     if impacts:
         draw_impacts(ax, drawn, curve.jumps(curve.q), curve.jumps(curve.v))
     if contact:
-        draw_contact(ax, motion, coordinate, curve, curve.q, curve.v)
+        draw_contact(ax, motion, direction, curve, curve.q, curve.v)
     if walls:
-        draw_walls(ax, motion.scene, coordinate, along="x")
+        draw_walls(ax, motion, direction, curve.t, along="x")
     if section and motion.scene.period is not None:
-        q, v = poincare_states(motion, coordinate, t_span)
+        q, v = poincare_states(motion, direction, t_span)
         ax.plot(
             q,
             v,
@@ -222,11 +224,11 @@ def phase_portrait(
     return ax
 
 
-def _check_motion(motion: Orbit | Trajectory, coordinate: int) -> int:
-    """Return the coordinate as an index of the motion's."""
+def _check_motion(motion: Orbit | Trajectory, along: ArrayLike) -> Direction:
+    """Return what is drawn along, a direction of the motion's."""
     if not hasattr(motion, "scene"):
         raise not_a_motion(motion)
-    return check_coordinate(coordinate, motion.scene.n_dof)
+    return check_direction(along, motion.scene.n_dof)
 
 
 def _span_of_periods(motion: Orbit | Trajectory, periods: float, t_span: tuple[float, float] | None) -> tuple[float, float]:

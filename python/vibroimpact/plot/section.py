@@ -6,34 +6,36 @@ an impact is taken right after it.
 
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from vibroimpact.plot._axes import (
     SECTION_LABEL,
     axes_or_new,
-    draw_walls,
     label_axis,
     next_section_marker,
-    position_label,
-    velocity_label,
     with_defaults,
 )
-from vibroimpact.plot._data import Orbit, Trajectory
-from vibroimpact.plot._sampling import check_coordinate, not_a_motion, poincare_states
+from vibroimpact.plot._data import Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._direction import check_direction
+from vibroimpact.plot._sampling import not_a_motion, poincare_states, window
+from vibroimpact.plot._walls import draw_walls
 
 MANY_POINTS = 100  # more are drawn small
+WALL_TIMES = 1000  # at which it is asked where a stop that moves is
 
 
 def poincare_section(
     motion: Orbit | Trajectory,
     ax: Axes | None = None,
     *,
-    coordinate: int = 0,
+    along: ArrayLike = 0,
     t_span: tuple[float, float] | None = None,
     walls: bool = False,
     **line: Any,
 ) -> Axes:
-    """Draw the states of one coordinate at whole forcing periods.
+    """Draw the states of one coordinate, or along a direction, at whole forcing periods.
 
     Parameters
     ----------
@@ -42,12 +44,12 @@ def poincare_section(
         or, where its motion was not kept, those among its rows (``t_eval=scene.period * np.arange(k)``).
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
-    coordinate : int, default 0
-        Index of the coordinate, from 0 to n_dof - 1.
+    along : int or array_like, shape (n_dof,), default 0
+        What is drawn: a coordinate by its index, from 0 to n_dof - 1, or the motion along a direction n, ``n.q``.
     t_span : (float, float), optional
         Times of a trajectory between which points are taken, to leave out a transient; default: all.
     walls : bool, default False
-        Draw the stops that act on this coordinate alone as vertical lines.
+        Draw the stops whose normal `along` is as vertical lines.
     **line
         Options of the markers (`matplotlib.lines.Line2D`), such as ``marker`` or ``markersize``.
 
@@ -66,22 +68,22 @@ def poincare_section(
     >>> import vibroimpact as vi
     >>> scene = vi.paper_scene(kind=3)
     >>> orbits = vi.periodic_orbits(scene, pattern=[1], n_periods=2)
-    >>> ax = vi.plot.poincare_section(orbits[0], coordinate=1)
+    >>> ax = vi.plot.poincare_section(orbits[0], along=1)
     >>> len(ax.lines[0].get_xdata())
     2
     """
     if not hasattr(motion, "scene"):
         raise not_a_motion(motion)
-    coordinate = check_coordinate(coordinate, motion.scene.n_dof)
-    q, v = poincare_states(motion, coordinate, t_span)
+    direction = check_direction(along, motion.scene.n_dof)
+    q, v = poincare_states(motion, direction, t_span)
     if len(q) == 0:
         raise ValueError(
             "trajectory must have states at whole forcing periods, got none: "
             "simulate with keep='motion', for longer, or with t_eval=scene.period * np.arange(k)"
         )
     ax = axes_or_new(ax)
-    label_axis(ax, "x", position_label(coordinate))
-    label_axis(ax, "y", velocity_label(coordinate))
+    label_axis(ax, "x", direction.position_label)
+    label_axis(ax, "y", direction.velocity_label)
     options = with_defaults(
         line,
         linestyle="none",
@@ -91,5 +93,14 @@ def poincare_section(
     )
     ax.plot(q, v, **options)
     if walls:
-        draw_walls(ax, motion.scene, coordinate, along="x")
+        draw_walls(ax, motion, direction, np.linspace(*_span(motion, t_span), WALL_TIMES), along="x")
     return ax
+
+
+def _span(motion: Orbit | Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
+    """Return a period of an orbit, or the part of `t_span` that a trajectory covers."""
+    if is_trajectory(motion):
+        return window(motion, t_span)
+    if is_orbit(motion):
+        return 0.0, float(motion.period)
+    raise not_a_motion(motion)

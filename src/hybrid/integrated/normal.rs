@@ -58,7 +58,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The speed at which a stop recedes by its own motion.
     pub(super) fn stop_speed(&self, stop: usize) -> f64 {
         let motion = &self.contacts[stop].motion;
-        motion.as_ref().map_or(0.0, |motion| motion.along(self.moment())[1])
+        motion
+            .as_ref()
+            .map_or(0.0, |motion| motion.along(self.moment())[1])
     }
 
     /// The present speed along a normal.

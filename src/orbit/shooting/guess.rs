@@ -224,12 +224,12 @@ fn from_trajectory(
     let stretches = trajectory.stretches()?;
     let has_lasting = stretches
         .iter()
-        .any(|(segment, _)| segment.kind != SegmentKind::Flight);
-    if let (Some(&(last, held)), Some(w)) = (stretches.last(), frequency)
+        .any(|stretch| stretch.kind != SegmentKind::Flight);
+    if let (Some(last), Some(w)) = (stretches.last(), frequency)
         && last.kind == SegmentKind::Stick
         && last.end - last.start >= TAU / w * n_periods.unwrap_or(1) as f64
     {
-        return without_instants(trajectory, frequency, n_periods, held);
+        return without_instants(trajectory, frequency, n_periods, last.stops);
     }
     let mut all = if has_lasting {
         lasting(trajectory)?

@@ -4,7 +4,8 @@ use crate::error::{Error, Result};
 use crate::hybrid::{SegmentKind, joined};
 use crate::impact::Impact;
 use crate::orbit::contact_mode::Event;
-use crate::simulate::{ImpactSide, Segment, Trajectory};
+use crate::path::Stretch;
+use crate::simulate::{ImpactSide, Trajectory};
 use nalgebra::DVector;
 
 /// What happens at one time of a motion, and the state after.
@@ -56,12 +57,15 @@ pub(in crate::orbit) fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>>
 /// What happens along a trajectory with lasting contact, segment by segment.
 pub(in crate::orbit) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let stretches = trajectory.stretches()?;
-    let is_part = |s: &Segment| s.end > s.start || s.kind == SegmentKind::Chatter;
-    let flown = stretches.iter().filter(|(s, _)| is_part(s));
+    let is_part = |s: &&Stretch<'_>| s.end > s.start || s.kind == SegmentKind::Chatter;
+    let flown = stretches.iter().filter(is_part);
     let mut impacts = trajectory.impacts().iter().peekable();
     let mut found = Vec::new();
     let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
-    for &(Segment { kind, start, .. }, stops) in flown {
+    for &Stretch {
+        kind, start, stops, ..
+    } in flown
+    {
         let slack = 4.0 * f64::EPSILON * start.abs();
         let (mut struck, mut approach) = (Vec::new(), 0.0f64);
         while let Some(impact) = impacts.next_if(|impact| impact.time <= start + slack) {

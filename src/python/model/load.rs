@@ -2,8 +2,8 @@
 
 use crate::model::{BaseAcceleration, Load, Normal};
 use crate::python::array::out_vector;
+use crate::python::model::normal::normal;
 use crate::python::model::signal::{PySignal, signal};
-use crate::python::model::stop::normal;
 use pyo3::prelude::*;
 
 /// Force ``direction * signal(t)`` on the coordinates.

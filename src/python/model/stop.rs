@@ -2,9 +2,10 @@
 
 use crate::model::{Constraint, Normal, Side, Stop, Wall, WallSide};
 use crate::python::argument;
-use crate::python::array::{matrix, out_vector, vector};
+use crate::python::array::{matrix, out_vector};
 use crate::python::model::bad;
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
+use crate::python::model::normal::normal;
 use crate::python::model::reaction::{out_reaction, reaction};
 use crate::python::model::stop_motion::{motion, out_motion, shown_motion};
 use crate::python::pattern::stop_index;
@@ -20,22 +21,6 @@ fn side(value: &str) -> PyResult<Side> {
         _ => Err(bad(format!(
             "side is {value:?}, but it must be \"upper\" or \"lower\""
         ))),
-    }
-}
-
-fn is_whole_number(value: &Bound<'_, PyAny>) -> bool {
-    value.hasattr("__index__").unwrap_or(false)
-        && value
-            .getattr("shape")
-            .map_or(true, |s| s.len().unwrap_or(0) == 0)
-}
-
-/// A direction: the index of a coordinate, or a vector.
-pub(super) fn normal(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Normal> {
-    if is_whole_number(value) {
-        Ok(Normal::Coordinate(stop_index(argument, value)?))
-    } else {
-        Ok(vector(argument, value)?.into())
     }
 }
 

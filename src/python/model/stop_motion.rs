@@ -21,7 +21,10 @@ pub(super) fn motion(value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<StopMo
 }
 
 /// The same as Python has it.
-pub(super) fn out_motion(py: Python<'_>, motion: Option<&StopMotion>) -> PyResult<Option<Py<PyAny>>> {
+pub(super) fn out_motion(
+    py: Python<'_>,
+    motion: Option<&StopMotion>,
+) -> PyResult<Option<Py<PyAny>>> {
     let Some(motion) = motion else {
         return Ok(None);
     };

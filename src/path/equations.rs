@@ -1,0 +1,162 @@
+//! The equations of motion along a path: accelerations, and the forces of stops in contact (theory 9, "Lasting contact").
+//!
+//! On a flight `v' = a_free(t, q, v)`, with stops in contact `v' = a_free - sum b_i L_i` and `D L = N^T a_free - kappa`. On a segment of
+//! chatter a path has the motion with the stop held, and so its acceleration; the mean force of its impacts is that L.
+
+use crate::error::Result;
+use crate::flow::ConstrainedDynamics;
+use crate::hybrid::SegmentKind;
+use crate::model::{
+    Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts,
+    reaction_weights,
+};
+use crate::path::parts::Point;
+use crate::path::path::Path;
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// A gap of no more than this part of its terms is closed at an impact.
+const CLOSED: f64 = 1e-6;
+
+/// The equations of motion of a scene along a path of it.
+pub(crate) struct PathEquations<'a> {
+    path: &'a Path,
+    system: &'a System,
+    dynamics: SceneMotion,
+    contacts: Arc<Vec<Contact>>,
+    phase: f64,
+}
+
+impl<'a> PathEquations<'a> {
+    pub fn new(path: &'a Path, scene: &'a Scene) -> Self {
+        Self {
+            path,
+            system: scene.system(),
+            dynamics: SceneMotion::new(scene),
+            contacts: Arc::new(contacts(scene)),
+            phase: scene.phase(),
+        }
+    }
+
+    /// The moment a time after the start of an arc, with the angle of the forcing.
+    pub fn moment(&self, arc: usize, local: f64) -> Moment {
+        let clock = self.path.arc(arc).clock;
+        Moment {
+            since: clock.time(),
+            ..clock.after(local).moment(self.phase)
+        }
+    }
+
+    /// Whether a stop moves by itself.
+    pub fn has_moving_stops(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.motion.is_some())
+    }
+
+    /// The speed at which a stop recedes by its own motion.
+    pub fn stop_speed(&self, stop: usize, at: Moment) -> f64 {
+        let motion = self.contacts[stop].motion.as_ref();
+        motion.map_or(0.0, |motion| motion.along(at)[1])
+    }
+
+    /// The stops that are closed at a position, as far as an impact leaves them.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn closed_stops(&self, at: Moment, q: &DVector<f64>) -> Result<Vec<usize>> {
+        let q = q.as_slice();
+        let mut closed = Vec::new();
+        for (stop, contact) in self.contacts.iter().enumerate() {
+            let value = contact.along(|| at, (q, q, q), 0.0)?;
+            if value.gap.abs() <= CLOSED * value.size {
+                closed.push(stop);
+            }
+        }
+        Ok(closed)
+    }
+
+    /// The acceleration of free motion.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear system report.
+    pub fn free_acceleration(
+        &self,
+        at: Moment,
+        q: &DVector<f64>,
+        v: &DVector<f64>,
+    ) -> Result<DVector<f64>> {
+        let mut a = DVector::zeros(q.len());
+        let (x, y) = (q.as_slice(), v.as_slice());
+        self.dynamics.acceleration(at, x, y, a.as_mut_slice())?;
+        Ok(a)
+    }
+
+    /// The acceleration while some stops are held, and the force of each.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear system or stop report.
+    pub fn held_acceleration(
+        &self,
+        stops: &[usize],
+        at: Moment,
+        q: &DVector<f64>,
+        v: &DVector<f64>,
+    ) -> Result<(DVector<f64>, Vec<f64>)> {
+        let held = ConstrainedDynamics {
+            dynamics: &self.dynamics,
+            system: self.system,
+            contacts: Arc::clone(&self.contacts),
+            stops: stops.to_vec(),
+        };
+        let mut a = DVector::zeros(q.len());
+        let forces = held.forces(at, q.as_slice(), v.as_slice(), a.as_mut_slice())?;
+        Ok((a, forces))
+    }
+
+    /// The acceleration of the motion as the path has it, at one of its points and the state there.
+    ///
+    /// # Errors
+    /// As [`held_acceleration`](Self::held_acceleration).
+    pub fn acceleration(&self, point: Point, (q, v): &PhysicalState) -> Result<DVector<f64>> {
+        let at = self.moment(point.arc, point.local);
+        let (_, stops) = self.path.kind_of(point.arc);
+        Ok(self.held_acceleration(stops, at, q, v)?.0)
+    }
+
+    /// The force of a stop in lasting contact; zero elsewhere, impacts that accumulate included.
+    ///
+    /// # Errors
+    /// As [`held_acceleration`](Self::held_acceleration).
+    pub fn contact_force(&self, stop: usize, point: Point, (q, v): &PhysicalState) -> Result<f64> {
+        let (kind, stops) = self.path.kind_of(point.arc);
+        let place = stops.iter().position(|&held| held == stop);
+        let Some(place) = place.filter(|_| kind == SegmentKind::Stick) else {
+            return Ok(0.0);
+        };
+        let at = self.moment(point.arc, point.local);
+        let (_, forces) = self.held_acceleration(stops, at, q, v)?;
+        // Where it is let go the force is zero to rounding.
+        Ok(forces[place].max(0.0))
+    }
+
+    /// The impulses of some stops at a position that take a velocity away along their reactions: `N^T B p = N^T dv`, of many the
+    /// least.
+    ///
+    /// # Errors
+    /// As [`held_acceleration`](Self::held_acceleration).
+    pub fn impulses(
+        &self,
+        stops: &[usize],
+        q: &DVector<f64>,
+        taken: &DVector<f64>,
+    ) -> Result<DVector<f64>> {
+        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
+        for &stop in stops {
+            let contact = &self.contacts[stop];
+            let reaction = contact.reaction(self.system, q.as_slice())?;
+            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
+            normals.push(contact.surface.normal(q.as_slice())?);
+        }
+        let parts = DVector::from_fn(stops.len(), |i, _| normals[i].dot(taken));
+        reaction_weights(&normals, &reactions, &parts)
+    }
+}
