@@ -44,6 +44,7 @@ from vibroimpact._core import (
     recovery_matrix,
     simulate,
 )
+from vibroimpact.damping import rayleigh_damping
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_many
 
@@ -91,6 +92,7 @@ __all__ = [
     "paper_system",
     "periodic_orbits",
     "plot",
+    "rayleigh_damping",
     "recovery_matrix",
     "simulate",
     "simulate_many",

@@ -39,8 +39,9 @@ mod _core {
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]
     use super::model::{
-        PyBaseMotion, PyDoublePendulum, PyFourier, PyHarmonic, PyLinearSystem, PyNonlinearStop,
-        PyNonlinearSystem, PyPendulumChain, PyScene, PyStop, PyWall, paper_scene, paper_system,
+        _rayleigh_coefficients, PyBaseMotion, PyDoublePendulum, PyFourier, PyHarmonic,
+        PyLinearSystem, PyNonlinearStop, PyNonlinearSystem, PyPendulumChain, PyScene, PyStop,
+        PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
     use super::orbit::{_restore_orbit, PyOrbit};

@@ -14,7 +14,7 @@ mod stop;
 
 pub(crate) use forcing::{PyBaseMotion, PyHarmonic};
 pub(crate) use fourier::PyFourier;
-pub(crate) use linear::PyLinearSystem;
+pub(crate) use linear::{_rayleigh_coefficients, PyLinearSystem};
 pub(crate) use nonlinear::PyNonlinearSystem;
 pub(crate) use nonlinear_stop::PyNonlinearStop;
 pub(crate) use paper::{paper_scene, paper_system};
