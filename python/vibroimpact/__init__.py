@@ -2,7 +2,7 @@
 
 Periodic impact motions in closed form by recovery matrices, their admissibility and stability, and simulation with
 impacts located to a stated guarantee. ``import vibroimpact`` needs NumPy alone; ``vibroimpact.plot`` needs matplotlib,
-the extra ``plot``.
+the extra ``plot``, and ``vibroimpact.reduce`` SciPy, the extra ``fe``.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ from vibroimpact._core import (
 )
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.errors import ConvergenceError
+from vibroimpact.reduction import Reduction, reduce
 from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_many
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ __all__ = [
     "Orbits",
     "PendulumChain",
     "RecoveryAudit",
+    "Reduction",
     "Scene",
     "Stability",
     "Stats",
@@ -94,6 +96,7 @@ __all__ = [
     "plot",
     "rayleigh_damping",
     "recovery_matrix",
+    "reduce",
     "simulate",
     "simulate_many",
 ]
