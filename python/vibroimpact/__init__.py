@@ -2,7 +2,7 @@
 
 Periodic impact motions in closed form by recovery matrices, their admissibility and stability, and simulation with
 impacts located to a stated guarantee. ``import vibroimpact`` needs NumPy alone; ``vibroimpact.plot`` needs matplotlib,
-the extra ``plot``.
+the extra ``plot``, and ``vibroimpact.reduce`` SciPy, the extra ``fe``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ from vibroimpact._core import (
     recovery_matrix,
     simulate,
 )
+from vibroimpact.damping import rayleigh_damping
 from vibroimpact.errors import ConvergenceError
+from vibroimpact.reduction import Reduction, reduce
 from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_many
 
 if TYPE_CHECKING:
@@ -80,6 +82,7 @@ __all__ = [
     "Orbits",
     "PendulumChain",
     "RecoveryAudit",
+    "Reduction",
     "Scene",
     "Signal",
     "Stability",
@@ -97,7 +100,9 @@ __all__ = [
     "paper_system",
     "periodic_orbits",
     "plot",
+    "rayleigh_damping",
     "recovery_matrix",
+    "reduce",
     "simulate",
     "simulate_many",
 ]

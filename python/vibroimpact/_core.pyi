@@ -35,6 +35,7 @@ __all__ = [
     "_existence_cells",
     "_existence_tile",
     "_numbers",
+    "_rayleigh_coefficients",
     "_restore_orbit",
     "_restore_orbits",
     "_restore_trajectory",
@@ -75,17 +76,30 @@ _Cells: TypeAlias = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_
 
 __version__: str
 
+class _Sparse(Protocol):
+    """A sparse array of SciPy, which need not be installed."""
+
+    @property
+    def nnz(self) -> int: ...
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+    def toarray(self) -> _FloatArray: ...
+
 @final
 class LinearSystem:
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def __new__(
         cls,
-        mass: ArrayLike,
-        damping: ArrayLike,
-        stiffness: ArrayLike,
+        mass: ArrayLike | _Sparse,
+        damping: ArrayLike | _Sparse | None,
+        stiffness: ArrayLike | _Sparse,
         load: ArrayLike | None = None,
         influence: ArrayLike | None = None,
     ) -> Self: ...
+    @staticmethod
+    def from_modes(
+        frequencies: ArrayLike, damping_ratios: ArrayLike, *, load: ArrayLike | None = None, influence: ArrayLike | None = None
+    ) -> LinearSystem: ...
     @property
     def n_dof(self) -> int: ...
     @property
@@ -635,6 +649,7 @@ def _restore_orbits(
 ) -> Orbits: ...
 def _restore_trajectory(scene: Scene, saved: dict[str, Any]) -> Trajectory: ...
 def _numbers(argument: str, value: ArrayLike) -> _FloatArray: ...
+def _rayleigh_coefficients(first: tuple[float, float], second: tuple[float, float]) -> tuple[float, float]: ...
 def _existence_at(
     scene: Scene, pattern: _Pattern, n_periods: int, ask: Callable[[], None] | None
 ) -> tuple[int, bool, bool, float]: ...

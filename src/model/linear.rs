@@ -78,7 +78,7 @@ impl Coefficient {
         }
     }
 
-    fn check(&self, argument: &str, n: usize) -> Result<()> {
+    pub(super) fn check(&self, argument: &str, n: usize) -> Result<()> {
         match self {
             Self::Diagonal(d) => finite_vector(argument, d, n),
             Self::Dense(m) => finite_square(argument, m, n),
@@ -159,6 +159,60 @@ impl LinearSystem {
             influence: None,
             factor,
         })
+    }
+
+    /// A linear system without damping.
+    ///
+    /// # Errors
+    /// As [`LinearSystem::new`].
+    pub fn undamped(
+        mass: impl Into<Coefficient>,
+        stiffness: impl Into<Coefficient>,
+    ) -> Result<Self> {
+        let mass = mass.into();
+        let n = mass.order();
+        let damping: Coefficient = match &mass {
+            Coefficient::Diagonal(_) => DVector::zeros(n).into(),
+            Coefficient::Dense(_) => DMatrix::zeros(n, n).into(),
+        };
+        Self::new(mass, damping, stiffness)
+    }
+
+    /// A linear system in the coordinates of its modes: unit modal masses, damping `2 zeta w`, stiffness `w^2`. Frequencies w \[rad/s\]
+    /// and damping ratios zeta \[-\] have shape `(m,)`; a frequency of zero is a rigid-body mode. Of mode shapes of shape `(n, m)` that are
+    /// normalised to unit modal mass, row i is the direction of coordinate i: the normal of a stop there.
+    ///
+    /// # Errors
+    /// `Error::BadShape` for no frequency, or ratios of another length; `Error::BadValue` for numbers that are negative or not finite, or
+    /// whose `w^2` is not.
+    ///
+    /// # Examples
+    /// ```
+    /// use nalgebra::dvector;
+    /// use vibroimpact::LinearSystem;
+    ///
+    /// let system = LinearSystem::from_modes(&dvector![1.0, 3.0], &dvector![0.01, 0.02])?;
+    /// assert_eq!(system, LinearSystem::new(dvector![1.0, 1.0], dvector![0.02, 0.12], dvector![1.0, 9.0])?);
+    /// # Ok::<(), vibroimpact::Error>(())
+    /// ```
+    pub fn from_modes(frequencies: &DVector<f64>, damping_ratios: &DVector<f64>) -> Result<Self> {
+        let m = frequencies.len();
+        if m == 0 {
+            let needed = "(m,) with at least one mode";
+            return Err(Error::bad_shape("frequencies", "(0,)", needed));
+        }
+        not_negative("frequencies", frequencies, m)?;
+        not_negative("damping_ratios", damping_ratios, m)?;
+        let stiffness = frequencies.component_mul(frequencies);
+        let damping = frequencies.component_mul(damping_ratios) * 2.0;
+        for i in 0..m {
+            if !stiffness[i].is_finite() || !damping[i].is_finite() {
+                let argument = format!("frequencies[{i}]");
+                let rule = "its square, and its product with the damping ratio, must be finite";
+                return Err(Error::bad_value(argument, frequencies[i], rule));
+            }
+        }
+        Self::new(DVector::from_element(m, 1.0), damping, stiffness)
     }
 
     /// The same system with a constant force, shape `(n,)`.
@@ -281,6 +335,19 @@ impl LinearSystem {
     }
 }
 
+/// Numbers of a mode, none of them negative.
+fn not_negative(argument: &str, values: &DVector<f64>, m: usize) -> Result<()> {
+    finite_vector(argument, values, m)?;
+    match values.iter().position(|&x| x < 0.0) {
+        None => Ok(()),
+        Some(i) => {
+            let argument = format!("{argument}[{i}]");
+            let rule = "it must not be below zero: a mode that grows is given to LinearSystem by its stiffness and damping";
+            Err(Error::bad_value(argument, values[i], rule))
+        }
+    }
+}
+
 fn factorise(mass: &Coefficient) -> Result<MassFactor> {
     const RULE: &str = "the mass must be symmetric positive definite";
     match mass {
@@ -331,6 +398,43 @@ mod tests {
         );
         assert!(LinearSystem::new(dvector![1.0, 1.0], dvector![0.0], dvector![0.0, 0.0]).is_err());
         assert!(LinearSystem::new(dvector![1.0], dvector![f64::NAN], dvector![0.0]).is_err());
+    }
+
+    #[test]
+    fn modes_make_a_diagonal_system() {
+        let (w, zeta) = (dvector![0.0, 2.0, 5.0], dvector![0.5, 0.01, 0.02]);
+        let system = LinearSystem::from_modes(&w, &zeta).expect("valid");
+        assert_eq!(system.mass(), &dvector![1.0, 1.0, 1.0].into());
+        assert_eq!(system.damping(), &dvector![0.0, 0.04, 0.2].into());
+        assert_eq!(system.stiffness(), &dvector![0.0, 4.0, 25.0].into());
+    }
+
+    #[test]
+    fn bad_modes_are_refused_by_name() {
+        let message = |w: DVector<f64>, zeta: DVector<f64>| {
+            let refused = LinearSystem::from_modes(&w, &zeta).unwrap_err();
+            refused.to_string()
+        };
+        let none = DVector::zeros(0);
+        assert!(message(none.clone(), none).starts_with("frequencies has shape (0,)"));
+        assert!(
+            message(dvector![1.0, -2.0], dvector![0.0, 0.0]).starts_with("frequencies[1] is -2")
+        );
+        assert!(message(dvector![f64::NAN], dvector![0.0]).starts_with("frequencies[0] is NaN"));
+        assert!(message(dvector![1e200], dvector![0.0]).starts_with("frequencies[0] is 1e200"));
+        assert!(message(dvector![1.0], dvector![-0.1]).starts_with("damping_ratios[0] is -0.1"));
+        assert!(message(dvector![1.0, 2.0], dvector![0.1]).starts_with("damping_ratios has shape"));
+    }
+
+    #[test]
+    fn a_system_without_damping_has_zeros_of_the_form_of_its_mass() {
+        let dense = dmatrix![2.0, 0.0; 0.0, 1.0];
+        let system = LinearSystem::undamped(dense.clone(), dense.clone()).expect("valid");
+        let zeros = DMatrix::<f64>::zeros(2, 2);
+        let same = LinearSystem::new(dense.clone(), zeros, dense.clone());
+        assert_eq!(system, same.expect("valid"));
+        let system = LinearSystem::undamped(dvector![2.0, 1.0], dense).expect("valid");
+        assert_eq!(system.damping(), &dvector![0.0, 0.0].into());
     }
 
     #[test]

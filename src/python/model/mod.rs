@@ -20,7 +20,7 @@ mod stop_motion;
 pub(crate) use base_motion::PyBaseMotion;
 pub(crate) use forcing::PyHarmonic;
 pub(crate) use fourier::PyFourier;
-pub(crate) use linear::PyLinearSystem;
+pub(crate) use linear::{_rayleigh_coefficients, PyLinearSystem};
 pub(crate) use load::{PyBaseAcceleration, PyLoad};
 pub(crate) use nonlinear::PyNonlinearSystem;
 pub(crate) use nonlinear_stop::PyNonlinearStop;
