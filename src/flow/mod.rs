@@ -27,7 +27,9 @@ mod written_series;
 pub(crate) use constrained::ConstrainedMotion;
 pub(crate) use constrained_dynamics::ConstrainedDynamics;
 pub(crate) use dense::DenseFlow;
-pub(crate) use gap_row::{Derivatives, GapRow, Quantity};
+#[cfg(test)]
+pub(crate) use gap_row::Quantity;
+pub(crate) use gap_row::{Derivatives, GapRow};
 pub(crate) use linear::{FlowRows, LinearFlow, forward, propagate};
 pub(crate) use modal_scene::{ModalScene, along};
 pub(crate) use pendulum_series::PendulumSeries;

@@ -79,11 +79,25 @@ fn opening<M: HybridMaps>(
     t: f64,
     state: &DVector<f64>,
 ) -> Result<(f64, f64, DVector<f64>)> {
-    let (_, gradient) = motion.gap(stop, state)?;
     let rate = motion.rate(&[], t, state)?;
-    let n = gradient.len();
-    let speed = gradient.dot(&state.rows(n, n));
-    Ok((speed, motion.gap_acceleration(stop, state, &rate)?, rate))
+    let n = state.len() / 2;
+    let speed = motion.gap(stop, t, state)?.speed(state.rows(n, n));
+    let acceleration = motion.gap_acceleration(stop, t, state, &rate)?;
+    Ok((speed, acceleration, rate))
+}
+
+/// The impacts of some stops on a state, on deviations of it and of its time.
+pub(crate) fn strike<M: HybridMaps>(
+    motion: &M,
+    stops: &[usize],
+    y: &mut Timed,
+) -> Result<Vec<f64>> {
+    let recoil = motion.recoil(stops, y.time, &y.state)?;
+    let impulses = motion.impact(stops, y.time, &mut y.state, &mut y.deviations)?;
+    if let Some(recoil) = recoil {
+        y.deviations += recoil * y.delays.transpose();
+    }
+    Ok(impulses)
 }
 
 /// Goes through the sequence that begins with an impact on a stop; `y` becomes the state in lasting contact behind it.
@@ -95,11 +109,9 @@ pub(crate) fn complete<M: HybridMaps>(
 ) -> Result<Chatter> {
     let restitution = motion.restitution(stop);
     // Not yet closed, the motion may arrive at some other gap: the sequence runs on that level.
-    let (level, gradient) = motion.gap(stop, &y.state)?;
-    let along = |gradient: &DVector<f64>, deviations: &DMatrix<f64>| {
-        deviations.rows(0, gradient.len()).tr_mul(gradient)
-    };
-    let level_deviations = along(&gradient, &y.deviations);
+    let first = motion.gap(stop, y.time, &y.state)?;
+    let level = first.gap;
+    let level_deviations = first.timed_deviations(&y.deviations, &y.delays);
     let mut bounces = Vec::new();
     loop {
         let (speed, acceleration, _) = opening(motion, stop, y.time, &y.state)?;
@@ -115,7 +127,7 @@ pub(crate) fn complete<M: HybridMaps>(
             break;
         }
         let before = y.state.clone();
-        let impulses = motion.impact(&[stop], &mut y.state, &mut y.deviations)?;
+        let impulses = strike(motion, &[stop], y)?;
         let after = y.state.clone();
         bounces.push(Bounce {
             time: y.time,
@@ -129,9 +141,9 @@ pub(crate) fn complete<M: HybridMaps>(
         let end = y.time + span;
         motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
         let arrival = motion.rate(&[], end, &y.state)?;
-        let (_, gradient) = motion.gap(stop, &y.state)?;
-        let speed = gradient.dot(&arrival.rows(0, gradient.len()));
-        y.delays = (&level_deviations - along(&gradient, &carried)) / speed;
+        let there = motion.gap(stop, end, &y.state)?;
+        let speed = there.speed(arrival.rows(0, there.gradient.len()));
+        y.delays = (&level_deviations - there.deviations(&carried)) / speed;
         y.deviations = carried + arrival * y.delays.transpose();
         y.time = end;
     }
@@ -159,9 +171,9 @@ fn next_contact<M: HybridMaps>(
     for step in 0..MOST_STEPS {
         let mut state = after.clone();
         motion.flow(&[], (start, start + span), &mut state, &mut none)?;
-        let (gap, gradient) = motion.gap(stop, &state)?;
-        let n = gradient.len();
-        let speed = gradient.dot(&state.rows(n, n));
+        let there = motion.gap(stop, start + span, &state)?;
+        let (gap, n) = (there.gap, there.gradient.len());
+        let speed = there.speed(state.rows(n, n));
         let correction = -(gap - level) / speed;
         if !(speed < 0.0 && correction.is_finite() && span + correction > 0.0) {
             return Err(failed(step, gap));
@@ -216,9 +228,9 @@ fn rest<M: HybridMaps>(
         acceleration,
     };
     let mut struck = state.clone();
-    motion.impact(&[stop], &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
+    motion.impact(&[stop], t, &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
     let mut end = rest.end(state, rate, struck);
-    project_onto(motion, &[stop], &mut end)?;
+    project_onto(motion, &[stop], t + rest.span(), &mut end)?;
     Ok((t + rest.span(), end))
 }
 

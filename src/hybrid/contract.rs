@@ -9,8 +9,8 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
 use crate::hybrid::{
-    Arrival, ClosedForm, ClosedFormMaps, Graze, HybridFlow, HybridMaps, HybridSystem, InSteps,
-    IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
+    Arrival, ClosedForm, ClosedFormMaps, GapAt, Graze, HybridFlow, HybridMaps, HybridSystem,
+    InSteps, IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
 };
 use crate::model::{Harmonic, LinearSystem, Scene, SceneMotion, Side, Stop};
 use crate::observer::Observer;
@@ -216,7 +216,7 @@ fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
     let mut all = Vec::new();
     for held in [&[][..], &[0], &[2]] {
         let mut x = state.clone();
-        project_onto(maps, held, &mut x).expect("regular");
+        project_onto(maps, held, 0.7, &mut x).expect("regular");
         all.extend(x.iter());
         all.extend(maps.rate(held, 0.7, &x).expect("regular").iter());
         let mut deviations = DMatrix::identity(4, 4);
@@ -231,15 +231,15 @@ fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
     for stops in [&[0][..], &[2], &[0, 2]] {
         let (mut x, mut deviations) = (state.clone(), DMatrix::identity(4, 4));
         all.extend(
-            maps.impact(stops, &mut x, &mut deviations)
+            maps.impact(stops, 0.7, &mut x, &mut deviations)
                 .expect("regular"),
         );
         all.extend(x.iter().chain(deviations.iter()));
     }
     for stop in 0..3 {
-        let (gap, gradient) = maps.gap(stop, &state).expect("regular");
+        let GapAt { gap, gradient, .. } = maps.gap(stop, 0.7, &state).expect("regular");
         let rate: DVector<f64> = maps.rate(&[], 0.7, &state).expect("regular");
-        let acceleration = maps.gap_acceleration(stop, &state, &rate);
+        let acceleration = maps.gap_acceleration(stop, 0.7, &state, &rate);
         all.extend([gap, maps.restitution(stop), acceleration.expect("regular")]);
         all.extend(gradient.iter());
         all.extend(maps.reaction(stop, &state).expect("regular").iter());

@@ -3,7 +3,48 @@
 
 use crate::error::Result;
 use crate::impact::{StopsAt, project};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
+
+/// A gap at a time and a position.
+pub(crate) struct GapAt {
+    pub gap: f64,
+    /// Its gradient in q, shape `(n,)`.
+    pub gradient: DVector<f64>,
+    /// Its derivative by time: the speed of a stop that moves.
+    pub slope: f64,
+}
+
+impl GapAt {
+    /// The speed at which it opens, in a state or where a state changes at a rate.
+    pub fn speed(&self, velocity: DVectorView<'_, f64>) -> f64 {
+        let along = self.gradient.dot(&velocity);
+        if self.slope == 0.0 {
+            along
+        } else {
+            along + self.slope
+        }
+    }
+
+    /// What deviations of the state make of it.
+    pub fn deviations(&self, deviations: &DMatrix<f64>) -> DVector<f64> {
+        let n = self.gradient.len();
+        deviations.rows(0, n).tr_mul(&self.gradient)
+    }
+
+    /// The same with deviations of the time.
+    pub fn timed_deviations(
+        &self,
+        deviations: &DMatrix<f64>,
+        delays: &DVector<f64>,
+    ) -> DVector<f64> {
+        let along = self.deviations(deviations);
+        if self.slope == 0.0 {
+            along
+        } else {
+            along + delays * self.slope
+        }
+    }
+}
 
 /// The maps of a scene. A state is `(q, v)`; deviations are columns of such.
 pub(crate) trait HybridMaps {
@@ -22,15 +63,20 @@ pub(crate) trait HybridMaps {
     fn impact(
         &self,
         stops: &[usize],
+        t: f64,
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Vec<f64>>;
-    /// The gap of a stop and its gradient in q, shape `(n,)`.
-    fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)>;
+    /// How fast the state behind those impacts changes with their time, the state before being the same; `None` where the stops rest.
+    fn recoil(&self, stops: &[usize], t: f64, state: &DVector<f64>)
+    -> Result<Option<DVector<f64>>>;
+    /// The gap of a stop.
+    fn gap(&self, stop: usize, t: f64, state: &DVector<f64>) -> Result<GapAt>;
     /// The second time derivative of a gap where the state changes at a rate.
     fn gap_acceleration(
         &self,
         stop: usize,
+        t: f64,
         state: &DVector<f64>,
         rate: &DVector<f64>,
     ) -> Result<f64>;
@@ -40,10 +86,11 @@ pub(crate) trait HybridMaps {
     fn restitution(&self, stop: usize) -> f64;
 }
 
-/// Moves a state onto some stops, along their reactions, and takes its normal speeds away.
+/// Moves a state at a time onto some stops, along their reactions, and takes its normal speeds relative to them away.
 pub(crate) fn project_onto<M: HybridMaps>(
     maps: &M,
     stops: &[usize],
+    t: f64,
     state: &mut DVector<f64>,
 ) -> Result<()> {
     if stops.is_empty() {
@@ -54,16 +101,18 @@ pub(crate) fn project_onto<M: HybridMaps>(
     project(&mut q, &mut v, |q| {
         let mut there = state.clone();
         there.rows_mut(0, n).copy_from(q);
-        let (mut gaps, mut normals, mut reactions) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
+        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
         for &stop in stops {
-            let (gap, gradient) = maps.gap(stop, &there)?;
-            gaps.push(gap);
-            normals.push(-gradient);
+            let at = maps.gap(stop, t, &there)?;
+            gaps.push(at.gap);
+            speeds.push(at.slope);
+            normals.push(-at.gradient);
             reactions.push(maps.reaction(stop, &there)?);
         }
         Ok(StopsAt {
-            speeds: DVector::zeros(gaps.len()),
             gaps: DVector::from_vec(gaps),
+            speeds: DVector::from_vec(speeds),
             normals,
             reactions,
         })

@@ -19,6 +19,6 @@ pub(crate) use integrated::{
     InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum, SeriesStep, Taylor,
     has_series, series_order,
 };
-pub(crate) use maps::{HybridMaps, project_onto};
+pub(crate) use maps::{GapAt, HybridMaps, project_onto};
 pub use segment::{Graze, SegmentKind};
 pub(crate) use system::{GapSizes, GapState, HybridSystem, NormalImpact, Present};

@@ -19,5 +19,5 @@ pub(crate) use event::wrapped;
 pub(crate) use projection::{StopsAt, project, put_onto_stops};
 pub use recovery::recovery_matrix;
 pub(crate) use recovery::{check_stops, impulse_matrix};
-pub(crate) use saltation::saltation;
+pub(crate) use saltation::{GapRate, saltation};
 pub use several_stops::{ResolvedImpacts, resolve_impacts};

@@ -3,17 +3,22 @@
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-/// Takes deviations, columns, across an impact: `S = R_x + (f+ - R_x f-) dh/(dh.f-)`.
+/// The derivative of a gap by the state, and its total rate before an impact, `h_x.f- + h_t`; both may be multiples by one number.
+pub(crate) struct GapRate<'a> {
+    pub by_state: DVectorView<'a, f64>,
+    pub total: f64,
+}
+
+/// Takes deviations, columns, across an impact: `S = R_x + (f+ - R_x f- - R_t) h_x/(h_x.f- + h_t)`, where `h_t` and `R_t`, the derivatives
+/// by time of the gap and of the impact, are there if the stop moves.
 ///
-/// `dh` is the derivative of the gap by the state, or any multiple of it, `before` the rate f- of the state before the impact. `reset`
-/// applies `R_x`, the derivative of the impact at a fixed time, to deviations, and returns `f+ - R_x f-`.
+/// `reset` applies `R_x`, the derivative of the impact at a fixed time, to deviations, and returns `f+ - R_x f- - R_t`.
 pub(crate) fn saltation(
-    dh: DVectorView<'_, f64>,
-    before: DVectorView<'_, f64>,
+    gap: GapRate<'_>,
     reset: impl FnOnce(&mut DMatrix<f64>) -> Result<DVector<f64>>,
     deviations: &mut DMatrix<f64>,
 ) -> Result<()> {
-    let delays = deviations.tr_mul(&dh) / dh.dot(&before);
+    let delays = deviations.tr_mul(&gap.by_state) / gap.total;
     let slip = reset(deviations)?;
     deviations.ger(1.0, &slip, &delays, 1.0);
     Ok(())
@@ -34,7 +39,11 @@ mod tests {
             columns.row_mut(1).scale_mut(-e);
             Ok(dvector![-e * v, -1.0] - dvector![v, e])
         };
-        saltation(dh.as_view(), before.as_view(), reset, &mut deviations).expect("linear");
+        let gap = GapRate {
+            by_state: dh.as_view(),
+            total: dh.dot(&before),
+        };
+        saltation(gap, reset, &mut deviations).expect("linear");
         // A ball higher by d falls for d/2 longer, and so is faster by d/2 before and by e d/2 after, which it leaves later.
         let expected = dmatrix![-e, 0.0; (-1.0 - e) / v, -e];
         assert!((&deviations - expected).amax() < 1e-15, "{deviations}");

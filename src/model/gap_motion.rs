@@ -5,6 +5,9 @@ use crate::model::rotations::Rotations;
 use crate::model::signal::Signal;
 use nalgebra::Complex;
 
+/// What a quintic leaves out half-way along a step h is at most `h^6 |c^(6)|/46080`.
+const QUINTIC_REST: f64 = 46080.0;
+
 /// `c(t) = mean + Re sum_k c_k u_k(t) + sum_j s_j(t)`, by the phasors of an excitation.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GapMotion {
@@ -55,6 +58,19 @@ impl GapMotion {
     /// The size of the terms of its value, at most.
     pub fn size(&self, at: Moment) -> f64 {
         self.mean.abs() + self.derivative(at, 0).1
+    }
+
+    /// The longest step along which the quintic through value, slope and curvature at both ends is off by no more than an error; infinite
+    /// where it does not turn.
+    pub fn quintic_step(&self, allowed: f64) -> f64 {
+        let turning = self.amplitudes.iter().zip(self.rotations.frequencies());
+        let sixth: f64 = turning.map(|(a, w)| a.norm() * w.powi(6)).sum();
+        (QUINTIC_REST * allowed / sixth).powf(1.0 / 6.0)
+    }
+
+    /// The largest that it adds by turning.
+    pub fn amplitude(&self) -> f64 {
+        self.amplitudes.iter().map(|a| a.norm()).sum()
     }
 
     /// A bound on the size of its acceleration in a time after a moment.

@@ -236,7 +236,7 @@ impl Scene {
             return Ok(());
         }
         let rule = format!(
-            "{purpose} takes stops that rest relative to the base; move the base, or simulate"
+            "{purpose} takes stops that rest relative to the base; use find_orbit with a guess"
         );
         Err(Error::bad_value("scene", "with a stop that moves", rule))
     }

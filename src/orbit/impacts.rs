@@ -3,6 +3,7 @@
 use crate::flow::{ModalScene, along};
 use crate::impact::{Impact, wrapped};
 use crate::modal::ModalState;
+use crate::model::Moment;
 use crate::orbit::contact_mode::struck;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
@@ -16,18 +17,20 @@ pub(crate) fn list_impacts(
     flights: &[Flight],
     impulses: &[f64],
 ) -> Vec<Impact> {
-    let law = |stop: usize, before: &ModalState| -> std::result::Result<_, Infallible> {
-        let approach = along(&scene.velocity_rows[stop], before);
+    let law = |stop: usize, t: f64, before: &ModalState| -> std::result::Result<_, Infallible> {
+        let at = Moment::new(t, scene.frequency * t + phase, scene.frequency);
+        let receding = scene.stop_motion(stop, at)[1];
+        let approach = along(&scene.velocity_rows[stop], before) - receding;
         Ok((approach, scene.geometry.restitutions[stop]))
     };
     let Ok(impacts) = impacts_by(law, pattern, (scene.frequency, phase), flights, impulses);
     impacts
 }
 
-/// The impacts of a period, instant by instant; `law` gives the approach speed at a stop in the state before its impact, and
-/// the restitution there.
+/// The impacts of a period, instant by instant; `law` gives the approach speed at a stop at the time and in the state before its impact,
+/// and the restitution there.
 pub(crate) fn impacts_by<E>(
-    law: impl Fn(usize, &ModalState) -> std::result::Result<(f64, f64), E>,
+    law: impl Fn(usize, f64, &ModalState) -> std::result::Result<(f64, f64), E>,
     pattern: &Pattern,
     (frequency, phase): (f64, f64),
     flights: &[Flight],
@@ -39,7 +42,7 @@ pub(crate) fn impacts_by<E>(
     for (instant, k) in pattern.instants().iter().zip(starts) {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
         for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
-            let (approach, restitution) = law(stop, previous)?;
+            let (approach, restitution) = law(stop, flights[k].start, previous)?;
             impacts.push(Impact {
                 time: flights[k].start,
                 stop,

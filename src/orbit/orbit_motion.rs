@@ -199,11 +199,11 @@ impl OrbitMotion {
             }
             Self::Stepped { motion, .. } => motion,
         };
-        let law = |stop: usize, before: &ModalState| -> Result<(f64, f64)> {
+        let law = |stop: usize, t: f64, before: &ModalState| -> Result<(f64, f64)> {
             let x = unpaired(before);
-            let (_, gradient) = motion.gap(stop, &x)?;
-            let approach = -gradient.dot(&x.rows(gradient.len(), gradient.len()));
-            Ok((approach, motion.restitution(stop)))
+            let at = motion.gap(stop, t, &x)?;
+            let n = at.gradient.len();
+            Ok((-at.speed(x.rows(n, n)), motion.restitution(stop)))
         };
         impacts_by(law, pattern, (motion.frequency, phase), flights, impulses)
     }

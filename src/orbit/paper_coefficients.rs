@@ -20,14 +20,14 @@ pub struct Coefficients {
     pub cosine: DVector<f64>,
 }
 
-/// The coefficients of a state right after the impact at t = 0; `None` where the modes are complex, the forcing has several harmonics,
-/// or there is no steady response (undamped resonance, loaded rigid body).
+/// The coefficients of a state right after the impact at t = 0; `None` where the modes are complex, the forcing has several harmonics, a
+/// stop moves, or there is no steady response (undamped resonance, loaded rigid body).
 pub(crate) fn coefficients(scene: &ModalScene, phase: f64, after: &[Pair]) -> Option<Coefficients> {
     let Form::Blocks(blocks) = &scene.form.form else {
         return None;
     };
     scene.form.shapes()?;
-    if !scene.higher.is_empty() {
+    if !scene.higher.is_empty() || !scene.excitation.stops.is_empty() {
         return None;
     }
     let n = blocks.len();

@@ -54,7 +54,6 @@ pub(crate) fn check(
     purpose: &str,
 ) -> Result<()> {
     scene.linear_system(purpose)?;
-    scene.check_stops_rest(purpose)?;
     scene.check_period(purpose)?;
     if scene.frequency().is_none() {
         return Err(Error::bad_value(
@@ -72,6 +71,9 @@ pub(crate) fn check(
             "{purpose} solves patterns of two instants, and frees a parameter, under one; use find_orbit with a guess"
         );
         return Err(Error::bad_value("forcing", found, rule));
+    }
+    if pattern.instants().len() > 1 {
+        scene.check_stops_rest(&format!("{purpose} of two instants"))?;
     }
     pattern.check(scene.stops().len())?;
     if pattern.instants().len() > 2 {

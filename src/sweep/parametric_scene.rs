@@ -80,6 +80,9 @@ impl<'a> ParametricScene<'a> {
         }
         self.moved.frequency = frequency;
         self.moved.rotations.fundamental = frequency;
+        for motion in self.moved.excitation.stops.iter_mut().flatten() {
+            motion.rotations.fundamental = frequency;
+        }
         let (moved, base) = (&mut self.moved, &self.base);
         for (moved, given) in moved.force.iter_mut().zip(&base.force) {
             *moved = given.map(|f| f * scale);

@@ -345,11 +345,3 @@ def test_what_is_no_motion_of_a_stop_is_refused(motion, error, message):
         return
     with pytest.raises(error, match=message):
         vi.Stop(0, 1.0, 0.5, motion=motion)
-
-
-def test_what_takes_no_moving_stop_says_so():
-    moving, _ = table(0.02, 25.0, 1.0)
-    with pytest.raises(ValueError, match="periodic_orbits takes stops that rest"):
-        vi.periodic_orbits(moving, [0])
-    with pytest.raises(ValueError, match="find_orbit takes stops that rest"):
-        vi.find_orbit(moving, vi.simulate(moving, [0.05], [0.0], (0, 2)))

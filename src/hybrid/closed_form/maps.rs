@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
-use crate::hybrid::maps::HybridMaps;
+use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::impact::impulse_matrix;
 use crate::modal::ModalState;
 use crate::model::{Moment, PhysicalState, along_reactions};
@@ -58,7 +58,13 @@ impl<'a> ClosedFormMaps<'a> {
     }
 
     fn moment(&self, t: f64) -> Moment {
-        Moment::of_angle(self.scene.frequency * t + self.phase)
+        let w = self.scene.frequency;
+        Moment::new(t, w * t + self.phase, w)
+    }
+
+    /// What the own motion of a stop adds to its gap, with speed and acceleration.
+    fn stop_motion(&self, stop: usize, t: f64) -> [f64; 3] {
+        self.scene.stop_motion(stop, self.moment(t))
     }
 
     fn constrained(&self, held: &[usize]) -> &ConstrainedMotion {
@@ -112,7 +118,8 @@ impl HybridMaps for ClosedFormMaps<'_> {
             let n = rate.len() / 2;
             let (normals, reactions) = self.scene.geometry.directions(held);
             let mut a = rate.rows_mut(n, n);
-            let pressed = DVector::from_fn(held.len(), |i, _| normals[i].dot(&a));
+            let own = |i: usize| self.stop_motion(held[i], t)[2];
+            let pressed = DVector::from_fn(held.len(), |i, _| normals[i].dot(&a) - own(i));
             a -= along_reactions(&normals, &reactions, &pressed)?;
         }
         Ok(rate)
@@ -121,6 +128,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
     fn impact(
         &self,
         stops: &[usize],
+        t: f64,
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Vec<f64>> {
@@ -133,7 +141,11 @@ impl HybridMaps for ClosedFormMaps<'_> {
             g.reactions.select_columns(stops),
         );
         let impulse_matrix = impulse_matrix(g, stops)?;
-        let impulses = &impulse_matrix * normals.tr_mul(&state.rows(n, n));
+        let mut approach = normals.tr_mul(&state.rows(n, n));
+        for (approach, &stop) in approach.iter_mut().zip(stops) {
+            *approach -= self.stop_motion(stop, t)[1];
+        }
+        let impulses = &impulse_matrix * approach;
         let mut v = state.rows_mut(n, n);
         v -= &reactions * &impulses;
         let mut dv = deviations.rows_mut(n, n);
@@ -142,21 +154,46 @@ impl HybridMaps for ClosedFormMaps<'_> {
         Ok(impulses.iter().copied().collect())
     }
 
-    fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
+    fn recoil(
+        &self,
+        stops: &[usize],
+        t: f64,
+        state: &DVector<f64>,
+    ) -> Result<Option<DVector<f64>>> {
+        let bends = stops.iter().map(|&stop| self.stop_motion(stop, t)[2]);
+        let bends = DVector::from_iterator(stops.len(), bends);
+        if bends.iter().all(|bend| *bend == 0.0) {
+            return Ok(None);
+        }
+        let (n, g) = (state.len() / 2, &self.scene.geometry);
+        let reactions = g.reactions.select_columns(stops);
+        let mut rate = DVector::zeros(state.len());
+        let kick = reactions * (impulse_matrix(g, stops)? * bends);
+        rate.rows_mut(n, n).copy_from(&kick);
+        Ok(Some(rate))
+    }
+
+    fn gap(&self, stop: usize, t: f64, state: &DVector<f64>) -> Result<GapAt> {
         let normal = self.scene.geometry.normals.column(stop).into_owned();
-        let gap = self.scene.geometry.clearances[stop] - normal.dot(&state.rows(0, normal.len()));
-        Ok((gap, -normal))
+        let [moved, slope, _] = self.stop_motion(stop, t);
+        let clearance = self.scene.geometry.clearances[stop] + moved;
+        Ok(GapAt {
+            gap: clearance - normal.dot(&state.rows(0, normal.len())),
+            gradient: -normal,
+            slope,
+        })
     }
 
     fn gap_acceleration(
         &self,
         stop: usize,
+        t: f64,
         state: &DVector<f64>,
         rate: &DVector<f64>,
     ) -> Result<f64> {
         let n = state.len() / 2;
         let normal = self.scene.geometry.normals.column(stop);
-        Ok(-normal.dot(&rate.rows(n, n)))
+        Ok(self.stop_motion(stop, t)[2] - normal.dot(&rate.rows(n, n)))
     }
 
     fn reaction(&self, stop: usize, _state: &DVector<f64>) -> Result<DVector<f64>> {

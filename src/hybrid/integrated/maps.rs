@@ -4,9 +4,10 @@ use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
 use crate::flow::steps::{DormandPrince, Stepper, Tolerance};
-use crate::hybrid::maps::{HybridMaps, project_onto};
+use crate::hybrid::maps::{GapAt, HybridMaps, project_onto};
 use crate::model::{
-    Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, contacts, reaction_weights,
+    Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
+    reaction_weights,
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -98,7 +99,7 @@ impl IntegratedMaps {
     }
 
     /// The impact of some stops at a fixed time, and their impulses.
-    fn struck(&self, stops: &[usize], state: &mut [f64]) -> Result<Vec<f64>> {
+    fn struck(&self, stops: &[usize], at: Moment, state: &mut [f64]) -> Result<Vec<f64>> {
         let (q, v) = state.split_at_mut(state.len() / 2);
         let mut normals = Vec::with_capacity(stops.len());
         let mut reactions = Vec::with_capacity(stops.len());
@@ -109,7 +110,10 @@ impl IntegratedMaps {
         }
         let approach = DVector::from_fn(stops.len(), |i, _| {
             let speed: f64 = normals[i].iter().zip(v.iter()).map(|(n, v)| n * v).sum();
-            (1.0 + self.contacts[stops[i]].restitution) * speed
+            let contact = &self.contacts[stops[i]];
+            let motion = contact.motion.as_ref();
+            let receding = motion.map_or(0.0, |motion| motion.along(at)[1]);
+            (1.0 + contact.restitution) * (speed - receding)
         });
         let impulses = reaction_weights(&normals, &reactions, &approach)?;
         for (reaction, impulse) in reactions.iter().zip(impulses.iter()) {
@@ -131,7 +135,7 @@ impl HybridMaps for IntegratedMaps {
     ) -> Result<()> {
         let (at, span) = (self.moment(start), end - start);
         if !held.is_empty() {
-            differentiated(state, deviations, |x| project_onto(self, held, x))?;
+            differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
         }
         let mut x = joined(state.as_slice(), deviations.as_slice());
         let motion = self.constrained(held);
@@ -156,31 +160,71 @@ impl HybridMaps for IntegratedMaps {
     fn impact(
         &self,
         stops: &[usize],
+        t: f64,
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Vec<f64>> {
         if stops.is_empty() {
             return Ok(Vec::new());
         }
-        differentiated(state, deviations, |x| self.struck(stops, x.as_mut_slice()))
+        let at = self.moment(t);
+        differentiated(state, deviations, |x| {
+            self.struck(stops, at, x.as_mut_slice())
+        })
     }
 
-    fn gap(&self, stop: usize, state: &DVector<f64>) -> Result<(f64, DVector<f64>)> {
+    fn recoil(
+        &self,
+        stops: &[usize],
+        t: f64,
+        state: &DVector<f64>,
+    ) -> Result<Option<DVector<f64>>> {
+        let (q, at) = (&state.as_slice()[..state.len() / 2], self.moment(t));
+        let bends = stops.iter().map(|&stop| {
+            let contact = &self.contacts[stop];
+            let motion = contact.motion.as_ref();
+            (1.0 + contact.restitution) * motion.map_or(0.0, |motion| motion.along(at)[2])
+        });
+        let bends = DVector::from_iterator(stops.len(), bends);
+        if bends.iter().all(|bend| *bend == 0.0) {
+            return Ok(None);
+        }
+        let normals = stops
+            .iter()
+            .map(|&stop| self.contacts[stop].surface.normal(q));
+        let reactions = stops.iter().map(|&stop| self.reaction_at(stop, q));
+        let kick = along_reactions(
+            &normals.collect::<Result<Vec<_>>>()?,
+            &reactions.collect::<Result<Vec<_>>>()?,
+            &bends,
+        )?;
+        let mut rate = DVector::zeros(state.len());
+        rate.rows_mut(q.len(), q.len()).copy_from(&kick);
+        Ok(Some(rate))
+    }
+
+    fn gap(&self, stop: usize, t: f64, state: &DVector<f64>) -> Result<GapAt> {
         let q = &state.as_slice()[..state.len() / 2];
-        let surface = &self.contacts[stop].surface;
-        Ok((surface.gap(q)?, -surface.normal(q)?))
+        let (contact, at) = (&self.contacts[stop], self.moment(t));
+        let motion = contact.motion.as_ref();
+        Ok(GapAt {
+            gap: contact.gap(q, at)?,
+            gradient: -contact.surface.normal(q)?,
+            slope: motion.map_or(0.0, |motion| motion.along(at)[1]),
+        })
     }
 
     fn gap_acceleration(
         &self,
         stop: usize,
+        t: f64,
         state: &DVector<f64>,
         rate: &DVector<f64>,
     ) -> Result<f64> {
         let n = state.len() / 2;
         let ((q, v), a) = (state.as_slice().split_at(n), &rate.as_slice()[n..]);
-        let surface = &self.contacts[stop].surface;
-        Ok(surface.along(q, v, a, 1.0)?.acceleration)
+        let value = self.contacts[stop].along(|| self.moment(t), (q, v, a), 1.0)?;
+        Ok(value.acceleration)
     }
 
     fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>> {

@@ -224,17 +224,10 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     }
 }
 
-/// The remainder of the quintic through value, slope and curvature at both ends of a step, half-way: `h^6 |c^(6)|/46080`.
-const QUINTIC_REST: f64 = 46080.0;
-
 /// A step so long that the quintics of the gaps of stops that move are off by a tolerance; infinite where all rest.
 fn longest_step(excitation: &Excitation, tolerance: Tolerance) -> f64 {
     let step = |motion: &GapMotion| {
-        let turning = motion.amplitudes.iter().zip(motion.rotations.frequencies());
-        let sixth: f64 = turning.clone().map(|(a, w)| a.norm() * w.powi(6)).sum();
-        let size: f64 = turning.map(|(a, _)| a.norm()).sum();
-        let allowed = tolerance.absolute + tolerance.relative * size;
-        (QUINTIC_REST * allowed / sixth).powf(1.0 / 6.0)
+        motion.quintic_step(tolerance.absolute + tolerance.relative * motion.amplitude())
     };
     let moving = excitation.stops.iter().flatten().map(step);
     moving.fold(f64::INFINITY, f64::min)

@@ -33,10 +33,11 @@ fn square(a: Row) -> f64 {
 }
 
 impl PeriodicConditions<'_> {
-    /// The conditions for one stop hit, one harmonic and no mode resonant, in units of order one; `None` in any other case.
+    /// The conditions for one stop hit that rests, one harmonic and no mode resonant, in units of order one; `None` in any other case.
     fn one_stop_conditions(&self) -> Option<OneStop> {
         let &[stop] = self.stops else { return None };
-        if !self.resonant.is_empty() || self.steady.len() > 1 {
+        let moves = self.scene.excitation.motion_of(stop).is_some();
+        if !self.resonant.is_empty() || self.steady.len() > 1 || moves {
             return None;
         }
         let (scene, g) = (self.scene, &self.scene.geometry);

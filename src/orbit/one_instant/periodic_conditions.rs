@@ -9,7 +9,7 @@ use crate::flow::{ModalScene, along};
 use crate::impact::impulse_matrix;
 use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, ModalState, Pair, times};
-use crate::model::powers;
+use crate::model::{Moment, powers};
 use crate::tolerance::{DEPENDENT, RETAIN_BELOW};
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -149,14 +149,9 @@ impl<'a> PeriodicConditions<'a> {
         })
     }
 
-    /// The clearances of the stops hit.
+    /// The clearances of the stops hit, with the means of their motions.
     pub fn clearances(&self) -> DVector<f64> {
-        DVector::from_iterator(
-            self.stops.len(),
-            self.stops
-                .iter()
-                .map(|&i| self.scene.geometry.clearances[i]),
-        )
+        self.scene.mean_clearances(self.stops)
     }
 
     /// Rows that say "the normal velocities are reversed", and that the resonant blocks repeat: `matrix X = rhs` with X
@@ -175,6 +170,11 @@ impl<'a> PeriodicConditions<'a> {
             }
             for c in 0..self.n_phases() {
                 matrix[(a, inner + c)] = (1.0 + e) * velocity.by_phase[(a, c)];
+            }
+            // Relative to a stop that moves: n.v - c'.
+            for (harmonic, [_, speed]) in self.stop_amplitudes(stop) {
+                matrix[(a, inner + 2 * harmonic)] -= (1.0 + e) * speed.re;
+                matrix[(a, inner + 2 * harmonic + 1)] += (1.0 + e) * speed.im;
             }
             // At an equilibrium nothing moves, but what is eliminated of one may: the resonant blocks have the rest.
             if !self.resonant.is_empty() {
@@ -264,7 +264,20 @@ impl<'a> PeriodicConditions<'a> {
         Ok(())
     }
 
-    /// Rows that say where the contacts are: `matrix X + constant = n.q` at the stops hit.
+    /// The complex amplitudes of the motion of a stop and of its speed, by harmonics.
+    fn stop_amplitudes(
+        &self,
+        stop: usize,
+    ) -> impl Iterator<Item = (usize, [Complex<f64>; 2])> + '_ {
+        let motion = self.scene.excitation.motion_of(stop);
+        let amplitudes = motion.map_or(&[][..], |motion| &motion.amplitudes);
+        let turning = amplitudes.iter().zip(self.scene.rotations.frequencies());
+        let both = turning.map(|(a, w)| [*a, a * Complex::new(0.0, w)]);
+        both.enumerate()
+    }
+
+    /// Rows that say where the contacts are: `matrix X + constant = n.q` at the stops hit, but for what stops that move add to their
+    /// clearances.
     pub(in crate::orbit) fn contact_rows(&self) -> Rows {
         let (k, inner) = (self.n_impulses(), self.n_inner());
         let position = self.sums(&self.scene.position_rows);
@@ -277,6 +290,10 @@ impl<'a> PeriodicConditions<'a> {
             .copy_from(&position.by_phase);
         for (a, &stop) in self.stops.iter().enumerate() {
             self.put_retained(&mut matrix, a, 1.0, &self.scene.position_rows[stop]);
+            for (harmonic, [moved, _]) in self.stop_amplitudes(stop) {
+                matrix[(a, inner + 2 * harmonic)] -= moved.re;
+                matrix[(a, inner + 2 * harmonic + 1)] += moved.im;
+            }
         }
         (matrix, position.constant)
     }
@@ -413,6 +430,13 @@ impl<'a> PeriodicConditions<'a> {
             }
         }
         state
+    }
+
+    /// The speeds at which the stops hit recede by their own motions, at a phase.
+    pub fn receding(&self, phase: f64) -> Vec<f64> {
+        let at = Moment::new(0.0, phase, self.scene.frequency);
+        let speed = |&stop: &usize| self.scene.stop_motion(stop, at)[1];
+        self.stops.iter().map(speed).collect()
     }
 
     /// The contact positions `n.q` of the stops hit.

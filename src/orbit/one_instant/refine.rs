@@ -45,11 +45,11 @@ impl PeriodicConditions<'_> {
 
 /// Takes the rounding off the normal speeds of a state after the impacts at one instant.
 ///
-/// They are `-e/(1 + e)` times what the impulses change, `N^T B p`; where that is little beside the speed of the motion, their
-/// sum over the modes has lost its digits, which the impulses still have.
+/// Relative to the stops, which may recede, they are `-e/(1 + e)` times what the impulses change, `N^T B p`; where that is little beside
+/// the speed of the motion, their sum over the modes has lost its digits, which the impulses still have.
 pub(crate) fn settle_speeds(
     scene: &ModalScene,
-    stops: &[usize],
+    (stops, receding): (&[usize], &[f64]),
     impulses: &[f64],
     after: &mut [Pair],
 ) -> Result<()> {
@@ -62,7 +62,8 @@ pub(crate) fn settle_speeds(
     // An impulse to each approach (1 + e) times too small takes away that much speed and no more.
     let left = DVector::from_fn(stops.len(), |i, _| {
         let e = g.restitutions[stops[i]];
-        let speed = along(&scene.velocity_rows[stops[i]], after) + e / (1.0 + e) * changes[i];
+        let relative = along(&scene.velocity_rows[stops[i]], after) - receding[i];
+        let speed = relative + e / (1.0 + e) * changes[i];
         speed / (1.0 + e)
     });
     let pushes = impulse_matrix(g, stops)? * left;

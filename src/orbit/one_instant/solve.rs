@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::wrapped;
+use crate::model::Moment;
 use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::contact_phases;
@@ -32,7 +33,7 @@ impl Solution {
         let mut after = conditions.state_after(x, 1.0);
         settle_speeds(
             conditions.scene,
-            conditions.stops,
+            (conditions.stops, &conditions.receding(u[1].atan2(u[0]))),
             impulses.as_slice(),
             &mut after,
         )?;
@@ -166,7 +167,11 @@ impl Solutions {
     fn at_contacts(mut self, conditions: &PeriodicConditions<'_>) -> Self {
         for parts in &mut self.all {
             let contacts = conditions.contacts(&parts.flights[0].after);
-            parts.clearances = conditions.stops.iter().copied().zip(contacts).collect();
+            let at = Moment::of_angle(parts.phase);
+            let own = |stop: usize| conditions.scene.stop_motion(stop, at)[0];
+            let stops = conditions.stops.iter().zip(contacts);
+            let clearances = stops.map(|(&stop, contact)| (stop, contact - own(stop)));
+            parts.clearances = clearances.collect();
         }
         self
     }

@@ -10,8 +10,8 @@
 //! instant: its start has corrections of its own, which follow from the others.
 
 use crate::error::Result;
-use crate::hybrid::HybridMaps;
-use crate::hybrid::chatter_map::{Chatter, Timed, complete};
+use crate::hybrid::chatter_map::{Chatter, Timed, complete, strike};
+use crate::hybrid::{GapAt, HybridMaps};
 use crate::model::DIFFERENCE;
 use crate::orbit::contact_mode::{ContactStage, Event};
 use nalgebra::{DMatrix, DVector};
@@ -116,7 +116,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
     ) -> Result<(Vec<f64>, Option<Chatter>)> {
         Ok(match self.event(k) {
             Event::Strike(stops) => {
-                let impulses = self.motion.impact(stops, &mut y.state, &mut y.deviations)?;
+                let impulses = strike(self.motion, stops, y)?;
                 (impulses, None)
             }
             Event::Chatter(stop) => {
@@ -138,17 +138,17 @@ impl<M: HybridMaps> Shooting<'_, M> {
         match *self.event(k) {
             Event::Nothing | Event::Strike(_) => Ok(None),
             Event::Chatter(stop) => {
-                let (gap, gradient) = self.motion.gap(stop, &y.state)?;
-                let scale = 1.0 / (gradient.amax() * units.position);
-                let row = y.deviations.rows(0, gradient.len()).tr_mul(&gradient);
-                Ok(Some((gap * scale, row * scale)))
+                let at = self.motion.gap(stop, y.time, &y.state)?;
+                let scale = 1.0 / (at.gradient.amax() * units.position);
+                let row = at.timed_deviations(&y.deviations, &y.delays);
+                Ok(Some((at.gap * scale, row * scale)))
             }
             Event::Release(stop) => {
-                let (_, gradient) = self.motion.gap(stop, &y.state)?;
+                let GapAt { gradient, .. } = self.motion.gap(stop, y.time, &y.state)?;
                 let scale = units.time / (gradient.amax() * units.velocity);
                 let pull = |t: f64, x: &DVector<f64>| {
                     let rate = self.motion.rate(self.held(k), t, x)?;
-                    self.motion.gap_acceleration(stop, x, &rate)
+                    self.motion.gap_acceleration(stop, t, x, &rate)
                 };
                 let mut row = DVector::zeros(y.deviations.ncols());
                 for (j, column) in y.deviations.column_iter().enumerate() {
@@ -238,7 +238,8 @@ impl<M: HybridMaps> Shooting<'_, M> {
         let count = state.states.len();
         for k in 0..count {
             for stop in self.newly_struck(k) {
-                let (gap, gradient) = self.motion.gap(stop, &state.states[k])?;
+                let GapAt { gap, gradient, .. } =
+                    self.motion.gap(stop, state.start(k), &state.states[k])?;
                 worst = worst.max((gap / (gradient.amax() * units.position)).abs());
             }
             let mut y = self.flown(k, state)?;

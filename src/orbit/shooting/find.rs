@@ -79,7 +79,6 @@ pub fn find_orbit_observed<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    scene.check_stops_rest("find_orbit")?;
     scene.check_period("find_orbit")?;
     let frequency = scene.frequency();
     let start = guess.into().read(frequency, n_periods)?;
@@ -199,7 +198,7 @@ fn parts<M: HybridMaps>(
                 }
                 // The rest is over in no time: it begins without normal speed.
                 let mut rest = chatter.last.clone();
-                project_onto(motion, &[*stop], &mut rest)?;
+                project_onto(motion, &[*stop], chatter.last_time, &mut rest)?;
                 let remainder = ContactMode {
                     kind: SegmentKind::Chatter,
                     stops: vec![*stop],
@@ -211,7 +210,7 @@ fn parts<M: HybridMaps>(
             }
         }
         let mut after = found.states[k].clone();
-        project_onto(motion, &stage.held, &mut after)?;
+        project_onto(motion, &stage.held, found.starts[k], &mut after)?;
         let span = (found.starts[k], found.times[k + 1]);
         flights.push(flight(mode, span, &after, &flight_ends[k].before));
     }

@@ -79,10 +79,10 @@ impl<M: HybridMaps> Shooting<'_, M> {
         let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
         for k in 0..flights {
             for stop in self.newly_struck(k) {
-                let (gap, gradient) = self.motion.gap(stop, &state.states[k])?;
-                let mut row = deviations.rows(0, n).tr_mul(&gradient);
-                row[unknowns] += gap;
-                rows.push(row / (gradient.amax() * units.position));
+                let at = self.motion.gap(stop, state.start(k), &state.states[k])?;
+                let mut row = at.timed_deviations(&deviations, &delays);
+                row[unknowns] += at.gap;
+                rows.push(row / (at.gradient.amax() * units.position));
             }
             states.push(deviations.clone());
             starts.push(delays.clone());

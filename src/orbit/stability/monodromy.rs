@@ -8,7 +8,7 @@
 use crate::error::Result;
 use crate::hybrid::chatter_map::{Timed, finish};
 use crate::hybrid::{HybridMaps, SegmentKind};
-use crate::impact::saltation;
+use crate::impact::{GapRate, saltation};
 use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};
 
@@ -84,11 +84,10 @@ fn finished<M: HybridMaps>(
     (time, state): (f64, &DVector<f64>),
     deviations: DMatrix<f64>,
 ) -> Result<DMatrix<f64>> {
-    let (_, gradient) = motion.gap(stop, state)?;
+    let at = motion.gap(stop, time, state)?;
     let rate = motion.rate(&[], time, state)?;
-    let n = gradient.len();
-    let speed = gradient.dot(&rate.rows(0, n));
-    let delays = deviations.rows(0, n).tr_mul(&gradient) / -speed;
+    let speed = at.speed(rate.rows(0, at.gradient.len()));
+    let delays = at.deviations(&deviations) / -speed;
     let mut y = Timed {
         time,
         state: state.clone(),
@@ -115,19 +114,27 @@ fn salt<M: HybridMaps>(
     state: &mut DVector<f64>,
     deviations: &mut DMatrix<f64>,
 ) -> Result<()> {
-    let (_, gradient) = motion.gap(instant.gap_of, state)?;
+    let at = motion.gap(instant.gap_of, instant.time, state)?;
     let before = motion.rate(instant.held.0, instant.time, state)?;
-    let mut dh = DVector::zeros(before.len());
-    dh.rows_mut(0, gradient.len()).copy_from(&gradient);
+    let recoil = motion.recoil(instant.struck, instant.time, state)?;
+    let (mut dh, n) = (DVector::zeros(before.len()), at.gradient.len());
+    dh.rows_mut(0, n).copy_from(&at.gradient);
+    let closing = GapRate {
+        by_state: dh.as_view(),
+        total: at.speed(before.rows(0, n)),
+    };
     let reset = |deviations: &mut DMatrix<f64>| {
         // The rate is carried through the impact beside the deviations.
         let count = deviations.ncols();
         let mut columns = std::mem::take(deviations).insert_column(count, 0.0);
         columns.set_column(count, &before);
-        motion.impact(instant.struck, state, &mut columns)?;
-        let slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
+        motion.impact(instant.struck, instant.time, state, &mut columns)?;
+        let mut slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
+        if let Some(recoil) = &recoil {
+            slip -= recoil;
+        }
         *deviations = columns.remove_column(count);
         Ok(slip)
     };
-    saltation(dh.as_view(), before.as_view(), reset, deviations)
+    saltation(closing, reset, deviations)
 }

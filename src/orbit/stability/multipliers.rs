@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
-use crate::impact::saltation;
+use crate::impact::{GapRate, saltation};
 use crate::linalg::eigen;
 use crate::modal::Pair;
 use crate::model::Moment;
@@ -272,7 +272,8 @@ fn monodromy(
         if order.is_empty() {
             continue;
         }
-        let at = Moment::of_angle(scene.frequency * (flight.start + flight.span) + phase);
+        let end = flight.start + flight.span;
+        let at = Moment::new(end, scene.frequency * end + phase, scene.frequency);
         let mut state = flight.before_next.clone();
         scene.rate(&state, at, &mut before);
         for &stop in &order[(k + 1) % order.len()] {
@@ -280,7 +281,8 @@ fn monodromy(
             let (velocity, jump) = (&scene.velocity_rows[stop], &scene.jumps[stop]);
             let factor = (1.0 + g.restitutions[stop])
                 / g.normals.column(stop).dot(&g.reactions.column(stop));
-            let impulse = factor * along(velocity, &state);
+            let [_, receding, bend] = scene.stop_motion(stop, at);
+            let impulse = factor * (along(velocity, &state) - receding);
             for (z, jump) in state.iter_mut().zip(jump) {
                 *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
             }
@@ -288,11 +290,13 @@ fn monodromy(
             let reset = |deviations: &mut DMatrix<f64>| {
                 let impulses = deviations.tr_mul(&flat(velocity));
                 deviations.ger(-factor, &flat(jump), &impulses, 1.0);
-                let kick = factor * along(velocity, &before);
+                let kick = factor * (along(velocity, &before) - bend);
                 Ok(flat(&after) - flat(&before) + flat(jump) * kick)
             };
-            let dh = flat(&scene.position_rows[stop]);
-            saltation(dh, flat(&before), reset, &mut deviations)?;
+            // Both of minus the gap.
+            let by_state = flat(&scene.position_rows[stop]);
+            let total = by_state.dot(&flat(&before)) - receding;
+            saltation(GapRate { by_state, total }, reset, &mut deviations)?;
             std::mem::swap(&mut before, &mut after);
         }
     }

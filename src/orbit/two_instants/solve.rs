@@ -152,8 +152,21 @@ fn flights(
     [mut after, mut later]: [ModalState; 2],
     (dt, period): (f64, f64),
 ) -> Result<Vec<Flight>> {
-    settle_speeds(scene, &stops[..first], &impulses[..first], &mut after)?;
-    settle_speeds(scene, &stops[first..], &impulses[first..], &mut later)?;
+    // Of two instants stops rest.
+    let rest = vec![0.0; stops.len()];
+    let (one, other) = (&rest[..first], &rest[first..]);
+    settle_speeds(
+        scene,
+        (&stops[..first], one),
+        &impulses[..first],
+        &mut after,
+    )?;
+    settle_speeds(
+        scene,
+        (&stops[first..], other),
+        &impulses[first..],
+        &mut later,
+    )?;
     let before = |after: &ModalState, which: std::ops::Range<usize>| {
         let mut state = after.clone();
         for b in which {

@@ -131,7 +131,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
                 motion = motion.max(Size::of(self.scene, state));
             }
         }
-        missed.position = missed.position.max(self.gap(pattern, flights));
+        missed.position = missed.position.max(self.gap(pattern, phase, flights));
         let misfit = missed.relative_to(motion);
         if misfit <= FLIGHTS_CLOSED {
             return misfit;
@@ -153,14 +153,16 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
     }
 
     /// The largest gap at a contact, as a position.
-    fn gap(&self, pattern: &Pattern, flights: &[Flight]) -> f64 {
+    fn gap(&self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
         let (scene, mut gap) = (self.scene, 0.0f64);
         for (stops, flight) in pattern.instants().iter().zip(flights) {
             for &stop in stops {
                 let row = &scene.position_rows[stop];
                 let seen = along(row, &flight.after);
                 let length = row.iter().flatten().map(|r| r * r).sum::<f64>().sqrt();
-                gap = gap.max((scene.geometry.clearances[stop] - seen).abs() / length);
+                let at = Moment::of_angle(scene.frequency * flight.start + phase);
+                let clearance = scene.geometry.clearances[stop] + scene.stop_motion(stop, at)[0];
+                gap = gap.max((clearance - seen).abs() / length);
             }
         }
         gap

@@ -56,7 +56,7 @@ impl IntegratedJudge<'_> {
                     _ => usize::from(begins.contains(&stop)),
                 };
                 let (held, margin) = (mode.held(), INTEGRATED_MARGIN * size);
-                if !held.contains(&stop) && !self.is_low_bounce(steps, stop, margin)? {
+                if !held.contains(&stop) && !self.is_low_bounce((*start, steps), stop, margin)? {
                     self.search((*start, steps), (stop, order), held, margin, &mut found)?;
                 }
             }
@@ -65,18 +65,27 @@ impl IntegratedJudge<'_> {
     }
 
     /// Whether a flight stays within the margin of a stop between two contacts with it.
-    fn is_low_bounce(&self, steps: &[OrbitStep], stop: usize, margin: f64) -> Result<bool> {
+    fn is_low_bounce(
+        &self,
+        (start, steps): (f64, &[OrbitStep]),
+        stop: usize,
+        margin: f64,
+    ) -> Result<bool> {
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             return Ok(false);
         };
-        let gap = |x: &[f64]| -> Result<[f64; 2]> {
+        let gap = |t: f64, x: &[f64]| -> Result<[f64; 2]> {
             let (q, v) = x.split_at(x.len() / 2);
-            let value = self.maps.contacts[stop].surface.along(q, v, v, 0.0)?;
+            let contact = &self.maps.contacts[stop];
+            let value = contact.along(|| self.maps.moment(t), (q, v, v), 0.0)?;
             Ok([value.gap, value.speed])
         };
-        let (start, end) = (gap(&first.dense.at(0.0))?, gap(&last.dense.at(last.h))?);
         let span: f64 = steps.iter().map(|step| step.h).sum();
-        Ok(is_low_bounce(start, end, span, margin))
+        let (begins, ends) = (
+            gap(start, &first.dense.at(0.0))?,
+            gap(start + span, &last.dense.at(last.h))?,
+        );
+        Ok(is_low_bounce(begins, ends, span, margin))
     }
 
     /// Searches the contact forces of the stops held for the worst pull, on the quartic through five values of each step.
@@ -129,10 +138,14 @@ impl IntegratedJudge<'_> {
     /// The size of the motion along one gap.
     fn size(&self, stop: usize, flights: &[(f64, Vec<OrbitStep>)]) -> Result<f64> {
         let mut size = 0.0f64;
-        for step in flights.iter().flat_map(|(_, steps)| steps) {
+        let each = flights
+            .iter()
+            .flat_map(|(start, steps)| steps.iter().map(move |s| (start, s)));
+        for (start, step) in each {
             let x = step.dense.at(0.0);
             let (q, v) = x.split_at(x.len() / 2);
-            let value = self.maps.contacts[stop].surface.along(q, v, v, 0.0)?;
+            let at = || self.maps.moment(start + step.start);
+            let value = self.maps.contacts[stop].along(at, (q, v, v), 0.0)?;
             size = size.max(value.size);
         }
         Ok(size)
@@ -146,11 +159,11 @@ impl IntegratedJudge<'_> {
         margin: f64,
         found: &mut Admissibility,
     ) -> Result<()> {
-        let surface = &self.maps.contacts[stop].surface;
+        let contact = &self.maps.contacts[stop];
         let ends = |t: f64, x: &[f64], h: f64| -> Result<[f64; 3]> {
             let a = self.maps.rate_of(held, self.maps.moment(t), x)?;
             let (q, v) = x.split_at(x.len() / 2);
-            let value = surface.along(q, v, &a, h)?;
+            let value = contact.along(|| self.maps.moment(t), (q, v, &a), h)?;
             Ok([value.gap, value.speed, value.acceleration])
         };
         // What the flights are known to is the rounding of an orbit.
@@ -158,13 +171,21 @@ impl IntegratedJudge<'_> {
             rounding: margin,
             error: 0.0,
         };
-        for (i, step) in steps.iter().enumerate() {
-            let t = start + step.start;
+        // Of a stop that moves steps may say little.
+        let motion = contact.motion.as_ref();
+        let longest = motion.map_or(f64::INFINITY, |motion| motion.quintic_step(margin));
+        let pieces = steps.iter().flat_map(|step| {
+            let count = (step.h / longest).ceil().max(1.0);
+            let h = step.h / count;
+            (0..count as usize).map(move |k| (step, k as f64 * h, h))
+        });
+        for (i, (step, from, h)) in pieces.enumerate() {
+            let t = start + step.start + from;
             let order = if i == 0 { first_order } else { 0 };
             let known = EndValues::new(
-                ends(t, &step.dense.at(0.0), step.h)?,
-                ends(t + step.h, &step.dense.at(step.h), step.h)?,
-                step.h,
+                ends(t, &step.dense.at(from), h)?,
+                ends(t + h, &step.dense.at(from + h), h)?,
+                h,
                 order,
             );
             if known.are_clear(order, margin) {
@@ -177,14 +198,14 @@ impl IntegratedJudge<'_> {
             if along != FirstRoot::None && depth > margin {
                 found.keep_worst(Breach {
                     stop,
-                    time: t + x * step.h,
+                    time: t + x * h,
                     depth,
                     rule: Rule::Passed,
                 });
             }
             found.touches.extend(touches.iter().map(|&(x, gap)| Touch {
                 stop,
-                time: t + x * step.h,
+                time: t + x * h,
                 gap,
             }));
         }

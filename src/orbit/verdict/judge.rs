@@ -4,8 +4,7 @@
 use crate::contact::walk::{PropagatorLevels, Sought, StopDepth, check_flight};
 use crate::error::Result;
 use crate::flow::{
-    ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, Quantity, SceneFlow, along,
-    with_flow,
+    ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, SceneFlow, along, with_flow,
 };
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
@@ -33,9 +32,8 @@ impl<'a> Judge<'a> {
     /// A judge for a scene.
     pub fn new(scene: &'a ModalScene) -> Self {
         let flow = scene.flow();
-        let rows = scene.position_rows.iter();
-        let rows = rows.zip(scene.geometry.clearances.iter());
-        let gaps = with_flow!(&flow, f => rows.map(|(row, &c)| f.gap_row(&Quantity::gap(c, row))).collect());
+        let gaps = (0..scene.n_stops()).map(|stop| scene.gap(stop));
+        let gaps = with_flow!(&flow, f => gaps.map(|gap| f.gap_row(&gap)).collect());
         Self { scene, flow, gaps }
     }
 
@@ -87,10 +85,12 @@ impl<'a> Judge<'a> {
         let margins = margins(scene, rate, ends.map(|state| state.as_slice()));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
-        let gap = |stop: usize, state: &[Pair]| {
+        let gap = |stop: usize, t: f64, state: &[Pair]| {
+            let at = Moment::new(t, scene.frequency * t + phase, scene.frequency);
+            let [moved, receding, _] = scene.stop_motion(stop, at);
             let position = along(&scene.position_rows[stop], state);
-            let speed = -along(&scene.velocity_rows[stop], state);
-            [scene.geometry.clearances[stop] - position, speed]
+            let speed = receding - along(&scene.velocity_rows[stop], state);
+            [scene.geometry.clearances[stop] + moved - position, speed]
         };
         let free = flights
             .iter()
@@ -101,7 +101,9 @@ impl<'a> Judge<'a> {
                 let mut entered = Vec::new();
                 f.state_from_modal(&flight.after, at, &mut entered);
                 for (stop, row) in self.gaps.iter().enumerate() {
-                    let (start, end) = (gap(stop, &flight.after), gap(stop, &flight.before_next));
+                    let ends = (flight.start, flight.start + flight.span);
+                    let start = gap(stop, ends.0, &flight.after);
+                    let end = gap(stop, ends.1, &flight.before_next);
                     if is_low_bounce(start, end, flight.span, margins[stop]) {
                         continue;
                     }
