@@ -87,6 +87,7 @@ impl LinearEquations {
         let signals: Vec<(&DVector<f64>, Vec<f64>)> = excitation
             .signals
             .iter()
+            .filter(|part| !part.force.is_empty())
             .map(|part| {
                 let mut derivatives = vec![0.0; part.signal.degree() + 1];
                 let put = |m: usize, x: f64| derivatives[m] = x;

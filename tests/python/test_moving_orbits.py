@@ -33,7 +33,7 @@ def pair(k, stops, damping=DAMPING):
     )
 
 
-STOPS = [vi.Stop(0, 0.1, 0.8), vi.Stop([0.3, 1.0], 0.45, 0.6, side="lower", reaction=[0.5, 1.0])]
+STOPS = [vi.Stop(0, 0.3, 0.8), vi.Stop([0.3, 1.0], 1.2, 0.6, side="lower", reaction=[0.5, 1.0])]
 
 
 def shifted(orbit, t):
@@ -132,7 +132,7 @@ def test_a_ball_on_a_table_has_the_orbit_of_the_closed_form():
 
 @pytest.mark.parametrize("k", [1, 3])
 def test_shooting_finds_the_orbits_and_their_multipliers(k):
-    moving, frame = pair(k, STOPS[:1])
+    moving, _ = pair(k, STOPS[:1])
     orbit = next(o for o in vi.periodic_orbits(moving, [0]) if o.is_admissible)
     near = moving.replace(restitution=0.75)
     found = vi.find_orbit(near, orbit)
@@ -142,7 +142,7 @@ def test_shooting_finds_the_orbits_and_their_multipliers(k):
     np.testing.assert_allclose(a, b, rtol=1e-7, atol=1e-9)
     # The same integrated: the gap given as a function.
     stop = moving.stops[0]
-    given = vi.NonlinearStop(lambda q: 0.1 - q[0], lambda q: np.array([-1.0, 0.0]), 0.75, motion=stop.motion)
+    given = vi.NonlinearStop(lambda q: stop.clearance - q[0], lambda q: np.array([-1.0, 0.0]), 0.75, motion=stop.motion)
     stepped = vi.find_orbit(near.replace(stops=given), found)
     assert stepped.phase == pytest.approx(found.phase, abs=1e-8)
     np.testing.assert_allclose(np.sort(np.abs(stepped.floquet_multipliers)), a, rtol=1e-5, atol=1e-7)
@@ -176,7 +176,8 @@ def test_lasting_contact_and_chatter_on_a_table_close():
     one, other = (vi.find_orbit(s, run) for s, run in zip((scene, frame), runs, strict=True))
     assert one.n_periods == other.n_periods
     assert {"chatter", "stick"} <= set(one.segments["kind"])
-    np.testing.assert_allclose(one.impacts["impulse"], other.impacts["impulse"], rtol=1e-6)
+    # The last impacts before the rest are small differences of the motion: as far as that is known, no further.
+    np.testing.assert_allclose(one.impacts["impulse"], other.impacts["impulse"], rtol=1e-6, atol=1e-9)
     assert one.is_admissible == other.is_admissible
 
 
