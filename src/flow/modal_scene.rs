@@ -44,7 +44,7 @@ impl ModalScene {
 
     pub(super) fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {
         let system = scene.linear_system(purpose)?;
-        let form = ModalForm::new(system)?;
+        let form = ModalForm::of(system)?;
         let geometry = ContactGeometry::new(system, scene);
         let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
             Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
@@ -77,7 +77,7 @@ impl ModalScene {
         let signals = signals.collect();
         Ok(Self {
             system: Arc::clone(system),
-            form: Arc::new(form),
+            form,
             geometry: Arc::new(geometry),
             position_rows,
             velocity_rows,
@@ -204,4 +204,29 @@ pub(crate) fn along(row: &[Pair], state: &[Pair]) -> f64 {
         .zip(state)
         .map(|(r, z)| r[0] * z[0] + r[1] * z[1])
         .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Change, Constraint, Forcing, Harmonic, Stop, System};
+    use nalgebra::dvector;
+
+    #[test]
+    fn scenes_of_one_system_share_its_modal_form() {
+        let system = LinearSystem::from_modes(&dvector![1.0, 3.0], &dvector![0.01, 0.01]);
+        let system = System::from(system.expect("valid"));
+        let stop = Stop::new(0, 0.5, 0.8).expect("valid");
+        let amplitude = dvector![1.0, 0.0].map(Complex::from);
+        let force = Harmonic::new(amplitude, 2.0, 0.0).expect("valid");
+        let scene = Scene::new(system.clone(), force, [stop]).expect("fits");
+        let none: [Constraint; 0] = [];
+        let other = Scene::new(system, Forcing::Unforced, none).expect("fits");
+        let changed = scene.replace(Change::Frequency(3.0)).expect("valid");
+        let form = |scene: &Scene| ModalScene::new(scene, "a test").expect("linear").form;
+        assert!(Arc::ptr_eq(&form(&scene), &form(&other)));
+        assert!(Arc::ptr_eq(&form(&scene), &form(&changed)));
+        let damped = scene.replace(Change::DampingScale(2.0)).expect("valid");
+        assert!(!Arc::ptr_eq(&form(&scene), &form(&damped)));
+    }
 }

@@ -10,6 +10,7 @@ use crate::modal::real::{RealModes, Shapes};
 use crate::modal::state::ModalState;
 use crate::model::{LinearSystem, PhysicalState};
 use nalgebra::{Complex, DMatrix, DVector};
+use std::sync::Arc;
 
 /// How the motion uncouples.
 #[derive(Debug, Clone)]
@@ -41,6 +42,11 @@ pub(crate) struct ModalForm {
 }
 
 impl ModalForm {
+    /// The form of a system, made once: its copies, and every scene that has it, share it.
+    pub fn of(system: &LinearSystem) -> Result<Arc<Self>> {
+        system.derived().or_made(|| Self::new(system))
+    }
+
     /// Real modes where the damping is proportional, complex modes elsewhere, the state matrix itself where those fail.
     pub fn new(system: &LinearSystem) -> Result<Self> {
         let n = system.n_dof();
@@ -293,6 +299,32 @@ pub(crate) fn pairs(z: &DVector<f64>) -> Vec<Pair> {
 mod tests {
     use super::*;
     use nalgebra::{dmatrix, dvector};
+
+    #[test]
+    fn copies_of_a_system_share_its_form_and_another_damping_has_its_own() {
+        let (mass, k) = (dvector![1.0, 2.0], dmatrix![3.0, -1.0; -1.0, 2.0]);
+        let system = LinearSystem::new(mass, &k * 0.1, k).expect("valid");
+        let of = |system: &LinearSystem| ModalForm::of(system).expect("converges");
+        let form = of(&system);
+        assert!(Arc::ptr_eq(&form, &of(&system.clone())));
+        let loaded = system.clone().with_load(dvector![1.0, 0.0]);
+        assert!(Arc::ptr_eq(&form, &of(&loaded.expect("valid"))));
+        let from_threads = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..2).map(|_| scope.spawn(|| of(&system))).collect();
+            let joined = threads.into_iter().map(|t| t.join().expect("no panic"));
+            joined.collect::<Vec<_>>()
+        });
+        assert!(from_threads.iter().all(|other| Arc::ptr_eq(&form, other)));
+        let damped = system.with_damping_scaled(2.0).expect("finite");
+        let (Form::Blocks(one), Form::Blocks(twice)) = (&form.form, &of(&damped).form) else {
+            panic!("proportional damping uncouples");
+        };
+        for (one, twice) in one.iter().zip(twice) {
+            let [[_, _], [_, a]] = one.matrix();
+            let [[_, _], [_, b]] = twice.matrix();
+            assert!(a < 0.0 && (b / a - 2.0).abs() < 1e-14);
+        }
+    }
 
     #[test]
     fn every_form_maps_states_rows_and_jumps_consistently() {

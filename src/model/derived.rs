@@ -1,11 +1,11 @@
-//! A cache kept with a scene: what other layers make of it (`flow/timed_scene.rs`), made once.
+//! A cache kept with a scene or a linear system: what other layers make of it (`flow/timed_scene.rs`, `modal/form.rs`), made once.
 
 use std::any::Any;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// A place for one thing that follows from a scene and from nothing else. Copies of the scene share it; scenes that differ have places of
-/// their own, and places are no difference between scenes.
+/// A place for one thing that follows from its owner and from nothing else. Copies of the owner share it; owners that differ have places
+/// of their own, and places are no difference between owners.
 #[derive(Clone, Default)]
 pub(crate) struct Derived(Arc<OnceLock<Arc<dyn Any + Send + Sync>>>);
 

@@ -2,6 +2,7 @@
 //! real matrices (non-symmetric, singular, zero).
 
 use crate::error::{Error, Result};
+use crate::model::derived::Derived;
 use crate::quantity::{finite_square, finite_vector};
 use crate::tolerance::SYMMETRY_TOL;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, DVectorViewMut, Dyn};
@@ -115,6 +116,8 @@ pub struct LinearSystem {
     load: DVector<f64>,
     influence: Option<DVector<f64>>,
     factor: MassFactor,
+    /// What follows from mass, damping and stiffness: the modal form.
+    derived: Derived,
 }
 
 impl PartialEq for LinearSystem {
@@ -158,6 +161,7 @@ impl LinearSystem {
             load: DVector::zeros(n),
             influence: None,
             factor,
+            derived: Derived::default(),
         })
     }
 
@@ -242,6 +246,7 @@ impl LinearSystem {
     pub fn with_damping_scaled(mut self, factor: f64) -> Result<Self> {
         crate::quantity::finite("damping_scale", factor)?;
         self.damping = self.damping.scaled(factor);
+        self.derived = Derived::default();
         if self.damping.check("damping", self.n_dof()).is_ok() {
             return Ok(self);
         }
@@ -277,6 +282,11 @@ impl LinearSystem {
     /// The influence vector r, shape `(n,)`.
     pub fn influence(&self) -> Option<&DVector<f64>> {
         self.influence.as_ref()
+    }
+
+    /// The place of what is made of mass, damping and stiffness once.
+    pub(crate) fn derived(&self) -> &Derived {
+        &self.derived
     }
 
     /// `M^-1 b`.
