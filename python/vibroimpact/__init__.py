@@ -44,6 +44,7 @@ from vibroimpact._core import (
     recovery_matrix,
     simulate,
 )
+from vibroimpact._files import load
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_many
 
@@ -86,6 +87,7 @@ __all__ = [
     "audit_recovery",
     "existence_map",
     "find_orbit",
+    "load",
     "modes",
     "paper_scene",
     "paper_system",
