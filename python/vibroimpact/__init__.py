@@ -47,6 +47,7 @@ from vibroimpact._core import (
     recovery_matrix,
     simulate,
 )
+from vibroimpact._files import load
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.reduction import Reduction, reduce
@@ -95,6 +96,7 @@ __all__ = [
     "audit_recovery",
     "existence_map",
     "find_orbit",
+    "load",
     "modes",
     "paper_scene",
     "paper_system",

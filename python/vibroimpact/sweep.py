@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from typing import Any
@@ -74,6 +75,29 @@ class ExistenceMap:
         """Pickle by the arguments, which are looked at again."""
         return ExistenceMap, tuple(getattr(self, field.name) for field in fields(self))
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map to a file, an ``.npz`` archive with a header in JSON, from which ``load`` reads it again."""
+        from vibroimpact import _files
+
+        _files.save(self, path)
+
+    def to_xarray(self) -> Any:
+        """Return the map as an ``xarray.Dataset``; needs xarray, the extra "xarray".
+
+        Returns
+        -------
+        xarray.Dataset
+            ``n_orbits``, ``is_admissible``, ``is_stable`` and ``multiplier`` over y and x.
+
+        Raises
+        ------
+        ImportError
+            Without xarray.
+        """
+        from vibroimpact import _xarray
+
+        return _xarray.to_xarray(self)
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the map, for ``numpy.savez``."""
         names = ("x", "y", "n_orbits", "is_admissible", "is_stable", "multiplier")
@@ -117,6 +141,29 @@ class Ensemble:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments, which are looked at again."""
         return Ensemble, tuple(getattr(self, field.name) for field in fields(self))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the ensemble to a file, an ``.npz`` archive with a header in JSON, from which ``load`` reads it again."""
+        from vibroimpact import _files
+
+        _files.save(self, path)
+
+    def to_xarray(self) -> Any:
+        """Return the ensemble as an ``xarray.Dataset``; needs xarray, the extra "xarray".
+
+        Returns
+        -------
+        xarray.Dataset
+            ``q`` and ``v`` over run and dof, ``n_impacts`` and ``status`` over run.
+
+        Raises
+        ------
+        ImportError
+            Without xarray.
+        """
+        from vibroimpact import _xarray
+
+        return _xarray.to_xarray(self)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the ensemble, for ``numpy.savez``."""

@@ -11,6 +11,7 @@ mod array;
 mod c_function;
 mod callable;
 mod error;
+mod files;
 mod find;
 mod interrupt;
 mod modal;

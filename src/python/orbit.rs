@@ -11,7 +11,7 @@ use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
-use crate::python::{argument, interrupt};
+use crate::python::{argument, files, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::SegmentKind;
 use nalgebra::{Complex, DVector};
@@ -450,6 +450,40 @@ impl PyOrbit {
             arrays.set_item("floquet_multipliers", multipliers)?;
         }
         Ok(arrays)
+    }
+
+    /// Write the orbit to a file, from which ``load`` reads it again, equal to the bit.
+    ///
+    /// The file is an ``.npz`` archive of arrays with a header in JSON: the versions of the format and of the library, the scene, and what
+    /// the orbit is made of. Nothing in it is pickled.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file, as it is to be called.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A scene with functions (NonlinearSystem, NonlinearStop), which a file cannot hold.
+    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        files::save(slf.as_any(), path)
+    }
+
+    /// The orbit as an ``xarray.Dataset`` with named dimensions; needs xarray, the extra "xarray".
+    ///
+    /// Returns
+    /// -------
+    /// xarray.Dataset
+    ///     ``q0`` and ``v0`` over dof, columns of impacts and segments (``impact_time``, ...), ``floquet_multipliers``; period, phase, pattern
+    ///     and verdicts as attributes.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     Without xarray.
+    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        files::to_xarray(slf.as_any())
     }
 
     pub fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

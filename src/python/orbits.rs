@@ -7,7 +7,7 @@ use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::orbit_facts::{PyFamily, family};
 use crate::python::pattern::pattern;
-use crate::python::{argument, interrupt};
+use crate::python::{argument, files, interrupt};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PySlice, PyTuple};
@@ -122,6 +122,24 @@ impl PyOrbits {
             text.push_str(&orbit.bind(py).get().__repr__(py)?);
         }
         Ok(text)
+    }
+
+    /// Write the list to a file, from which ``load`` reads it again, equal to the bit.
+    ///
+    /// The file is an ``.npz`` archive of arrays with a header in JSON: the versions of the format and of the library, the scene, and what
+    /// the list is made of. Nothing in it is pickled.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file, as it is to be called.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A scene with functions (NonlinearSystem, NonlinearStop), which a file cannot hold.
+    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        files::save(slf.as_any(), path)
     }
 
     fn __reduce__<'py>(

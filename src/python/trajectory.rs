@@ -7,7 +7,7 @@ use crate::python::outputs::{derivative, out_values, side, times_or_points, wind
 use crate::python::pattern::stop_index;
 use crate::python::rows::{out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
-use crate::python::{argument, interrupt};
+use crate::python::{argument, files, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::{Samples, SavedTrajectory, Trajectory};
 use nalgebra::DVector;
@@ -458,6 +458,40 @@ impl PyTrajectory {
         arrays.set_item("impacts", self.impacts(py)?)?;
         arrays.set_item("grazes", self.grazes(py)?)?;
         Ok(arrays)
+    }
+
+    /// Write the trajectory to a file, from which ``load`` reads it again, equal to the bit.
+    ///
+    /// The file is an ``.npz`` archive of arrays with a header in JSON: the versions of the format and of the library, the scene, and what
+    /// the trajectory is made of. Nothing in it is pickled.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file, as it is to be called.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A scene with functions (NonlinearSystem, NonlinearStop), which a file cannot hold.
+    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        files::save(slf.as_any(), path)
+    }
+
+    /// The trajectory as an ``xarray.Dataset`` with named dimensions; needs xarray, the extra "xarray".
+    ///
+    /// Returns
+    /// -------
+    /// xarray.Dataset
+    ///     ``q`` and ``v`` over time and dof, columns of impacts, grazes and segments (``impact_time``, ...), ``final_q`` and ``final_v``;
+    ///     status, message and end as attributes.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     Without xarray.
+    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        files::to_xarray(slf.as_any())
     }
 
     fn __reduce__<'py>(

@@ -1,0 +1,69 @@
+"""Results as labelled arrays of xarray, with named dimensions: time, dof, impact, graze, segment; x and y of a map; run."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+import numpy as np
+
+from vibroimpact import _core
+from vibroimpact._core import Orbit, Trajectory
+from vibroimpact.sweep import Ensemble, ExistenceMap
+
+#: Tables of a result, and the dimension of their rows.
+TABLES = {"impacts": "impact", "grazes": "graze", "segments": "segment"}
+
+
+def to_xarray(result: Trajectory | Orbit | ExistenceMap | Ensemble) -> Any:
+    """Return a result as an ``xarray.Dataset``."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError('to_xarray needs xarray: pip install "vibroimpact[xarray]"') from error
+    make = {"Trajectory": _trajectory, "Orbit": _orbit, "ExistenceMap": _map, "Ensemble": _ensemble}[type(result).__name__]
+    variables, coordinates, attributes = make(result)
+    return xarray.Dataset(variables, coordinates, attributes | {"vibroimpact": _core.__version__})
+
+
+_Parts = tuple[dict[str, Any], dict[str, Any], dict[str, Any]]
+
+
+def _table(name: str, rows: Any) -> dict[str, Any]:
+    """Return the columns of a structured array, each named after its rows."""
+    row = TABLES[name]
+    return {f"{row}_{column}": (row, np.ascontiguousarray(rows[column])) for column in rows.dtype.names}
+
+
+def _trajectory(run: Any) -> _Parts:
+    arrays = run.to_arrays()
+    variables: dict[str, Any] = {f"final_{name}": ("dof", values) for name, values in zip("qv", run.final, strict=True)}
+    coordinates: dict[str, Any] = {}
+    if "t" in arrays:
+        coordinates["time"] = arrays["t"]
+        variables |= {name: (("time", "dof"), arrays[name]) for name in "qv"}
+    variables |= _table("impacts", run.impacts) | _table("grazes", run.grazes)
+    with contextlib.suppress(ValueError):  # the motion was not kept
+        variables |= _table("segments", run.segments)
+    return variables, coordinates, {"t_end": run.t_end, "status": run.status, "message": run.message}
+
+
+def _orbit(orbit: Any) -> _Parts:
+    variables: dict[str, Any] = {"q0": ("dof", orbit.q0), "v0": ("dof", orbit.v0)}
+    variables |= _table("impacts", orbit.impacts) | _table("segments", orbit.segments)
+    if orbit.floquet_multipliers is not None:
+        variables["floquet_multipliers"] = ("multiplier", orbit.floquet_multipliers)
+    attributes = {"period": orbit.period, "phase": orbit.phase, "n_periods": orbit.n_periods, "pattern": str(orbit.pattern)}
+    attributes |= {name: str(getattr(orbit, name)) for name in ("is_admissible", "is_stable")}
+    return variables, {}, attributes
+
+
+def _map(found: Any) -> _Parts:
+    names = ("n_orbits", "is_admissible", "is_stable", "multiplier")
+    attributes = {name: value for name in ("x_name", "y_name") if (value := getattr(found, name)) is not None}
+    return {name: (("y", "x"), getattr(found, name)) for name in names}, {"x": found.x, "y": found.y}, attributes
+
+
+def _ensemble(ends: Any) -> _Parts:
+    variables = {name: (("run", "dof"), getattr(ends, name)) for name in "qv"}
+    return variables | {name: ("run", getattr(ends, name)) for name in ("n_impacts", "status")}, {}, {}

@@ -1,0 +1,268 @@
+"""Results in files and as labelled arrays: what goes out comes back, to the bit, and nothing else comes in."""
+
+import io
+import json
+import math
+import pickle
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+from test_saved import OBJECTS, pieces
+
+import vibroimpact as vi
+
+RESULTS = {name: thing for name, thing in OBJECTS.items() if hasattr(thing, "save") and name != "Trajectory, functions"}
+RUN = OBJECTS["Trajectory, exact"]
+
+
+def same(one, other):
+    """Equal to the bit, with the same types, all the way down."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
+    if isinstance(one, float):
+        return (one == other and math.copysign(1, one) == math.copysign(1, other)) or (math.isnan(one) and math.isnan(other))
+    if isinstance(one, (list, tuple)):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, dict):
+        return same(list(one.items()), list(other.items()))
+    if one is None or isinstance(one, (str, int)):
+        return one == other
+    return same(pieces(one)[1], pieces(other)[1])
+
+
+def saved(tmp_path, thing=RUN):
+    path = tmp_path / "result.npz"
+    thing.save(path)
+    return path
+
+
+def entries(path):
+    with np.load(path, allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(str(arrays.pop("header"))), arrays
+
+
+def rewritten(path, header, arrays):
+    with path.open("wb") as file:
+        np.savez(file, header=np.array(json.dumps(header)), **arrays)
+    return path
+
+
+class TestSaveAndLoad:
+    @pytest.mark.parametrize("name", RESULTS)
+    def test_what_was_saved_comes_back_to_the_bit(self, name, tmp_path):
+        thing = RESULTS[name]
+        path = saved(tmp_path, thing)
+        again = vi.load(path)
+        assert same(thing, again)
+        assert repr(again) == repr(thing)
+        assert list(tmp_path.iterdir()) == [path]
+        if hasattr(thing, "to_arrays"):
+            assert same(thing.to_arrays(), again.to_arrays())
+
+    def test_a_motion_is_as_it_was_between_its_rows_too(self, tmp_path):
+        for name in ("exact", "held", "series", "steps", "long steps", "implicit steps"):
+            run = OBJECTS[f"Trajectory, {name}"]
+            again = vi.load(saved(tmp_path, run))
+            t = np.linspace(0, 12, 97)
+            assert same(run.velocity(t), again.velocity(t))
+            assert same(run.acceleration(t), again.acceleration(t))
+            assert run.impulse(0) == again.impulse(0)
+            assert again.scene == run.scene
+
+    def test_every_kind_of_scene_comes_back(self, tmp_path):
+        ring = vi.Fourier([[1.0 + 2.0j], [0.1]], 1.3, 0.2, mean=[0.4])
+        chain = vi.PendulumChain([1.0, 0.5], [0.5, 0.3], damping=0.02)
+        tones = [vi.Harmonic([1.0], 1.5), vi.Fourier([[0.2, 0.1j]], 1.5 * math.sqrt(2.0), mean=[0.1])]
+        record = [vi.Load(0, ([0.0, 0.7, 3.0], [0.0, 1 / 3, 0.2])), vi.Load([1.0], vi.Signal.from_function(np.sin, (0.0, 3.0)))]
+        moving = [
+            vi.Stop(0, 0.3, 0.5, motion=vi.Harmonic([0.1 + 0.02j], 1.3)),
+            vi.Stop(0, 0.2, 0.5, side="lower", motion=vi.Fourier([0.01, 0.02j], 1.3, 0.1)),
+            vi.Stop(0, 0.6, 0.5, motion=vi.Signal.from_function(lambda t: 0.01 * np.sin(t), (0.0, 3.0))),
+        ]
+        shaken = vi.LinearSystem(1.0, 0.1, 1.0, influence=[1.0])
+        dense = vi.LinearSystem([[2.0, 0.5], [0.5, 1.0]], 0.1 * np.eye(2), np.eye(2), load=[0.1, -0.0], influence=[1.0, 1.0])
+        for scene in (
+            vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), ring, vi.Stop(0, 0.3, 0.5)),
+            vi.Scene(
+                chain, vi.BaseMotion(0.03, 5.0), [vi.Wall(1, 0.12, 0.7), vi.Stop([1.0, 0.5], 0.4, 0.2, reaction=[1.0, 0.3])]
+            ),
+            vi.Scene(dense, vi.BaseMotion(0.1, 1 / 3), vi.Stop([0.1, 0.7], 0.05, 0.9, side="lower", reaction="coordinate")),
+            vi.Scene(vi.DoublePendulum(1.0, 3.2, (0.1, 0.2)), vi.Harmonic([0.1, 0.2j], 0.7)),
+            vi.Scene(dense),
+            vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), tones, vi.Stop(0, 0.3, 0.5)),
+            vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), record, moving),
+            vi.Scene(shaken, vi.BaseMotion([0.1, 0.02j], 1.1), vi.Stop(0, 0.3, 0.5)),
+            vi.Scene(shaken, [vi.BaseAcceleration(([0.0, 1.0, 2.0], [0.1, 0.2, 0.0])), vi.Harmonic([1.0], 2.0)]),
+            vi.Scene(chain, vi.BaseMotion(0.03, 5.0), vi.Wall(1, 0.12, 0.7, motion=vi.Harmonic([0.01], 5.0))),
+        ):
+            n = scene.n_dof
+            run = vi.simulate(scene, np.full(n, -1e-3 / 3), np.full(n, 0.01), (0.1, 1.7))
+            again = vi.load(saved(tmp_path, run))
+            assert again.scene == scene
+            assert same(scene, again.scene)
+            assert same(run, again)
+
+    def test_the_header_says_what_it_is(self, tmp_path):
+        header, arrays = entries(saved(tmp_path))
+        assert (header["format"], header["version"], header["type"]) == (1, vi.__version__, "Trajectory")
+        assert header["scene"]["type"] == "Scene"
+        assert all(array.dtype.kind in "biufcU" for array in arrays.values())
+        with zipfile.ZipFile(saved(tmp_path)) as archive:
+            assert b"pickle" not in b"".join(archive.read(name) for name in archive.namelist())
+        # Numbers of the motion are arrays: the header of a long run is short.
+        long = vi.simulate(RUN.scene, [0, 0], [0, 0.1], (0, 2000), keep="impacts")
+        header, arrays = entries(saved(tmp_path, long))
+        assert len(json.dumps(header)) < 5000
+        assert sum(array.size for array in arrays.values()) > 6 * len(long.impacts)
+
+    def test_the_file_has_the_name_that_it_is_given(self, tmp_path):
+        RUN.save(str(tmp_path / "a run"))
+        assert same(RUN, vi.load(str(tmp_path / "a run")))
+        RUN.save(tmp_path / "a run")  # once more
+        assert [path.name for path in tmp_path.iterdir()] == ["a run"]
+
+    def test_numbers_that_json_does_not_have_come_back(self, tmp_path):
+        found = vi.existence_map(OBJECTS["Scene"], [1], ("frequency", [1.5]), ("clearance", [0.15, 10.0]), 2)
+        assert np.isnan(found.multiplier).any()
+        assert same(found, vi.load(saved(tmp_path, found)))
+        run = vi.simulate(OBJECTS["Scene"].replace(forcing=None), [0.1, 0], [0, 0.1], (0, 3))
+        assert same(run, vi.load(saved(tmp_path, run)))
+
+    def test_a_run_goes_on_from_a_file(self, tmp_path):
+        first = vi.load(saved(tmp_path))
+        ends = [vi.simulate(run.scene, *run.final, (run.t_end, 20)).final for run in (first, RUN)]
+        assert same(ends[0], ends[1])
+
+
+class TestRefusals:
+    def test_functions_are_refused_and_nothing_is_written(self, tmp_path):
+        for name, what in (("Trajectory, functions", "a NonlinearSystem, which is given by functions"),):
+            with pytest.raises(ValueError, match=rf"scene.* has {what}: a file cannot hold it"):
+                OBJECTS[name].save(tmp_path / "run.npz")
+        assert not list(tmp_path.iterdir())
+        pendulum = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), None, OBJECTS["NonlinearStop"])
+        with pytest.raises(ValueError, match="scene, Scene, has a NonlinearStop, which is given by functions"):
+            vi.simulate(pendulum, 0.0, 0.1, (0, 1)).save(tmp_path / "run.npz")
+
+    def test_a_newer_format_is_refused_by_both_numbers(self, tmp_path):
+        path = saved(tmp_path)
+        header, arrays = entries(path)
+        rewritten(path, header | {"format": 2, "version": "9.1.0"}, arrays)
+        rule = r"path is '.*', but its format 2 is newer than 1, the newest that this version reads: take vibroimpact 9.1.0"
+        with pytest.raises(ValueError, match=rule):
+            vi.load(path)
+
+    def test_other_files_are_refused(self, tmp_path):
+        path = tmp_path / "other.npz"
+        contents = [b"", b"not a file of arrays", pickle.dumps(RUN), b"PK\x03\x04 cut"]
+        buffer = io.BytesIO()
+        np.save(buffer, np.eye(2))
+        contents.append(buffer.getvalue())
+        for arrays in ({"a": np.eye(2)}, {"header": np.eye(2)}, {"header": np.array("no json")}, {"header": np.array("[1]")}):
+            buffer = io.BytesIO()
+            np.savez(buffer, **arrays)
+            contents.append(buffer.getvalue())
+        buffer = io.BytesIO()
+        np.savez(buffer, header=np.array([{"format": 1}], dtype=object))
+        contents += [buffer.getvalue(), saved(tmp_path).read_bytes()[:-100]]
+        for content in contents:
+            path.write_bytes(content)
+            with pytest.raises(ValueError, match=r"path is '.*other.npz', but it is no result of vibroimpact"):
+                vi.load(path)
+
+    def test_a_file_that_is_not_there(self, tmp_path):
+        with pytest.raises(FileNotFoundError):
+            vi.load(tmp_path / "nothing.npz")
+        with pytest.raises(FileNotFoundError):
+            RUN.save(tmp_path / "no" / "folder.npz")
+
+    @pytest.mark.parametrize("name", ["Trajectory, exact", "Orbit", "ExistenceMap", "Orbits"])
+    def test_no_change_of_a_header_brings_anything_else_in(self, name, tmp_path):
+        path = saved(tmp_path, RESULTS[name])
+        header, arrays = entries(path)
+        strange = [None, [], {}, "no such", 7, 1e300, {"type": "simulate"}, {"type": "__doc__", "arguments": [], "keywords": {}}]
+        strange += [{"array": "nowhere"}, {"list": {"rows": "dict", "columns": []}}, {"float": "x"}, {"dict": [[[], 1]]}]
+
+        def changes(value):
+            yield from strange
+            items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+            for key, item in list(items)[:4]:
+                for other in changes(item):
+                    copy = value.copy()
+                    copy[key] = other
+                    yield copy
+
+        n_refused = 0
+        for part in ("type", "scene", "arguments", "keywords"):
+            for other in changes(header[part]):
+                rewritten(path, header | {part: other}, arrays)
+                try:
+                    vi.load(path)
+                except ValueError as error:
+                    n_refused += "it was changed" in str(error)
+        assert n_refused > 30
+        rewritten(path, {key: value for key, value in header.items() if key != "arguments"}, arrays)
+        with pytest.raises(ValueError, match="it was changed"):
+            vi.load(path)
+        rewritten(path, header, {})
+        with pytest.raises(ValueError, match="it was changed"):
+            vi.load(path)
+
+
+class TestXarray:
+    def test_a_trajectory_has_named_dimensions(self):
+        run = OBJECTS["Trajectory, held"]
+        data = run.to_xarray()
+        assert dict(data.sizes) == {
+            "time": len(run.t),
+            "dof": 1,
+            "impact": len(run.impacts),
+            "graze": len(run.grazes),
+            "segment": len(run.segments),
+        }
+        assert data.q.dims == data.v.dims == ("time", "dof")
+        for name, values in (("q", run.q), ("v", run.v), ("final_q", run.final[0]), ("time", run.t)):
+            assert same(data[name].values, values)
+        for column in run.impacts.dtype.names:
+            assert same(data[f"impact_{column}"].values, np.ascontiguousarray(run.impacts[column]))
+        assert same(data.segment_impulse.values, np.ascontiguousarray(run.segments["impulse"]))
+        assert data.attrs == {"t_end": 12.0, "status": run.status, "message": run.message, "vibroimpact": vi.__version__}
+
+    def test_what_was_not_kept_is_not_there(self):
+        data = OBJECTS["Trajectory, samples"].to_xarray()
+        assert data.sizes["time"] == 2
+        assert "segment_kind" not in data
+        data = OBJECTS["Trajectory, impacts"].to_xarray()
+        assert "q" not in data
+        assert data.final_q.dims == ("dof",)
+        assert data.sizes["impact"] == len(OBJECTS["Trajectory, impacts"].impacts)
+
+    def test_an_orbit_a_map_and_an_ensemble(self):
+        orbit = OBJECTS["Orbit"]
+        data = orbit.to_xarray()
+        assert same(data.q0.values, orbit.q0)
+        assert same(data.floquet_multipliers.values, orbit.floquet_multipliers)
+        assert data.attrs["period"] == orbit.period
+        assert data.attrs["is_stable"] == "True"
+        found = OBJECTS["ExistenceMap"]
+        data = found.to_xarray()
+        assert data.n_orbits.dims == ("y", "x")
+        assert same(data.multiplier.values, found.multiplier)
+        assert data.sel(x=1.5, y=0.2).n_orbits == found.n_orbits[1, 1]
+        assert data.attrs["x_name"] == "frequency"
+        ends = OBJECTS["Ensemble"]
+        data = ends.to_xarray()
+        assert data.q.dims == ("run", "dof")
+        assert same(data.q.values, ends.q)
+        assert data.status.values.tolist() == ends.status.tolist()
+
+    def test_without_xarray_the_remedy_is_told(self, monkeypatch):
+        monkeypatch.setitem(sys.modules, "xarray", None)
+        for name in ("Trajectory, exact", "Orbit", "ExistenceMap", "Ensemble"):
+            with pytest.raises(ImportError, match=r'to_xarray needs xarray: pip install "vibroimpact\[xarray\]"'):
+                RESULTS[name].to_xarray()
