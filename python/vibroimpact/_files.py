@@ -162,12 +162,12 @@ def _encoded(value: Any, arrays: dict[str, np.ndarray[Any, Any]], where: str) ->
         return {"dict": [[_encoded(part, arrays, where) for part in item] for item in value.items()]}
     if isinstance(value, (NonlinearSystem, NonlinearStop)):
         raise _functions(where, f"a {type(value).__name__}, which is given by functions")
-    if callable(value):
+    if callable(value) and not _is_ours(value):
         raise _functions(where, f"{getattr(value, '__name__', value)!r}, a function")
     if not _is_ours(value):
         raise _functions(where, f"an object of type {type(value).__name__}")
     arguments, keywords = _pieces(value)
-    where = f"{where}, {type(value).__name__},"
+    where = f"{where}, {type(value).__name__}"
     return {
         "type": type(value).__name__,
         "arguments": [_encoded(argument, arrays, where) for argument in arguments],

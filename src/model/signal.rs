@@ -34,6 +34,8 @@ struct Pieces {
     degree: usize,
     /// The derivatives of orders 0 to the degree where each begins.
     derivatives: Vec<f64>,
+    /// The length of the longest.
+    longest: f64,
 }
 
 impl Signal {
@@ -120,11 +122,14 @@ impl Signal {
     }
 
     fn new(breaks: Vec<f64>, degree: usize, derivatives: Vec<f64>) -> Self {
+        let lengths = breaks.windows(2).map(|b| b[1] - b[0]);
+        let longest = lengths.fold(0.0, f64::max);
         Self {
             pieces: Arc::new(Pieces {
                 breaks,
                 degree,
                 derivatives,
+                longest,
             }),
             shift: 0.0,
             factor: 1.0,
@@ -138,6 +143,7 @@ impl Signal {
             breaks,
             degree,
             derivatives,
+            ..
         } = &*self.pieces;
         (breaks, *degree, derivatives, self.shift, self.factor)
     }
@@ -244,6 +250,7 @@ impl Signal {
             breaks,
             degree,
             derivatives,
+            ..
         } = &*self.pieces;
         let mut largest = [0.0f64; 2];
         for (piece, ends) in derivatives.chunks(degree + 1).zip(breaks.windows(2)) {
@@ -285,6 +292,7 @@ impl Signal {
             breaks,
             degree,
             derivatives,
+            ..
         } = &*self.pieces;
         let mut lowered = Vec::new();
         for piece in derivatives.chunks(degree + 1) {
@@ -315,6 +323,7 @@ impl Signal {
             breaks,
             degree,
             derivatives,
+            ..
         } = &*self.pieces;
         let begun = breaks.partition_point(|b| *b <= since + self.shift);
         if begun == 0 || begun == breaks.len() {
@@ -333,8 +342,7 @@ impl Signal {
 
     /// The longest piece.
     pub(crate) fn longest_piece(&self) -> f64 {
-        let lengths = self.pieces.breaks.windows(2).map(|b| b[1] - b[0]);
-        lengths.fold(0.0, f64::max)
+        self.pieces.longest
     }
 
     /// The same signal so much earlier.

@@ -477,3 +477,40 @@ def test_steps_that_left_a_stop_from_inside_return_to_where_they_left(rtol):
     truth = vi.simulate(scene, *start)
     assert run.status == "finished", run.message
     assert np.concatenate(run.final) == pytest.approx(np.concatenate(truth.final), abs=10 * rtol)
+
+
+class TestTwoStopsAtOnePlace:
+    """What reaches one reaches the other: an orbit that hits one of them alone is none."""
+
+    def scene(self, move=0.0, second=None):
+        motion = vi.Harmonic([move], 1.5)
+        stops = [vi.Stop(0, 0.2, 0.7, motion=motion), second or vi.Stop(0, 0.2, 0.4, motion=motion)]
+        return vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], 1.5), stops)
+
+    @pytest.mark.parametrize("move", [0.0, 0.05])
+    @pytest.mark.parametrize("stop", [0, 1])
+    def test_an_orbit_of_one(self, stop, move):
+        scene = self.scene(move)
+        alone = vi.periodic_orbits(scene.replace(stops=scene.stops[stop]), [0])
+        both = vi.periodic_orbits(scene, [stop])
+        assert len(alone) == len(both)
+        assert any(orbit.is_admissible for orbit in alone)
+        for orbit in both:
+            assert orbit.is_admissible is False
+        reasons = [orbit.violation.reason for one, orbit in zip(alone, both, strict=True) if one.is_admissible]
+        assert all(f"stop {1 - stop} is reached together with those hit at t = 0" in reason for reason in reasons)
+
+    def test_one_that_is_reached_later_changes_nothing(self):
+        scene = self.scene(second=vi.Stop(0, 0.2 * (1 + 1e-9), 0.4))
+        assert any(orbit.is_admissible for orbit in vi.periodic_orbits(scene, [0]))
+
+    def test_an_integrated_orbit(self):
+        scene = self.scene()
+        alone = scene.replace(stops=vi.NonlinearStop(lambda q: 0.2 - q[0], lambda q: np.array([-1.0]), 0.7))
+        guess = next(o for o in vi.periodic_orbits(scene.replace(stops=scene.stops[0]), [0]) if o.is_admissible)
+        orbit = vi.find_orbit(alone, guess)
+        assert orbit.is_admissible
+        doubled = alone.replace(stops=[alone.stops[0], scene.stops[1]])
+        orbit = vi.find_orbit(doubled, orbit)
+        assert orbit.is_admissible is False
+        assert "stop 1 is reached together" in orbit.violation.reason

@@ -77,7 +77,7 @@ class TestSaveAndLoad:
     def test_every_kind_of_scene_comes_back(self, tmp_path):
         ring = vi.Fourier([[1.0 + 2.0j], [0.1]], 1.3, 0.2, mean=[0.4])
         chain = vi.PendulumChain([1.0, 0.5], [0.5, 0.3], damping=0.02)
-        tones = [vi.Harmonic([1.0], 1.5), vi.Fourier([[0.2, 0.1j]], 1.5 * math.sqrt(2.0), mean=[0.1])]
+        tones = [vi.Harmonic([1.0], 1.5), vi.Fourier([[0.2], [0.1j]], 1.5 * math.sqrt(2.0), mean=[0.1])]
         record = [vi.Load(0, ([0.0, 0.7, 3.0], [0.0, 1 / 3, 0.2])), vi.Load([1.0], vi.Signal.from_function(np.sin, (0.0, 3.0)))]
         moving = [
             vi.Stop(0, 0.3, 0.5, motion=vi.Harmonic([0.1 + 0.02j], 1.3)),
@@ -146,7 +146,7 @@ class TestRefusals:
                 OBJECTS[name].save(tmp_path / "run.npz")
         assert not list(tmp_path.iterdir())
         pendulum = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), None, OBJECTS["NonlinearStop"])
-        with pytest.raises(ValueError, match="scene, Scene, has a NonlinearStop, which is given by functions"):
+        with pytest.raises(ValueError, match="scene, Scene has a NonlinearStop, which is given by functions"):
             vi.simulate(pendulum, 0.0, 0.1, (0, 1)).save(tmp_path / "run.npz")
 
     def test_a_newer_format_is_refused_by_both_numbers(self, tmp_path):

@@ -36,6 +36,8 @@ pub(crate) enum Rule {
     Pulls { impulse: f64 },
     /// The stop is left at an impact, not approached.
     Leaves { approach: f64 },
+    /// The stop is reached together with others that are hit there, and not hit.
+    Reached { approach: f64 },
     /// The stop is passed.
     Passed,
     /// The stop is held by a force that would have to pull.
@@ -70,6 +72,12 @@ impl Breach {
             Rule::Leaves { approach } => {
                 format!(
                     "stop {stop} is left, not approached at its impact at t = {time:.6} ({})",
+                    digits(approach)
+                )
+            }
+            Rule::Reached { approach } => {
+                format!(
+                    "stop {stop} is reached together with those hit at t = {time:.6}, and would be hit too ({})",
                     digits(approach)
                 )
             }

@@ -10,7 +10,7 @@ use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
-use crate::orbit::verdict::judge::judge_impacts;
+use crate::orbit::verdict::judge::{is_met, judge_impacts, judge_reached};
 use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
 use crate::tolerance::INTEGRATED_MARGIN;
 
@@ -38,6 +38,13 @@ impl IntegratedJudge<'_> {
             |stop| INTEGRATED_MARGIN * sizes[stop] * rate,
             &mut found,
         );
+        self.judge_ends(
+            flights,
+            modes_of_contact,
+            impacts,
+            (&sizes, rate),
+            &mut found,
+        )?;
         let mut instants = pattern.iter();
         for ((start, steps), mode) in flights.iter().zip(modes_of_contact) {
             let next = if mode.is_struck {
@@ -64,6 +71,42 @@ impl IntegratedJudge<'_> {
         Ok(found)
     }
 
+    /// Judges the stops at the ends of flights that are not hit there.
+    fn judge_ends(
+        &self,
+        flights: &[(f64, Vec<OrbitStep>)],
+        modes_of_contact: &[ContactMode],
+        impacts: &[Impact],
+        (sizes, rate): (&[f64], f64),
+        found: &mut Admissibility,
+    ) -> Result<()> {
+        let modes = modes_of_contact.iter();
+        let each = flights.iter().zip(modes);
+        let following = each.clone().cycle().skip(1);
+        for (((start, steps), mode), (&(next, _), next_mode)) in each.zip(following) {
+            let Some(last) = steps.last() else {
+                continue;
+            };
+            let end = start + last.start + last.h;
+            for (stop, &size) in sizes.iter().enumerate() {
+                if is_met(impacts, stop, next, [mode, next_mode]) {
+                    continue;
+                }
+                let gap = self.gap(stop, end, &last.dense.at(last.h))?;
+                let margin = INTEGRATED_MARGIN * size;
+                judge_reached((stop, next), gap, (margin, margin * rate), found);
+            }
+        }
+        Ok(())
+    }
+
+    /// The gap of a stop and its rate.
+    fn gap(&self, stop: usize, t: f64, x: &[f64]) -> Result<[f64; 2]> {
+        let (q, v) = x.split_at(x.len() / 2);
+        let value = self.maps.contacts[stop].along(|| self.maps.moment(t), (q, v, v), 0.0)?;
+        Ok([value.gap, value.speed])
+    }
+
     /// Whether a flight stays within the margin of a stop between two contacts with it.
     fn is_low_bounce(
         &self,
@@ -74,16 +117,10 @@ impl IntegratedJudge<'_> {
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             return Ok(false);
         };
-        let gap = |t: f64, x: &[f64]| -> Result<[f64; 2]> {
-            let (q, v) = x.split_at(x.len() / 2);
-            let contact = &self.maps.contacts[stop];
-            let value = contact.along(|| self.maps.moment(t), (q, v, v), 0.0)?;
-            Ok([value.gap, value.speed])
-        };
         let span: f64 = steps.iter().map(|step| step.h).sum();
         let (begins, ends) = (
-            gap(start, &first.dense.at(0.0))?,
-            gap(start + span, &last.dense.at(last.h))?,
+            self.gap(stop, start, &first.dense.at(0.0))?,
+            self.gap(stop, start + span, &last.dense.at(last.h))?,
         );
         Ok(is_low_bounce(begins, ends, span, margin))
     }

@@ -11,6 +11,7 @@ use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::model::Moment;
 use crate::observer::Observer;
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
@@ -85,13 +86,8 @@ impl<'a> Judge<'a> {
         let margins = margins(scene, rate, ends.map(|state| state.as_slice()));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
-        let gap = |stop: usize, t: f64, state: &[Pair]| {
-            let at = Moment::new(t, scene.frequency * t + phase, scene.frequency);
-            let [moved, receding, _] = scene.stop_motion(stop, at);
-            let position = along(&scene.position_rows[stop], state);
-            let speed = receding - along(&scene.velocity_rows[stop], state);
-            [scene.geometry.clearances[stop] + moved - position, speed]
-        };
+        self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
+        let gap = |stop: usize, t: f64, state: &[Pair]| self.gap(phase, stop, t, state);
         let free = flights
             .iter()
             .filter(|flight| flight.mode.kind == SegmentKind::Flight);
@@ -143,6 +139,7 @@ impl<'a> Judge<'a> {
         let margins = margins(scene, rate, flights.iter().map(|f| f.after.as_slice()));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
+        self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
         with_flow!(&self.flow, f => {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
                 let at = Moment::of_angle(scene.frequency * flight.start + phase);
@@ -151,6 +148,66 @@ impl<'a> Judge<'a> {
             search(f, (&self.gaps, &margins, effort), flights, start, &mut found, observer)?;
         });
         Ok(found)
+    }
+
+    /// The gap of a stop and its rate.
+    fn gap(&self, phase: f64, stop: usize, t: f64, state: &[Pair]) -> [f64; 2] {
+        let scene = self.scene;
+        let at = Moment::new(t, scene.frequency * t + phase, scene.frequency);
+        let [moved, receding, _] = scene.stop_motion(stop, at);
+        let position = along(&scene.position_rows[stop], state);
+        let speed = receding - along(&scene.velocity_rows[stop], state);
+        [scene.geometry.clearances[stop] + moved - position, speed]
+    }
+
+    /// Judges the stops at the ends of flights that are not hit there.
+    fn judge_ends(
+        &self,
+        phase: f64,
+        flights: &[Flight],
+        impacts: &[Impact],
+        (margins, rate): (&[f64], f64),
+        found: &mut Admissibility,
+    ) {
+        let following = flights.iter().cycle().skip(1);
+        for (flight, next) in flights.iter().zip(following) {
+            for (stop, &margin) in margins.iter().enumerate() {
+                if is_met(impacts, stop, next.start, [&flight.mode, &next.mode]) {
+                    continue;
+                }
+                let time = flight.start + flight.span;
+                let gap = self.gap(phase, stop, time, &flight.before_next);
+                judge_reached((stop, next.start), gap, (margin, margin * rate), found);
+            }
+        }
+    }
+}
+
+/// Whether a stop is hit where a flight ends, or in lasting contact before or after.
+pub(in crate::orbit) fn is_met(
+    impacts: &[Impact],
+    stop: usize,
+    time: f64,
+    modes: [&ContactMode; 2],
+) -> bool {
+    let mut hits = impacts.iter().filter(|impact| impact.time == time);
+    hits.any(|impact| impact.stop == stop) || modes.iter().any(|mode| mode.stops.contains(&stop))
+}
+
+/// A stop that is reached faster than `slow` where others are hit would be hit too.
+pub(in crate::orbit) fn judge_reached(
+    (stop, time): (usize, f64),
+    [gap, speed]: [f64; 2],
+    (margin, slow): (f64, f64),
+    found: &mut Admissibility,
+) {
+    if gap.abs() <= margin && speed < -slow {
+        found.keep_worst(Breach {
+            stop,
+            time,
+            depth: 0.0,
+            rule: Rule::Reached { approach: -speed },
+        });
     }
 }
 
