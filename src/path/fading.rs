@@ -49,7 +49,9 @@ impl Rates {
 
     /// Those of a motion in which some blocks do not count.
     pub fn without(form: &Form, scene: &ModalScene, is_left_out: impl Fn(&Block) -> bool) -> Self {
-        let lasting = (f64::INFINITY, scene.frequency);
+        // The fastest of the forcing's harmonics.
+        let driven = scene.frequency * scene.n_harmonics() as f64;
+        let lasting = (f64::INFINITY, driven);
         match form {
             Form::Dense(matrix) => Self::of(vec![lasting, (f64::INFINITY, matrix.norm())]),
             Form::Blocks(blocks) => {

@@ -366,6 +366,19 @@ class TestImpulse:
         given = 3.0 * middle + (np.sin(0.7 * middle + 0.3) - np.sin(0.3)) / 0.7
         assert parts[0] == pytest.approx(given - float(run.velocity(middle)[0]) / tip[0], rel=1e-9)
 
+    def test_all_harmonics_of_a_force_are_integrated(self):
+        amplitudes = np.zeros((60, 1))
+        amplitudes[[0, 59], 0] = 0.5, 90.0
+        mean, w = 4.0, 1.0
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 0.0, load=[mean]), vi.Fourier(amplitudes, w), vi.Stop(0, 0.3, 0.0))
+        run = vi.simulate(scene, 0.0, 0.0, (0, 20))
+        assert "stick" in run.segments["kind"]
+        given = mean * 20 + 0.5 * np.sin(20.0) + 1.5 * np.sin(1200.0)
+        change = float(run.final[1][0]) + 0.1 * float(run.final[0][0])
+        assert run.impulse(0) == pytest.approx(given - change, rel=1e-9)
+        largest = np.abs(run.energy.forcing_work).max()
+        assert np.abs(run.energy.balance).max() < 1e-9 * largest
+
     def test_a_chain_on_a_wall_balances_its_moments(self):
         # Generalised momenta: d/dt (M(q) v) = -dV/dq + v.dM/dq v/2 - C v - n L, integrated along the motion.
         masses, lengths, damping = np.array([1.0, 0.5]), np.array([0.5, 0.3]), np.array([[0.1, -0.05], [-0.05, 0.05]])
