@@ -1,7 +1,7 @@
 //! The rates that set how densely a kept motion is drawn: parts that have died out do not count.
 
 use crate::flow::ModalScene;
-use crate::modal::Form;
+use crate::modal::{Block, Form};
 use crate::path::evaluator::Evaluator;
 
 /// Decay, as an exponent, after which nothing is left of a part of the motion beside its own first size: `e^-45 < 3e-20`.
@@ -44,11 +44,17 @@ pub(crate) struct Rates(Vec<(f64, f64)>);
 
 impl Rates {
     fn new(form: &Form, scene: &ModalScene) -> Self {
+        Self::without(form, scene, |_| false)
+    }
+
+    /// Those of a motion in which some blocks do not count.
+    pub fn without(form: &Form, scene: &ModalScene, is_left_out: impl Fn(&Block) -> bool) -> Self {
         let lasting = (f64::INFINITY, scene.rotations.fastest());
         match form {
             Form::Dense(matrix) => Self::of(vec![lasting, (f64::INFINITY, matrix.norm())]),
             Form::Blocks(blocks) => {
-                let roots = blocks.iter().flat_map(|block| block.roots());
+                let counted = blocks.iter().filter(|block| !is_left_out(block));
+                let roots = counted.flat_map(|block| block.roots());
                 let each = roots.map(|root| {
                     let fades = root.re < 0.0;
                     let until = if fades {

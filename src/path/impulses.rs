@@ -23,6 +23,7 @@ use crate::model::Scene;
 use crate::observer::is_broken_off;
 use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
+use crate::path::held_forces::FastPart;
 use crate::path::path::Path;
 use crate::path::quadrature::{Node, each_node};
 
@@ -186,23 +187,42 @@ impl<'a> Impulses<'a> {
         } else {
             kept.span
         };
-        if is_broken_off() {
-            return Err(Error::Interrupted);
-        }
         let (_, stops) = self.path.kind_of(arc);
-        each_node(self.fading.of(stops), (from, to), |node| {
+        let fast = FastPart::new(&self.path.evaluator, stops, to - from);
+        let rates = fast
+            .as_ref()
+            .map_or_else(|| self.fading.of(stops), |fast| &fast.rates);
+        each_node(rates, (from, to), |node| {
             let Node { at, weight, .. } = node;
             if is_broken_off() {
                 return Err(Error::Interrupted);
             }
             let (q, v) = self.path.state_in(arc, at);
             let moment = self.equations.moment(arc, at);
-            let (_, forces) = self.equations.held_acceleration(stops, moment, &q, &v)?;
+            let (a, mut forces) = self.equations.held_acceleration(stops, moment, &q, &v)?;
+            if let Some(fast) = &fast {
+                subtract(&mut forces, fast.of(&v, &a));
+            }
             for (sum, force) in sums.iter_mut().zip(forces) {
                 *sum += weight * force;
             }
             Ok(())
-        })
+        })?;
+        if let Some(fast) = &fast {
+            let [start, end] = [from, to].map(|at| self.path.state_in(arc, at));
+            let mut change = fast.of(&end.0, &end.1);
+            subtract(&mut change, fast.of(&start.0, &start.1));
+            for (sum, change) in sums.iter_mut().zip(change) {
+                *sum += change;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn subtract(from: &mut [f64], values: Vec<f64>) {
+    for (from, value) in from.iter_mut().zip(values) {
+        *from -= value;
     }
 }
 

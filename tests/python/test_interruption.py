@@ -33,6 +33,10 @@ HEAVY = {
     "q": "bounces.q",
     "t": "[bounces.t for _ in range(1000)]",
     "energy": "bounces.energy",
+    "along": "orbit.along(0, np.linspace(0, 10, 3_000_000), 2)",
+    "acceleration": "kept.acceleration(np.linspace(0, 10, 300_000))",
+    "contact force": "held.contact_force(0, np.linspace(0, 10, 1_000_000))",
+    "impulse": "[held.impulse(0) for _ in range(1_000_000)]",
     "functions": "vi.simulate_many(functions, many, 0 * many, (0, 1000))",
 }
 
@@ -86,6 +90,7 @@ free = vi.Scene(vi.LinearSystem(np.ones(20), 0.1 * np.ones(20), np.ones(20)))
 q = np.ones(20)
 kept = vi.simulate(free, q, q, (0, 10))
 orbit = vi.periodic_orbits(vi.paper_scene(3), [1], 2)[0]
+held = vi.simulate(vi.Scene(free.system, None, vi.Stop(0, 1.0, 0.0)), q, 0 * q, (0, 10))
 shuttle = [vi.Stop(0, 1.0, 1.0), vi.Stop(0, 1.0, 1.0, side="lower")]
 bounces = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), None, shuttle), 0.0, 2.0, (0, 600_000))
 functions = vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q, mass=1.0), None, vi.Stop(0, 0.5, 0.9))

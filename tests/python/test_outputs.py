@@ -345,6 +345,40 @@ class TestImpulse:
             given = [run.impulse(stop) for stop in (0, 1)]
             np.testing.assert_allclose(given, -load * 3, rtol=1e-12)
 
+    @pytest.mark.parametrize("ratio", [0.0, 1e-4, 0.01])
+    def test_fast_modes_of_a_body_that_is_held_are_integrated(self, ratio):
+        # Thirty modes to 3000 rad/s, shaken by the landing: what they do to the force is integrated in closed form.
+        w = np.concatenate([[0.0, 1.0], np.geomspace(3.0, 3e3, 28)])
+        tip = np.cos(np.arange(30) * np.pi)
+        system = vi.LinearSystem(np.ones(30), 2 * ratio * w, w**2, load=3.0 * tip)
+        stop = vi.Stop(tip, 0.0, 0.0)
+        scene = vi.Scene(system, vi.Harmonic(tip, 0.7, 0.3), stop)
+        start = -1e-4 * tip / 30
+        run = vi.simulate(scene, start, np.zeros(30), (0, 4))
+        held = run.segments[run.segments["kind"] == "stick"]
+        assert np.sum(held["end"] - held["start"]) > 3.5
+        # The momentum of the rigid mode: the load, the force and the stop.
+        given = 3.0 * run.t_end + (np.sin(0.7 * run.t_end + 0.3) - np.sin(0.3)) / 0.7
+        assert run.impulse(0) == pytest.approx(given - float(run.final[1][0]) / tip[0], rel=1e-9)
+        middle = 0.37 * run.t_end
+        parts = run.impulse(0, (0, middle)), run.impulse(0, (middle, run.t_end))
+        assert sum(parts) == pytest.approx(run.impulse(0), rel=1e-9)
+        given = 3.0 * middle + (np.sin(0.7 * middle + 0.3) - np.sin(0.3)) / 0.7
+        assert parts[0] == pytest.approx(given - float(run.velocity(middle)[0]) / tip[0], rel=1e-9)
+
+    def test_all_harmonics_of_a_force_are_integrated(self):
+        amplitudes = np.zeros((60, 1))
+        amplitudes[[0, 59], 0] = 0.5, 90.0
+        mean, w = 4.0, 1.0
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 0.0, load=[mean]), vi.Fourier(amplitudes, w), vi.Stop(0, 0.3, 0.0))
+        run = vi.simulate(scene, 0.0, 0.0, (0, 20))
+        assert "stick" in run.segments["kind"]
+        given = mean * 20 + 0.5 * np.sin(20.0) + 1.5 * np.sin(1200.0)
+        change = float(run.final[1][0]) + 0.1 * float(run.final[0][0])
+        assert run.impulse(0) == pytest.approx(given - change, rel=1e-9)
+        largest = np.abs(run.energy.forcing_work).max()
+        assert np.abs(run.energy.balance).max() < 1e-9 * largest
+
     def test_a_chain_on_a_wall_balances_its_moments(self):
         # Generalised momenta: d/dt (M(q) v) = -dV/dq + v.dM/dq v/2 - C v - n L, integrated along the motion.
         masses, lengths, damping = np.array([1.0, 0.5]), np.array([0.5, 0.3]), np.array([[0.1, -0.05], [-0.05, 0.05]])
