@@ -236,8 +236,13 @@ impl ConstrainedMotion {
             y -= moved;
             dy -= speed;
         }
-        self.form
-            .to_modal(&self.free.tr_mul(&y), &self.free.tr_mul(&dy))
+        self.reduce_change(&y, &dy)
+    }
+
+    /// That of a displacement and its rate, from anywhere.
+    pub fn reduce_change(&self, dq: &DVector<f64>, dv: &DVector<f64>) -> ModalState {
+        let free = &self.free;
+        self.form.to_modal(&free.tr_mul(dq), &free.tr_mul(dv))
     }
 
     /// Position and velocity of a state of the smaller system.

@@ -10,8 +10,8 @@
 //!
 //! holds for any S, and takes nodes for what is slow alone.
 
-use crate::flow::ConstrainedMotion;
-use crate::modal::{Block, Form, ModalState, Pair};
+use crate::flow::{ConstrainedMotion, along};
+use crate::modal::{Block, Form, Pair};
 use crate::path::evaluator::Evaluator;
 use crate::path::fading::Rates;
 use nalgebra::DVector;
@@ -24,8 +24,6 @@ pub(super) struct FastPart<'a> {
     motion: &'a ConstrainedMotion,
     /// sigma of each force, for every block; zero of those that are slow.
     sigmas: Vec<Vec<Pair>>,
-    /// The modal pairs of nothing, which positions count from.
-    origin: ModalState,
     /// The rates of what is left.
     pub rates: Rates,
 }
@@ -53,10 +51,8 @@ impl<'a> FastPart<'a> {
         };
         let sigmas = motion.forces.iter();
         let sigmas = sigmas.map(|force| blocks.iter().zip(&force.row).map(sigma).collect());
-        let none = DVector::zeros(modal.system.n_dof());
         Some(Self {
             sigmas: sigmas.collect(),
-            origin: motion.reduce(&none, &none),
             rates: Rates::without(motion.form(), modal, is_fast),
             motion,
         })
@@ -64,14 +60,9 @@ impl<'a> FastPart<'a> {
 
     /// S of each force at a position and velocity; its rate, at a velocity and acceleration.
     pub fn of(&self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
-        let state = self.motion.reduce(q, v);
-        let moved = || state.iter().zip(self.origin.iter());
-        let part = |(sigma, (z, origin)): (&Pair, (&Pair, &Pair))| {
-            sigma[0] * (z[0] - origin[0]) + sigma[1] * (z[1] - origin[1])
-        };
+        let state = self.motion.reduce_change(q, v);
         let each = self.sigmas.iter();
-        each.map(|sigma| sigma.iter().zip(moved()).map(part).sum())
-            .collect()
+        each.map(|sigma| along(sigma, &state)).collect()
     }
 }
 
