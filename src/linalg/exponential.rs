@@ -64,45 +64,61 @@ pub(crate) fn phi1_divided(z1: Complex<f64>, z2: Complex<f64>) -> Complex<f64> {
         return (phi1(z1) - phi1(z2)) / (half * 2.0);
     }
     // sum over j of phi1^(2j+1)(middle) half^(2j) / (2j+1)!
-    let derivative = phi1_derivatives(middle);
     let square = half * half;
     let mut term = Complex::new(1.0, 0.0);
     let mut sum = Complex::new(0.0, 0.0);
-    for j in 0..DERIVATIVES / 2 {
-        let order = 2 * j + 1;
-        sum += derivative[order] * term;
+    for derivative in phi1_odd_derivatives(middle) {
+        sum += derivative * term;
         term *= square;
     }
     sum
 }
 
-const DERIVATIVES: usize = 14;
+/// Odd derivatives that a divided difference takes.
+const ODD: usize = 7;
 
-/// `phi1^(k)(z)/k!` for `k < DERIVATIVES`.
-fn phi1_derivatives(z: Complex<f64>) -> [Complex<f64>; DERIVATIVES] {
-    let mut out = [Complex::new(0.0, 0.0); DERIVATIVES];
+/// `phi1^(k)(z)/k!` for the odd k, `k = 2 j + 1`.
+fn phi1_odd_derivatives(z: Complex<f64>) -> [Complex<f64>; ODD] {
+    let mut out = [Complex::new(0.0, 0.0); ODD];
     if z.norm_sqr() < 1.0 {
-        // phi1(z) = sum z^m/(m+1)!: differentiate term by term.
-        for (k, value) in out.iter_mut().enumerate() {
-            let mut power = Complex::new(1.0, 0.0);
-            let mut factor = 1.0 / (1..=k + 1).map(|i| i as f64).product::<f64>(); // binomial(m, k)/(m+1)! at m = k
-            for m in k..k + 20 {
-                *value += power * factor;
-                power *= z;
-                factor *= (m + 1) as f64 / ((m + 1 - k) as f64 * (m + 2) as f64);
-            }
+        let size = z.norm();
+        for (j, value) in out.iter_mut().enumerate() {
+            *value = phi1_series(2 * j + 1, z, size);
         }
     } else {
         // z phi1 = e^z - 1: c_k = (e^z/k! - c_{k-1})/z for the Taylor coefficients c_k.
         let exponential = z.exp();
         let mut factorial = 1.0;
-        out[0] = (exponential - 1.0) / z;
-        for k in 1..DERIVATIVES {
+        let mut of_order = (exponential - 1.0) / z;
+        for k in 1..2 * ODD {
             factorial *= k as f64;
-            out[k] = (exponential / factorial - out[k - 1]) / z;
+            of_order = (exponential / factorial - of_order) / z;
+            if k % 2 == 1 {
+                out[k / 2] = of_order;
+            }
         }
     }
     out
+}
+
+/// `phi1^(k)(z)/k!` for |z| < 1: `phi1(z) = sum z^m/(m+1)!` term by term, until no digit of either part changes any more.
+fn phi1_series(k: usize, z: Complex<f64>, size: f64) -> Complex<f64> {
+    let mut value = Complex::new(0.0, 0.0);
+    let mut power = Complex::new(1.0, 0.0);
+    let mut left = 1.0;
+    let mut factor = 1.0 / (1..=k + 1).map(|i| i as f64).product::<f64>(); // binomial(m, k)/(m+1)! at m = k
+    for m in k..k + 20 {
+        value += power * factor;
+        power *= z;
+        left *= size;
+        factor *= (m + 1) as f64 / ((m + 1 - k) as f64 * (m + 2) as f64);
+        // The terms to come are together less than twice the next.
+        let is_lost = |part: f64| 2.0 * left * factor < 0.25 * f64::EPSILON * part.abs();
+        if is_lost(value.re) && (z.im == 0.0 || is_lost(value.im)) {
+            break;
+        }
+    }
+    value
 }
 
 #[cfg(test)]

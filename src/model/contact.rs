@@ -229,15 +229,14 @@ pub(crate) struct Contact {
 }
 
 impl GapValue {
-    /// The same with what the own motion of its stop adds at a moment.
+    /// Adds what the own motion of its stop adds at a moment.
     #[cold]
-    pub fn widened_by(mut self, motion: &GapMotion, at: Moment) -> Self {
+    pub fn widen(&mut self, motion: &GapMotion, at: Moment) {
         let [value, speed, acceleration] = motion.along(at);
         self.gap += value;
         self.speed += speed;
         self.acceleration += acceleration;
         self.size += motion.size(at);
-        self
     }
 }
 
@@ -246,18 +245,17 @@ impl Contact {
     ///
     /// # Errors
     /// What the functions of a nonlinear stop report.
-    #[inline]
     pub fn along(
         &self,
         at: impl FnOnce() -> Moment,
         (q, v, a): (&[f64], &[f64], &[f64]),
         step: f64,
     ) -> Result<GapValue> {
-        let value = self.surface.along(q, v, a, step)?;
-        Ok(match &self.motion {
-            None => value,
-            Some(motion) => value.widened_by(motion, at()),
-        })
+        let mut value = self.surface.along(q, v, a, step)?;
+        if let Some(motion) = &self.motion {
+            value.widen(motion, at());
+        }
+        Ok(value)
     }
 
     /// The gap at a position and a moment.

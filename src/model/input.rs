@@ -36,12 +36,14 @@ pub(crate) struct Driven {
 /// What acts beside a load and one harmonic: the harmonics from the second on, tones, signals, a base that is not moved by a cosine.
 #[derive(Debug, Clone)]
 struct Other {
+    /// Whether some of it moves the base.
+    is_shaken: bool,
     harmonics: Vec<HarmonicPart>,
     rotations: Rotations,
     signals: Vec<SignalPart>,
 }
 
-/// What changes with time: the acceleration of the base, and the cosine and sine of the angle where there is a force.
+/// What changes with time: the acceleration of the base, and the cosine and sine of the angle where a force turns.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Swing {
     base: f64,
@@ -74,7 +76,9 @@ impl Driven {
                     force: DVector::zeros(0),
                 };
             }
+            let shaken = signals.iter().any(|part| part.base != 0.0);
             Box::new(Other {
+                is_shaken: shaken || harmonics.iter().any(|part| part.base.norm() > 0.0),
                 harmonics,
                 rotations: rotations.clone(),
                 signals: signals.clone(),
@@ -92,8 +96,9 @@ impl Driven {
 impl Other {
     /// Its part of the acceleration of the base, in a function of its own: most have none.
     #[cold]
-    fn base(&self, at: Moment) -> f64 {
-        let harmonics = self.harmonics.iter().zip(self.rotations.phasors(at));
+    fn base(&self, first: Complex<f64>, at: Moment) -> f64 {
+        let phasors = self.rotations.phasors_of(first, at);
+        let harmonics = self.harmonics.iter().zip(phasors);
         let turning: f64 = harmonics.map(|(part, u)| (part.base * u).re).sum();
         let shaken = self.signals.iter().filter(|part| part.base != 0.0);
         turning + shaken.map(|part| part.base * part.value(at)).sum::<f64>()
@@ -101,8 +106,9 @@ impl Other {
 
     /// Adds its forces.
     #[cold]
-    fn add(&self, at: Moment, f: &mut [f64]) {
-        for (part, u) in self.harmonics.iter().zip(self.rotations.phasors(at)) {
+    fn add(&self, first: Complex<f64>, at: Moment, f: &mut [f64]) {
+        let phasors = self.rotations.phasors_of(first, at);
+        for (part, u) in self.harmonics.iter().zip(phasors) {
             for (f, a) in f.iter_mut().zip(part.force.as_slice()) {
                 *f += a.re * u.re - a.im * u.im;
             }
@@ -152,14 +158,15 @@ impl Input for Driven {
         } else {
             self.base * at.angle.cos()
         };
-        if let Some(other) = &self.other {
-            base += other.base(at);
-        }
-        let (sin, cos) = if self.force.is_empty() {
+        let turns = |other: &Other| other.rotations.n_harmonics > 0;
+        let (sin, cos) = if self.force.is_empty() && !self.other.as_deref().is_some_and(turns) {
             (0.0, 1.0)
         } else {
             at.angle.sin_cos()
         };
+        if let Some(other) = self.other.as_deref().filter(|other| other.is_shaken) {
+            base += other.base(Complex::new(cos, sin), at);
+        }
         Swing { base, cos, sin, at }
     }
 
@@ -178,7 +185,7 @@ impl Input for Driven {
             *f += a.re * cos - a.im * sin;
         }
         if let Some(other) = &self.other {
-            other.add(at, f);
+            other.add(Complex::new(cos, sin), at, f);
         }
     }
 }

@@ -54,7 +54,16 @@ impl Rotations {
 
     /// The phasors at a moment.
     pub fn phasors(&self, at: Moment) -> impl Iterator<Item = Complex<f64>> {
-        let harmonics = powers(Complex::cis(at.angle)).take(self.n_harmonics);
+        self.phasors_of(Complex::cis(at.angle), at)
+    }
+
+    /// The phasors at a moment, given that of the fundamental frequency.
+    pub fn phasors_of(
+        &self,
+        first: Complex<f64>,
+        at: Moment,
+    ) -> impl Iterator<Item = Complex<f64>> {
+        let harmonics = powers(first).take(self.n_harmonics);
         let tones = self.tones.iter().map(move |&w| at.angle_of(w));
         harmonics.chain(tones.map(Complex::cis))
     }

@@ -188,8 +188,10 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let a = &self.stepper.start_rate().slice()[n..];
         let step = self.slow_time();
         for (value, contact) in self.gaps.iter_mut().zip(self.contacts.iter()) {
-            let at = || self.clock.moment(self.phase);
-            *value = contact.along(at, (q, v, a), step)?;
+            *value = contact.surface.along(q, v, a, step)?;
+            if let Some(motion) = &contact.motion {
+                value.widen(motion, self.clock.moment(self.phase));
+            }
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())

@@ -131,8 +131,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let (q, v) = self.stepper.end().slice().split_at(n);
         let a = &self.stepper.end_rate().slice()[n..];
         for (value, contact) in self.ahead.iter_mut().zip(self.contacts.iter()) {
-            let at = || self.clock.moment(self.phase).after(length);
-            *value = contact.along(at, (q, v, a), h)?;
+            *value = contact.surface.along(q, v, a, h)?;
+            if let Some(motion) = &contact.motion {
+                value.widen(motion, self.clock.moment(self.phase).after(length));
+            }
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
