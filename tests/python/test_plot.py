@@ -34,7 +34,7 @@ DATA = {
     "energy": LedgerOfABall(),
     "spectrum": BouncingTrajectory(),
 }
-OF_A_STOP = {"gap": (0,), "contact_force": (0,)}  # the stop, before the axes
+BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,)}  # the stop, or what is drawn along
 
 
 class TestEveryFigure:
@@ -61,7 +61,7 @@ class TestEveryFigure:
     @pytest.mark.parametrize("name", CALLS)
     def test_axes_are_the_argument_after_the_data(self, name):
         _, ax = plt.subplots()
-        assert getattr(plot, name)(DATA.get(name, BouncingOrbit()), *OF_A_STOP.get(name, ()), ax) is ax
+        assert getattr(plot, name)(DATA.get(name, BouncingOrbit()), *BEFORE_AXES.get(name, ()), ax) is ax
 
     @pytest.mark.parametrize("name", CALLS)
     def test_refuses_what_is_not_axes(self, name):
@@ -79,7 +79,7 @@ class TestEveryFigure:
     @pytest.mark.parametrize("name", CALLS)
     def test_refuses_data_of_another_kind(self, name):
         with pytest.raises(ValueError, match=r"must be .*got list"):
-            getattr(plot, name)([BouncingOrbit()], *OF_A_STOP.get(name, ()))
+            getattr(plot, name)([BouncingOrbit()], *BEFORE_AXES.get(name, ()))
         assert plt.get_fignums() == []
 
     @pytest.mark.parametrize("name", ["time_history", "phase_portrait", "poincare_section", "spectrum"])

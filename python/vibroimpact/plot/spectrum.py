@@ -27,9 +27,9 @@ EQUAL_STEPS = 1e-6  # of a step: by how much rows at equal steps may be off
 
 def spectrum(
     trajectory: Trajectory,
+    along: ArrayLike = 0,
     ax: Axes | None = None,
     *,
-    along: ArrayLike = 0,
     quantity: Literal["position", "velocity"] = "position",
     t_span: tuple[float, float] | None = None,
     samples: int | None = None,
@@ -41,10 +41,10 @@ def spectrum(
     ----------
     trajectory : Trajectory
         A trajectory that kept its motion, or has rows at equal steps (``t_eval``).
-    ax : matplotlib.axes.Axes, optional
-        Where to draw; default: a new figure.
     along : int or array_like, shape (n_dof,), default 0
         What is drawn: a coordinate by its index, from 0 to n_dof - 1, or the motion along a direction n, ``n.q``.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; default: a new figure.
     quantity : {"position", "velocity"}, default "position"
         Of what.
     t_span : (float, float), optional
