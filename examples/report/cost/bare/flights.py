@@ -23,7 +23,7 @@ INPUTS = (
     Change(SCENE, "    SceneFlow::Loaded(BlockFlow::new(", f"    {NEVER}\n", "}\n\n/// Runs a block of code"),
     Change(
         SCENE,
-        "        Form::Dense(matrix) => {\n            SceneFlow::Dense",
+        "        Form::Dense(matrix) => SceneFlow::Dense",
         f"        Form::Dense(_) => {NEVER},\n",
         "    }\n}\n",
     ),

@@ -30,7 +30,7 @@ INPUTS = (
     *without("DrivenDoublePendulum"),
     Change(
         SERIES_OF,
-        "            PendulumForcing::Base(base) => self.expand_shaken(coefficients, base),",
+        "            PendulumForcing::Base(base) => expand_shaken(about, base),",
         f"            _ => {NEVER},\n",
         "        }\n    }\n",
     ),
