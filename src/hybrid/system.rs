@@ -148,6 +148,8 @@ pub(crate) trait Impacts {
 pub(crate) trait Present {
     /// The present time.
     fn clock(&self) -> Clock;
+    /// Sets the clock to a time that it is at but for rounding: that of a break, from which on something else acts.
+    fn set_time(&mut self, t: f64);
     /// The forcing phase now.
     fn phase(&self) -> f64;
     /// The times at which what acts passes from one law to another, in order: a flight ends there, and another begins.

@@ -56,8 +56,8 @@ pub(crate) struct EventLoop {
     reaches: Vec<f64>,
     /// Where the present flight began.
     departure: Option<Clock>,
-    /// Whether the present flight is to end where something else begins to act, and whether the last one did.
-    is_to_break: bool,
+    /// The time from which something else acts, where the present flight is to end; whether the last one ended at one.
+    break_ahead: Option<f64>,
     is_at_break: bool,
     /// The stops in contact.
     touching: Vec<usize>,
@@ -142,7 +142,7 @@ impl EventLoop {
         self.approaches.clear();
         self.approaches.resize(n_stops, 0.0);
         self.departure = None;
-        (self.is_to_break, self.is_at_break) = (false, false);
+        (self.break_ahead, self.is_at_break) = (None, false);
         self.let_go.clear();
         self.closed_again.clear();
         self.events_at = (t0, 0, 0);
@@ -176,12 +176,12 @@ impl EventLoop {
             return ControlFlow::Break(Unresolved { reason }.at(now));
         }
         self.is_at_break = false;
-        self.is_to_break = false;
+        self.break_ahead = None;
         let breaks = system.breaks();
         let next = breaks.get(breaks.partition_point(|at| *at <= now));
         ControlFlow::Continue(match next {
             Some(&at) if at < goal.time() => {
-                self.is_to_break = true;
+                self.break_ahead = Some(at);
                 (clock.until(clock.at(at)).max(0.0), at)
             }
             _ => (left, goal.time()),
@@ -197,8 +197,10 @@ impl EventLoop {
         record: &mut Record,
     ) -> Result<Option<Ending>> {
         let resolved = match arrival {
-            Arrival::End if self.is_to_break => self.pass_break(system, record)?,
-            Arrival::End => return Ok(Some(self.ended(t_end, Status::Finished))),
+            Arrival::End => match self.break_ahead {
+                Some(at) => self.pass_break(system, at, record)?,
+                None => return Ok(Some(self.ended(t_end, Status::Finished))),
+            },
             Arrival::Underflow => {
                 let time = system.clock().time();
                 let message = format!("at t = {time}: the steps became too short for the time");

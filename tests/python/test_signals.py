@@ -301,3 +301,18 @@ def test_functions_that_no_pieces_follow_are_refused():
         vi.Scene(system(), vi.Load(2, ([0.0, 1.0], [1.0, 1.0])), STOPS)
     with pytest.raises(ValueError, match="no influence vector"):
         vi.Scene(system(), vi.BaseAcceleration(([0.0, 1.0], [1.0, 1.0])), STOPS)
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853", "rk45", "radau"])
+@pytest.mark.parametrize("zero", [0.0, 1.7e-18, -1.1e-16])
+def test_breakpoints_about_zero_are_passed_by_runs_that_come_from_before(method, zero):
+    """A step that ends there misses it by a rounding of where it began, which is more than one of zero."""
+    system = vi.LinearSystem(1.0, 0.1, 4.0)
+    coarse = np.array([-3.0, -1.0, zero, 1.0, 3.0])
+    for times in (coarse, np.arange(-1.0, 1.0, 0.1), np.linspace(-1.0, 1.0, 41)):
+        scene = vi.Scene(system, vi.Load(0, (times, np.sin(7.0 * times))), vi.Stop(0, 0.05, 0.5))
+        run = vi.simulate(scene, [0.0], [0.0], (-2.0, 2.0), method=method)
+        assert run.status == "finished"
+        later = vi.Scene(system, vi.Load(0, (times + 4.0, np.sin(7.0 * times))), vi.Stop(0, 0.05, 0.5))
+        reference = vi.simulate(later, [0.0], [0.0], (2.0, 6.0), method="exact")
+        np.testing.assert_allclose(run.final, reference.final, rtol=0, atol=1e-5)

@@ -415,6 +415,12 @@ impl<F: LinearFlow> Present for ClosedForm<'_, F> {
         self.clock
     }
 
+    fn set_time(&mut self, t: f64) {
+        self.clock = self.clock.at(t);
+        let at = self.moment();
+        self.flow.set_moment(&mut self.state, at);
+    }
+
     fn phase(&self) -> f64 {
         wrapped(self.clock.angle() + self.phase)
     }

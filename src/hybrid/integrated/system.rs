@@ -257,6 +257,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Present for Integrated<'_, S, D, P> {
         self.clock
     }
 
+    fn set_time(&mut self, t: f64) {
+        self.clock = self.clock.at(t);
+        self.is_begun = false;
+    }
+
     fn phase(&self) -> f64 {
         wrapped(self.clock.angle() + self.phase)
     }

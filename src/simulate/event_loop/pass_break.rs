@@ -7,13 +7,15 @@ use crate::hybrid::HybridSystem;
 use crate::simulate::record::Record;
 
 impl EventLoop {
-    /// Goes on where something else begins to act.
+    /// Goes on at the time from which something else acts.
     pub(super) fn pass_break<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
+        at: f64,
         record: &mut Record,
     ) -> Resolved {
         self.is_at_break = true;
+        system.set_time(at);
         self.find_touching(system)?;
         let is_held_alone = self.touching == self.held;
         if self.touching.is_empty() {
