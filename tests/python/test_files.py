@@ -126,6 +126,20 @@ class TestSaveAndLoad:
         RUN.save(tmp_path / "a run")  # once more
         assert [path.name for path in tmp_path.iterdir()] == ["a run"]
 
+    def test_a_file_is_written_whole_or_not_at_all(self, tmp_path, monkeypatch):
+        path = saved(tmp_path)
+
+        def full(file, **arrays):
+            file.write(b"PK")
+            raise OSError("no space left")
+
+        monkeypatch.setattr(np, "savez", full)
+        with pytest.raises(OSError, match="no space left"):
+            OBJECTS["Trajectory, held"].save(path)
+        monkeypatch.undo()
+        assert list(tmp_path.iterdir()) == [path]
+        assert same(RUN, vi.load(path))
+
     def test_numbers_that_json_does_not_have_come_back(self, tmp_path):
         found = vi.existence_map(OBJECTS["Scene"], [1], ("frequency", [1.5]), ("clearance", [0.15, 10.0]), 2)
         assert np.isnan(found.multiplier).any()

@@ -468,6 +468,8 @@ class TestOrbits:
             middle = start + 0.4 * period
             parts = orbit.impulse(0, (start, middle)) + orbit.impulse(0, (middle, start + period))
             assert parts == pytest.approx(one, rel=1e-9)
+        # A time within rounding of an impact is the impact: the period is over there.
+        assert orbit.impulse(0, (0.0, np.nextafter(3 * period, 0.0))) == pytest.approx(3 * one, rel=1e-12)
         # Along the orbit from right after its first impact: the weight and what the velocity changes by.
         for t in (0.2, 0.5 * period, 0.9 * period):
             change = orbit.velocity(t)[0] - orbit.v0[0] - 1.3 * (np.sin(t + orbit.phase) - np.sin(orbit.phase))
