@@ -232,11 +232,11 @@ impl GapValue {
     /// Adds what the own motion of its stop adds at a moment.
     #[cold]
     pub fn widen(&mut self, motion: &GapMotion, at: Moment) {
-        let [value, speed, acceleration] = motion.along(at);
+        let ([value, speed, acceleration], size) = motion.along_with_size(at);
         self.gap += value;
         self.speed += speed;
         self.acceleration += acceleration;
-        self.size += motion.size(at);
+        self.size += size;
     }
 }
 

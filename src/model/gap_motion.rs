@@ -22,42 +22,55 @@ pub(crate) struct GapMotion {
 impl GapMotion {
     /// The derivative of an order, 0 that of the motion itself without its mean, and the size of its terms.
     pub fn derivative(&self, at: Moment, order: usize) -> (f64, f64) {
-        let (mut sum, mut size) = (0.0, 0.0);
+        let [found] = self.derivatives(at, order);
+        found
+    }
+
+    /// The same of some orders from one on, from one look at what turns.
+    fn derivatives<const N: usize>(&self, at: Moment, first: usize) -> [(f64, f64); N] {
+        let mut all = [(0.0, 0.0); N];
         let turning = self.rotations.phasors(at).zip(self.rotations.frequencies());
         for (a, (u, w)) in self.amplitudes.iter().zip(turning) {
             if *a == Complex::default() {
                 continue;
             }
-            let power: f64 = std::iter::repeat_n(w, order).product();
-            let turned = match order % 4 {
-                0 => u,
-                1 => Complex::new(-u.im, u.re),
-                2 => -u,
-                _ => Complex::new(u.im, -u.re),
-            };
-            sum += (a * turned).re * power;
-            size += a.norm() * power;
+            let mut power: f64 = std::iter::repeat_n(w, first).product();
+            for (order, (sum, size)) in (first..).zip(&mut all) {
+                let turned = match order % 4 {
+                    0 => u,
+                    1 => Complex::new(-u.im, u.re),
+                    2 => -u,
+                    _ => Complex::new(u.im, -u.re),
+                };
+                *sum += (a * turned).re * power;
+                *size += a.norm() * power;
+                power *= w;
+            }
         }
         if let Some((_, signal)) = &self.signal {
             signal.derivatives(at.since, at.time, |m, x| {
-                if m == order {
-                    sum += x;
-                    size += x.abs();
+                let place = m.checked_sub(first).and_then(|place| all.get_mut(place));
+                if let Some((sum, size)) = place {
+                    *sum += x;
+                    *size += x.abs();
                 }
             });
         }
-        (sum, size)
+        all
     }
 
     /// Value, with the mean, speed and acceleration.
     pub fn along(&self, at: Moment) -> [f64; 3] {
-        let [value, speed, acceleration] = [0, 1, 2].map(|order| self.derivative(at, order).0);
-        [self.mean + value, speed, acceleration]
+        self.along_with_size(at).0
     }
 
-    /// The size of the terms of its value, at most.
-    pub fn size(&self, at: Moment) -> f64 {
-        self.mean.abs() + self.derivative(at, 0).1
+    /// The same, and the size of the terms of the value, at most.
+    pub fn along_with_size(&self, at: Moment) -> ([f64; 3], f64) {
+        let [(value, size), (speed, _), (acceleration, _)] = self.derivatives(at, 0);
+        (
+            [self.mean + value, speed, acceleration],
+            self.mean.abs() + size,
+        )
     }
 
     /// The longest step along which the quintic through value, slope and curvature at both ends is off by no more than an error; infinite

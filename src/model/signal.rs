@@ -308,29 +308,25 @@ impl Signal {
     /// Hands out the derivatives at a time, of orders 0 to the degree, on the piece that holds for a step that began at another;
     /// nothing outside the pieces, where all are zero.
     pub(crate) fn derivatives(&self, since: f64, t: f64, mut put: impl FnMut(usize, f64)) {
-        let Pieces { breaks, .. } = &*self.pieces;
-        let begun = breaks.partition_point(|b| *b <= since + self.shift);
-        if begun == 0 || begun == breaks.len() {
-            return;
+        if let Some((piece, local)) = self.piece_at(since, t) {
+            (self.pieces).after_start(piece, local, |m, x| put(m, self.factor * x));
         }
-        let local = (t + self.shift) - breaks[begun - 1];
-        (self.pieces).after_start(begun - 1, local, |m, x| put(m, self.factor * x));
+    }
+
+    /// The piece that holds for a step that began at a time, and how long after its start another time is; none outside.
+    fn piece_at(&self, since: f64, t: f64) -> Option<(usize, f64)> {
+        let breaks = &self.pieces.breaks;
+        let begun = breaks.partition_point(|b| *b <= since + self.shift);
+        (begun > 0 && begun < breaks.len())
+            .then(|| (begun - 1, (t + self.shift) - breaks[begun - 1]))
     }
 
     /// The value at a time, and the size of the terms that it is a sum of, on the piece that holds for a step that began at another.
     pub(crate) fn value_with_size(&self, since: f64, t: f64) -> (f64, f64) {
-        let Pieces {
-            breaks,
-            degree,
-            derivatives,
-            ..
-        } = &*self.pieces;
-        let begun = breaks.partition_point(|b| *b <= since + self.shift);
-        if begun == 0 || begun == breaks.len() {
+        let Some((piece, local)) = self.piece_at(since, t) else {
             return (0.0, 0.0);
-        }
-        let local = (t + self.shift) - breaks[begun - 1];
-        let given = &derivatives[(begun - 1) * (degree + 1)..begun * (degree + 1)];
+        };
+        let given = self.pieces.given(piece);
         let (mut value, mut size) = (0.0, 0.0);
         for (m, derivative) in given.iter().enumerate().rev() {
             let step = local / (m + 1) as f64;
@@ -369,9 +365,15 @@ impl Signal {
 }
 
 impl Pieces {
+    /// The derivatives where a piece begins.
+    fn given(&self, piece: usize) -> &[f64] {
+        let n = self.degree + 1;
+        &self.derivatives[piece * n..(piece + 1) * n]
+    }
+
     /// Hands out the derivatives of a piece so long after its start.
     fn after_start(&self, piece: usize, local: f64, mut put: impl FnMut(usize, f64)) {
-        let given = &self.derivatives[piece * (self.degree + 1)..(piece + 1) * (self.degree + 1)];
+        let given = self.given(piece);
         for m in 0..=self.degree {
             put(m, taylor(&given[m..], local));
         }

@@ -36,6 +36,7 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     /// The largest contact force of each since it is held.
     pub(super) peak_forces: Vec<f64>,
     pub(super) phase: f64,
+    pub(super) excitation: Excitation,
     /// The frequency of the fastest harmonic or tone, zero without any.
     pub(super) fastest_forcing: f64,
     /// The longest step along which the gap of a stop that moves is told from the ends; infinite where all rest.
@@ -104,6 +105,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             fastest_forcing: excitation.rotations.fastest(),
             longest_step: longest_step(&excitation, tolerance),
             breaks: excitation.breaks(),
+            excitation,
             tolerance,
             choice,
             stepper: P::new(n, tolerance, choice),

@@ -134,7 +134,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
             .iter()
             .map(|&stop| self.contacts[stop].surface.normal(q.as_slice()));
         if let System::Linear(system) = self.scene.system() {
-            let sizes = self.scene.excitation().sizes(self.moment(), self.n());
+            let sizes = self.excitation.sizes(self.moment(), self.n());
             let terms = force_terms(system, &sizes, (&q, &v));
             return normals
                 .map(|normal| Ok(acceleration_size(system, &normal?, &terms)))
