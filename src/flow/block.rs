@@ -4,7 +4,7 @@
 
 use crate::flow::drive::{Alone, Drive};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, fitted_step, softest_rate};
 use crate::linalg::plane::{plus, times};
 use crate::modal::{Block, ModalState, Pair, Propagation};
 use crate::model::Moment;
@@ -32,6 +32,8 @@ pub(crate) struct BlockFlow<D> {
     parts: Vec<Part>,
     longest_step: f64,
     holds_for_ever: bool,
+    /// The longest step within a piece of a signal.
+    longest_in_piece: f64,
     fastest_rate: f64,
     fastest_growth: f64,
     drive: D,
@@ -58,7 +60,9 @@ impl<D: Drive> BlockFlow<D> {
         let rates = blocks.iter().flat_map(|b| b.roots().map(Complex::norm));
         let rates = rates.chain(drive.frequencies());
         // A signal may change as a whole in the time of a piece.
-        let fastest_rate = rates.clone().fold(1.0 / drive.longest_step(), f64::max);
+        let pieces = drive.pieces();
+        let of_pieces = pieces.map_or(0.0, |[shortest, _]| 1.0 / shortest);
+        let fastest_rate = rates.clone().fold(of_pieces, f64::max);
         let softest = softest_rate(rates);
         let roots = blocks.iter().flat_map(|b| b.roots());
         let fastest_growth = roots.map(|l| l.re).fold(0.0, f64::max);
@@ -70,8 +74,13 @@ impl<D: Drive> BlockFlow<D> {
         };
         let norm_growth = (0..blocks.len()).map(growth).fold(0.0, f64::max);
         // Steps so long that no bound more than doubles by growth.
-        let longest_step = (1.0 / softest).min(0.7 / norm_growth);
-        let longest_step = longest_step.min(drive.longest_step());
+        let longest_step = fitted_step((1.0 / softest).min(0.7 / norm_growth), pieces);
+        let holds_for_ever = norm_growth == 0.0;
+        let most = if holds_for_ever {
+            f64::INFINITY
+        } else {
+            longest_step
+        };
         let part = |(j, &block): (usize, &Block)| {
             let norm = block.norm(softest);
             let rest = block.equilibrium(drive.load(j));
@@ -89,7 +98,8 @@ impl<D: Drive> BlockFlow<D> {
         Self {
             parts: blocks.iter().enumerate().map(part).collect(),
             longest_step,
-            holds_for_ever: norm_growth == 0.0 && drive.longest_step() == f64::INFINITY,
+            holds_for_ever,
+            longest_in_piece: pieces.map_or(most, |[_, longest]| longest.min(most)),
             fastest_rate,
             fastest_growth,
             drive,
@@ -230,7 +240,7 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
                     Some([slow, fast]) => along(slow) + along(fast),
                     None => weight * size,
                 };
-                *signal_weight += along(*r) + grown * self.longest_step;
+                *signal_weight += along(*r) + grown * self.longest_in_piece;
                 is_bounded &= size == 0.0;
             }
             let terms = [r[0] * part.equilibrium[0], r[1] * part.equilibrium[1]];
@@ -295,6 +305,9 @@ mod tests {
     use super::*;
     use crate::flow::drive::{HarmonicDrive, Loaded, Undriven};
     use crate::flow::linear::contract;
+    use crate::flow::many_drive::{ManyDrive, SignalInput};
+    use crate::model::Signal;
+    use nalgebra::DMatrix;
 
     #[test]
     fn block_flows_keep_the_contract() {
@@ -341,6 +354,37 @@ mod tests {
         };
         let load = vec![[0.1, 0.2]; 2];
         contract::check(&BlockFlow::new(&pairs, Loaded { load, drive }), 2, 0.8);
+    }
+
+    #[test]
+    fn bounds_hold_along_a_signal_to_the_end_of_its_piece() {
+        let blocks = [
+            Block::Oscillator { w2: 4.0, eta: 0.1 },
+            Block::Oscillator { w2: 1.0, eta: 0.0 },
+            Block::Oscillator { w2: 0.0, eta: 0.0 },
+            Block::Oscillator { w2: 5.0, eta: 7.0 },
+        ];
+        // Powers of the time over the piece, as long as the longest step that is checked, or a tenth of the shortest.
+        for (end, degree) in [(300.0, 3), (300.0, 5), (300.0, 8), (40.0, 4)] {
+            let coefficient =
+                |k: usize| (1.3 - 0.7 * k as f64) / f64::powi(end, (degree - k) as i32);
+            let coefficients = DMatrix::from_fn(degree + 1, 1, |k, _| coefficient(k));
+            let signal = Signal::pieces(&[-1.0, end], &coefficients).expect("valid");
+            for block in blocks {
+                let directions = vec![[0.0, 0.8]];
+                let drive = ManyDrive {
+                    signals: vec![SignalInput {
+                        signal: signal.clone(),
+                        directions,
+                    }],
+                    ..ManyDrive::default()
+                };
+                let flow = BlockFlow::new(&[block], drive);
+                if end > 200.0 * flow.longest_step() || !flow.holds_for_ever() {
+                    contract::check(&flow, 1, 0.0);
+                }
+            }
+        }
     }
 
     #[test]

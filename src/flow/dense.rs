@@ -3,7 +3,7 @@
 
 use crate::flow::drive::Turning;
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, softest_rate};
+use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, fitted_step, softest_rate};
 use crate::flow::many_drive::ManyDrive;
 use crate::linalg::francis::eigenvalues;
 use crate::linalg::matrix_exponential::matrix_exponential;
@@ -79,7 +79,7 @@ impl DenseFlow {
         let growth_rate = ((&scaled + scaled.transpose()) * 0.5).norm();
         let slowest = drive.frequencies().next().unwrap_or(0.0);
         let longest_step = (1.0 / softest_rate([rate, slowest].into_iter())).min(0.7 / growth_rate);
-        let longest_step = longest_step.min(drive.longest_step());
+        let longest_step = fitted_step(longest_step, drive.pieces());
         let growth = (growth_rate * longest_step).exp();
         let fastest_growth = eigenvalues(matrix.clone()).map_or(growth_rate, |roots| {
             roots.into_iter().map(|l| l.re).fold(0.0, f64::max)
@@ -219,13 +219,14 @@ impl FlowRows for DenseFlow {
             forced += direct.norm() * w3;
             forced_growth += weight * size * w3;
         }
+        let most = (self.drive.pieces()).map_or(0.0, |[_, longest]| longest.min(self.longest_step));
         let signal_weight = |direction: &Vec<f64>| {
             let direct: f64 = flat.iter().zip(direction).map(|(r, d)| r * d).sum();
             let squares = direction
                 .iter()
                 .zip(&self.unit)
                 .map(|(d, s)| (d * s).powi(2));
-            direct.abs() + weight * squares.sum::<f64>().sqrt() * self.longest_step
+            direct.abs() + weight * squares.sum::<f64>().sqrt() * most
         };
         let signal_weights: Vec<f64> = self.directions.iter().map(signal_weight).collect();
         for stored in self.drive.rows(quantity, &signal_weights) {
@@ -260,7 +261,8 @@ impl FlowRates for DenseFlow {
     }
 
     fn fastest_rate(&self) -> f64 {
-        let own = self.matrix.norm().max(1.0 / self.drive.longest_step());
+        let of_pieces = (self.drive.pieces()).map_or(0.0, |[shortest, _]| 1.0 / shortest);
+        let own = self.matrix.norm().max(of_pieces);
         self.drive.frequencies().fold(own, f64::max)
     }
 

@@ -40,13 +40,14 @@ pub(crate) trait Turning {
     /// What a quantity is on the stored pairs; `weights` are what one unit of the third derivative of each signal adds to its fourth
     /// derivative through the blocks.
     fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow>;
-    /// The longest step for which its norms hold, infinite where they hold for ever.
-    fn longest_step(&self) -> f64 {
-        f64::INFINITY
+    /// The lengths of the shortest and of the longest piece of its signals, beyond which no step goes.
+    fn pieces(&self) -> Option<[f64; 2]> {
+        None
     }
 }
 
 /// What a quantity is on one stored pair.
+#[derive(Default)]
 pub(crate) struct TurningRow {
     pub row: Pair,
     /// Bound on what one unit of the pair's norm adds to the fourth derivative.
@@ -315,8 +316,8 @@ impl<D: Drive> Turning for Loaded<D> {
         self.drive.rows(quantity, weights)
     }
 
-    fn longest_step(&self) -> f64 {
-        self.drive.longest_step()
+    fn pieces(&self) -> Option<[f64; 2]> {
+        self.drive.pieces()
     }
 }
 

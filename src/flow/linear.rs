@@ -103,6 +103,20 @@ pub(crate) fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
+/// The longest step of a flow whose slowest motion allows one, so that the longest piece of its signals is one of its halves or
+/// doubles.
+pub(crate) fn fitted_step(longest: f64, pieces: Option<[f64; 2]>) -> f64 {
+    let Some([_, piece]) = pieces else {
+        return longest;
+    };
+    let doublings = (longest / piece).log2().floor();
+    if doublings.is_finite() {
+        piece * doublings.exp2()
+    } else {
+        longest
+    }
+}
+
 /// The contract of every flow.
 #[cfg(test)]
 pub(crate) mod contract {

@@ -27,10 +27,25 @@ pub(crate) struct SignalInput {
     pub directions: Vec<Pair>,
 }
 
+/// The highest degree of which the derivatives at one time bound the third and the fourth on all of a piece.
+const EASILY_BOUNDED: usize = 3;
+
 impl SignalInput {
     /// Pairs that hold its derivatives of orders 0 to its degree.
     pub fn n_pairs(&self) -> usize {
         self.signal.degree() / 2 + 1
+    }
+
+    /// Whether a pair of its own holds bounds on its third and fourth derivatives.
+    fn has_bounds(&self) -> bool {
+        self.signal.degree() > EASILY_BOUNDED
+    }
+
+    /// Bounds on the third and the fourth derivatives, from a moment on to the end of the piece; `stored` are those of that moment.
+    fn bounds(&self, at: Moment, stored: &[Pair]) -> Pair {
+        let sizes: Vec<f64> = stored.as_flattened().iter().map(|x| x.abs()).collect();
+        let rest = self.signal.rest_of_piece(at.since, at.time);
+        [3, 4].map(|order| crate::model::taylor(&sizes[order..], rest))
     }
 
     /// Stores its derivatives at a moment.
@@ -42,21 +57,19 @@ impl SignalInput {
 }
 
 /// Carries the derivatives of a polynomial over a span of time.
-pub(super) fn shift(t: f64, stored: &mut [Pair]) {
+fn shift(t: f64, stored: &mut [Pair]) {
     let stored = stored.as_flattened_mut();
     for m in 0..stored.len() {
         stored[m] = crate::model::taylor(&stored[m..], t);
     }
 }
 
-/// The pairs of a polynomial with their derivatives. The norm of the first bounds its third derivative over a step of some length, that
-/// of the second its fourth.
-pub(super) fn polynomial(
-    stored: &[Pair],
-    longest_step: f64,
-) -> impl Iterator<Item = Derivatives> + '_ {
+/// The pairs of a polynomial with their derivatives. The norm of the first bounds its third derivative to the end of the piece, that
+/// of the second its fourth: `bounds`, where they are not those of a polynomial of degree 3.
+fn polynomial(stored: &[Pair], bounds: Option<Pair>) -> impl Iterator<Item = Derivatives> + '_ {
     let flat = stored.as_flattened();
-    let of = |m: usize| flat.get(m).copied().unwrap_or(0.0);
+    let of = move |m: usize| flat.get(m).copied().unwrap_or(0.0);
+    let bounds = bounds.unwrap_or_else(|| [of(3).abs(), 0.0]);
     (0..stored.len()).map(move |pair| {
         let at = |order: usize| [of(2 * pair + order), of(2 * pair + order + 1)];
         Derivatives {
@@ -64,18 +77,17 @@ pub(super) fn polynomial(
             d1: at(1),
             d2: at(2),
             d3: at(3),
-            norm: if pair < 2 {
-                let rest = flat.iter().skip(3 + pair);
-                let sizes: Vec<f64> = rest.map(|x| x.abs()).collect();
-                crate::model::taylor(&sizes, longest_step)
-            } else {
-                0.0
-            },
+            norm: bounds.get(pair).copied().unwrap_or(0.0),
         }
     })
 }
 
 impl ManyDrive {
+    /// Pairs before those of bounds.
+    fn n_moving(&self) -> usize {
+        self.rotations.len() + self.signals.iter().map(SignalInput::n_pairs).sum::<usize>()
+    }
+
     /// The pairs of each signal among those that are stored.
     fn parted<'s>(&'s self, stored: &'s [Pair]) -> impl Iterator<Item = &'s [Pair]> {
         let mut rest = &stored[self.rotations.len()..];
@@ -93,18 +105,24 @@ impl Turning for ManyDrive {
     /// What the phasors turn by, and the span.
     type Turn = (Vec<Complex<f64>>, f64);
 
+    /// Those of bounds come last.
     fn n_pairs(&self) -> usize {
-        self.rotations.len() + self.signals.iter().map(SignalInput::n_pairs).sum::<usize>()
+        self.n_moving() + self.signals.iter().filter(|own| own.has_bounds()).count()
     }
 
     fn store(&self, at: Moment, stored: &mut [Pair]) {
-        let (turned, mut rest) = stored.split_at_mut(self.rotations.len());
+        let (moving, bounds) = stored.split_at_mut(self.n_moving());
+        let (turned, mut rest) = moving.split_at_mut(self.rotations.len());
         for (place, u) in turned.iter_mut().zip(self.rotations.phasors(at)) {
             *place = [u.re, u.im];
         }
+        let mut bounds = bounds.iter_mut();
         for signal in &self.signals {
             let (own, others) = rest.split_at_mut(signal.n_pairs());
             signal.store(at, own);
+            if let Some(place) = signal.has_bounds().then(|| bounds.next()).flatten() {
+                *place = signal.bounds(at, own);
+            }
             rest = others;
         }
     }
@@ -135,11 +153,15 @@ impl Turning for ManyDrive {
     }
 
     fn turning<'s>(&'s self, stored: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
-        let longest = self.longest_step();
         let phasors = stored.iter().map(|u| Complex::new(u[0], u[1]));
         let turned = phasors.zip(self.frequencies()).map(|(u, w)| turning(u, w));
-        let signals = self.parted(stored);
-        turned.chain(signals.flat_map(move |own| polynomial(own, longest)))
+        let mut bounds = stored[self.n_moving()..].iter().copied();
+        let resting = bounds.clone().map(|_| Derivatives::default());
+        let signals = self.signals.iter().zip(self.parted(stored));
+        let signals = signals.flat_map(move |(signal, own)| {
+            polynomial(own, signal.has_bounds().then(|| bounds.next()).flatten())
+        });
+        turned.chain(signals).chain(resting)
     }
 
     fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow> {
@@ -151,27 +173,19 @@ impl Turning for ManyDrive {
         for ((signal, direct), &weight) in signals.zip(weights) {
             rows.extend(signal_rows(signal.n_pairs(), direct, weight));
         }
+        rows.resize_with(self.n_pairs(), TurningRow::default);
         rows
     }
 
-    fn longest_step(&self) -> f64 {
-        longest_piece(self.signals.iter().map(|own| &own.signal))
+    fn pieces(&self) -> Option<[f64; 2]> {
+        let lengths = self.signals.iter().map(|own| own.signal.piece_lengths());
+        lengths.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
-}
-
-/// The longest piece of some signals, infinite without any.
-pub(super) fn longest_piece<'s>(signals: impl Iterator<Item = &'s Signal>) -> f64 {
-    let longest = signals.map(Signal::longest_piece).reduce(f64::max);
-    longest.unwrap_or(f64::INFINITY)
 }
 
 /// What a quantity of which a part of a signal is taken off is on the pairs of that; `weight` is that of its third derivative through
 /// the blocks.
-pub(super) fn signal_rows(
-    n_pairs: usize,
-    direct: f64,
-    weight: f64,
-) -> impl Iterator<Item = TurningRow> {
+fn signal_rows(n_pairs: usize, direct: f64, weight: f64) -> impl Iterator<Item = TurningRow> {
     (0..n_pairs).map(move |pair| TurningRow {
         row: if pair == 0 { [direct, 0.0] } else { [0.0, 0.0] },
         weight: match pair {

@@ -28,6 +28,15 @@ pub(crate) struct GivenGap {
     pub speed: (f64, f64),
 }
 
+impl GivenGap {
+    /// The same where the time has been rounded, of a stop of some value, speed and acceleration: it has moved on by that.
+    pub fn at_time(mut self, t: f64, [_, speed, acceleration]: [f64; 3]) -> Self {
+        self.gap.1 += (t * speed).abs();
+        self.speed.1 += (t * acceleration).abs();
+        self
+    }
+}
+
 /// The largest sizes seen of a gap on a flight.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GapSizes {

@@ -34,8 +34,8 @@ struct Pieces {
     degree: usize,
     /// The derivatives of orders 0 to the degree where each begins.
     derivatives: Vec<f64>,
-    /// The length of the longest.
-    longest: f64,
+    /// The lengths of the shortest and of the longest.
+    lengths: [f64; 2],
 }
 
 impl Signal {
@@ -123,13 +123,15 @@ impl Signal {
 
     fn new(breaks: Vec<f64>, degree: usize, derivatives: Vec<f64>) -> Self {
         let lengths = breaks.windows(2).map(|b| b[1] - b[0]);
-        let longest = lengths.fold(0.0, f64::max);
+        let shortest_and_longest = lengths.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], x| {
+            [a.min(x), b.max(x)]
+        });
         Self {
             pieces: Arc::new(Pieces {
                 breaks,
                 degree,
                 derivatives,
-                longest,
+                lengths: shortest_and_longest,
             }),
             shift: 0.0,
             factor: 1.0,
@@ -336,9 +338,16 @@ impl Signal {
         (self.factor * value, self.factor.abs() * size)
     }
 
-    /// The longest piece.
-    pub(crate) fn longest_piece(&self) -> f64 {
-        self.pieces.longest
+    /// The lengths of the shortest and of the longest piece.
+    pub(crate) fn piece_lengths(&self) -> [f64; 2] {
+        self.pieces.lengths
+    }
+
+    /// What is left, from a time on, of the piece that holds for a step that began at another; zero outside.
+    pub(crate) fn rest_of_piece(&self, since: f64, t: f64) -> f64 {
+        let breaks = &self.pieces.breaks;
+        let left = |(piece, local): (usize, f64)| breaks[piece + 1] - breaks[piece] - local;
+        self.piece_at(since, t).map_or(0.0, left).max(0.0)
     }
 
     /// The same signal so much earlier.

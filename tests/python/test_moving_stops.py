@@ -167,6 +167,24 @@ def test_a_ball_rests_on_a_table_until_that_falls_faster(method):
     assert z + v * hit - g * hit**2 / 2 == pytest.approx(table_then, abs=1e-9)
 
 
+@pytest.mark.parametrize("start", [0.0, -3.7, 1e3, 1e5])
+@pytest.mark.parametrize("method", ["exact", *STEPS])
+def test_what_rests_on_a_table_stays_while_a_signal_acts(method, start):
+    # The table moves on by the rounding of the time between the breakpoints, and between a run and the one that goes on.
+    amplitude, w = 0.02, 9.0
+    t = start + np.linspace(0.0, 4.0, 81)
+    push = vi.Load(0, (t, np.random.default_rng(3).uniform(-1.0, 1.0, t.size)))
+    table = vi.Stop(0, 0.0, 0.7, side="lower", motion=vi.Harmonic([-amplitude], w, 0.4))
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0, load=[-9.81]), push, table)
+    angle = w * start + 0.4
+    at_rest = [amplitude * np.cos(angle)], [-amplitude * w * np.sin(angle)]
+    first = vi.simulate(scene, *at_rest, (start, start + 2.13), method=method)
+    later = vi.simulate(scene, *first.final, (first.t_end, start + 4.0), method=method)
+    for run in (first, later):
+        assert run.status == "finished" and run.impacts.size == 0, run.message
+        assert set(run.segments["kind"]) == {"stick"}
+
+
 @pytest.mark.parametrize("method", ["exact", "dop853"])
 def test_a_ball_comes_to_rest_on_a_table_by_chatter(method):
     amplitude, w = 0.005, 20.0  # A w^2 = 2 < g

@@ -316,3 +316,15 @@ def test_breakpoints_about_zero_are_passed_by_runs_that_come_from_before(method,
         later = vi.Scene(system, vi.Load(0, (times + 4.0, np.sin(7.0 * times))), vi.Stop(0, 0.05, 0.5))
         reference = vi.simulate(later, [0.0], [0.0], (2.0, 6.0), method="exact")
         np.testing.assert_allclose(run.final, reference.final, rtol=0, atol=1e-5)
+
+
+def test_a_short_blow_costs_nothing_before_and_after_it():
+    # Counted, not timed: a blow of 1e-6 s once set the longest step of the whole run.
+    looks = []
+    for length in (1e-2, 1e-6):
+        blow = vi.Load(0, ([0.0, length / 2, length], [0.0, 1.0 / length, 0.0]))
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.01, 1.0), blow, vi.Stop(0, 0.2, 0.8))
+        run = vi.simulate(scene, [0.0], [0.0], (0, 10))
+        assert run.impacts.size == 3
+        looks.append(run.stats.n_gap_evaluations)
+    assert looks[1] < looks[0] + 120, looks

@@ -200,14 +200,16 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
             let terms = normal.iter().zip(x.iter());
             terms.map(|(n, x)| (n * x).abs()).sum()
         };
-        let [moved, speed, _] = self.scene.stop_motion(stop, self.moment());
+        let motion = self.scene.stop_motion(stop, self.moment());
+        let [moved, speed, _] = motion;
         Ok(GivenGap {
             gap: (
                 clearance + moved - normal.dot(q),
                 clearance.abs() + moved.abs() + size(q),
             ),
             speed: (speed - normal.dot(v), speed.abs() + size(v)),
-        })
+        }
+        .at_time(self.clock.time(), motion))
     }
 
     fn rounding(&self, stop: usize) -> f64 {

@@ -46,11 +46,14 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap> {
         let (contact, q, v) = (&self.contacts[stop], q.as_slice(), v.as_slice());
         let value = contact.along(|| self.moment(), (q, v, v), 0.0)?;
-        let own = self.stop_speed(stop).abs();
+        let motion = contact.motion.as_ref();
+        let motion = motion.map_or([0.0; 3], |motion| motion.along(self.moment()));
+        let speed_size = contact.surface.speed_size(q, v)? + motion[1].abs();
         Ok(GivenGap {
             gap: (value.gap, value.size),
-            speed: (value.speed, contact.surface.speed_size(q, v)? + own),
-        })
+            speed: (value.speed, speed_size),
+        }
+        .at_time(self.clock.time(), motion))
     }
 
     fn rounding(&self, stop: usize) -> f64 {

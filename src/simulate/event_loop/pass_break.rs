@@ -39,11 +39,12 @@ impl EventLoop {
         self.touching.clear();
         self.still.clear();
         for stop in 0..system.n_stops() {
-            let faces = self.faces_held(system, stop);
-            if faces {
+            // What is held has no speed, though its stop may have moved on by the rounding of the time.
+            let stays = self.held.contains(&stop) || self.faces_held(system, stop);
+            if stays {
                 self.still.push(stop);
             }
-            if faces || self.held.contains(&stop) || self.is_closed(system, stop) {
+            if stays || self.is_closed(system, stop) {
                 self.touching.push(stop);
             }
         }
