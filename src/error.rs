@@ -56,6 +56,11 @@ pub enum Error {
 }
 
 impl Error {
+    /// Whether it is about an argument.
+    pub(crate) fn is_about(&self, name: &str) -> bool {
+        matches!(self, Self::BadValue { argument, .. } if argument == name)
+    }
+
     /// Whether a value was no finite number, as of a step that led too far.
     pub(crate) fn is_not_finite(&self) -> bool {
         let number = |value: &str| value.parse::<f64>().is_ok_and(|x| !x.is_finite());

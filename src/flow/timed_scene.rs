@@ -6,7 +6,7 @@ use crate::flow::constrained::ConstrainedMotion;
 use crate::flow::derivative::LinearEquations;
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::SceneFlow;
-use crate::model::Scene;
+use crate::model::{Laws, Scene};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Motions with stops held that are kept with a scene.
@@ -23,6 +23,7 @@ pub(crate) struct TimedScene {
     equations: OnceLock<LinearEquations>,
     /// The times at which a signal passes from one polynomial to the next.
     pub breaks: Vec<f64>,
+    laws: Option<Arc<Laws>>,
 }
 
 impl TimedScene {
@@ -36,8 +37,14 @@ impl TimedScene {
                 modal: Arc::new(modal),
                 held: Mutex::default(),
                 equations: OnceLock::new(),
+                laws: scene.laws().cloned(),
             })
         })
+    }
+
+    /// The restitution of a stop at a time, where it drifts.
+    pub fn drifting_restitution(&self, stop: usize, t: f64) -> Option<f64> {
+        self.laws.as_ref()?.restitution(stop, t)
     }
 
     /// The equations of its motion where nothing is held.

@@ -11,6 +11,7 @@ use crate::model::linear::Coefficient;
 use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
 use crate::model::pendulum::Links;
+use crate::model::ramp::Moving;
 use crate::model::scene::Scene;
 use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
@@ -21,6 +22,8 @@ pub(crate) struct Energetics {
     system: System,
     excitation: Excitation,
     damping: Coefficient,
+    /// The factor on it, where that drifts.
+    drifting: Option<Moving>,
     potential: Potential,
     /// Base acceleration times these, times `cos q_i` for a pendulum, is the force of base motion.
     base: Option<DVector<f64>>,
@@ -81,6 +84,7 @@ impl Energetics {
             system: scene.system().clone(),
             excitation: scene.excitation(),
             damping,
+            drifting: scene.drifting_damping(),
             potential,
             base,
         })
@@ -144,7 +148,8 @@ impl Energetics {
         step: f64,
         free: impl FnOnce() -> Result<DVector<f64>>,
     ) -> Result<f64> {
-        let dampers = || v.dot(&self.damping.times(v));
+        let factor = self.drifting.map_or(1.0, |factor| factor.value(at.time));
+        let dampers = || factor * v.dot(&self.damping.times(v));
         Ok(match &self.potential {
             Potential::Quadratic {
                 circulatory: Some(odd),

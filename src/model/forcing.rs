@@ -151,7 +151,7 @@ impl Forcing {
     }
 
     /// The lowest frequency, and the phase of the first that has it.
-    fn lowest(&self) -> Option<(f64, f64)> {
+    pub(super) fn lowest(&self) -> Option<(f64, f64)> {
         self.angles()
             .reduce(|lowest, other| if other.0 < lowest.0 { other } else { lowest })
     }
@@ -221,6 +221,29 @@ impl Forcing {
         }
     }
 
+    /// The same with other frequencies and phases of what turns.
+    pub(super) fn with_angles(&self, of: &impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
+        let (frequency, phase) = match self.own_angle() {
+            Some(own) => of(own),
+            None => (1.0, 0.0),
+        };
+        positive("frequency", frequency)?;
+        Ok(match self.clone() {
+            Self::Harmonic(f) => Self::Harmonic(Harmonic {
+                frequency,
+                phase,
+                ..f
+            }),
+            Self::BaseMotion(f) => Self::BaseMotion(f.with_frequency(frequency)?.with_phase(phase)),
+            Self::Fourier(f) => Self::Fourier(f.with_frequency(frequency).with_phase(phase)),
+            Self::Several(forcings) => {
+                let each = forcings.iter().map(|f| f.with_angles(of));
+                Self::Several(each.collect::<Result<_>>()?)
+            }
+            other @ (Self::Unforced | Self::Load(_) | Self::BaseAcceleration(_)) => other,
+        })
+    }
+
     /// The same so much earlier that what has a frequency and phase has another phase.
     fn turned(&self, (frequency, from): (f64, f64), to: f64) -> Self {
         let span = (to - from) / frequency;
@@ -252,29 +275,12 @@ impl Forcing {
     /// The same at another fundamental frequency, or lowest one where there is no period: all scaled with it, but signals.
     pub(crate) fn with_frequency(&self, frequency: f64) -> Result<Self> {
         positive("frequency", frequency)?;
-        match self.lowest() {
-            None => Err(self.no_angle("frequency", frequency)),
-            Some((lowest, _)) => self.sped(lowest, frequency),
-        }
-    }
-
-    fn sped(&self, from: f64, to: f64) -> Result<Self> {
-        let frequency = self
-            .own_angle()
-            .map_or(to, |(w, _)| match whole_multiple(w, from) {
-                Some(times) => f64::from(times) * to,
-                None => w * (to / from),
-            });
-        positive("frequency", frequency)?;
-        Ok(match self.clone() {
-            Self::Harmonic(f) => Self::Harmonic(Harmonic { frequency, ..f }),
-            Self::BaseMotion(f) => Self::BaseMotion(f.with_frequency(frequency)?),
-            Self::Fourier(f) => Self::Fourier(f.with_frequency(frequency)),
-            Self::Several(forcings) => {
-                let each = forcings.iter().map(|f| f.sped(from, to));
-                Self::Several(each.collect::<Result<_>>()?)
-            }
-            other @ (Self::Unforced | Self::Load(_) | Self::BaseAcceleration(_)) => other,
+        let Some((lowest, _)) = self.lowest() else {
+            return Err(self.no_angle("frequency", frequency));
+        };
+        self.with_angles(&|(w, phase)| match whole_multiple(w, lowest) {
+            Some(times) => (f64::from(times) * frequency, phase),
+            None => (w * (frequency / lowest), phase),
         })
     }
 

@@ -9,6 +9,7 @@ use crate::model::forcing::{Forcing, Timing};
 use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
 use crate::model::nonlinear::no_mass;
+use crate::model::ramp::Moving;
 use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
@@ -16,6 +17,13 @@ use crate::model::system::System;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 use std::sync::Arc;
+
+impl Laws {
+    /// The restitution of a stop at a time, where it drifts.
+    pub fn restitution(&self, stop: usize, t: f64) -> Option<f64> {
+        Some(self.restitutions[stop]?.value(t))
+    }
+}
 
 /// System, forcing and stops: what is analysed or simulated.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +33,17 @@ pub struct Scene {
     stops: Vec<Constraint>,
     /// What runs by exact flights need of it.
     derived: Derived,
+    /// What drifts along a run otherwise than by signals.
+    laws: Option<Arc<Laws>>,
+}
+
+/// Numbers of a scene that are functions of time.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Laws {
+    /// The restitution of each stop, `None` of one that keeps its own.
+    pub restitutions: Vec<Option<Moving>>,
+    /// The factor on the damping.
+    pub damping: Option<Moving>,
 }
 
 impl Scene {
@@ -44,6 +63,7 @@ impl Scene {
             forcing: forcing.into(),
             stops: stops.into_iter().map(Into::into).collect(),
             derived: Derived::default(),
+            laws: None,
         };
         scene.check_forcing()?;
         for (i, stop) in scene.stops.iter().enumerate() {
@@ -191,8 +211,55 @@ impl Scene {
         self.stops.iter().any(|stop| stop.motion().is_some())
     }
 
+    /// The same while some of its numbers drift.
+    pub(crate) fn with_laws(
+        self,
+        restitutions: Vec<Option<Moving>>,
+        damping: Option<Moving>,
+    ) -> Self {
+        let has_any = damping.is_some() || restitutions.iter().any(Option::is_some);
+        let laws = || Laws {
+            restitutions,
+            damping,
+        };
+        Self {
+            laws: has_any.then(|| Arc::new(laws())),
+            ..self
+        }
+    }
+
+    /// The restitution of a stop at a time, where it drifts.
+    pub(crate) fn drifting_restitution(&self, stop: usize, t: f64) -> Option<f64> {
+        self.laws.as_ref()?.restitution(stop, t)
+    }
+
+    /// What drifts otherwise than by signals.
+    pub(crate) fn laws(&self) -> Option<&Arc<Laws>> {
+        self.laws.as_ref()
+    }
+
+    /// The factor on its damping, where that drifts.
+    pub(crate) fn drifting_damping(&self) -> Option<Moving> {
+        self.laws.as_ref()?.damping
+    }
+
+    /// The same with other frequencies and phases of all that turns.
+    pub(crate) fn with_angles(&self, of: impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
+        let mut copy = Self {
+            derived: Derived::default(),
+            ..self.clone()
+        };
+        copy.with_moving(|all| all.with_angles(&of))?;
+        Ok(copy)
+    }
+
+    /// The lowest frequency of all that turns.
+    pub(crate) fn lowest_frequency(&self) -> Option<f64> {
+        self.moving().lowest().map(|(w, _)| w)
+    }
+
     /// All that changes with time: the forcing, then the motions of stops in their order.
-    fn moving(&self) -> Forcing {
+    pub(super) fn moving(&self) -> Forcing {
         if !self.has_moving_stops() {
             return self.forcing.clone();
         }

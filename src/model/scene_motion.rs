@@ -1,10 +1,12 @@
 //! The motion of whatever a scene's system is.
 
 use crate::error::Result;
+use crate::model::change::Change;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, NonlinearMotion};
 use crate::model::input::{Driven, NoInput};
 use crate::model::linear_motion::Linear;
 use crate::model::moment::Moment;
+use crate::model::ramp::Moving;
 use crate::model::scene::Scene;
 use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
@@ -21,11 +23,30 @@ pub(crate) enum SceneMotion {
     DrivenDoublePendulum(DoublePendulumMotion<Driven>),
     Chain(ChainMotion),
     Nonlinear(NonlinearMotion),
+    Fading(Fading),
+}
+
+/// A motion whose damping drifts.
+#[derive(Debug, Clone)]
+pub(crate) struct Fading {
+    damped: Box<SceneMotion>,
+    undamped: Box<SceneMotion>,
+    factor: Moving,
 }
 
 impl SceneMotion {
     /// The motion of a scene.
     pub fn new(scene: &Scene) -> Self {
+        if let Some(factor) = scene.drifting_damping() {
+            let damped = scene.clone().with_laws(Vec::new(), None);
+            let undamped = damped.replace(Change::DampingScale(0.0));
+            let undamped = undamped.expect("the damping drifts by its factor");
+            return Self::Fading(Fading {
+                damped: Box::new(Self::new(&damped)),
+                undamped: Box::new(Self::new(&undamped)),
+                factor,
+            });
+        }
         let excitation = scene.excitation();
         match scene.system() {
             System::Linear(system) => {
@@ -63,10 +84,36 @@ macro_rules! with_motion {
             SceneMotion::DrivenDoublePendulum($motion) => $body,
             SceneMotion::Chain($motion) => $body,
             SceneMotion::Nonlinear($motion) => $body,
+            SceneMotion::Fading($motion) => $body,
         }
     }};
 }
 pub(crate) use with_motion;
+
+/// The acceleration is linear in the damping.
+impl Dynamics for Fading {
+    const IN_ARRAYS: [bool; 2] = [false; 2];
+    type Drive = Moment;
+
+    fn n_dof(&self) -> usize {
+        self.damped.n_dof()
+    }
+
+    fn drive(&self, at: Moment) -> Moment {
+        at
+    }
+
+    fn driven(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        let mut without = vec![0.0; a.len()];
+        self.damped.acceleration(at, q, v, a)?;
+        self.undamped.acceleration(at, q, v, &mut without)?;
+        let factor = self.factor.value(at.time);
+        for (a, without) in a.iter_mut().zip(without) {
+            *a = without + factor * (*a - without);
+        }
+        Ok(())
+    }
+}
 
 impl Dynamics for SceneMotion {
     type Drive = Moment;

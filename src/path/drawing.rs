@@ -23,16 +23,6 @@ const POINTS_PER_RADIAN: f64 = 8.0;
 pub type Samples = (Vec<f64>, DMatrix<f64>, DMatrix<f64>);
 
 impl Path {
-    /// Where times are on the path.
-    pub fn points_at(&self, times: &[f64]) -> Vec<Point> {
-        let at = |&time: &f64| {
-            let (_, arc) = self.arc_at(time);
-            let local = self.arc(arc).local(time);
-            Point { time, arc, local }
-        };
-        times.iter().map(at).collect()
-    }
-
     /// Points for drawing: both sides of each impact, at most 200 a flight, fewer where these would be more than a million.
     ///
     /// # Errors

@@ -35,6 +35,46 @@ pub struct Energy {
     pub balance: Vec<f64>,
 }
 
+impl Energy {
+    /// Adds what follows, of which so many rows are wanted, and keeps its last one at the end for what follows that.
+    pub(crate) fn go_on(&mut self, next: Self, wanted: usize) {
+        let last = self.time.len().checked_sub(1);
+        let add = |all: &mut Vec<f64>, next: Vec<f64>, is_sum: bool| {
+            // Minus zero leaves every number as it is.
+            let before = last
+                .and_then(|_| all.pop())
+                .filter(|_| is_sum)
+                .unwrap_or(-0.0);
+            let end = next.last().copied().unwrap_or(0.0);
+            all.extend(next[..wanted].iter().map(|x| before + x));
+            all.push(before + end);
+        };
+        add(&mut self.time, next.time, false);
+        add(&mut self.kinetic, next.kinetic, false);
+        add(&mut self.potential, next.potential, false);
+        add(&mut self.forcing_work, next.forcing_work, true);
+        add(&mut self.damping_loss, next.damping_loss, true);
+        add(&mut self.impact_loss, next.impact_loss, true);
+        add(&mut self.balance, next.balance, true);
+    }
+
+    /// Takes away the row that was kept for what followed.
+    pub(crate) fn finish(&mut self) {
+        let columns = [
+            &mut self.time,
+            &mut self.kinetic,
+            &mut self.potential,
+            &mut self.forcing_work,
+            &mut self.damping_loss,
+            &mut self.impact_loss,
+            &mut self.balance,
+        ];
+        for column in columns {
+            column.pop();
+        }
+    }
+}
+
 /// Works up to some point of the motion.
 #[derive(Debug, Clone, Copy, Default)]
 struct Works {

@@ -45,8 +45,7 @@ impl Window {
     ///
     /// # Errors
     /// Times that run backwards or leave the path.
-    pub fn of(path: &Path, span: (f64, f64)) -> Result<Self> {
-        let (first, last) = path.span;
+    pub fn of((first, last): (f64, f64), span: (f64, f64)) -> Result<Self> {
         check_order(span)?;
         let slack = 4.0 * f64::EPSILON * first.abs().max(last.abs());
         if span.0 < first - slack || span.1 > last + slack {
@@ -71,6 +70,11 @@ impl Window {
     pub fn until(path: &Path, until: f64) -> Self {
         let after = path.span.0;
         Self { after, until }
+    }
+
+    /// Whether some of a span is in it.
+    pub fn meets(self, (first, last): (f64, f64)) -> bool {
+        self.after <= last && first <= self.until
     }
 
     fn has(self, time: f64) -> bool {

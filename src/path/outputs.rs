@@ -22,6 +22,18 @@ impl Path {
     }
 }
 
+impl Path {
+    /// Points with the states there.
+    pub fn located(&self, points: &[Point]) -> impl Iterator<Item = Result<Located>> {
+        points.iter().map(|&point| Ok(self.locate(point)))
+    }
+
+    /// The end of the motion.
+    pub fn end(&self) -> Point {
+        self.end_of(self.parts.arcs.len() - 1, self.span.1)
+    }
+}
+
 impl Located {
     /// The time and the position.
     pub fn position(self) -> (f64, DVector<f64>) {

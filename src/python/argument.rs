@@ -80,6 +80,7 @@ macro_rules! arguments {
 }
 
 arguments! {
-    atol between clearance curvature damping derivative free frequency gravity keep kind length_ratio linear mass_ratio max_impacts
-    method n_dof n_harmonics n_periods phase position progress restitution rtol scene side span t
+    atol between clearance curvature damping derivative dwell free frequency gravity keep kind law length_ratio levels linear
+    mass_ratio max_impacts method n_dof name n_harmonics n_periods over parameter phase position progress rate restitution rtol scene side
+    span t to
 }

@@ -21,6 +21,7 @@ mod orbit_facts;
 mod orbits;
 mod outputs;
 mod pattern;
+mod ramp;
 mod rows;
 mod run_facts;
 mod simulate;
@@ -51,6 +52,8 @@ mod _core {
     use super::orbit_facts::{PyCoefficients, PyFamily, PyStability, PyViolation};
     #[pymodule_export]
     use super::orbits::{_restore_orbits, PyOrbits, periodic_orbits};
+    #[pymodule_export]
+    use super::ramp::PyRamp;
     #[pymodule_export]
     use super::run_facts::{PyEnergy, PyStats};
     #[pymodule_export]

@@ -2,6 +2,7 @@
 
 use crate::python::array::{times, vector};
 use crate::python::model::PyScene;
+use crate::python::ramp::ramps;
 use crate::python::trajectory::PyTrajectory;
 use crate::python::{argument, interrupt};
 use crate::simulate::{self as core, Keep, Method, SimulateOptions};
@@ -80,6 +81,11 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 ///     What is kept: the whole motion; the impacts (and ``t_eval``); the final state (and ``t_eval``) in constant memory.
 /// max_impacts : int, optional
 ///     The run ends after this many impacts.
+/// ramp : Ramp, or sequence of Ramp, optional
+///     Numbers of the scene that drift along the run. In levels every method follows them, and exact flights stay exact. Steadily:
+///     clearances and restitutions in every method; of what acts on a linear scene "taylor", which "auto" picks: the force in pieces of
+///     polynomials that are it to 1e-14, and exact flights under those; the damping in steps. ``parameter`` and ``phase`` of the
+///     trajectory say where they are.
 /// progress : bool, default False
 ///     Show a progress bar (needs tqdm).
 ///
@@ -93,7 +99,8 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// ------
 /// ValueError
 ///     Arrays of the wrong shape or not finite, a span that runs backwards, a start deeper inside a stop than its margin,
-///     ``method="exact"`` for a nonlinear scene, a motion that grows beyond the doubles.
+///     ``method="exact"`` for a nonlinear scene, or along a steady ramp of what acts on it, a motion that grows beyond the doubles;
+///     a ramp of a number that the scene does not have, or over a value that it may not take, two ramps of one number.
 /// TypeError
 ///     An argument of a wrong type.
 ///
@@ -133,7 +140,7 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// >>> run.status, len(run.impacts)
 /// ('finished', 100)
 #[pyfunction]
-#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=1e-12, t_eval=None, keep="motion", max_impacts=None, progress=false))]
+#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=1e-12, t_eval=None, keep="motion", max_impacts=None, ramp=None, progress=false))]
 #[allow(clippy::too_many_arguments)] // the public signature
 pub(crate) fn simulate(
     py: Python<'_>,
@@ -147,6 +154,7 @@ pub(crate) fn simulate(
     t_eval: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = argument::keep)] keep: &str,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
+    ramp: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<PyTrajectory> {
     let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
@@ -159,6 +167,7 @@ pub(crate) fn simulate(
         t_eval,
         keep: self::keep(keep)?,
         max_impacts,
+        ramps: ramps(ramp)?,
     };
     let model = &scene.0;
     let length = t_span.1 - t_span.0;

@@ -1,10 +1,12 @@
 //! Trajectories in Python.
 
+use crate::model::Parameter;
 use crate::observer::stop_if;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::model::{PyScene, normal};
 use crate::python::outputs::{derivative, out_values, side, times_or_points, window};
 use crate::python::pattern::stop_index;
+use crate::python::ramp::{PyRamp, ramps};
 use crate::python::rows::{out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
 use crate::python::{argument, files, interrupt};
@@ -15,7 +17,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn};
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use std::sync::OnceLock;
 
 /// A simulated motion.
@@ -358,6 +360,80 @@ impl PyTrajectory {
         interrupt::run(py, false, |_| core.impulse(stop, span))
     }
 
+    /// Value of a number that a ramp moves.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : float or array_like, shape (m,)
+    ///     Times [s] inside the span.
+    /// name : str, optional
+    ///     Which, as ``Ramp`` has it; may be left out where the run has one ramp.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A time outside the span, a number without a ramp; none given where there is no ramp, or several.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([0.5], 0.5), vi.Stop(0, 1.0, 0.8))
+    /// >>> run = vi.simulate(scene, 0.0, 0.0, (0, 500), ramp=vi.Ramp("frequency", 0.9, levels=3, dwell=10))
+    /// >>> run.parameter([0.0, 200.0, 500.0])
+    /// array([0.5, 0.7, 0.9])
+    #[pyo3(signature = (t, name=None))]
+    fn parameter<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = argument::name)] name: Option<&str>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let name = name.map(str::parse::<Parameter>).transpose()?;
+        let (times, is_single) = times("t", t)?;
+        let values = times.iter().map(|&t| self.core.parameter(t, name));
+        out_values(py, values.collect::<crate::Result<_>>()?, is_single)
+    }
+
+    /// Forcing phase at times inside the span [rad], from 0 to 2 pi: the angle of the fundamental frequency, which goes on through ramps.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : float or array_like, shape (m,)
+    ///     Times [s].
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (m,), or () for a single time
+    ///     Zero without forcing, nan where there is no period.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A time outside the span.
+    fn phase<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (times, is_single) = times("t", t)?;
+        let values = times.iter().map(|&t| self.core.phase(t));
+        out_values(py, values.collect::<crate::Result<_>>()?, is_single)
+    }
+
+    /// The ramps of the run: None, one, or a tuple of them.
+    #[getter]
+    fn ramp<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.core.ramps() {
+            [] => Ok(py.None().into_bound(py)),
+            [one] => Ok(PyRamp(*one).into_pyobject(py)?.into_any()),
+            several => Ok(PyTuple::new(py, several.iter().map(|&one| PyRamp(one)))?.into_any()),
+        }
+    }
+
     /// Impacts: structured array of time, stop, speed_before, speed_after, impulse, phase.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -415,7 +491,7 @@ impl PyTrajectory {
         self.core.t_end()
     }
 
-    /// "finished", "max_impacts", "step_underflow" or "unresolved_contact".
+    /// "finished", "max_impacts", "step_underflow", "inside_stop" (a ramp put a stop onto the motion) or "unresolved_contact".
     #[getter]
     fn status(&self) -> &'static str {
         self.core.status().name()
@@ -508,6 +584,9 @@ impl PyTrajectory {
         numbers.set_item("grazes", saved.grazes)?;
         numbers.set_item("last", saved.last)?;
         numbers.set_item("motion", saved.motion)?;
+        numbers.set_item("chapters", saved.chapters)?;
+        numbers.set_item("ramp", self.ramp(py)?)?;
+        numbers.set_item("until", saved.ramps.1)?;
         if let Some((t, q, v)) = saved.samples {
             numbers.set_item("samples", (t, out_matrix(py, &q)?, out_matrix(py, &v)?))?;
         }
@@ -561,6 +640,11 @@ pub(crate) fn _restore_trajectory(
         grazes: get(saved, "grazes")?,
         last: get(saved, "last")?,
         motion: get(saved, "motion")?,
+        chapters: get(saved, "chapters")?,
+        ramps: {
+            let ramp = saved.get_item("ramp")?.filter(|ramp| !ramp.is_none());
+            (ramps(ramp.as_ref())?, get(saved, "until")?)
+        },
         samples,
     };
     let scene = &scene.0;

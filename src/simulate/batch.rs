@@ -50,7 +50,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         }
     }
 
-    /// Runs each item from its start, and puts down what it leaves behind.
+    /// Runs each item from its start, and puts down what it leaves behind; nothing of one that starts inside a stop.
     ///
     /// # Errors
     /// As a run by itself, with the number of the item.
@@ -59,7 +59,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         mut items: impl Iterator<Item = usize>,
         start: impl Fn(usize) -> PhysicalState,
         go_on: ObserverFn<'_>,
-        put: &mut dyn FnMut(usize, Done),
+        put: &mut dyn FnMut(usize, Option<Done>),
     ) -> std::result::Result<(), Failure> {
         let (t0, t_end) = self.t_span;
         for lane in &mut self.lanes {
@@ -73,8 +73,13 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
                     && let Some(item) = items.next()
                 {
                     lane.item = Some(item);
-                    let ended = lane.begin(&start(item), t0);
-                    lane.put_down(ended, put)?;
+                    match lane.begin(&start(item), t0) {
+                        Err(error) if error.is_about("q0") => {
+                            lane.item = None;
+                            put(item, None);
+                        }
+                        ended => lane.put_down(ended, put)?,
+                    }
                 }
                 if let Some(item) = lane.item {
                     observer.work(work).map_err(|error| (item, error))?;
@@ -202,7 +207,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
     fn put_down(
         &mut self,
         ended: Result<Option<Ending>>,
-        put: &mut dyn FnMut(usize, Done),
+        put: &mut dyn FnMut(usize, Option<Done>),
     ) -> std::result::Result<(), Failure> {
         let item = self.item.unwrap_or_default();
         let Some(ending) = ended.map_err(|error| (item, error))? else {
@@ -215,7 +220,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
             .finish(ending, record)
             .map_err(|error| (item, error))?;
         self.item = None;
-        put(item, done);
+        put(item, Some(done));
         Ok(())
     }
 }

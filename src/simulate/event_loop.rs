@@ -82,6 +82,8 @@ pub(crate) struct EventLoop {
     /// The time that a user sees at the last event, the impacts by then, and the events since either changed.
     events_at: (f64, usize, usize),
     pub stats: Stats,
+    /// Impacts of the run before this part of it.
+    pub n_before: usize,
 }
 
 impl EventLoop {
@@ -161,7 +163,7 @@ impl EventLoop {
         let now = system.clock().time();
         if options
             .max_impacts
-            .is_some_and(|most| self.stats.n_impacts >= most)
+            .is_some_and(|most| self.n_before + self.stats.n_impacts >= most)
         {
             return ControlFlow::Break(self.ended(now, Status::MaxImpacts));
         }
@@ -228,7 +230,7 @@ impl EventLoop {
     }
 
     fn ended(&self, time: f64, status: Status) -> Ending {
-        let count = self.stats.n_impacts;
+        let count = self.n_before + self.stats.n_impacts;
         let mut message = if status == Status::MaxImpacts {
             format!("stopped after {count} impacts at t = {time}")
         } else {

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::steps::chosen::StepChoice;
 use crate::hybrid::has_series;
-use crate::model::{Scene, System};
+use crate::model::{Parameter, Ramp, RampCourse, Scene, System};
 use nalgebra::DVector;
 
 /// How the flights are computed.
@@ -63,6 +63,7 @@ impl Method {
     /// fits their tolerance, and of the implicit one from where the motion is found stiff.
     pub(crate) fn chosen_for(self, scene: &Scene) -> Self {
         match self {
+            Self::Auto if scene.drifting_damping().is_some() => Self::Auto,
             Self::Auto if scene.linear_system("simulate").is_ok() => Self::Exact,
             Self::Auto if has_series(scene) => Self::Taylor,
             asked => asked,
@@ -71,6 +72,44 @@ impl Method {
 }
 
 impl Method {
+    /// The method by which a scene follows ramps. Along steady ones of what acts on it a linear scene flies under the series of the force,
+    /// piece by piece (theory 14).
+    ///
+    /// # Errors
+    /// Exact flights along a steady ramp of what acts, flights in closed form or by series along one of the damping.
+    pub(crate) fn under(self, ramps: &[Ramp], scene: &Scene) -> Result<Self> {
+        let is_steady = |ramp: &&Ramp| !matches!(ramp.course(), RampCourse::Steps { .. });
+        let of = |named: &[Parameter]| {
+            let mut steady = ramps.iter().filter(is_steady).map(Ramp::parameter);
+            steady.find(|parameter| named.contains(parameter))
+        };
+        let acts = of(&[
+            Parameter::Frequency,
+            Parameter::Phase,
+            Parameter::ForcingScale,
+        ]);
+        let is_linear = scene.linear_system("simulate").is_ok();
+        let refused = |parameter: Parameter, flights: &str, remedy: &str| {
+            let rule = format!("{flights} cannot follow it: give levels= and dwell=, or {remedy}");
+            Err(Error::bad_value(
+                format!("ramp of \"{parameter}\""),
+                "continuous",
+                rule,
+            ))
+        };
+        match (self, of(&[Parameter::DampingScale]), acts) {
+            (Self::Exact, Some(parameter), _) => {
+                refused(parameter, "exact flights", "method=\"dop853\"")
+            }
+            (Self::Taylor, Some(parameter), _) => refused(parameter, "series", "method=\"dop853\""),
+            (Self::Exact, None, Some(parameter)) => {
+                refused(parameter, "exact flights", "method=\"taylor\"")
+            }
+            (Self::Taylor, None, Some(_)) if is_linear => Ok(Self::Exact),
+            _ => Ok(self),
+        }
+    }
+
     /// What is chosen of the steps that any motion takes; none for the pair, whose steps are made for each kind of motion.
     pub(crate) fn choice(self) -> Option<StepChoice> {
         match self {

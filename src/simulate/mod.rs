@@ -3,6 +3,7 @@
 mod batch;
 mod by_method;
 mod event_loop;
+mod kept;
 pub(crate) mod method;
 mod options;
 mod outputs;
@@ -12,6 +13,7 @@ mod restore;
 mod run;
 mod saved;
 mod saved_rules;
+mod schedule;
 mod simulation;
 mod trajectory;
 

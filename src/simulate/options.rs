@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::steps::Tolerance;
 use crate::hybrid::Counts;
+use crate::model::{Ramp, Scene};
 use crate::simulate::method::Method;
 
 /// What a trajectory keeps.
@@ -33,6 +34,8 @@ pub struct SimulateOptions {
     pub keep: Keep,
     /// The run ends after this many impacts.
     pub max_impacts: Option<usize>,
+    /// Numbers of the scene that drift along the run, each by a ramp of its own.
+    pub ramps: Vec<Ramp>,
 }
 
 impl Default for SimulateOptions {
@@ -44,6 +47,7 @@ impl Default for SimulateOptions {
             t_eval: None,
             keep: Keep::Motion,
             max_impacts: None,
+            ramps: Vec::new(),
         }
     }
 }
@@ -55,6 +59,22 @@ impl SimulateOptions {
             relative: self.rtol,
             absolute: self.atol,
         }
+    }
+
+    /// Those of a chapter of a run of a scene that is to go until a time: the times that fall into it.
+    ///
+    /// # Errors
+    /// A method that cannot follow the ramps.
+    pub(crate) fn of_chapter(&self, scene: &Scene, span: (f64, f64), until: f64) -> Result<Self> {
+        let is_in = |t: &f64| *t >= span.0 && (*t < span.1 || span.1 >= until);
+        let t_eval = self.t_eval.as_ref();
+        let t_eval = t_eval.map(|all| all.iter().copied().filter(is_in).collect());
+        Ok(Self {
+            method: self.method.under(&self.ramps, scene)?,
+            t_eval,
+            ramps: Vec::new(),
+            ..self.clone()
+        })
     }
 
     pub(crate) fn check(&self, (start, end): (f64, f64)) -> Result<()> {
@@ -108,6 +128,8 @@ pub enum Status {
     MaxImpacts,
     /// Where the steps of an integrator became too short for the time.
     StepUnderflow,
+    /// Where a ramp put a stop onto the motion.
+    InsideStop,
     /// At a contact that no rule resolves: no step is short enough to tell it from none, or stops go on to strike each other.
     UnresolvedContact,
 }
@@ -119,6 +141,7 @@ impl Status {
             Self::Finished,
             Self::MaxImpacts,
             Self::StepUnderflow,
+            Self::InsideStop,
             Self::UnresolvedContact,
         ]
         .into_iter()
@@ -132,6 +155,7 @@ impl Status {
             Self::Finished => "finished",
             Self::MaxImpacts => "max_impacts",
             Self::StepUnderflow => "step_underflow",
+            Self::InsideStop => "inside_stop",
             Self::UnresolvedContact => "unresolved_contact",
         }
     }
@@ -153,6 +177,17 @@ pub struct Stats {
 }
 
 impl Stats {
+    /// The sum of two.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            n_rhs: self.n_rhs + other.n_rhs,
+            n_steps: self.n_steps + other.n_steps,
+            n_gap_evaluations: self.n_gap_evaluations + other.n_gap_evaluations,
+            n_flights: self.n_flights + other.n_flights,
+            n_impacts: self.n_impacts + other.n_impacts,
+        }
+    }
+
     /// The same with what a flow counted.
     pub(crate) fn with(self, counts: Counts) -> Self {
         Self {

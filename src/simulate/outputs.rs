@@ -4,8 +4,7 @@
 use crate::error::Result;
 use crate::model::Normal;
 use crate::path::{
-    Component, ImpactSide, Impulses, Located, Path, Window, accelerations, check_stop,
-    contact_forces, gaps,
+    Component, ImpactSide, Impulses, Window, accelerations, check_stop, contact_forces, gaps,
 };
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
@@ -32,8 +31,9 @@ impl Trajectory {
                 return Ok(known);
             }
         }
-        let places = self.places(times, side)?;
-        component.along((self.path()?, &self.scene), places)
+        self.each_kept(&self.places(times, side)?, |kept, points| {
+            component.along(kept, kept.0.located(points))
+        })
     }
 
     /// The acceleration at a time inside the span, shape `(n,)`: that of the equations of motion, free or with stops held. On a
@@ -51,8 +51,9 @@ impl Trajectory {
         times: &[f64],
         side: ImpactSide,
     ) -> Result<Vec<DVector<f64>>> {
-        let places = self.places(Some(times), side)?;
-        accelerations((self.path()?, &self.scene), places)
+        self.each_kept(&self.places(Some(times), side)?, |kept, points| {
+            accelerations(kept, kept.0.located(points))
+        })
     }
 
     /// The gap of a stop, at some times or those of the samples.
@@ -64,11 +65,20 @@ impl Trajectory {
         check_stop(&self.scene, stop)?;
         if let (None, Some((times, q, _))) = (times, &self.samples) {
             let samples = times.iter().zip(q.row_iter());
-            let samples = samples.map(|(&t, row)| Ok((t, row.transpose())));
-            return gaps(&self.scene, stop, samples);
+            let gap = |(&t, row): (&f64, _)| {
+                let scene = self.scene_of(self.chapter_at(t, ImpactSide::After));
+                let position = nalgebra::Matrix::transpose(&row);
+                Ok(gaps(scene, stop, std::iter::once(Ok((t, position))))?[0])
+            };
+            return samples.map(gap).collect();
         }
-        let places = self.places(times, ImpactSide::After)?;
-        gaps(&self.scene, stop, places.map(|place| Ok(place?.position())))
+        self.each_kept(
+            &self.places(times, ImpactSide::After)?,
+            |(path, scene), points| {
+                let located = path.located(points);
+                gaps(scene, stop, located.map(|place| Ok(place?.position())))
+            },
+        )
     }
 
     /// The force L of a stop in lasting contact, at least 0, at some times or those of the samples; zero elsewhere. `v' = a_free -
@@ -80,8 +90,9 @@ impl Trajectory {
     /// functions of a nonlinear scene report.
     pub fn contact_force(&self, stop: usize, times: Option<&[f64]>) -> Result<Vec<f64>> {
         check_stop(&self.scene, stop)?;
-        let places = self.places(times, ImpactSide::After)?;
-        contact_forces((self.path()?, &self.scene), stop, places)
+        self.each_kept(&self.places(times, ImpactSide::After)?, |kept, points| {
+            contact_forces(kept, stop, kept.0.located(points))
+        })
     }
 
     /// All that a stop gives, from right after a time to right after another, or all along: impacts, impacts that accumulate, the force
@@ -93,24 +104,16 @@ impl Trajectory {
     /// motion; what the functions of a nonlinear scene report.
     pub fn impulse(&self, stop: usize, window: Option<(f64, f64)>) -> Result<f64> {
         check_stop(&self.scene, stop)?;
-        let path = self.path()?;
-        let window = window.map_or(Ok(Window::ALL), |window| Window::of(path, window))?;
-        Impulses::new(path, &self.scene, &self.impacts)?.of_stop(stop, window)
-    }
-
-    /// The motion at some times, on a side of the impacts there, or at the points of the samples.
-    fn places(
-        &self,
-        times: Option<&[f64]>,
-        side: ImpactSide,
-    ) -> Result<impl Iterator<Item = Result<Located>>> {
-        let path = self.path()?;
-        let sampled = self.samples.as_ref().map(|(times, ..)| times.as_slice());
-        let points = match times.or(sampled) {
-            Some(times) => times.iter().map(|&t| path.point(t, side)).collect(),
-            None => path.points(),
-        }?;
-        let locate = |point| Ok(Path::locate(path, point));
-        Ok(points.into_iter().map(locate))
+        self.kept(0)?;
+        let window = window.map_or(Ok(Window::ALL), |window| Window::of(self.span, window))?;
+        let mut sum = 0.0;
+        for chapter in 0..self.chapters.len() {
+            let (path, scene) = self.kept(chapter)?;
+            if window.meets(path.span) {
+                let impulses = Impulses::new(path, scene, self.impacts_of(chapter))?;
+                sum += impulses.of_stop(stop, window)?;
+            }
+        }
+        Ok(sum)
     }
 }

@@ -7,9 +7,11 @@ use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
+use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::saved::{SavedMotion, SavedTrajectory};
-use crate::simulate::saved_rules::{check, check_arcs, check_finite};
+use crate::simulate::saved_rules::{check, check_arcs, check_chapters, check_finite};
+use crate::simulate::schedule::Schedule;
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::sync::{Arc, OnceLock};
@@ -21,10 +23,6 @@ impl Trajectory {
     /// The trajectory as plain numbers.
     pub fn save(&self) -> SavedTrajectory {
         let s = self.stats;
-        let reading = |f: &PathArc| {
-            let [time, rest] = f.clock.reading();
-            [time, rest, f.span]
-        };
         SavedTrajectory {
             span: self.span,
             status: self.status.name().to_owned(),
@@ -50,20 +48,20 @@ impl Trajectory {
                 self.last.0.as_slice().to_vec(),
                 self.last.1.as_slice().to_vec(),
             ),
-            motion: self.path.as_ref().map(|path| {
-                let parts = &path.parts;
-                let named = |s: &PathSegment| (s.kind.name().to_owned(), s.stops.clone(), s.first);
-                (
-                    parts.arcs.iter().map(reading).collect(),
-                    parts.numbers.clone(),
-                    parts.segments.iter().map(named).collect(),
-                    match path.evaluator {
-                        Evaluator::Exact { .. } => 0,
-                        Evaluator::Steps { degree } => degree,
-                        Evaluator::Series { order } => order,
-                    },
-                )
-            }),
+            motion: self
+                .chapters
+                .iter()
+                .map(|own| own.path.as_ref().map(numbers))
+                .collect(),
+            ramps: match &self.ramped {
+                Some(ramped) => (ramped.ramps.clone(), ramped.until),
+                None => (Vec::new(), self.span.1),
+            },
+            chapters: {
+                let own = self.chapters.iter();
+                own.map(|own| (own.span.0, own.span.1, own.impacts.start))
+                    .collect()
+            },
             samples: self.samples.clone(),
         }
     }
@@ -74,51 +72,48 @@ impl Trajectory {
     /// A status that does not exist, numbers that do not fit the scene or each other.
     pub fn restore(scene: &Scene, saved: SavedTrajectory) -> Result<Self> {
         check(scene, &saved)?;
-        let n = scene.n_dof();
-        // Without a motion nothing asks what would move it.
-        let order = saved.motion.as_ref().map_or(1, |motion| motion.3);
-        let frequency = scene.frequency().unwrap_or(0.0);
-        let mut evaluator = if order >= LEAST_SERIES {
-            Evaluator::Series { order }
-        } else if order > 0 {
-            Evaluator::Steps { degree: order }
-        } else {
-            let timed = TimedScene::of(scene, "a trajectory")?;
-            Evaluator::Exact {
-                modal: Arc::clone(&timed.modal),
-                flow: Arc::clone(&timed.flow),
-                held: Vec::new(),
-                phase: 0.0,
-            }
+        let (ramps, until) = saved.ramps;
+        let schedule = match ramps.is_empty() {
+            true => None,
+            false => Some(Schedule::new(scene, &ramps, (saved.span.0, until))?),
         };
-        let clock = Clock::new(0.0, frequency);
-        let width = |kind| evaluator.width(kind, n);
-        let kept = saved
-            .motion
-            .map(|motion| kept(clock, saved.span, motion, width))
-            .transpose()?;
-        if let (Evaluator::Exact { modal, held, .. }, Some(kept)) = (&mut evaluator, &kept) {
-            for segment in &kept.segments {
-                let stops = &segment.stops;
-                if !stops.is_empty()
-                    && held
-                        .iter()
-                        .all(|h: &Arc<ConstrainedMotion>| h.stops != *stops)
-                {
-                    held.push(Arc::new(ConstrainedMotion::new(modal, stops)?));
-                }
-            }
+        check_chapters(
+            saved.span,
+            &saved.chapters,
+            saved.impacts.len(),
+            schedule.as_ref(),
+        )?;
+        let mut motions = saved.motion.map(Vec::into_iter);
+        let mut chapters = Vec::with_capacity(saved.chapters.len());
+        let ends = saved.chapters.iter().skip(1).map(|next| next.2);
+        let ends = ends.chain([saved.impacts.len()]);
+        for (k, (&(start, end, first), last)) in saved.chapters.iter().zip(ends).enumerate() {
+            let own = schedule
+                .as_ref()
+                .map_or(scene, |all| &all.chapters[k].scene);
+            let motion = motions
+                .as_mut()
+                .map(|motions| motions.next().unwrap_or_default());
+            chapters.push(KeptChapter {
+                path: motion
+                    .map(|motion| path(own, (start, end), motion))
+                    .transpose()?,
+                given: OnceLock::new(),
+                span: (start, end),
+                impacts: first..last,
+            });
         }
         let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
         Ok(Self {
             scene: scene.clone(),
-            path: kept.map(|parts| Path {
-                evaluator,
-                parts,
-                span: saved.span,
-                n_dof: n,
+            chapters,
+            ramped: schedule.map(|schedule| {
+                Box::new(Ramped {
+                    ramps,
+                    until,
+                    schedule,
+                })
             }),
-            given: OnceLock::new(),
             span: saved.span,
             impacts: saved
                 .impacts
@@ -153,6 +148,61 @@ impl Trajectory {
             },
         })
     }
+}
+
+/// A motion that is kept as plain numbers.
+fn numbers(path: &Path) -> SavedMotion {
+    let parts = &path.parts;
+    let named = |s: &PathSegment| (s.kind.name().to_owned(), s.stops.clone(), s.first);
+    let reading = |f: &PathArc| {
+        let [time, rest] = f.clock.reading();
+        [time, rest, f.span]
+    };
+    (
+        parts.arcs.iter().map(reading).collect(),
+        parts.numbers.clone(),
+        parts.segments.iter().map(named).collect(),
+        match path.evaluator {
+            Evaluator::Exact { .. } => 0,
+            Evaluator::Steps { degree } => degree,
+            Evaluator::Series { order } => order,
+        },
+    )
+}
+
+/// The motion of a scene that was saved.
+fn path(scene: &Scene, span: (f64, f64), motion: SavedMotion) -> Result<Path> {
+    let (n_dof, order) = (scene.n_dof(), motion.3);
+    let mut evaluator = if order >= LEAST_SERIES {
+        Evaluator::Series { order }
+    } else if order > 0 {
+        Evaluator::Steps { degree: order }
+    } else {
+        let timed = TimedScene::of(scene, "a trajectory")?;
+        Evaluator::Exact {
+            modal: Arc::clone(&timed.modal),
+            flow: Arc::clone(&timed.flow),
+            held: Vec::new(),
+            phase: 0.0,
+        }
+    };
+    let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
+    let parts = kept(clock, span, motion, |kind| evaluator.width(kind, n_dof))?;
+    if let Evaluator::Exact { modal, held, .. } = &mut evaluator {
+        for segment in &parts.segments {
+            let stops = &segment.stops;
+            let is_known = |known: &Arc<ConstrainedMotion>| known.stops == *stops;
+            if !stops.is_empty() && !held.iter().any(is_known) {
+                held.push(Arc::new(ConstrainedMotion::new(modal, stops)?));
+            }
+        }
+    }
+    Ok(Path {
+        evaluator,
+        parts,
+        span,
+        n_dof,
+    })
 }
 
 /// The motion that was saved, on a clock of its scene; `width` is how many numbers a piece of a kind of segment has.

@@ -1,5 +1,6 @@
 //! Trajectories as plain numbers, from which they can be made again without running them: for pickling and files.
 
+use crate::model::Ramp;
 use crate::path::Samples;
 
 /// A trajectory as plain numbers.
@@ -19,8 +20,12 @@ pub struct SavedTrajectory {
     pub grazes: Vec<(f64, usize, f64)>,
     /// Final position and velocity.
     pub last: (Vec<f64>, Vec<f64>),
-    /// The motion kept.
-    pub motion: Option<SavedMotion>,
+    /// The motion kept, of each chapter of the run: one where there was no ramp.
+    pub motion: Option<Vec<SavedMotion>>,
+    /// The ramps, and the time up to which the run was to go.
+    pub ramps: (Vec<Ramp>, f64),
+    /// Start and end of each chapter, and the number of its first impact.
+    pub chapters: Vec<(f64, f64, usize)>,
     /// The samples at `t_eval`.
     pub samples: Option<Samples>,
 }

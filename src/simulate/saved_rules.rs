@@ -7,6 +7,7 @@ use crate::hybrid::SegmentKind;
 use crate::model::Scene;
 use crate::path::{PathArc, PathParts};
 use crate::simulate::saved::SavedTrajectory;
+use crate::simulate::schedule::Schedule;
 use crate::tolerance::TIME_TOL;
 
 /// Refuses a part of what was saved.
@@ -104,7 +105,7 @@ pub(super) fn check(scene: &Scene, saved: &SavedTrajectory) -> Result<()> {
         check_times("a sample", span, times.iter().copied())?;
         check_finite("a sample", q.iter().chain(v.iter()))?;
     }
-    if let Some((_, _, segments, order)) = &saved.motion {
+    for (_, _, segments, order) in saved.motion.iter().flatten() {
         if *order > MOST_ORDER {
             let rule = format!("it must be at most {MOST_ORDER}");
             return Err(refused("the order", order, &rule));
@@ -121,6 +122,31 @@ pub(super) fn check(scene: &Scene, saved: &SavedTrajectory) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The chapters of a run divide its span and its impacts, as its ramps do.
+pub(super) fn check_chapters(
+    span: (f64, f64),
+    chapters: &[(f64, f64, usize)],
+    n_impacts: usize,
+    schedule: Option<&Schedule>,
+) -> Result<()> {
+    let begins = |k: usize| match schedule {
+        Some(schedule) => schedule.chapters.get(k).map(|own| own.span.0),
+        None => (k == 0).then_some(span.0),
+    };
+    let follow = chapters
+        .windows(2)
+        .all(|pair| pair[0].1 == pair[1].0 && pair[0].2 <= pair[1].2);
+    let is_begun = |(k, own): (usize, &(f64, f64, usize))| begins(k) == Some(own.0);
+    let ends = chapters.last().map(|last| (last.1, last.2 <= n_impacts));
+    let is_whole =
+        follow && chapters.iter().enumerate().all(is_begun) && ends == Some((span.1, true));
+    if is_whole && chapters[0].2 == 0 {
+        return Ok(());
+    }
+    let rule = "they must divide its span and its impacts as its ramps do";
+    Err(refused("the chapters", format!("{chapters:?}"), rule))
 }
 
 /// The pieces of a motion follow each other in time from the start of a run to its end, and its segments divide them.
@@ -212,12 +238,12 @@ mod tests {
             &|s| s.impacts[0].1 = 7,
             &|s| s.impacts.reverse(),
             &|s| s.impacts[0].2 = -1.0,
-            &|s| s.motion.as_mut().expect("kept").0.clear(),
-            &|s| s.motion.as_mut().expect("kept").0.swap(0, 1),
-            &|s| s.motion.as_mut().expect("kept").1[0] = f64::INFINITY,
-            &|s| s.motion.as_mut().expect("kept").2[0].2 = 1,
-            &|s| s.motion.as_mut().expect("kept").2[0].1.push(0),
-            &|s| s.motion.as_mut().expect("kept").3 = usize::MAX,
+            &|s| s.motion.as_mut().expect("kept")[0].0.clear(),
+            &|s| s.motion.as_mut().expect("kept")[0].0.swap(0, 1),
+            &|s| s.motion.as_mut().expect("kept")[0].1[0] = f64::INFINITY,
+            &|s| s.motion.as_mut().expect("kept")[0].2[0].2 = 1,
+            &|s| s.motion.as_mut().expect("kept")[0].2[0].1.push(0),
+            &|s| s.motion.as_mut().expect("kept")[0].3 = usize::MAX,
         ];
         for (k, spoil) in spoils.iter().enumerate() {
             assert!(spoilt(*spoil).is_err(), "{k}");

@@ -1,26 +1,23 @@
 //! What came out of a simulation.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::hybrid::Graze;
 use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::{PhysicalState, Scene};
 use crate::observer::Observer;
-use crate::path::{
-    Energy, ImpactSide, Impulses, Path, Point, Samples, Segment, Stretch, energy_along,
-};
+use crate::path::{Energy, ImpactSide, Samples, Segment, Stretch, energy_along};
+use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
-use std::sync::OnceLock;
 
 /// A simulated motion.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(crate) scene: Scene,
-    pub(crate) path: Option<Path>,
-    /// What stops give on each segment of the path, once it has been asked for.
-    pub(crate) given: OnceLock<Vec<Vec<f64>>>,
+    pub(crate) chapters: Vec<KeptChapter>,
+    pub(crate) ramped: Option<Box<Ramped>>,
     pub(crate) span: (f64, f64),
     pub(crate) impacts: Vec<Impact>,
     pub(crate) grazes: Vec<Graze>,
@@ -65,6 +62,10 @@ impl Trajectory {
 
     /// The forcing phase at a time, zero without forcing.
     pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
+        if let Some(ramped) = &self.ramped {
+            let chapter = self.chapter_at(t, ImpactSide::After);
+            return wrapped(ramped.schedule.chapters[chapter].angle(t));
+        }
         let frequency = self.scene.frequency().unwrap_or(0.0);
         wrapped(Clock::new(t, frequency).angle() + self.scene.phase())
     }
@@ -90,35 +91,24 @@ impl Trajectory {
     /// # Errors
     /// A trajectory that does not keep its motion; what the functions of a nonlinear scene report.
     pub fn segments(&self) -> Result<Vec<Segment>> {
-        let (parts, impulses) = (self.stretches()?, self.impulses_of_segments()?);
-        let rows = parts
-            .into_iter()
-            .flat_map(|part| part.rows(&impulses[part.segment]));
-        Ok(rows.collect())
+        let mut rows = Vec::new();
+        for chapter in 0..self.chapters.len() {
+            let parts = self.kept(chapter)?.0.stretches();
+            let impulses = self.impulses_of_segments(chapter)?;
+            let of_part =
+                |part: Stretch<'_>| part.rows(&impulses[part.segment]).collect::<Vec<_>>();
+            rows.extend(parts.into_iter().flat_map(of_part));
+        }
+        Ok(rows)
     }
 
     /// The parts of the trajectory, each once, with the stops in contact.
     pub(crate) fn stretches(&self) -> Result<Vec<Stretch<'_>>> {
-        Ok(self.path()?.stretches())
-    }
-
-    /// What the stops in contact on each segment of the path give.
-    fn impulses_of_segments(&self) -> Result<&Vec<Vec<f64>>> {
-        if let Some(known) = self.given.get() {
-            return Ok(known);
+        let mut all = Vec::new();
+        for chapter in 0..self.chapters.len() {
+            all.extend(self.kept(chapter)?.0.stretches());
         }
-        let impulses = Impulses::new(self.path()?, &self.scene, &self.impacts)?.of_segments()?;
-        Ok(self.given.get_or_init(|| impulses))
-    }
-
-    pub(super) fn path(&self) -> Result<&Path> {
-        self.path.as_ref().ok_or_else(|| {
-            Error::bad_value(
-                "keep",
-                "\"impacts\" or \"final\"",
-                "the motion is kept with keep=\"motion\" alone",
-            )
-        })
+        Ok(all)
     }
 
     /// Position and velocity at a time inside the span. What is left of impacts that accumulate (a segment `Chatter`) is given as
@@ -128,7 +118,9 @@ impl Trajectory {
     /// # Errors
     /// A time outside the span, or a trajectory that does not keep its motion.
     pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
-        self.path()?.state(t, side)
+        self.kept(0)?;
+        self.check_time(t)?;
+        self.kept(self.chapter_at(t, side))?.0.state(t, side)
     }
 
     /// The motion at `t_eval`, or, without it, at points for drawing: both sides of each impact, at most 200 a flight, fewer where
@@ -140,7 +132,11 @@ impl Trajectory {
         if let Some(samples) = &self.samples {
             return Ok(samples.clone());
         }
-        self.path()?.samples(&self.points()?)
+        let places = self.places(None, ImpactSide::After)?;
+        let each = places
+            .iter()
+            .map(|(k, points)| self.kept(*k)?.0.samples(points));
+        joined(each, self.scene.n_dof())
     }
 
     /// The times of [`samples`](Self::samples).
@@ -151,16 +147,9 @@ impl Trajectory {
         if let Some((times, ..)) = &self.samples {
             return Ok(times.clone());
         }
-        Ok(self.points()?.iter().map(|p| p.time).collect())
-    }
-
-    /// Where the samples are on the path.
-    fn points(&self) -> Result<Vec<Point>> {
-        let path = self.path()?;
-        match &self.samples {
-            Some((times, ..)) => Ok(path.points_at(times)),
-            None => path.points(),
-        }
+        let places = self.places(None, ImpactSide::After)?;
+        let points = places.iter().flat_map(|(_, points)| points);
+        Ok(points.map(|p| p.time).collect())
     }
 
     /// The energy ledger at the times of [`Trajectory::samples`].
@@ -176,7 +165,37 @@ impl Trajectory {
     /// # Errors
     /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
     pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
-        let (path, points) = (self.path()?, self.points()?);
-        energy_along(path, &self.scene, &points, &mut Observer::new(observer))
+        let (mut all, mut observer) = (Energy::default(), Observer::new(observer));
+        let mut places = self.places(None, ImpactSide::After)?.into_iter().peekable();
+        for chapter in 0..self.chapters.len() {
+            let (path, scene) = self.kept(chapter)?;
+            let own = places.next_if(|(k, _)| *k == chapter);
+            let mut points = own.map_or_else(Vec::new, |(_, points)| points);
+            let wanted = points.len();
+            // What has been brought and lost by its end is there at the start of the next.
+            points.push(path.end());
+            let energy = energy_along(path, scene, &points, &mut observer)?;
+            all.go_on(energy, wanted);
+        }
+        all.finish();
+        Ok(all)
     }
+}
+
+/// The samples of chapters one after another.
+pub(super) fn joined(each: impl Iterator<Item = Result<Samples>>, n: usize) -> Result<Samples> {
+    let each = each.collect::<Result<Vec<_>>>()?;
+    if let [_] = each[..] {
+        return Ok(each.into_iter().next().expect("one"));
+    }
+    let count = each.iter().map(|(times, ..)| times.len()).sum();
+    let (mut q, mut v) = (DMatrix::zeros(count, n), DMatrix::zeros(count, n));
+    let (mut all, mut row) = (Vec::with_capacity(count), 0);
+    for (times, positions, velocities) in each {
+        q.rows_mut(row, times.len()).copy_from(&positions);
+        v.rows_mut(row, times.len()).copy_from(&velocities);
+        row += times.len();
+        all.extend(times);
+    }
+    Ok((all, q, v))
 }

@@ -1,15 +1,18 @@
-//! Many trajectories of one scene: the final states, in constant memory for each, on any number of threads.
+//! Many trajectories, of one scene or of as many: their ends, impacts and samples, on any number of threads.
 
 use crate::error::{Error, Result};
 use crate::flow::registers;
 use crate::flow::steps::State;
 use crate::hybrid::AnyLoop;
-use crate::model::{Dynamics, Scene};
+use crate::impact::Impact;
+use crate::model::{Dynamics, PhysicalState, Scene};
 use crate::observer::ObserverFn;
-use crate::path::Evaluator;
+use crate::path::{Evaluator, Samples};
+use crate::quantity::room_for;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::{
-    Batch, Done, Keep, Run, RunVisitor, SeriesRun, SimulateOptions, Status, visit_runs,
+    Batch, Done, Keep, Run, RunVisitor, SeriesRun, SimulateOptions, Status, Trajectory,
+    simulate_observed, visit_runs,
 };
 use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
 use nalgebra::{DMatrix, DVector};
@@ -19,6 +22,54 @@ use std::ops::ControlFlow;
 const TILE: usize = 8;
 /// The same where several run abreast: the last of a tile run with empty places beside them.
 const TILE_ABREAST: usize = 32;
+
+/// The scenes of many runs.
+#[derive(Debug, Clone, Copy)]
+pub enum Scenes<'a> {
+    /// One for all.
+    One(&'a Scene),
+    /// One each, of one number of degrees of freedom.
+    Each(&'a [Scene]),
+}
+
+impl<'a> From<&'a Scene> for Scenes<'a> {
+    fn from(scene: &'a Scene) -> Self {
+        Self::One(scene)
+    }
+}
+
+impl<'a> From<&'a [Scene]> for Scenes<'a> {
+    fn from(scenes: &'a [Scene]) -> Self {
+        Self::Each(scenes)
+    }
+}
+
+impl Scenes<'_> {
+    /// How many there are; `None` of one for all.
+    fn len(self) -> Option<usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Each(scenes) => Some(scenes.len()),
+        }
+    }
+
+    /// The number of degrees of freedom, that of every scene; zero without scenes.
+    fn n_dof(self) -> Result<usize> {
+        let scenes = match self {
+            Self::One(scene) => return Ok(scene.n_dof()),
+            Self::Each(scenes) => scenes,
+        };
+        let n = scenes.first().map_or(0, Scene::n_dof);
+        match scenes.iter().position(|scene| scene.n_dof() != n) {
+            None => Ok(n),
+            Some(i) => {
+                let value = format!("of {} degrees of freedom", scenes[i].n_dof());
+                let rule = format!("all must have as many as scene[0], {n}");
+                Err(Error::bad_value(format!("scene[{i}]"), value, rule))
+            }
+        }
+    }
+}
 
 /// The ends of many trajectories, one row each.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +82,10 @@ pub struct Ensemble {
     pub n_impacts: Vec<usize>,
     /// How each ended, shape `(k,)`.
     pub status: Vec<Status>,
+    /// The impacts of each trajectory with `Keep::Impacts`, empty lists without; `(k,)`.
+    pub impacts: Vec<Vec<Impact>>,
+    /// Times, positions and velocities of each trajectory at `t_eval`, as far as it went; `None` without.
+    pub samples: Option<Vec<Samples>>,
 }
 
 /// The end of one trajectory.
@@ -40,15 +95,18 @@ struct TrajectoryEnd {
     v: DVector<f64>,
     n_impacts: usize,
     status: Status,
+    impacts: Vec<Impact>,
+    samples: Option<Samples>,
 }
 
-/// Simulates a scene from many states, rows of `q0` and `v0`, shape `(k, n)` each; the same bits as one by one. Pendulums with
-/// large motions run four or eight abreast, as wide as the registers are, their Taylor series made together.
+/// Simulates k runs: of one scene or of k, from rows of `q0` and `v0`, shape `(k, n)` each, or `(1, n)` for all; the same bits as one by
+/// one. Pendulums with large motions that share a scene run four or eight abreast, as wide as the registers are, their Taylor series
+/// made together. A start inside a stop is left as it is, with the status [`Status::InsideStop`].
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///
 /// # Errors
-/// As [`crate::simulate()`], naming the row; `keep` other than [`Keep::Final`], or `t_eval`.
+/// As [`crate::simulate()`], naming the row; rows and scenes that are not as many; [`Keep::Motion`].
 ///
 /// # Examples
 /// ```
@@ -63,21 +121,34 @@ struct TrajectoryEnd {
 /// assert_eq!(ends.q.shape(), (2, 2));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
-pub fn simulate_many(
-    scene: &Scene,
+pub fn simulate_many<'a>(
+    scenes: impl Into<Scenes<'a>>,
     (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
     t_span: (f64, f64),
     options: &SimulateOptions,
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Ensemble> {
-    let (k, n) = (q0.nrows(), scene.n_dof());
+    let scenes = scenes.into();
+    let n = scenes.n_dof()?;
+    let counts = [scenes.len(), Some(q0.nrows()), Some(v0.nrows())];
+    let is_one = |count: &usize| *count == 1;
+    let k = counts.iter().flatten().find(|count| !is_one(count));
+    let k = k.copied().unwrap_or(1);
+    if scenes.len().is_some_and(|count| count != k) {
+        let found = format!("({},)", scenes.len().unwrap_or_default());
+        return Err(Error::bad_shape(
+            "scene",
+            found,
+            format!("one scene, or ({k},)"),
+        ));
+    }
     for (name, rows) in [("q0", q0), ("v0", v0)] {
-        if rows.shape() != (k, n) {
+        if rows.ncols() != n || (rows.nrows() != k && rows.nrows() != 1) {
             let found = format!("({}, {})", rows.nrows(), rows.ncols());
             return Err(Error::bad_shape(name, found, format!("({k}, {n})")));
         }
-        if let Some(i) = (0..k).find(|&i| rows.row(i).iter().any(|x| !x.is_finite())) {
+        if let Some(i) = (0..rows.nrows()).find(|&i| rows.row(i).iter().any(|x| !x.is_finite())) {
             return Err(Error::bad_value(
                 format!("{name}[{i}]"),
                 rows.row(i),
@@ -86,40 +157,67 @@ pub fn simulate_many(
         }
     }
     options.check(t_span)?;
-    scene.check_span(t_span)?;
-    if options.keep != Keep::Final || options.t_eval.is_some() {
-        return Err(Error::bad_value(
-            "keep",
-            format!("{:?}", options.keep),
-            "an ensemble keeps final states alone",
-        ));
+    if options.keep == Keep::Motion {
+        let rule = "an ensemble keeps impacts, or final states alone: \"impacts\" or \"final\"";
+        return Err(Error::bad_value("keep", "\"motion\"", rule));
     }
-    let mut ends = vec![
-        TrajectoryEnd {
-            q: DVector::zeros(n),
-            v: DVector::zeros(n),
-            n_impacts: 0,
-            status: Status::Finished
-        };
-        k
-    ];
-    if k > 0 {
-        let of = |rows: &DMatrix<f64>| rows.row(0).transpose();
-        check_jacobian(options.method, scene, t_span.0, (&of(q0), &of(v0)))?;
-    }
-    let runs = ManyRuns {
-        ends: &mut ends,
-        start: (q0, v0),
-        t_span,
-        sweep,
-        observer,
+    let n_samples = options.t_eval.as_ref().map_or(0, Vec::len);
+    room_for("the motions at t_eval", k * n_samples, 2 * n)?;
+    let nothing = TrajectoryEnd {
+        q: DVector::zeros(n),
+        v: DVector::zeros(n),
+        n_impacts: 0,
+        status: Status::Finished,
+        impacts: Vec::new(),
+        samples: None,
     };
-    visit_runs(scene, options, runs)?;
+    let mut ends = vec![nothing; k];
+    let start = (q0, v0);
+    match scenes {
+        Scenes::One(scene) if options.ramps.is_empty() => {
+            scene.check_span(t_span)?;
+            if k > 0 {
+                let (q0, v0) = (row(q0, 0), row(v0, 0));
+                check_jacobian(options.method, scene, t_span.0, (&q0, &v0))?;
+            }
+            let runs = ManyRuns {
+                ends: &mut ends,
+                start,
+                t_span,
+                sweep,
+                observer,
+            };
+            visit_runs(scene, options, runs)?;
+        }
+        _ => {
+            let work = |(): &mut (), i: usize, go_on: ObserverFn<'_>| {
+                let scene = match scenes {
+                    Scenes::One(scene) => scene,
+                    Scenes::Each(scenes) => &scenes[i],
+                };
+                let (q0, v0) = (row(q0, i), row(v0, i));
+                let run = simulate_observed(scene, &q0, &v0, t_span, options, &mut |_| go_on());
+                match run {
+                    Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
+                    run => run
+                        .map(TrajectoryEnd::of_trajectory)
+                        .map_err(|e| of_row(i, e)),
+                }
+            };
+            fill(&mut ends, TILE, sweep, || Ok(()), work, observer)?;
+        }
+    }
     Ok(Ensemble {
         q: DMatrix::from_fn(k, n, |i, j| ends[i].q[j]),
         v: DMatrix::from_fn(k, n, |i, j| ends[i].v[j]),
         n_impacts: ends.iter().map(|e| e.n_impacts).collect(),
         status: ends.iter().map(|e| e.status).collect(),
+        samples: options.t_eval.as_ref().map(|_| {
+            let samples = ends.iter_mut().map(|e| e.samples.take());
+            let none = || (Vec::new(), DMatrix::zeros(0, n), DMatrix::zeros(0, n));
+            samples.map(|own| own.unwrap_or_else(none)).collect()
+        }),
+        impacts: ends.into_iter().map(|e| e.impacts).collect(),
     })
 }
 
@@ -146,9 +244,12 @@ impl RunVisitor for ManyRuns<'_> {
         let (q0, v0) = self.start;
         let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
             let (q0, v0) = (row(q0, i), row(v0, i));
-            let done = run.run(&q0, &v0, self.t_span, &mut |_| go_on());
-            done.map(TrajectoryEnd::of)
-                .map_err(|error| of_row(i, error))
+            match run.run(&q0, &v0, self.t_span, &mut |_| go_on()) {
+                Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
+                done => done
+                    .map(TrajectoryEnd::of)
+                    .map_err(|error| of_row(i, error)),
+            }
         };
         let one = || Ok(make());
         fill(self.ends, TILE, self.sweep, one, work, self.observer)
@@ -180,7 +281,12 @@ impl ManyRuns<'_> {
                     go_on: ObserverFn<'_>| {
             let start = |i: usize| (row(q0, first + i), row(v0, first + i));
             let n = slots.len();
-            let mut put = |i: usize, done: Done| slots[i] = TrajectoryEnd::of(done);
+            let mut put = |i: usize, done: Option<Done>| {
+                slots[i] = match done {
+                    Some(done) => TrajectoryEnd::of(done),
+                    None => TrajectoryEnd::inside(start(i)),
+                }
+            };
             let done = runs.run(0..n, start, go_on, &mut put);
             done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
         };
@@ -196,8 +302,9 @@ impl ManyRuns<'_> {
     }
 }
 
+/// A row, or the one that is for all.
 fn row(rows: &DMatrix<f64>, i: usize) -> DVector<f64> {
-    rows.row(i).transpose()
+    rows.row(if rows.nrows() == 1 { 0 } else { i }).transpose()
 }
 
 /// An error of a run, with the row that it began from.
@@ -215,11 +322,38 @@ fn of_row(i: usize, error: Error) -> Error {
 impl TrajectoryEnd {
     fn of(done: Done) -> Self {
         let (q, v) = done.last;
+        let (impacts, _, samples, _) = done.record.finish();
         Self {
             q,
             v,
             n_impacts: done.stats.n_impacts,
             status: done.ending.status,
+            impacts,
+            samples,
+        }
+    }
+
+    fn of_trajectory(run: Trajectory) -> Self {
+        let (q, v) = run.last;
+        Self {
+            q,
+            v,
+            n_impacts: run.stats.n_impacts,
+            status: run.status,
+            impacts: run.impacts,
+            samples: run.samples,
+        }
+    }
+
+    /// A start inside a stop, as it is.
+    fn inside((q, v): PhysicalState) -> Self {
+        Self {
+            q,
+            v,
+            n_impacts: 0,
+            status: Status::InsideStop,
+            impacts: Vec::new(),
+            samples: None,
         }
     }
 }

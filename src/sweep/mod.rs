@@ -6,7 +6,7 @@ mod existence;
 mod parametric_scene;
 mod tiles;
 
-pub use ensemble::{Ensemble, simulate_many};
+pub use ensemble::{Ensemble, Scenes, simulate_many};
 pub use existence::{
     Axis, ExistenceCell, ExistenceMap, existence_at, existence_at_observed, existence_map,
     existence_tile, existence_tile_observed,

@@ -29,7 +29,9 @@ impl Kept {
         let last = times.last().copied();
         let earlier = times.iter().filter(|&&t| Some(t) != last).count();
         times.dedup();
-        let (pieces, _, segments, _) = run.save().motion.expect("motion is kept");
+        let [(pieces, _, segments, _)] = &run.save().motion.expect("motion is kept")[..] else {
+            panic!("a run without ramps has one chapter")
+        };
         let is_flight: Vec<bool> = segments.iter().map(|s| s.0 != "chatter").collect();
         let kind_of = |piece: usize| segments.partition_point(|s| s.2 <= piece) - 1;
         let is_step = |piece: &usize| pieces[*piece][2] > 0.0;

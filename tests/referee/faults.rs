@@ -97,7 +97,7 @@ fn wrong_ends_of_accumulating_impacts_are_seen() {
     assert!(found(&case, &run, &|_| {}).is_empty());
     // All later pieces begin as much later.
     let stretch = |s: &mut SavedTrajectory, by: f64| {
-        let motion = s.motion.as_mut().expect("kept");
+        let motion = &mut s.motion.as_mut().expect("kept")[0];
         let chatter = motion.2.iter().position(|part| part.0 == "chatter");
         let at = motion.2[chatter.expect("there is one")].2;
         let more = by * motion.0[at][2];

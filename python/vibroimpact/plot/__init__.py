@@ -21,6 +21,7 @@ from vibroimpact.plot.motion import phase_portrait, time_history
 from vibroimpact.plot.section import poincare_section
 from vibroimpact.plot.spectrum import spectrum
 from vibroimpact.plot.stability import multipliers
+from vibroimpact.plot.sweep import sweep
 
 __all__ = [
     "animate",
@@ -34,5 +35,6 @@ __all__ = [
     "phase_portrait",
     "poincare_section",
     "spectrum",
+    "sweep",
     "time_history",
 ]

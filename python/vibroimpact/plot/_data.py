@@ -68,6 +68,14 @@ class Stability(Protocol):
     def orders(self) -> Mapping[Hashable, ArrayLike | None]: ...
 
 
+class Ramped(Trajectory, Protocol):
+    """A trajectory along which numbers of its scene drift."""
+
+    @property
+    def ramp(self) -> Any: ...
+    def parameter(self, t: ArrayLike, name: str, /) -> FloatArray: ...
+
+
 class StableOrbit(Protocol):
     """The part of an orbit that its stability is drawn from."""
 

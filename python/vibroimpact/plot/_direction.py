@@ -32,6 +32,11 @@ class Direction:
         return "n\u00b7q'" if self.index is None else f"q'[{self.index}]"
 
     @property
+    def acceleration(self) -> str:
+        """Name the acceleration in a legend."""
+        return "n\u00b7q''" if self.index is None else f"q''[{self.index}]"
+
+    @property
     def position_label(self) -> str:
         """Name the position on an axis, whatever its unit."""
         return f"position {self.position}"

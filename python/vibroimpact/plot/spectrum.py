@@ -8,7 +8,7 @@ beside the rest.
 """
 
 import operator
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,6 +20,7 @@ from vibroimpact.plot._direction import Direction, check_direction
 from vibroimpact.plot._sampling import checked_span, window
 
 PER_PERIOD = 256  # samples in a forcing period
+Quantity: TypeAlias = Literal["position", "velocity", "acceleration"]
 FEWEST = 1 << 14  # samples of a motion without forcing
 MOST = 1 << 20
 EQUAL_STEPS = 1e-6  # of a step: by how much rows at equal steps may be off
@@ -30,7 +31,7 @@ def spectrum(
     along: ArrayLike = 0,
     ax: Axes | None = None,
     *,
-    quantity: Literal["position", "velocity"] = "position",
+    quantity: Quantity = "position",
     t_span: tuple[float, float] | None = None,
     samples: int | None = None,
     **line: Any,
@@ -45,8 +46,8 @@ def spectrum(
         What is drawn: a coordinate by its index, from 0 to n_dof - 1, or the motion along a direction n, ``n.q``.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
-    quantity : {"position", "velocity"}, default "position"
-        Of what.
+    quantity : {"position", "velocity", "acceleration"}, default "position"
+        Of what. The acceleration is that between impacts.
     t_span : (float, float), optional
         First and last time, to leave out a transient; default: all. Whole periods of the motion give the sharpest lines.
     samples : int, optional
@@ -90,8 +91,8 @@ def spectrum(
     if not is_trajectory(trajectory):
         raise ValueError(f"trajectory must be one trajectory, got {type(trajectory).__name__}")
     direction = check_direction(along, trajectory.scene.n_dof)
-    if quantity not in ("position", "velocity"):
-        raise ValueError(f"quantity must be 'position' or 'velocity', got {quantity!r}")
+    if quantity not in ("position", "velocity", "acceleration"):
+        raise ValueError(f"quantity must be 'position', 'velocity' or 'acceleration', got {quantity!r}")
     t_span = checked_span(t_span)
     start, end = window(trajectory, t_span)
     if not start < end:
@@ -101,9 +102,9 @@ def spectrum(
     frequencies, amplitudes = amplitude_spectrum(values, step)
     ax = axes_or_new(ax)
     label_axis(ax, "x", "angular frequency")
-    label_axis(ax, "y", f"amplitude of {direction.position_label if quantity == 'position' else direction.velocity_label}")
+    name = getattr(direction, quantity)
+    label_axis(ax, "y", f"amplitude of {quantity} {name}")
     ax.set_yscale("log")
-    name = direction.position if quantity == "position" else direction.velocity
     ax.plot(frequencies, amplitudes, **with_defaults(line, linestyle=next_line_style(ax), label=name))
     return ax
 
@@ -139,8 +140,10 @@ def _samples(
     step = (span[1] - span[0]) / count
     times = span[0] + step * np.arange(count)
     try:
-        states = trajectory.position(times) if quantity == "position" else trajectory.velocity(times)
+        states = getattr(trajectory, quantity)(times)
     except ValueError:
+        if quantity == "acceleration":
+            raise
         t = np.asarray(trajectory.t, dtype=float)
         inside = (t >= span[0]) & (t <= span[1])
         steps = np.diff(t[inside])

@@ -156,6 +156,15 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.scene.stop_motion(stop, self.moment())[1]
     }
 
+    /// `(1 + e)/(n.b)` of a stop now.
+    fn rebound(&self, stop: usize) -> f64 {
+        let e = self.timed.drifting_restitution(stop, self.clock.time());
+        let kept = self.rebounds[stop];
+        e.map_or(kept, |e| {
+            kept * (1.0 + e) / (1.0 + self.scene.geometry.restitutions[stop])
+        })
+    }
+
     /// The moment, where the phase of the forcing is in its amplitude.
     #[inline]
     pub(super) fn moment(&self) -> Moment {
@@ -242,7 +251,8 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
     }
 
     fn restitution(&self, stop: usize) -> f64 {
-        self.scene.geometry.restitutions[stop]
+        let drifting = self.timed.drifting_restitution(stop, self.clock.time());
+        drifting.unwrap_or(self.scene.geometry.restitutions[stop])
     }
 
     fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
@@ -340,12 +350,12 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
         let row = &self.velocity_rows[stop];
         let receding = self.stop_speed(stop);
         let approach = positive_part(along(row, &self.state) - receding);
-        let restitution = self.scene.geometry.restitutions[stop];
-        let (impulse, departure) = (self.rebounds[stop] * approach, restitution * approach);
+        let restitution = self.restitution(stop);
+        let (impulse, departure) = (self.rebound(stop) * approach, restitution * approach);
         self.push(stop, impulse)?;
         // A small departure is what is left of two large speeds: its rounding is taken off.
         let left = along(&self.velocity_rows[stop], &self.state) - receding + departure;
-        self.push(stop, left * self.rebounds[stop] / (1.0 + restitution))?;
+        self.push(stop, left * self.rebound(stop) / (1.0 + restitution))?;
         Ok(NormalImpact {
             approach,
             departure,

@@ -20,7 +20,8 @@ pub(crate) fn has_series(scene: &Scene) -> bool {
         scene.system(),
         System::DoublePendulum(_) | System::PendulumChain(_)
     );
-    is_pendulum && !scene.has_moving_stops() && scene.stops().iter().all(is_given)
+    let is_constant = scene.drifting_damping().is_none();
+    is_pendulum && is_constant && !scene.has_moving_stops() && scene.stops().iter().all(is_given)
 }
 
 /// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.

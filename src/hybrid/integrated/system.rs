@@ -85,7 +85,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Contacts for Integrated<'_, S, D, P> 
     }
 
     fn restitution(&self, stop: usize) -> f64 {
-        self.contacts[stop].restitution
+        let drifting = self.scene.drifting_restitution(stop, self.clock.time());
+        drifting.unwrap_or(self.contacts[stop].restitution)
     }
 
     fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
@@ -189,7 +190,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
         let (normal, reaction) = directions.both();
         let receding = self.stop_speed(stop);
         let approach = positive_part(self.along(normal) - receding);
-        let restitution = self.contacts[stop].restitution;
+        let restitution = self.restitution(stop);
         let give = dot(normal, reaction);
         let (impulse, departure) = (
             (1.0 + restitution) * approach / give,

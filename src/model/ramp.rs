@@ -1,0 +1,406 @@
+//! A number of a scene that drifts during a run (theory 14): from its value at the start to another, steadily or in levels.
+
+use crate::error::{Error, Result};
+use crate::model::change::Parameter;
+use crate::quantity::{finite, positive};
+
+/// How a ramp goes from its first value to its last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RampLaw {
+    /// Equal changes in equal times.
+    #[default]
+    Linear,
+    /// Equal factors in equal times; values of one sign.
+    Log,
+}
+
+/// How fast a ramp goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RampCourse {
+    /// Steadily, in so much time.
+    Over(f64),
+    /// Steadily, by so much in a unit of time: of the value, or of its logarithm. Its sign does not matter.
+    Rate(f64),
+    /// By equal steps over a number of levels, the first and the last value among them.
+    Steps {
+        /// How many.
+        levels: usize,
+        /// Forcing periods at each.
+        dwell: f64,
+    },
+}
+
+/// A number of a scene that moves from its value at the start of a run to another, where it stays.
+///
+/// # Examples
+/// ```
+/// use nalgebra::dvector;
+/// use vibroimpact::{Harmonic, LinearSystem, Parameter, Ramp, RampCourse, Scene, SimulateOptions, Stop, simulate};
+/// let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0])?;
+/// let force = Harmonic::new(dvector![0.5.into()], 0.5, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let up = Ramp::new(Parameter::Frequency, 2.0, RampCourse::Rate(0.01))?;
+/// let options = SimulateOptions { ramps: vec![up], ..Default::default() };
+/// let rest = dvector![0.0];
+/// let run = simulate(&scene, &rest, &rest, (0.0, 200.0), &options)?;
+/// assert!((run.parameter(100.0, None)? - 1.5).abs() < 1e-12);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    parameter: Parameter,
+    to: f64,
+    course: RampCourse,
+    law: RampLaw,
+}
+
+impl Ramp {
+    /// A ramp of a number to a value, by the law `Linear`.
+    ///
+    /// # Errors
+    /// A value that the number may not take, a time, rate or dwell that is not positive and finite, fewer than two levels.
+    pub fn new(parameter: Parameter, to: f64, course: RampCourse) -> Result<Self> {
+        parameter.check(to)?;
+        match course {
+            RampCourse::Over(time) => drop(positive("over", time)?),
+            RampCourse::Rate(rate) => {
+                if finite("rate", rate)? == 0.0 {
+                    let rule = "it must not be zero: the value would never be reached";
+                    return Err(Error::bad_value("rate", rate, rule));
+                }
+            }
+            RampCourse::Steps { levels, dwell } => {
+                positive("dwell", dwell)?;
+                if levels < 2 {
+                    let rule = "it must be at least 2: the first and the last value are among them";
+                    return Err(Error::bad_value("levels", levels, rule));
+                }
+            }
+        }
+        Ok(Self {
+            parameter,
+            to,
+            course,
+            law: RampLaw::Linear,
+        })
+    }
+
+    /// The same by another law.
+    #[must_use]
+    pub fn with_law(self, law: RampLaw) -> Self {
+        Self { law, ..self }
+    }
+
+    /// The number that moves.
+    pub fn parameter(&self) -> Parameter {
+        self.parameter
+    }
+
+    /// Where it goes.
+    pub fn to(&self) -> f64 {
+        self.to
+    }
+
+    /// How fast.
+    pub fn course(&self) -> RampCourse {
+        self.course
+    }
+
+    /// How.
+    pub fn law(&self) -> RampLaw {
+        self.law
+    }
+
+    /// The way from a value on, by the law.
+    ///
+    /// # Errors
+    /// Values of which the law `Log` has no logarithm.
+    pub(crate) fn way(&self, from: f64) -> Result<Way> {
+        let to = self.to;
+        if self.law == RampLaw::Log && !(from * to > 0.0) {
+            let rule = format!(
+                "with law=\"log\" it must have the sign of the value at the start, {from}, and neither may be zero"
+            );
+            let argument = format!("to of the ramp of \"{}\"", self.parameter);
+            return Err(Error::bad_value(argument, to, rule));
+        }
+        Ok(Way {
+            from,
+            to,
+            law: self.law,
+        })
+    }
+}
+
+/// The way of a number from one value to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Way {
+    pub from: f64,
+    pub to: f64,
+    law: RampLaw,
+}
+
+impl Way {
+    /// The value of a level of so many.
+    pub fn level(self, k: usize, levels: usize) -> f64 {
+        if k == 0 {
+            return self.from;
+        }
+        if k + 1 >= levels {
+            return self.to;
+        }
+        let part = k as f64 / (levels - 1) as f64;
+        match self.law {
+            RampLaw::Linear => self.from + part * (self.to - self.from),
+            RampLaw::Log => self.from * (part * (self.to / self.from).ln()).exp(),
+        }
+    }
+
+    /// The way from a time on, in so much time.
+    pub fn over(self, start: f64, time: f64) -> Moving {
+        let change = match self.law {
+            RampLaw::Linear => self.to - self.from,
+            RampLaw::Log => (self.to / self.from).ln(),
+        };
+        Moving {
+            way: self,
+            start,
+            rate: change / time,
+        }
+    }
+
+    /// The same at a rate, towards the last value.
+    pub fn at_rate(self, start: f64, rate: f64) -> Moving {
+        let towards = if self.to.abs() < self.from.abs() && self.law == RampLaw::Log
+            || self.to < self.from && self.law == RampLaw::Linear
+        {
+            -1.0
+        } else {
+            1.0
+        };
+        Moving {
+            way: self,
+            start,
+            rate: towards * rate.abs(),
+        }
+    }
+}
+
+/// A number on its way, steadily: `from + rate s`, or `from e^(rate s)`, at a time s after the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moving {
+    way: Way,
+    pub start: f64,
+    rate: f64,
+}
+
+impl Moving {
+    /// When it has reached its last value; the start where it is there already.
+    pub fn end(self) -> f64 {
+        let Way { from, to, law } = self.way;
+        if from == to {
+            return self.start;
+        }
+        let change = match law {
+            RampLaw::Linear => to - from,
+            RampLaw::Log => (to / from).ln(),
+        };
+        self.start + change / self.rate
+    }
+
+    /// Its last value.
+    pub fn last(self) -> f64 {
+        self.way.to
+    }
+
+    /// Value, slope and second derivative at a time, as it goes on beyond its end.
+    pub fn at(self, t: f64) -> [f64; 3] {
+        let (from, rate, s) = (self.way.from, self.rate, t - self.start);
+        match self.way.law {
+            RampLaw::Linear => [from + rate * s, rate, 0.0],
+            RampLaw::Log => {
+                let value = from * (rate * s).exp();
+                [value, rate * value, rate * rate * value]
+            }
+        }
+    }
+
+    /// By how much it has changed at a time since its start, as it goes on beyond its end.
+    pub fn changed(self, t: f64) -> f64 {
+        let (from, x) = (self.way.from, self.rate * (t - self.start));
+        match self.way.law {
+            RampLaw::Linear => x,
+            RampLaw::Log => from * x.exp_m1(),
+        }
+    }
+
+    /// Its value at a time, before its start and after its end that of there.
+    pub fn value(self, t: f64) -> f64 {
+        if t <= self.start {
+            self.way.from
+        } else if t >= self.end() {
+            self.way.to
+        } else {
+            self.at(t)[0]
+        }
+    }
+
+    /// Its integral from the start to a time, in twice the precision.
+    pub fn integral(self, t: f64) -> Twice {
+        let s = Twice::of(t).plus(Twice::of(-self.start));
+        let from = Twice::of(self.way.from);
+        let x = s.times(Twice::of(self.rate));
+        match self.way.law {
+            // from s + rate s^2/2
+            RampLaw::Linear => s.times(from.plus(x.times(Twice::of(0.5)))),
+            // from s (e^x - 1)/x
+            RampLaw::Log => s.times(from).times(mean_exponential(x)),
+        }
+    }
+}
+
+/// A number in twice the precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Twice(pub f64, pub f64);
+
+impl Twice {
+    fn of(x: f64) -> Self {
+        Self(x, 0.0)
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let (sum, lost) = crate::model::two_sum(self.0, other.0);
+        let (high, low) = crate::model::two_sum(sum, lost + (self.1 + other.1));
+        Self(high, low)
+    }
+
+    /// The product.
+    pub fn times(self, other: Self) -> Self {
+        let product = self.0 * other.0;
+        let lost = self.0.mul_add(other.0, -product);
+        let (high, low) =
+            crate::model::two_sum(product, lost + (self.0 * other.1 + self.1 * other.0));
+        Self(high, low)
+    }
+
+    /// The quotient by a whole number.
+    fn over(self, k: u32) -> Self {
+        let divisor = f64::from(k);
+        let first = self.0 / divisor;
+        let rest = (-first).mul_add(divisor, self.0) + self.1;
+        let (high, low) = crate::model::two_sum(first, rest / divisor);
+        Self(high, low)
+    }
+
+    /// What is left of it as an angle, within half a turn of zero.
+    pub fn reduced(self) -> f64 {
+        let (turn, rest) = crate::model::nearest_turn([self.0, self.1], 1.0);
+        (self.0 - turn) + (self.1 - rest)
+    }
+}
+
+/// Largest argument for which the series is summed as it is.
+const SHORT: f64 = 1.0;
+/// Terms of the series that ends within `1e-33` there.
+const TERMS: u32 = 30;
+
+/// `(e^x - 1)/x = sum_k x^k/(k + 1)!`; of a large x by that of its half, `p(2 y) = p(y) (1 + y p(y)/2)`.
+fn mean_exponential(x: Twice) -> Twice {
+    if x.0.abs() > SHORT && x.0.is_finite() {
+        let half = Twice(0.5 * x.0, 0.5 * x.1);
+        let p = mean_exponential(half);
+        let grown = Twice::of(1.0).plus(half.times(p).times(Twice::of(0.5)));
+        return p.times(grown);
+    }
+    let one = Twice::of(1.0);
+    (2..TERMS)
+        .rev()
+        .fold(one, |sum, k| one.plus(sum.times(x).over(k)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(to: f64, course: RampCourse, law: RampLaw) -> Ramp {
+        Ramp::new(Parameter::Frequency, to, course)
+            .expect("valid")
+            .with_law(law)
+    }
+
+    #[test]
+    fn levels_are_equally_far_apart_and_end_at_the_ends() {
+        let course = RampCourse::Over(1.0);
+        let values = |law| {
+            let way = ramp(8.0, course, law).way(1.0).expect("a way");
+            (0..4).map(|k| way.level(k, 4)).collect::<Vec<_>>()
+        };
+        let linear = values(RampLaw::Linear);
+        assert_eq!((linear[0], linear[3]), (1.0, 8.0));
+        assert!((linear[1] - 10.0 / 3.0).abs() < 1e-15);
+        let log = values(RampLaw::Log);
+        assert!((log[1] - 2.0).abs() < 1e-15 && (log[2] - 4.0).abs() < 2e-15);
+    }
+
+    #[test]
+    fn a_number_moves_by_its_law_and_stays() {
+        for law in [RampLaw::Linear, RampLaw::Log] {
+            let way = ramp(0.5, RampCourse::Over(4.0), law)
+                .way(2.0)
+                .expect("a way");
+            let moving = way.over(10.0, 4.0);
+            assert_eq!(moving.end(), 14.0);
+            assert_eq!((moving.value(9.0), moving.value(15.0)), (2.0, 0.5));
+            let same = way.at_rate(10.0, moving.rate.abs());
+            assert_eq!(same, moving);
+            let h = 1e-4;
+            let [before, now, after] = [12.0 - h, 12.0, 12.0 + h].map(|t| moving.at(t));
+            assert!(((after[0] - before[0]) / (2.0 * h) - now[1]).abs() < 1e-8);
+            assert!(((after[1] - before[1]) / (2.0 * h) - now[2]).abs() < 1e-8);
+            let area = moving.integral(12.0 + h).0 - moving.integral(12.0 - h).0;
+            assert!((area / (2.0 * h) - now[0]).abs() < 1e-8);
+        }
+    }
+
+    /// `3 s + 0.007 s^2/2` and `5 (e^(r s) - 1)/r` at s = 1234.5, of the doubles themselves, to 34 digits.
+    #[test]
+    fn angles_keep_their_digits_after_thousands_of_turns() {
+        let moving = |from, to, law, rate| Way { from, to, law }.at_rate(0.0, rate);
+        for (moving, (high, low)) in [
+            (
+                moving(3.0, 1e3, RampLaw::Linear, 0.007),
+                (9037.465875, 2.4200270693636172e-13),
+            ),
+            (
+                moving(5.0, 1e3, RampLaw::Log, 0.001),
+                (12183.298805852317, -8.4195177823233036e-13),
+            ),
+            (
+                moving(5.0, 1e-3, RampLaw::Log, 0.01),
+                (499.9978242718777, -1.3599875090194475e-14),
+            ),
+        ] {
+            let found = moving.integral(1234.5);
+            let miss: f64 = (found.0 - high) + (found.1 - low);
+            assert!(miss.abs() < 1e-30 * high, "{moving:?}: {miss:e}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_ramp_is_refused_by_name() {
+        let message = |to, course| {
+            let ramp = Ramp::new(Parameter::Frequency, to, course);
+            ramp.expect_err("refused").to_string()
+        };
+        let over = RampCourse::Over(1.0);
+        assert!(message(-1.0, over).starts_with("frequency is -1"));
+        assert!(message(1.0, RampCourse::Over(0.0)).starts_with("over is 0"));
+        assert!(message(1.0, RampCourse::Rate(0.0)).starts_with("rate is 0"));
+        let steps = |levels, dwell| message(1.0, RampCourse::Steps { levels, dwell });
+        assert!(steps(1, 1.0).starts_with("levels is 1"));
+        assert!(steps(3, f64::NAN).starts_with("dwell is NaN"));
+        let log = ramp(1.0, over, RampLaw::Log).way(-1.0);
+        let message = log.expect_err("refused").to_string();
+        assert!(message.contains("it must have the sign"), "{message}");
+    }
+}

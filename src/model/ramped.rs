@@ -1,0 +1,313 @@
+//! A scene while some of its numbers drift steadily (theory 14): what turned with an angle follows a signal, in pieces of polynomials
+//! that are it to rounding.
+//!
+//! A force `Re(F e^{i k theta})` stays one with `theta' = w(t)`; a displacement stays one, so that the acceleration of a base
+//! `s Re(U e^{i k theta})` is `Re((s'' + 2 i k w s' + s (i k w' - (k w)^2)) U e^{i k theta})`, and the slope of a moving stop has its own w.
+
+use crate::error::{Error, Result};
+use crate::model::base_acceleration::BaseAcceleration;
+use crate::model::constraint::Constraint;
+use crate::model::forcing::{Forcing, whole_multiple};
+use crate::model::load::Load;
+use crate::model::ramp::{Moving, Twice};
+use crate::model::scene::Scene;
+use crate::model::signal::Signal;
+use crate::model::stop_motion::StopMotion;
+use crate::model::{Moment, Stop};
+use nalgebra::{Complex, DVector};
+
+/// What of a scene drifts over a span of time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Drift {
+    /// The frequency.
+    pub frequency: Option<Moving>,
+    /// The phase.
+    pub phase: Option<Moving>,
+    /// The factor on the forcing.
+    pub scale: Option<Moving>,
+    /// The clearance of each stop, `None` of one that keeps it; empty where all do.
+    pub clearances: Vec<Option<Moving>>,
+}
+
+/// A part of a period, or of the span, by which signals go on beyond it: they hold at its end, too.
+const BEYOND: f64 = 1.0 / 64.0;
+
+/// An angle that changes at a rate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Swept {
+    pub angle: f64,
+    pub rate: f64,
+    pub rate_slope: f64,
+}
+
+impl Drift {
+    /// Whether nothing drifts but what makes no signals.
+    fn is_still(&self) -> bool {
+        self.frequency.is_none()
+            && self.phase.is_none()
+            && self.scale.is_none()
+            && self.clearances.iter().all(Option::is_none)
+    }
+
+    /// Whether angles do.
+    fn sweeps(&self) -> bool {
+        self.frequency.is_some() || self.phase.is_some()
+    }
+
+    /// The angle at a time of what turned, before the frequency began to drift, at a frequency with a phase; `lowest` is the lowest of
+    /// all frequencies then, the one that the drift is about.
+    pub fn angle(&self, (frequency, phase): (f64, f64), lowest: f64, t: f64) -> Swept {
+        let times = Self::times(frequency, lowest);
+        let mut swept = match self.frequency {
+            None => Swept {
+                angle: Moment::new(t, 0.0, 0.0).angle_of(frequency) + phase,
+                rate: frequency,
+                rate_slope: 0.0,
+            },
+            Some(moving) => {
+                let turned = moving.integral(t).times(Twice(times, 0.0)).reduced();
+                let begun = Moment::new(moving.start, 0.0, 0.0).angle_of(frequency);
+                let [rate, rate_slope, _] = moving.at(t);
+                Swept {
+                    angle: begun + phase + turned,
+                    rate: times * rate,
+                    rate_slope: times * rate_slope,
+                }
+            }
+        };
+        if let Some(moving) = self.phase {
+            let [_, slope, bend] = moving.at(t);
+            swept.angle += times * moving.changed(t);
+            swept.rate += times * slope;
+            swept.rate_slope += times * bend;
+        }
+        swept
+    }
+
+    /// How many times a frequency is the lowest, a whole number to the bit where it is one.
+    pub fn times(frequency: f64, lowest: f64) -> f64 {
+        whole_multiple(frequency, lowest).map_or(frequency / lowest, f64::from)
+    }
+
+    /// The factor on the forcing at a time, with its derivatives.
+    fn scale_at(&self, t: f64) -> [f64; 3] {
+        self.scale.map_or([1.0, 0.0, 0.0], |moving| moving.at(t))
+    }
+}
+
+/// Signals over a span of time under a drift.
+struct Sweep<'a> {
+    drift: &'a Drift,
+    lowest: f64,
+    span: (f64, f64),
+}
+
+impl Sweep<'_> {
+    fn angle(&self, part: &Forcing, t: f64) -> Swept {
+        let own = part.own_angle().unwrap_or((self.lowest, 0.0));
+        self.drift.angle(own, self.lowest, t)
+    }
+
+    fn signal(&self, value: impl Fn(f64) -> f64) -> Result<Signal> {
+        let values = |times: &[f64]| Ok(times.iter().map(|&t| value(t)).collect());
+        Signal::from_function(values, self.span).map_err(|error| {
+            let (start, end) = self.span;
+            let rule = format!(
+                "no pieces follow what drifts from {start} to {end}: take a shorter span ({error})"
+            );
+            Error::bad_value("ramp", "steady", rule)
+        })
+    }
+
+    /// A force along a direction.
+    fn load(&self, direction: DVector<f64>, value: impl Fn(f64) -> f64) -> Result<Forcing> {
+        Ok(Load::new(direction, self.signal(value)?)?.into())
+    }
+
+    /// A periodic force with harmonics about a mean.
+    fn force(
+        &self,
+        part: &Forcing,
+        amplitudes: &[&DVector<Complex<f64>>],
+        mean: Option<&DVector<f64>>,
+    ) -> Result<Vec<Forcing>> {
+        let mut all = Vec::new();
+        if let Some(mean) = mean {
+            all.push(self.load(mean.clone(), |t| self.drift.scale_at(t)[0])?);
+        }
+        // Along as few directions as may be: those of the coordinates, or those of the parts of each harmonic.
+        let n = amplitudes.first().map_or(0, |a| a.len());
+        let acts_on = |&i: &usize| amplitudes.iter().any(|a| a[i] != Complex::default());
+        let coordinates: Vec<usize> = (0..n).filter(acts_on).collect();
+        let turned = |t: f64, k: usize| {
+            let Swept { angle, .. } = self.angle(part, t);
+            Complex::cis(angle * (k + 1) as f64) * self.drift.scale_at(t)[0]
+        };
+        if coordinates.len() <= amplitudes.len() {
+            for i in coordinates {
+                let direction = DVector::from_fn(n, |j, _| if i == j { 1.0 } else { 0.0 });
+                let harmonics = |t: f64| {
+                    amplitudes
+                        .iter()
+                        .enumerate()
+                        .map(move |(k, a)| (a[i], k, t))
+                };
+                let value = |t: f64| harmonics(t).map(|(a, k, t)| (a * turned(t, k)).re).sum();
+                all.push(self.load(direction, value)?);
+            }
+            return Ok(all);
+        }
+        for (k, a) in amplitudes.iter().enumerate() {
+            for (direction, is_sine) in [(a.map(|a| a.re), false), (a.map(|a| -a.im), true)] {
+                if direction.amax() > 0.0 {
+                    let part_of = |u: Complex<f64>| if is_sine { u.im } else { u.re };
+                    all.push(self.load(direction, |t| part_of(turned(t, k)))?);
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// One forcing as it drifts.
+    fn forcing(&self, part: &Forcing) -> Result<Vec<Forcing>> {
+        match part {
+            Forcing::Harmonic(f) => self.force(part, &[f.amplitude()], None),
+            Forcing::Fourier(f) => {
+                let amplitudes: Vec<_> = f.amplitudes().iter().collect();
+                self.force(part, &amplitudes, f.mean())
+            }
+            Forcing::BaseMotion(base) => {
+                let amplitudes = base.amplitudes();
+                let acceleration = |t: f64| {
+                    let (
+                        Swept {
+                            angle,
+                            rate,
+                            rate_slope,
+                        },
+                        [s, s1, s2],
+                    ) = (self.angle(part, t), self.drift.scale_at(t));
+                    let harmonic = |(k, u): (usize, &Complex<f64>)| {
+                        let k = (k + 1) as f64;
+                        let (w, slope) = (k * rate, k * rate_slope);
+                        let factor = Complex::new(s2 - s * w * w, 2.0 * w * s1 + s * slope);
+                        (factor * u * Complex::cis(k * angle)).re
+                    };
+                    amplitudes.iter().enumerate().map(harmonic).sum()
+                };
+                Ok(vec![
+                    BaseAcceleration::new(self.signal(acceleration)?).into(),
+                ])
+            }
+            signal if self.drift.scale.is_none() => Ok(vec![signal.clone()]),
+            _ => {
+                let rule = "a forcing that follows a signal cannot be scaled steadily: give the signal as it is to be";
+                Err(Error::bad_value("ramp", "of \"forcing_scale\"", rule))
+            }
+        }
+    }
+
+    /// A stop as it drifts.
+    fn stop(&self, index: usize, stop: &Constraint) -> Result<Constraint> {
+        let clearance = self.drift.clearances.get(index).copied().flatten();
+        let motion = stop.motion().map(StopMotion::as_forcing);
+        let turns = motion.is_some_and(|motion| motion.own_angle().is_some());
+        if clearance.is_none() && !(turns && self.drift.sweeps()) {
+            return Ok(stop.clone());
+        }
+        let value = |t: f64| {
+            let widened = clearance.map_or(0.0, |moving| moving.changed(t));
+            widened + motion.map_or(0.0, |motion| self.displacement(motion, t))
+        };
+        let signal = self.signal(value)?;
+        Ok(stop
+            .clone()
+            .with_motion(Some(StopMotion::of_forcing(Load::new(0, signal)?.into()))))
+    }
+
+    /// The displacement of a stop by its own motion.
+    fn displacement(&self, motion: &Forcing, t: f64) -> f64 {
+        let harmonic = |(k, a): (usize, Complex<f64>)| {
+            let Swept { angle, .. } = self.angle(motion, t);
+            (a * Complex::cis((k + 1) as f64 * angle)).re
+        };
+        match motion {
+            Forcing::Harmonic(f) => harmonic((0, f.amplitude()[0])),
+            Forcing::Fourier(f) => {
+                let mean = f.mean().map_or(0.0, |mean| mean[0]);
+                let harmonics = f.amplitudes().iter().map(|a| a[0]);
+                mean + harmonics.enumerate().map(harmonic).sum::<f64>()
+            }
+            signal => signal.own_signal().map_or(0.0, |signal| signal.value(t)),
+        }
+    }
+}
+
+/// A scene over a span of time while some of its numbers drift. It holds beyond the end by a part of a period.
+///
+/// # Errors
+/// A forcing that cannot be scaled, a span of more periods than pieces follow.
+pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result<Scene> {
+    if drift.is_still() {
+        return Ok(scene.clone());
+    }
+    let moving = scene.moving();
+    let lowest = moving.lowest().map_or(0.0, |(w, _)| w);
+    let fastest = drift
+        .frequency
+        .map_or(lowest, |m| m.at(span.0)[0].max(m.at(span.1)[0]));
+    let beyond = if fastest > 0.0 {
+        BEYOND / fastest
+    } else {
+        BEYOND * (span.1 - span.0)
+    };
+    let sweep = Sweep {
+        drift,
+        lowest,
+        span: (span.0, span.1 + beyond),
+    };
+    let parts = scene.forcing().parts();
+    let forcing = if drift.sweeps() || drift.scale.is_some() {
+        let parts = parts.into_iter().map(|part| sweep.forcing(part));
+        let parts = parts.collect::<Result<Vec<_>>>()?;
+        Forcing::Several(parts.into_iter().flatten().collect())
+    } else {
+        scene.forcing().clone()
+    };
+    let stops = scene.stops().iter().enumerate();
+    let stops = stops.map(|(i, stop)| sweep.stop(i, stop));
+    Scene::new(
+        scene.system().clone(),
+        forcing,
+        stops.collect::<Result<Vec<_>>>()?,
+    )
+}
+
+/// The restitution of a stop.
+pub(crate) fn restitution_of(stop: &Constraint) -> f64 {
+    match stop {
+        Constraint::Stop(stop) => stop.restitution().value(),
+        Constraint::Wall(wall) => wall.restitution().value(),
+        Constraint::Nonlinear(stop) => stop.restitution().value(),
+    }
+}
+
+/// The clearance of a plane stop.
+///
+/// # Errors
+/// A stop that has none.
+pub(crate) fn clearance_of(stop: &Constraint) -> Result<f64> {
+    match stop {
+        Constraint::Stop(stop) => Ok(Stop::clearance(stop)),
+        Constraint::Wall(_) => Err(Error::bad_value(
+            "clearance",
+            "ramped",
+            "a wall has a position instead: give it a motion",
+        )),
+        Constraint::Nonlinear(_) => Err(Error::bad_value(
+            "clearance",
+            "ramped",
+            "a nonlinear stop has a gap function instead: give it a motion",
+        )),
+    }
+}

@@ -1,0 +1,417 @@
+//! The chapters of a run under ramps (theory 14): spans of time in each of which one scene holds. The angles of what turns go on from
+//! chapter to chapter, and so does the state.
+
+use crate::error::{Error, Result};
+use crate::hybrid::clock::Clock;
+use crate::model::{
+    Change, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, clearance_of, drifting,
+    restitution_of,
+};
+use std::f64::consts::TAU;
+
+/// Chapters beyond which a run is not begun.
+const MOST_CHAPTERS: usize = 1 << 20;
+/// What is left of a dwell, in turns, that is its end.
+const NO_TURN: f64 = 1e-9;
+
+/// A span of time in which one scene holds.
+#[derive(Debug, Clone)]
+pub(crate) struct Chapter {
+    pub scene: Scene,
+    pub span: (f64, f64),
+    /// The scene whose angles count, and what drifts of it.
+    steady: Scene,
+    drift: Drift,
+}
+
+/// A value of a number, from a time on.
+type Since = (f64, f64);
+
+/// How a number goes along a run.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Course {
+    /// In levels, each from a time on.
+    Levels(Vec<Since>),
+    Steady(Moving),
+}
+
+impl Course {
+    /// The value at a time.
+    pub fn at(&self, t: f64) -> f64 {
+        match self {
+            Self::Steady(moving) => moving.value(t),
+            Self::Levels(levels) => {
+                let later = levels.partition_point(|(since, _)| *since <= t);
+                levels[later.max(1) - 1].1
+            }
+        }
+    }
+}
+
+/// The chapters of a run, and how each number goes.
+#[derive(Debug, Clone)]
+pub(crate) struct Schedule {
+    pub chapters: Vec<Chapter>,
+    pub courses: Vec<(Parameter, Course)>,
+}
+
+impl Chapter {
+    /// The angle of the fundamental frequency at a time, NaN where there is no period.
+    pub fn angle(&self, t: f64) -> f64 {
+        match self.steady.frequency() {
+            Some(lowest) => {
+                let own = (lowest, self.steady.phase());
+                self.drift.angle(own, lowest, t).angle
+            }
+            None => self.steady.phase(),
+        }
+    }
+}
+
+/// A ramp in levels on its way.
+struct Steps {
+    parameter: Parameter,
+    way: Way,
+    levels: usize,
+    dwell: f64,
+    /// The level that holds, and what is left of its dwell, in turns.
+    level: usize,
+    left: f64,
+    course: Vec<Since>,
+}
+
+impl Steps {
+    fn is_done(&self) -> bool {
+        self.level + 1 >= self.levels
+    }
+}
+
+/// The numbers of a run as they go.
+struct Walk {
+    /// The scene with its angles, and what has been reached of everything else but factors.
+    steady: Scene,
+    steps: Vec<Steps>,
+    steady_ramps: Vec<(Parameter, Moving)>,
+    /// Factors on forcing and damping where they do not drift.
+    factors: [f64; 2],
+    now: f64,
+}
+
+/// The value of a number of a scene.
+///
+/// # Errors
+/// A number that the scene does not have, or that its stops do not share.
+fn value_of(scene: &Scene, parameter: Parameter) -> Result<f64> {
+    let shared = |values: Result<Vec<f64>>| {
+        let values = values?;
+        if values.windows(2).all(|pair| pair[0] == pair[1]) {
+            return Ok(values.first().copied().unwrap_or(f64::NAN));
+        }
+        let rule = format!("the stops differ, {values:?}: name one, \"{parameter}[0]\"");
+        let argument = format!("the ramp of \"{parameter}\"");
+        Err(Error::bad_value(argument, "for every stop", rule))
+    };
+    let stops = scene.stops();
+    Ok(match parameter {
+        Parameter::Frequency => scene.lowest_frequency().unwrap_or(f64::NAN),
+        Parameter::Phase => scene.phase(),
+        Parameter::ForcingScale | Parameter::DampingScale => 1.0,
+        Parameter::Clearance => shared(stops.iter().map(clearance_of).collect())?,
+        Parameter::Restitution => shared(Ok(stops.iter().map(restitution_of).collect()))?,
+        Parameter::ClearanceOf(i) => clearance_of(&stops[i])?,
+        Parameter::RestitutionOf(i) => restitution_of(&stops[i]),
+    })
+}
+
+/// The stop that a parameter is about, all of them where it is `None`; no stop at all of other parameters.
+fn stop_of(parameter: Parameter) -> Option<(bool, Option<usize>)> {
+    match parameter {
+        Parameter::Clearance => Some((true, None)),
+        Parameter::ClearanceOf(i) => Some((true, Some(i))),
+        Parameter::Restitution => Some((false, None)),
+        Parameter::RestitutionOf(i) => Some((false, Some(i))),
+        _ => None,
+    }
+}
+
+/// Whether two parameters are about one number.
+fn is_one(a: Parameter, b: Parameter) -> bool {
+    match (stop_of(a), stop_of(b)) {
+        (Some((kind, i)), Some((other, j))) => {
+            kind == other && (i.is_none() || j.is_none() || i == j)
+        }
+        _ => a == b,
+    }
+}
+
+impl Schedule {
+    /// The chapters of a run over a span; one, the scene as it is, where nothing changes.
+    ///
+    /// # Errors
+    /// Two ramps of one number, values that it may not take, a dwell without a period, a phase in levels; a scene that cannot drift so.
+    pub fn new(scene: &Scene, ramps: &[Ramp], span: (f64, f64)) -> Result<Self> {
+        let mut walk = Walk {
+            steady: scene.clone(),
+            steps: Vec::new(),
+            steady_ramps: Vec::new(),
+            factors: [1.0; 2],
+            now: span.0,
+        };
+        for (i, ramp) in ramps.iter().enumerate() {
+            let parameter = ramp.parameter();
+            if ramps[..i]
+                .iter()
+                .any(|other| is_one(other.parameter(), parameter))
+            {
+                let rule = "each number may have one ramp";
+                return Err(Error::bad_value(
+                    "ramp",
+                    format!("twice of \"{parameter}\""),
+                    rule,
+                ));
+            }
+        }
+        for ramp in ramps {
+            walk.add(scene, *ramp)?;
+        }
+        let mut chapters = Vec::new();
+        loop {
+            let end = walk.next_change().min(span.1);
+            chapters.push(walk.chapter(end)?);
+            if end >= span.1 {
+                break;
+            }
+            if chapters.len() == MOST_CHAPTERS {
+                let rule = format!("a run has at most {MOST_CHAPTERS} levels");
+                return Err(Error::bad_value("levels", chapters.len(), rule));
+            }
+            walk.go_on(end)?;
+        }
+        Ok(Self {
+            chapters,
+            courses: walk.courses(),
+        })
+    }
+}
+
+impl Walk {
+    /// Begins a ramp.
+    fn add(&mut self, scene: &Scene, ramp: Ramp) -> Result<()> {
+        let parameter = ramp.parameter();
+        drop(scene.replace(parameter.change(ramp.to()))?);
+        let from = value_of(scene, parameter)?;
+        if from.is_nan() {
+            let rule = "the scene has no one phase: its forcings have no common period";
+            return Err(Error::bad_value(
+                "ramp",
+                format!("of \"{parameter}\""),
+                rule,
+            ));
+        }
+        let way = ramp.way(from)?;
+        let moving = match ramp.course() {
+            RampCourse::Over(time) => way.over(self.now, time),
+            RampCourse::Rate(rate) => way.at_rate(self.now, rate),
+            RampCourse::Steps { levels, dwell } => {
+                if parameter == Parameter::Phase {
+                    let rule = "a phase that jumps is another run: give over= or rate=";
+                    return Err(Error::bad_value("levels", levels, rule));
+                }
+                scene.check_period("dwell, a number of forcing periods,")?;
+                if scene.frequency().is_none() {
+                    let rule = "it counts forcing periods, and the scene has no forcing: give over= or rate=";
+                    return Err(Error::bad_value("dwell", dwell, rule));
+                }
+                self.steps.push(Steps {
+                    parameter,
+                    way,
+                    levels: if from == ramp.to() { 1 } else { levels },
+                    dwell,
+                    level: 0,
+                    left: dwell,
+                    course: vec![(self.now, from)],
+                });
+                return Ok(());
+            }
+        };
+        self.steady_ramps.push((parameter, moving));
+        Ok(())
+    }
+
+    /// The ramp of a number that drifts now.
+    fn drifting(&self, parameter: Parameter) -> Option<Moving> {
+        let own = self
+            .steady_ramps
+            .iter()
+            .find(|(other, _)| *other == parameter);
+        own.map(|(_, moving)| *moving)
+            .filter(|moving| self.now < moving.end())
+    }
+
+    /// The drifts of the stops, of clearances or of restitutions.
+    fn drifting_stops(&self, is_clearance: bool) -> Vec<Option<Moving>> {
+        let of = |i: usize| {
+            let (one, all) = if is_clearance {
+                (Parameter::ClearanceOf(i), Parameter::Clearance)
+            } else {
+                (Parameter::RestitutionOf(i), Parameter::Restitution)
+            };
+            self.drifting(one).or_else(|| self.drifting(all))
+        };
+        (0..self.steady.stops().len()).map(of).collect()
+    }
+
+    fn drift(&self) -> Drift {
+        Drift {
+            frequency: self.drifting(Parameter::Frequency),
+            phase: self.drifting(Parameter::Phase),
+            scale: self.drifting(Parameter::ForcingScale),
+            clearances: self.drifting_stops(true),
+        }
+    }
+
+    /// When a number changes otherwise than now, infinite where none does.
+    fn next_change(&self) -> f64 {
+        let ends = self.steady_ramps.iter().map(|(_, moving)| moving.end());
+        let ends = ends
+            .filter(|end| *end > self.now)
+            .fold(f64::INFINITY, f64::min);
+        let left = self
+            .steps
+            .iter()
+            .filter(|steps| !steps.is_done())
+            .map(|steps| steps.left);
+        let Some(turns) = left.reduce(f64::min) else {
+            return ends;
+        };
+        ends.min(self.after_turns(turns, ends))
+    }
+
+    /// When the forcing has made so many turns from now on; no later than a time.
+    fn after_turns(&self, turns: f64, latest: f64) -> f64 {
+        let (angle, w) = (turns * TAU, self.steady.frequency().unwrap_or(f64::NAN));
+        let Some(moving) = self.drifting(Parameter::Frequency) else {
+            return self.now + angle / w;
+        };
+        let turned = |t: f64| moving.integral(t).0 - moving.integral(self.now).0;
+        if turned(latest) <= angle {
+            return latest;
+        }
+        // The frequency stays positive: the angle grows.
+        let (mut low, mut high) = (self.now, latest);
+        loop {
+            let middle = 0.5 * (low + high);
+            if !(middle > low && middle < high) {
+                return high;
+            }
+            if turned(middle) < angle {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+    }
+
+    /// The chapter from now to a time.
+    fn chapter(&self, end: f64) -> Result<Chapter> {
+        let (drift, span) = (self.drift(), (self.now, end));
+        let mut scene = self.steady.clone();
+        let [force, damping] = self.factors;
+        if force != 1.0 {
+            scene = scene.replace(Change::ForcingScale(force))?;
+        }
+        if damping != 1.0 {
+            scene = scene.replace(Change::DampingScale(damping))?;
+        }
+        let scene = drifting(&scene, &drift, span)?;
+        let restitutions = self.drifting_stops(false);
+        let damping = self.drifting(Parameter::DampingScale);
+        Ok(Chapter {
+            scene: scene.with_laws(restitutions, damping),
+            span,
+            steady: self.steady.clone(),
+            drift,
+        })
+    }
+
+    /// Goes on to a time at which a number begins to change otherwise.
+    fn go_on(&mut self, then: f64) -> Result<()> {
+        let w = self.steady.frequency().unwrap_or(0.0);
+        let turns = match self.drifting(Parameter::Frequency) {
+            Some(moving) => moving.integral(then).0 - moving.integral(self.now).0,
+            None => w * (then - self.now),
+        } / TAU;
+        let ended = self.steady_ramps.iter().copied();
+        let ended: Vec<_> = ended
+            .filter(|(_, m)| self.now < m.end() && m.end() <= then)
+            .collect();
+        // Angles go on from where they are.
+        let drift = self.drift();
+        let ends = |parameter| ended.iter().any(|(other, _)| *other == parameter);
+        let mut frequency = ends(Parameter::Frequency)
+            .then_some(drift.frequency)
+            .flatten()
+            .map(Moving::last);
+        if ends(Parameter::Phase) || frequency.is_some() {
+            let gone = Drift {
+                frequency: drift.frequency.filter(|_| frequency.is_some()),
+                phase: drift.phase.filter(|_| ends(Parameter::Phase)),
+                ..Drift::default()
+            };
+            self.turn(&gone, frequency.take(), then)?;
+        }
+        for (parameter, moving) in ended {
+            self.set(parameter, moving.last())?;
+        }
+        let mut changed = Vec::new();
+        for steps in self.steps.iter_mut().filter(|steps| !steps.is_done()) {
+            steps.left -= turns;
+            if steps.left <= NO_TURN * steps.dwell {
+                (steps.level, steps.left) = (steps.level + 1, steps.dwell);
+                let value = steps.way.level(steps.level, steps.levels);
+                steps.course.push((then, value));
+                changed.push((steps.parameter, value));
+            }
+        }
+        for (parameter, value) in changed {
+            if parameter == Parameter::Frequency {
+                self.turn(&Drift::default(), Some(value), then)?;
+            } else {
+                self.set(parameter, value)?;
+            }
+        }
+        self.now = then;
+        Ok(())
+    }
+
+    /// Puts what has drifted of the angles into the phases, at a time, and the frequency at another value.
+    fn turn(&mut self, gone: &Drift, frequency: Option<f64>, then: f64) -> Result<()> {
+        let lowest = self.steady.lowest_frequency().unwrap_or(f64::NAN);
+        self.steady = self.steady.with_angles(|(w, phase)| {
+            let swept = gone.angle((w, phase), lowest, then);
+            let sped = frequency.map_or(w, |to| Drift::times(w, lowest) * to);
+            (sped, swept.angle - Clock::new(then, sped).angle())
+        })?;
+        Ok(())
+    }
+
+    /// Gives a number that is no angle a value.
+    fn set(&mut self, parameter: Parameter, value: f64) -> Result<()> {
+        match parameter {
+            Parameter::Frequency | Parameter::Phase => {}
+            Parameter::ForcingScale => self.factors[0] = value,
+            Parameter::DampingScale => self.factors[1] = value,
+            other => self.steady = self.steady.replace(other.change(value))?,
+        }
+        Ok(())
+    }
+
+    /// How each number goes.
+    fn courses(self) -> Vec<(Parameter, Course)> {
+        let steps = self.steps.into_iter();
+        let steps = steps.map(|steps| (steps.parameter, Course::Levels(steps.course)));
+        let steady = self.steady_ramps.into_iter();
+        let steady = steady.map(|(parameter, moving)| (parameter, Course::Steady(moving)));
+        steps.chain(steady).collect()
+    }
+}
