@@ -154,7 +154,7 @@ def _encoded(value: Any, arrays: dict[str, np.ndarray[Any, Any]], where: str) ->
         return value
     if type(value) is float:
         return value if np.isfinite(value) else {"float": repr(value)}
-    if isinstance(value, np.ndarray) and value.dtype.kind in "biufcU":
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biufcUV" and not value.dtype.hasobject:
         return {"array": _kept(value, arrays)}
     if isinstance(value, (list, tuple)):
         return _encoded_sequence(value, arrays, where)

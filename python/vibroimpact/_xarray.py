@@ -65,5 +65,7 @@ def _map(found: Any) -> _Parts:
 
 
 def _ensemble(ends: Any) -> _Parts:
-    variables = {name: (("run", "dof"), getattr(ends, name)) for name in "qv"}
-    return variables | {name: ("run", getattr(ends, name)) for name in ("n_impacts", "status")}, {}, {}
+    dimensions = ("run", "dof") if ends.q.ndim == 2 else ("run", "time", "dof")
+    variables: dict[str, Any] = {name: (dimensions, getattr(ends, name)) for name in "qv"}
+    variables |= {name: ("run", getattr(ends, name)) for name in ("n_impacts", "status")}
+    return variables | ({} if ends.impacts is None else _table("impacts", ends.impacts)), {}, {}

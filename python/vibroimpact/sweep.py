@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core, _workers
-from vibroimpact._core import Scene
+from vibroimpact._core import Ramp, Scene
 
 __all__ = ["Ensemble", "ExistenceMap", "existence_map", "simulate_many"]
 
@@ -115,28 +115,35 @@ class ExistenceMap:
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """The ends of many trajectories, one row each.
+    """Many trajectories, one row each: their ends, or their motions at given times, and their impacts.
 
     Attributes
     ----------
-    q, v : ndarray, shape (k, n)
-        Final positions and velocities.
+    q, v : ndarray, shape (k, n), or (k, m, n)
+        Final positions and velocities, or those at ``t_eval``, nan after an early end.
     n_impacts : ndarray of int, shape (k,)
         Impacts of each trajectory.
     status : ndarray of str, shape (k,)
         How each ended.
+    impacts : ndarray or None
+        With ``keep="impacts"`` those of all, run after run: structured array of run, time, stop, speed_before, speed_after, impulse,
+        phase.
     """
 
     q: NDArray[np.float64]
     v: NDArray[np.float64]
     n_impacts: NDArray[np.int64]
     status: NDArray[np.str_]
+    impacts: NDArray[np.void] | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that are none of one ensemble."""
         k = np.shape(self.status)[:1]
-        n = np.shape(self.q)[1:2]
-        _check_arrays(self, {"q": ("f", k + n), "v": ("f", k + n), "n_impacts": ("i", k), "status": ("U", k)})
+        n = np.shape(self.q)[1:3]
+        arrays = {"q": ("f", k + n), "v": ("f", k + n), "n_impacts": ("i", k), "status": ("U", k)}
+        if self.impacts is not None:
+            arrays["impacts"] = ("V", np.shape(self.impacts)[:1])
+        _check_arrays(self, arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments, which are looked at again."""
@@ -154,7 +161,7 @@ class Ensemble:
         Returns
         -------
         xarray.Dataset
-            ``q`` and ``v`` over run and dof, ``n_impacts`` and ``status`` over run.
+            ``q`` and ``v`` over run, time with ``t_eval``, and dof, ``n_impacts`` and ``status`` over run; columns of the impacts.
 
         Raises
         ------
@@ -167,7 +174,8 @@ class Ensemble:
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the ensemble, for ``numpy.savez``."""
-        return {name: getattr(self, name) for name in ("q", "v", "n_impacts", "status")}
+        arrays = {name: getattr(self, name) for name in ("q", "v", "n_impacts", "status", "impacts")}
+        return {name: array for name, array in arrays.items() if array is not None}
 
     def __repr__(self) -> str:
         """Say how many trajectories there are and how they ended."""
@@ -295,30 +303,53 @@ def _assemble(
 
 
 def _rows(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:
-    arguments: tuple[Any, ...] = (*piece, ask)
+    scene, *rest = piece
+    if isinstance(scene, tuple):
+        make, first, last = scene
+        scene = [make(i) for i in range(first, last)]
+    arguments: tuple[Any, ...] = (scene, *rest, ask)
     return _core._simulate_rows(*arguments)
 
 
-def _states(q0: tuple[str, ArrayLike], v0: tuple[str, ArrayLike], n_dof: int) -> list[NDArray[np.float64]]:
+def _states(argument: str, value: ArrayLike, n_dof: int) -> NDArray[np.float64]:
     """Return states, one a row, that can be cut into pieces; for one degree of freedom a list of numbers is a list of rows."""
-    states: list[NDArray[np.float64]] = []
-    for argument, value in (q0, v0):
-        rows = _core._numbers(argument, value)
-        if rows.ndim == 1 and n_dof == 1:
-            rows = rows[:, np.newaxis]
-        k = len(states[0]) if states else len(np.atleast_1d(rows))
-        if rows.shape != (k, n_dof):
-            message = f"{argument} has shape {rows.shape}, but ({k}, {n_dof}) is needed"
+    rows = _core._numbers(argument, value)
+    if rows.ndim == 1 and n_dof == 1:
+        rows = rows[:, np.newaxis]
+    if rows.shape == (n_dof,) or rows.ndim == 0:
+        rows = rows.reshape(1, -1)
+    if rows.ndim != 2 or rows.shape[1] != n_dof:
+        message = f"{argument} has shape {rows.shape}, but (k, {n_dof}) is needed"
+        raise ValueError(message)
+    for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
+        message = f"{argument}[{i}] is {rows[i]}, but it must be finite"
+        raise ValueError(message)
+    return rows
+
+
+def _in_pieces(scene: Any, q0: ArrayLike, v0: ArrayLike, n_dof: int) -> list[tuple[Any, ...]]:
+    """Cut scenes and states into pieces: scene or scenes, rows, and the number of the first."""
+    states = [_states("q0", q0, n_dof), _states("v0", v0, n_dof)]
+    counts = [len(rows) for rows in states] + ([len(scene)] if isinstance(scene, list) else [])
+    k = next((count for count in counts if count != 1), 1)
+    for argument, count in zip(("q0", "v0", "scene"), counts, strict=False):
+        if count not in (1, k):
+            message = f"{argument} has {count} rows, but {k}, or one for all, are needed"
             raise ValueError(message)
-        for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
-            message = f"{argument}[{i}] is {rows[i]}, but it must be finite"
-            raise ValueError(message)
-        states.append(rows)
-    return states
+
+    def part(rows: NDArray[np.float64], i: int, j: int) -> NDArray[np.float64]:
+        return rows if len(rows) == 1 and k > 1 else rows[i:j]
+
+    def scenes(i: int, j: int) -> Any:
+        if isinstance(scene, list):
+            return scene[i:j]
+        return (scene, i, j) if callable(scene) else scene
+
+    return [(scenes(i, j), *(part(rows, i, j) for rows in states), i) for i, j in _bounds(k) or [(0, 0)]]
 
 
 def simulate_many(
-    scene: Scene,
+    scene: Scene | Sequence[Scene] | Callable[[int], Scene],
     q0: ArrayLike,
     v0: ArrayLike,
     t_span: tuple[float, float],
@@ -326,27 +357,32 @@ def simulate_many(
     method: str = "auto",
     rtol: float = 1e-9,
     atol: float = 1e-12,
+    t_eval: ArrayLike | None = None,
     keep: str = "final",
     max_impacts: int | None = None,
+    ramp: Ramp | Sequence[Ramp] | None = None,
     workers: _workers.Workers = None,
     progress: bool = False,
 ) -> Ensemble:
-    """Simulate a scene from many states; the same bits as one by one.
+    """Simulate one scene from many states, or many scenes; the same bits as one by one.
 
     Parameters
     ----------
-    scene : Scene
-        Any scene; pendulums with stops and walls run four or eight abreast.
-    q0, v0 : array_like, shape (k, n)
+    scene : Scene, sequence of Scene, or callable
+        One for all; one each, all of n degrees of freedom; or ``i -> Scene`` for the i-th row of ``q0`` (called in the calling
+        process or, pickled, by ``workers``). Pendulums with stops and walls that share a scene run four or eight abreast.
+    q0, v0 : array_like, shape (k, n), or (n,) for all
         Positions and velocities at the start, one row each.
     t_span : pair of float
         Start and end [s].
     method : {"auto", "exact", "taylor", "rk45", "dop853", "radau"}, default "auto"
         As for ``simulate``, in any letter case.
-    rtol, atol, max_impacts
+    rtol, atol, max_impacts, ramp
         As for ``simulate``.
-    keep : {"final"}, default "final"
-        Final states, in constant memory for each trajectory.
+    t_eval : array_like, shape (m,), optional
+        Times at which the motions are wanted, ascending.
+    keep : {"final", "impacts"}, default "final"
+        Final states, in constant memory for each trajectory, or their impacts too.
     workers : int, Executor or callable, optional
         Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable. A piece that fails, or
         Ctrl-C, cancels those of an executor that wait.
@@ -356,12 +392,13 @@ def simulate_many(
     Returns
     -------
     Ensemble
-        ``q``, ``v`` (k, n), ``n_impacts``, ``status`` (k,).
+        ``q``, ``v`` (k, n), or (k, m, n) with ``t_eval``; ``n_impacts``, ``status`` (k,); ``impacts``. A start inside a stop has the
+        status "inside_stop" and its state as given; the others run.
 
     Raises
     ------
     ValueError
-        As for ``simulate``, naming the row.
+        As for ``simulate``, naming the row; ``keep="motion"``; scenes and rows that are not as many.
 
     Examples
     --------
@@ -371,17 +408,26 @@ def simulate_many(
     >>> ends = vi.simulate_many(scene, np.zeros((3, 2)), [[0, 0], [0, 0.1], [0.1, 0]], (0, 20))
     >>> ends.q.shape
     (3, 2)
+    >>> scenes = [scene.replace(restitution=e) for e in (0.5, 0.7, 0.9)]
+    >>> runs = vi.simulate_many(scenes, [0, 0], [0, 0.1], (0, 100), keep="impacts")
+    >>> np.bincount(runs.impacts["run"]).tolist() == runs.n_impacts.tolist()
+    True
     """
-    if keep != "final":
-        message = f'keep is {keep!r}, but an ensemble keeps final states alone: it must be "final"'
-        raise ValueError(message)
-    rest = (t_span, method, rtol, atol, max_impacts)
+    if callable(scene):
+        n_dof = scene(0).n_dof
+    else:
+        scene = scene if isinstance(scene, Scene) else list(scene)
+        n_dof = scene.n_dof if isinstance(scene, Scene) else (scene[0].n_dof if scene else 0)
+    rest = (t_span, method, rtol, atol, t_eval, keep, max_impacts, ramp)
     if _workers.is_elsewhere(workers):
-        states = _states(("q0", q0), ("v0", v0), scene.n_dof)
-        bounds = _bounds(len(states[0])) or [(0, 0)]
-        pieces = [(scene, *(rows[i:j] for rows in states), *rest, 1, False, i) for i, j in bounds]
+        pieces = [(*piece[:3], *rest, 1, False, piece[3]) for piece in _in_pieces(scene, q0, v0, n_dof)]
         parts = _workers.run(_rows, pieces, workers, progress=progress)
     else:
+        if callable(scene):
+            rows = max(len(_states(name, value, n_dof)) for name, value in (("q0", q0), ("v0", v0)))
+            scene = [scene(i) for i in range(rows)]
         parts = [_core._simulate_rows(scene, q0, v0, *rest, _workers.threads(workers), progress, 0, None)]
     q, v, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return Ensemble(q, v, n_impacts, np.concatenate([np.array(part[3], dtype=np.str_) for part in parts]))
+    status = np.concatenate([np.array(part[3], dtype=np.str_) for part in parts])
+    impacts = np.concatenate([part[4] for part in parts]) if keep == "impacts" else None
+    return Ensemble(q, v, n_impacts, status, impacts)

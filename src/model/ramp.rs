@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::change::Parameter;
+use crate::model::turns::{nearest_turn, two_sum};
 use crate::quantity::{finite, positive};
 
 /// How a ramp goes from its first value to its last.
@@ -269,8 +270,8 @@ impl Twice {
     }
 
     fn plus(self, other: Self) -> Self {
-        let (sum, lost) = crate::model::two_sum(self.0, other.0);
-        let (high, low) = crate::model::two_sum(sum, lost + (self.1 + other.1));
+        let (sum, lost) = two_sum(self.0, other.0);
+        let (high, low) = two_sum(sum, lost + (self.1 + other.1));
         Self(high, low)
     }
 
@@ -278,8 +279,7 @@ impl Twice {
     pub fn times(self, other: Self) -> Self {
         let product = self.0 * other.0;
         let lost = self.0.mul_add(other.0, -product);
-        let (high, low) =
-            crate::model::two_sum(product, lost + (self.0 * other.1 + self.1 * other.0));
+        let (high, low) = two_sum(product, lost + (self.0 * other.1 + self.1 * other.0));
         Self(high, low)
     }
 
@@ -288,13 +288,13 @@ impl Twice {
         let divisor = f64::from(k);
         let first = self.0 / divisor;
         let rest = (-first).mul_add(divisor, self.0) + self.1;
-        let (high, low) = crate::model::two_sum(first, rest / divisor);
+        let (high, low) = two_sum(first, rest / divisor);
         Self(high, low)
     }
 
     /// What is left of it as an angle, within half a turn of zero.
     pub fn reduced(self) -> f64 {
-        let (turn, rest) = crate::model::nearest_turn([self.0, self.1], 1.0);
+        let (turn, rest) = nearest_turn([self.0, self.1], 1.0);
         (self.0 - turn) + (self.1 - rest)
     }
 }

@@ -9,11 +9,12 @@ use crate::model::base_acceleration::BaseAcceleration;
 use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
 use crate::model::load::Load;
+use crate::model::moment::Moment;
 use crate::model::ramp::{Moving, Twice};
 use crate::model::scene::Scene;
 use crate::model::signal::Signal;
+use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
-use crate::model::{Moment, Stop};
 use nalgebra::{Complex, DVector};
 
 /// What of a scene drifts over a span of time.

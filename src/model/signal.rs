@@ -215,8 +215,11 @@ impl Signal {
         })
     }
 
-    /// The value at a time; where two pieces meet, that of the later.
+    /// The value at a time; where two pieces meet, that of the later; NaN where the time is.
     pub fn value(&self, t: f64) -> f64 {
+        if t.is_nan() {
+            return t;
+        }
         let mut value = 0.0;
         self.derivatives(t, t, |m, derivative| {
             if m == 0 {
@@ -364,6 +367,12 @@ impl Signal {
             factor: self.factor * factor,
             ..self.clone()
         }
+    }
+
+    /// Whether it is zero at all times.
+    pub(crate) fn is_zero(&self) -> bool {
+        let mut derivatives = self.pieces.derivatives.iter();
+        self.factor == 0.0 || derivatives.all(|x| *x == 0.0)
     }
 
     /// Whether all of it is finite.

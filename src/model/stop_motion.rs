@@ -75,7 +75,7 @@ impl StopMotion {
                 let mean = f.mean().is_some_and(|mean| mean[0] != 0.0);
                 mean || f.amplitudes().iter().any(|a| a[0].norm() > 0.0)
             }
-            _ => true,
+            other => other.own_signal().is_some_and(|signal| !signal.is_zero()),
         }
     }
 

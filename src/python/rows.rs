@@ -16,6 +16,15 @@ static IMPACTS: RowType = RowType::new(&[
     ("impulse", "f8"),
     ("phase", "f8"),
 ]);
+static IMPACTS_OF_RUNS: RowType = RowType::new(&[
+    ("run", "i8"),
+    ("time", "f8"),
+    ("stop", "i8"),
+    ("speed_before", "f8"),
+    ("speed_after", "f8"),
+    ("impulse", "f8"),
+    ("phase", "f8"),
+]);
 static GRAZES: RowType = RowType::new(&[("time", "f8"), ("stop", "i8"), ("depth", "f8")]);
 static SEGMENTS: RowType = RowType::new(&[
     ("kind", "U7"),
@@ -38,6 +47,24 @@ pub(crate) fn is_before(side: &str) -> PyResult<bool> {
 
 /// Impacts as a structured array.
 pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<Bound<'py, PyAny>> {
+    IMPACTS.array(py, impacts.len(), impact_columns(py, impacts))
+}
+
+/// Impacts of many runs, each with the number of its run, as a structured array.
+pub(crate) fn out_impacts_of_runs<'py>(
+    py: Python<'py>,
+    runs: &[usize],
+    impacts: &[Impact],
+) -> PyResult<Bound<'py, PyAny>> {
+    let runs = runs
+        .iter()
+        .map(|&run| i64::try_from(run).unwrap_or(i64::MAX));
+    let runs = runs.collect::<Vec<i64>>().into_pyarray(py).into_any();
+    let [a, b, c, d, e, f] = impact_columns(py, impacts);
+    IMPACTS_OF_RUNS.array(py, impacts.len(), [runs, a, b, c, d, e, f])
+}
+
+fn impact_columns<'py>(py: Python<'py>, impacts: &[Impact]) -> [Bound<'py, PyAny>; 6] {
     let column = |f: &dyn Fn(&Impact) -> f64| {
         impacts
             .iter()
@@ -50,15 +77,14 @@ pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<
         .iter()
         .map(|i| i64::try_from(i.stop).unwrap_or(i64::MAX))
         .collect();
-    let columns = [
+    [
         column(&|i| i.time),
         stops.into_pyarray(py).into_any(),
         column(&|i| i.approach),
         column(&|i| i.departure),
         column(&|i| i.impulse),
         column(&|i| i.phase),
-    ];
-    IMPACTS.array(py, impacts.len(), columns)
+    ]
 }
 
 /// Grazes, each a time, a stop and a depth, as a structured array.

@@ -9,7 +9,8 @@ use crate::simulate::{self as core, Keep, Method, SimulateOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-fn keep(value: &str) -> PyResult<Keep> {
+/// What is kept, by its name.
+pub(crate) fn keep(value: &str) -> PyResult<Keep> {
     match value {
         "motion" => Ok(Keep::Motion),
         "impacts" => Ok(Keep::Impacts),

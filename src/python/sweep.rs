@@ -1,17 +1,22 @@
 //! Existence maps and ensembles in Python: whole on threads, or in tiles that any executor can take.
 
 use crate::error::Error;
+use crate::impact::Impact;
 use crate::model::{BaseMotion, Forcing, Parameter, Scene};
 use crate::orbit::Pattern;
-use crate::python::array::{out_matrix, rows, times};
+use crate::python::array::{out_matrix, rows, times, vector};
 use crate::python::model::PyScene;
 use crate::python::pattern::pattern;
-use crate::python::simulate::{count, method, span};
+use crate::python::ramp::ramps;
+use crate::python::rows::out_impacts_of_runs;
+use crate::python::simulate::{count, keep, method, span};
+use crate::python::text::shown;
 use crate::python::{argument, interrupt};
-use crate::simulate::{Keep, SimulateOptions};
-use crate::sweep::{self, Axis, ExistenceCell, Progress, SweepOptions};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pyo3::exceptions::PyValueError;
+use crate::simulate::{Samples, SimulateOptions};
+use crate::sweep::{self, Axis, ExistenceCell, Progress, Scenes, SweepOptions};
+use nalgebra::DMatrix;
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 type Cells<'py> = (
@@ -214,12 +219,54 @@ pub(crate) fn _existence_at(
     ))
 }
 
+/// Positions, velocities, numbers of impacts, status of each; the impacts of all, one after another.
 type Ends<'py> = (
-    Bound<'py, PyArray2<f64>>,
-    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
     Bound<'py, PyArray1<i64>>,
     Vec<&'static str>,
+    Bound<'py, PyAny>,
 );
+
+/// One scene, or as many as there are runs.
+fn scenes(value: &Bound<'_, PyAny>) -> PyResult<(Vec<Scene>, bool)> {
+    if let Ok(one) = value.extract::<PyRef<'_, PyScene>>() {
+        return Ok((vec![one.0.clone()], true));
+    }
+    let wrong = || {
+        let found = shown(value);
+        PyTypeError::new_err(format!(
+            "scene is {found}, but a Scene, a sequence of them or a callable is needed"
+        ))
+    };
+    let each = value.try_iter().map_err(|_| wrong())?;
+    let each = each.map(|item| {
+        let item = item?;
+        let scene = item.extract::<PyRef<'_, PyScene>>().map_err(|_| wrong())?;
+        Ok(scene.0.clone())
+    });
+    Ok((each.collect::<PyResult<_>>()?, false))
+}
+
+/// Samples of all runs, shape (k, m, n), nan after an early end.
+fn out_samples<'py>(
+    py: Python<'py>,
+    samples: &[Samples],
+    (m, n): (usize, usize),
+    of: impl Fn(&Samples) -> &DMatrix<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let mut all = vec![f64::NAN; samples.len() * m * n];
+    for (run, place) in samples.iter().zip(all.chunks_mut((m * n).max(1))) {
+        let own = of(run);
+        for i in 0..own.nrows() {
+            for j in 0..n {
+                place[i * n + j] = own[(i, j)];
+            }
+        }
+    }
+    let shape = [samples.len(), m, n];
+    Ok(all.into_pyarray(py).reshape(shape)?.into_any())
+}
 
 /// Which rows of all the states these are, in an error: the first of them is so many rows down.
 fn counted_from(first: usize, error: Error) -> Error {
@@ -244,49 +291,81 @@ fn counted_from(first: usize, error: Error) -> Error {
 #[allow(clippy::too_many_arguments)] // the public signature, and the threads
 pub(crate) fn _simulate_rows<'py>(
     py: Python<'py>,
-    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
+    scene: &Bound<'py, PyAny>,
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
     t_span: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
     #[pyo3(from_py_with = argument::atol)] atol: f64,
+    t_eval: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = argument::keep)] keep: &str,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
+    ramp: Option<&Bound<'py, PyAny>>,
     threads: Option<usize>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
     first: usize,
     ask: Option<Py<PyAny>>,
 ) -> PyResult<Ends<'py>> {
-    let model = &scene.0;
+    let (models, is_one) = scenes(scene)?;
+    let n = models.first().map_or(0, Scene::n_dof);
     let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
-    let (q0, v0) = (
-        rows("q0", q0, model.n_dof())?,
-        rows("v0", v0, model.n_dof())?,
-    );
+    let (q0, v0) = (rows_or_one("q0", q0, n)?, rows_or_one("v0", v0, n)?);
+    let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
     let options = SimulateOptions {
         method: self::method(method)?,
-        keep: Keep::Final,
+        keep: self::keep(keep)?,
         rtol,
         atol,
+        t_eval,
         max_impacts,
-        ..Default::default()
+        ramps: ramps(ramp)?,
     };
     let ends = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
         let sweep = SweepOptions { threads };
         let observer = &mut |p| observe(fraction(p));
-        sweep::simulate_many(model, (&q0, &v0), t_span, &options, sweep, observer)
+        let scenes = if is_one {
+            Scenes::One(&models[0])
+        } else {
+            Scenes::Each(&models)
+        };
+        sweep::simulate_many(scenes, (&q0, &v0), t_span, &options, sweep, observer)
             .map_err(|error| counted_from(first, error))
     })?;
-    let impacts: Vec<i64> = ends
-        .n_impacts
-        .iter()
+    let counts = ends.n_impacts.iter();
+    let counts: Vec<i64> = counts
         .map(|&k| i64::try_from(k).unwrap_or(i64::MAX))
         .collect();
     let status = ends.status.iter().map(|s| s.name()).collect();
+    let (q, v) = match (&ends.samples, &options.t_eval) {
+        (Some(samples), Some(times)) => {
+            let shape = (times.len(), n);
+            (
+                out_samples(py, samples, shape, |own| &own.1)?,
+                out_samples(py, samples, shape, |own| &own.2)?,
+            )
+        }
+        _ => (
+            out_matrix(py, &ends.q)?.into_any(),
+            out_matrix(py, &ends.v)?.into_any(),
+        ),
+    };
+    let runs = ends.impacts.iter().zip(first..);
+    let runs = runs.flat_map(|(own, run)| own.iter().map(move |impact| (run, *impact)));
+    let (runs, impacts): (Vec<usize>, Vec<Impact>) = runs.unzip();
     Ok((
-        out_matrix(py, &ends.q)?,
-        out_matrix(py, &ends.v)?,
-        impacts.into_pyarray(py),
+        q,
+        v,
+        counts.into_pyarray(py),
         status,
+        out_impacts_of_runs(py, &runs, &impacts)?,
     ))
+}
+
+/// Rows of states, or one of them, which may be given without its axis.
+fn rows_or_one(argument: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<DMatrix<f64>> {
+    rows(argument, value, n).or_else(|error| match vector(argument, value) {
+        Ok(one) if one.len() == n => Ok(DMatrix::from_row_slice(1, n, one.as_slice())),
+        _ => Err(error),
+    })
 }

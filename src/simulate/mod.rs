@@ -2,6 +2,7 @@
 
 mod batch;
 mod by_method;
+mod chapters;
 mod event_loop;
 mod kept;
 pub(crate) mod method;
@@ -23,7 +24,7 @@ pub(crate) use batch::Batch;
 pub(crate) use by_method::{RunVisitor, SeriesRun, visit_runs};
 pub use method::Method;
 pub use options::{Keep, SimulateOptions, Stats, Status};
-pub use plan::plan;
+pub use plan::{plan, plan_under};
 pub(crate) use run::{Done, Run};
 pub use saved::SavedTrajectory;
 pub use simulation::{simulate, simulate_observed};

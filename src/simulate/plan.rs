@@ -4,7 +4,9 @@ use crate::error::{Result, digits};
 use crate::flow::{ModalScene, SceneFlow};
 use crate::hybrid::{has_series, series_order};
 use crate::modal::Form;
-use crate::model::{Constraint, ContactGeometry, Rotations, Scene, overlaps};
+use crate::model::{
+    Constraint, ContactGeometry, Parameter, Ramp, RampCourse, Rotations, Scene, overlaps,
+};
 use crate::simulate::options::SimulateOptions;
 
 /// The machinery that a scene needs, in words, and which stops leave no position between them.
@@ -18,6 +20,34 @@ pub fn plan(scene: &Scene) -> Result<String> {
         plan.push_str(&format!(
             "; no position is admissible: stops {i} and {j} overlap by {depth}"
         ));
+    }
+    Ok(plan)
+}
+
+/// [`plan`], and how a run follows ramps.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_under(scene: &Scene, ramps: &[Ramp]) -> Result<String> {
+    let mut plan = plan(scene)?;
+    let by = if scene.linear_system("plan").is_ok() {
+        " (method \"taylor\")"
+    } else {
+        ""
+    };
+    for ramp in ramps {
+        let how = match (ramp.course(), ramp.parameter()) {
+            (RampCourse::Steps { .. }, _) => "a scene of its own at each level".to_owned(),
+            (_, Parameter::Frequency | Parameter::Phase | Parameter::ForcingScale) => {
+                format!("what acts in polynomials of degree 8, to 1e-14{by}")
+            }
+            (_, Parameter::Clearance | Parameter::ClearanceOf(_)) => "a moving stop".to_owned(),
+            (_, Parameter::Restitution | Parameter::RestitutionOf(_)) => {
+                "that of the instant".to_owned()
+            }
+            (_, Parameter::DampingScale) => "steps, with that of the instant".to_owned(),
+        };
+        plan.push_str(&format!("; ramp of \"{}\": {how}", ramp.parameter()));
     }
     Ok(plan)
 }

@@ -258,8 +258,12 @@ impl RunVisitor for ManyRuns<'_> {
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
         self,
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
-        _: Evaluator,
+        evaluator: Evaluator,
     ) -> Result<()> {
+        // Side by side no arcs are kept from which samples could be had.
+        if make().options.t_eval.is_some() {
+            return self.visit(make, evaluator);
+        }
         if registers::width() < 8 {
             self.fill_abreast::<4, _, _>(make)
         } else {

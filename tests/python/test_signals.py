@@ -328,3 +328,15 @@ def test_a_short_blow_costs_nothing_before_and_after_it():
         assert run.impacts.size == 3
         looks.append(run.stats.n_gap_evaluations)
     assert looks[1] < looks[0] + 120, looks
+
+
+def test_a_periodic_spline_is_refused_and_no_number_has_no_value():
+    t = np.linspace(0.0, 2 * np.pi, 9)
+    periodic = CubicSpline(t, np.append(np.cos(t[:-1]), 1.0), bc_type="periodic")
+    with pytest.raises(ValueError, match="signal is a periodic spline, but a signal is zero outside"):
+        vi.Load(0, periodic)
+    assert np.isnan(vi.Signal([0.0, 1.0], [[1.0]])(np.nan))
+    with pytest.raises(ValueError, match="t is NaN"):
+        vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), None, vi.Stop(0, 1.0, 0.8)).gaps([0.0], np.nan)
+    with pytest.raises(TypeError, match="motion is int, but a Harmonic, a Fourier, samples"):
+        vi.Stop(0, 1.0, 0.8, motion=3)

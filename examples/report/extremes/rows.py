@@ -31,6 +31,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "zero forcing amplitude",
         "zero frequency",
         "a start at t = 1e9 periods",
+        "a blow of 1e-9 s",
+        "a record of straight lines",
+        "a force swept over 1e5 turns",
+        "a stop that shakes 1e4 times while a body comes near",
     ),
     "Restitution": (
         "e = 0",

@@ -141,7 +141,7 @@ pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Result<Pha
     let is_open = |set: &SolutionSet| set.null_space.ncols() > 0 || set.residual > SOLVABLE;
     if by_phases.iter().any(is_open) {
         let found = format!("of {} harmonics", conditions.n_phases() / 2);
-        let rule = "a mode that repeats by itself leaves families of orbits, or none, which are solved under one harmonic; use find_orbit";
+        let rule = "a mode that repeats by itself may leave families of orbits, or none: such scenes are solved under one harmonic alone; use find_orbit";
         return Err(Error::bad_value("forcing", found, rule));
     }
     let columns: Vec<_> = by_phases.into_iter().map(|set| set.particular).collect();

@@ -13,7 +13,9 @@ use crate::python::model::nonlinear::PyNonlinearSystem;
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
 use crate::python::model::pendulum::{PyDoublePendulum, PyPendulumChain};
 use crate::python::model::stop::{PyStop, PyWall, constraints};
+use crate::python::ramp::ramps;
 use crate::python::{argument, interrupt};
+use crate::quantity::finite;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyTypeError;
@@ -212,7 +214,7 @@ impl PyScene {
         #[pyo3(from_py_with = argument::t)] t: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
         let Numbers { mut shape, values } = numbers::<f64>("q", q)?;
-        let n = self.0.n_dof();
+        let (n, t) = (self.0.n_dof(), finite("t", t)?);
         if shape.is_empty() && n == 1 {
             shape.push(1);
         }
@@ -305,9 +307,22 @@ impl PyScene {
     }
 
     /// What will run for this scene, in words.
-    fn plan(&self, py: Python<'_>) -> PyResult<String> {
-        let scene = &self.0;
-        interrupt::run(py, false, |_| crate::simulate::plan(scene))
+    ///
+    /// Parameters
+    /// ----------
+    /// ramp : Ramp, or sequence of Ramp, optional
+    ///     Ramps that a run is to follow.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([0.5], 0.5))
+    /// >>> scene.plan(vi.Ramp("frequency", 2.0, rate=0.01)).split("; ")[-1]
+    /// 'ramp of "frequency": what acts in polynomials of degree 8, to 1e-14 (method "taylor")'
+    #[pyo3(signature = (ramp=None))]
+    fn plan(&self, py: Python<'_>, ramp: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
+        let (scene, ramps) = (&self.0, ramps(ramp)?);
+        interrupt::run(py, false, |_| crate::simulate::plan_under(scene, &ramps))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

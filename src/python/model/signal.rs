@@ -187,6 +187,15 @@ pub(crate) fn signal(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Signa
         return Ok(signal.get().0.clone());
     }
     if let (Ok(x), Ok(c)) = (value.getattr("x"), value.getattr("c")) {
+        let extrapolate = value
+            .getattr("extrapolate")
+            .and_then(|way| way.extract::<String>());
+        if extrapolate.is_ok_and(|way| way == "periodic") {
+            return Err(PyValueError::new_err(format!(
+                "{argument} is a periodic spline, but a signal is zero outside its breakpoints: take Fourier.fit of a period, or a spline over \
+                 the run with extrapolate=False"
+            )));
+        }
         let (breaks, coefficients) = (format!("{argument}.x"), format!("{argument}.c"));
         return pieces(&breaks, &x, &coefficients, &c);
     }
@@ -197,7 +206,12 @@ pub(crate) fn signal(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Signa
         return Ok(Signal::samples(t.as_slice(), values.as_slice())?);
     }
     Err(PyTypeError::new_err(format!(
-        "{argument} is {}, but samples (t, values), a PPoly or a Signal is needed; of a function take Signal.from_function(f, span)",
-        value.get_type().name()?
+        "{argument} is {}, but {}samples (t, values), a PPoly or a Signal is needed; of a function take Signal.from_function(f, span)",
+        value.get_type().name()?,
+        if argument == "motion" {
+            "a Harmonic, a Fourier, "
+        } else {
+            ""
+        }
     )))
 }

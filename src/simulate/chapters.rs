@@ -1,0 +1,171 @@
+//! A trajectory by its chapters: which one a time is in, and what is had of the motion of each.
+
+use crate::error::{Error, Result};
+use crate::impact::Impact;
+use crate::model::{Parameter, Ramp, Scene};
+use crate::path::{ImpactSide, Impulses, Path, Point};
+use crate::simulate::kept::KeptChapter;
+use crate::simulate::schedule::Course;
+use crate::simulate::trajectory::Trajectory;
+
+impl Trajectory {
+    /// The scene of a chapter.
+    pub(super) fn scene_of(&self, chapter: usize) -> &Scene {
+        match &self.ramped {
+            Some(ramped) => &ramped.schedule.chapters[chapter].scene,
+            None => &self.scene,
+        }
+    }
+
+    /// The motion of a chapter with its scene.
+    ///
+    /// # Errors
+    /// A trajectory that does not keep its motion.
+    pub(super) fn kept(&self, chapter: usize) -> Result<(&Path, &Scene)> {
+        let path = self.chapters.get(chapter).and_then(|own| own.path.as_ref());
+        match path {
+            Some(path) => Ok((path, self.scene_of(chapter))),
+            None => {
+                let rule = "the motion is kept with keep=\"motion\" alone";
+                Err(Error::bad_value("keep", "\"impacts\" or \"final\"", rule))
+            }
+        }
+    }
+
+    /// The chapter that a time is in; where two meet, that of a side.
+    pub(super) fn chapter_at(&self, t: f64, side: ImpactSide) -> usize {
+        let begun =
+            |own: &KeptChapter| own.span.0 < t || (own.span.0 == t && side == ImpactSide::After);
+        self.chapters.partition_point(begun).max(1) - 1
+    }
+
+    /// Places at times, by chapters in the order of the times; without times those of the samples.
+    ///
+    /// # Errors
+    /// A time outside the span, a trajectory that does not keep its motion.
+    pub(super) fn places(
+        &self,
+        times: Option<&[f64]>,
+        side: ImpactSide,
+    ) -> Result<Vec<(usize, Vec<Point>)>> {
+        self.kept(0)?;
+        let sampled = self.samples.as_ref().map(|(times, ..)| times.as_slice());
+        let Some(given) = times.or(sampled) else {
+            let chapters = 0..self.chapters.len();
+            return chapters
+                .map(|k| Ok((k, self.kept(k)?.0.points()?)))
+                .collect();
+        };
+        let mut places: Vec<(usize, Vec<Point>)> = Vec::new();
+        for &t in given {
+            self.check_time(t)?;
+            let chapter = self.chapter_at(t, side);
+            let point = self.kept(chapter)?.0.point(t, side)?;
+            match places.last_mut() {
+                Some((last, points)) if *last == chapter => points.push(point),
+                _ => places.push((chapter, vec![point])),
+            }
+        }
+        Ok(places)
+    }
+
+    /// Refuses a time outside the span.
+    pub(super) fn check_time(&self, t: f64) -> Result<()> {
+        let (start, end) = self.span;
+        let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
+        if (start - slack..=end + slack).contains(&t) {
+            return Ok(());
+        }
+        let rule = format!("it must lie in the span [{start}, {end}] of the trajectory");
+        Err(Error::bad_value("t", t, rule))
+    }
+
+    /// What is had of the motion of each chapter at places.
+    pub(super) fn each_kept<T>(
+        &self,
+        places: &[(usize, Vec<Point>)],
+        of: impl Fn((&Path, &Scene), &[Point]) -> Result<Vec<T>>,
+    ) -> Result<Vec<T>> {
+        let mut all = Vec::new();
+        for (chapter, points) in places {
+            all.extend(of(self.kept(*chapter)?, points)?);
+        }
+        Ok(all)
+    }
+
+    /// The impacts of a chapter.
+    pub(super) fn impacts_of(&self, chapter: usize) -> &[Impact] {
+        self.impacts
+            .get(self.chapters[chapter].impacts.clone())
+            .unwrap_or_default()
+    }
+
+    /// What the stops in contact on each segment of a chapter give.
+    pub(super) fn impulses_of_segments(&self, chapter: usize) -> Result<&Vec<Vec<f64>>> {
+        let given = &self.chapters[chapter].given;
+        if let Some(known) = given.get() {
+            return Ok(known);
+        }
+        let (path, scene) = self.kept(chapter)?;
+        let impulses = Impulses::new(path, scene, self.impacts_of(chapter))?.of_segments()?;
+        Ok(given.get_or_init(|| impulses))
+    }
+
+    /// The ramps of the run.
+    pub fn ramps(&self) -> &[Ramp] {
+        self.ramped.as_ref().map_or(&[], |ramped| &ramped.ramps)
+    }
+
+    /// The value at a time of a number that a ramp moves; the number may be left out where there is one ramp.
+    ///
+    /// # Errors
+    /// A time outside the span, a number without a ramp, none given where there are several or no ramps.
+    ///
+    /// # References
+    /// Theory section 14.
+    pub fn parameter(&self, t: f64, name: Option<Parameter>) -> Result<f64> {
+        self.check_time(t)?;
+        let courses = self
+            .ramped
+            .as_ref()
+            .map_or(&[][..], |ramped| &ramped.schedule.courses);
+        let names: Vec<String> = courses
+            .iter()
+            .map(|(own, _)| format!("\"{own}\""))
+            .collect();
+        let course: &Course = match (name, courses) {
+            (None, [(_, only)]) => only,
+            (None, _) => {
+                let rule = match names.len() {
+                    0 => "the run has no ramp: its numbers are those of its scene".to_owned(),
+                    _ => format!(
+                        "the run has several ramps: it must be one of {}",
+                        names.join(", ")
+                    ),
+                };
+                return Err(Error::bad_value("name", "None", rule));
+            }
+            (Some(name), _) => match courses.iter().find(|(own, _)| *own == name) {
+                Some((_, course)) => course,
+                None => {
+                    let rule = match names.len() {
+                        0 => "the run has no ramp: its numbers are those of its scene".to_owned(),
+                        _ => format!("the run has ramps of {} alone", names.join(", ")),
+                    };
+                    return Err(Error::bad_value("name", format!("\"{name}\""), rule));
+                }
+            },
+        };
+        Ok(course.at(t))
+    }
+
+    /// The forcing phase at a time, from 0 to 2 pi: the angle of the fundamental frequency, which goes on through ramps; zero without
+    /// forcing, NaN where there is no period.
+    ///
+    /// # Errors
+    /// A time outside the span.
+    pub fn phase(&self, t: f64) -> Result<f64> {
+        self.check_time(t)?;
+        Ok(self.forcing_phase(t))
+    }
+}

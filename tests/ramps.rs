@@ -1,0 +1,157 @@
+//! Numbers of a scene that drift along a run: angles go on, what is kept comes back, the laws of mechanics hold along all chapters.
+
+use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
+use vibroimpact::{Harmonic, Method};
+use vibroimpact::{
+    ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampCourse, RampLaw, Scene, Side,
+    SimulateOptions, Status, Stop, Trajectory, plan_under, simulate,
+};
+
+fn scene() -> Scene {
+    let damping = dmatrix![0.2, 0.03; 0.05, 0.15];
+    let stiffness = dmatrix![9.0, -2.0; -2.0, 5.0];
+    let system = LinearSystem::new(dmatrix![2.0, 0.3; 0.3, 1.0], damping, stiffness);
+    let force = Harmonic::new(dvector![0.8.into(), 0.3.into()], 1.2, 0.4);
+    let stops = [
+        Stop::new(0, 0.2, 0.8).expect("valid"),
+        Stop::new(1, 0.25, 0.6).expect("valid").on_side(Side::Lower),
+    ];
+    Scene::new(system.expect("valid"), force.expect("valid"), stops).expect("valid")
+}
+
+fn ramp(parameter: Parameter, to: f64, course: RampCourse) -> Ramp {
+    Ramp::new(parameter, to, course).expect("valid")
+}
+
+const LEVELS: RampCourse = RampCourse::Steps {
+    levels: 5,
+    dwell: 2.25,
+};
+
+fn ways() -> Vec<Vec<Ramp>> {
+    let up = |course| ramp(Parameter::Frequency, 2.0, course);
+    vec![
+        vec![up(RampCourse::Rate(0.03))],
+        vec![up(RampCourse::Over(25.0)).with_law(RampLaw::Log)],
+        vec![up(LEVELS)],
+        vec![
+            up(RampCourse::Rate(0.03)),
+            ramp(Parameter::RestitutionOf(0), 0.3, LEVELS),
+            ramp(Parameter::ClearanceOf(1), 0.1, RampCourse::Over(17.0)),
+        ],
+        vec![
+            ramp(Parameter::Phase, 3.0, RampCourse::Over(11.0)),
+            ramp(Parameter::ForcingScale, 2.0, RampCourse::Over(30.0)),
+        ],
+        vec![ramp(Parameter::DampingScale, 2.0, RampCourse::Over(20.0))],
+    ]
+}
+
+fn run(ramps: Vec<Ramp>, keep: Keep) -> Trajectory {
+    let options = SimulateOptions {
+        ramps,
+        keep,
+        ..SimulateOptions::default()
+    };
+    let rest = DVector::zeros(2);
+    simulate(&scene(), &rest, &rest, (0.0, 40.0), &options).expect("a run")
+}
+
+#[test]
+fn what_is_kept_comes_back() {
+    for ramps in ways() {
+        for keep in [Keep::Motion, Keep::Impacts, Keep::Final] {
+            let run = run(ramps.clone(), keep);
+            let again = Trajectory::restore(run.scene(), run.save()).expect("its own numbers");
+            assert_eq!(again.save(), run.save(), "{ramps:?}");
+            let values = |run: &Trajectory| {
+                let times = [0.0, 13.0, 40.0];
+                times.map(|t| {
+                    run.parameter(t, Some(ramps[0].parameter()))
+                        .expect("a ramp")
+                })
+            };
+            assert_eq!(values(&again), values(&run));
+        }
+    }
+}
+
+#[test]
+fn the_state_and_the_angle_go_on_and_the_ledgers_close() {
+    for ramps in ways() {
+        let run = run(ramps.clone(), Keep::Motion);
+        assert_eq!(run.status(), Status::Finished);
+        // Each turn of the forcing takes its own time: the angle never jumps.
+        let mut before = run.phase(0.0).expect("inside");
+        for k in 1..=4000 {
+            let phase = run.phase(f64::from(k) * 0.01).expect("inside");
+            let turned = (phase - before).rem_euclid(std::f64::consts::TAU);
+            let slowest = if ramps[0].parameter() == Parameter::Phase {
+                0.01
+            } else {
+                0.0115
+            };
+            assert!((slowest..0.03).contains(&turned), "{ramps:?} {k} {turned}");
+            before = phase;
+        }
+        let energy = run.energy().expect("kept");
+        let most = energy.kinetic.iter().fold(0.0, |most: f64, x| most.max(*x));
+        let open = energy
+            .balance
+            .iter()
+            .fold(0.0, |most: f64, x| most.max(x.abs()));
+        assert!(open < 1e-7 * most, "{ramps:?}: {open:e}");
+        // Both sides of every border of chapters have one state.
+        let saved = run.save();
+        for (start, _, _) in &saved.chapters[1..] {
+            let [a, b] =
+                [ImpactSide::Before, ImpactSide::After].map(|side| run.state(*start, side));
+            let (a, b) = (a.expect("inside"), b.expect("inside"));
+            assert!((a.0 - b.0).amax() < 1e-13 && (a.1 - b.1).amax() < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn chapters_that_are_not_those_of_the_ramps_are_refused() {
+    let run = run(ways().swap_remove(2), Keep::Motion);
+    let spoilt = |spoil: &dyn Fn(&mut vibroimpact::SavedTrajectory)| {
+        let mut saved = run.save();
+        spoil(&mut saved);
+        Trajectory::restore(run.scene(), saved)
+            .expect_err("spoilt")
+            .to_string()
+    };
+    for message in [
+        spoilt(&|s| s.chapters[1].0 += 0.1),
+        spoilt(&|s| drop(s.chapters.pop())),
+        spoilt(&|s| s.chapters.clear()),
+        spoilt(&|s| s.chapters[2].2 = usize::MAX),
+        spoilt(&|s| s.ramps.0.clear()),
+    ] {
+        assert!(
+            message.starts_with("the chapters of the saved trajectory"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn a_method_that_cannot_follow_says_so() {
+    let refused = |ramps: Vec<Ramp>, method: Method| {
+        let options = SimulateOptions {
+            ramps,
+            method,
+            ..SimulateOptions::default()
+        };
+        let rest = DVector::zeros(2);
+        let run = simulate(&scene(), &rest, &rest, (0.0, 1.0), &options);
+        run.expect_err("refused").to_string()
+    };
+    let [frequency, damping] = [ways().swap_remove(0), ways().swap_remove(5)];
+    let message = refused(frequency.clone(), Method::Exact);
+    assert!(message.starts_with("ramp of \"frequency\" is continuous, but exact flights cannot"));
+    assert!(refused(damping, Method::Taylor).contains("series cannot follow"));
+    let plan = plan_under(&scene(), &frequency).expect("linear");
+    assert!(plan.ends_with("to 1e-14 (method \"taylor\")"), "{plan}");
+}
