@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 
 from report.extremes import (  # noqa: F401  (importing a family of cases puts them under their rows)
+    driven,
     modes,
     orbits,
     pendulums,

@@ -1,10 +1,10 @@
 """Two frames that pound against each other in an earthquake.
 
-Two buildings of two storeys stand 20 mm apart: a stiff one of 3 Hz and a soft one of 1.4 Hz, with 3 % damping each. Their floors are at one
-height, so that the roofs may hit each other, and the first floors; the gap of a pair is a stop on the difference of two
-coordinates. The ground follows a record made by the script as records look: noise through the filter of Kanai and Tajimi, which has
-the soil's own frequency, under an envelope, 20 s at 100 samples a second; between samples it is a straight line, and exact flights
-follow it from sample to sample.
+Two buildings of two storeys stand 20 mm apart: a stiff one of 3 Hz and a soft one of 1.4 Hz, with 3 % damping each. Their
+floors are at one height, so that the roofs may hit each other, and the first floors; the gap of a pair is a stop on the
+difference of two coordinates. The ground follows a record made by the script as records look: noise through the filter of Kanai
+and Tajimi, which has the soil's own frequency, under an envelope, 20 s at 100 samples a second; between samples it is a
+straight line, and exact flights follow it from sample to sample.
 
 You will see the record, both roofs with and without the other building, and the impulses of the impacts. The script compares the
 first impacts with those by the Radau method, and checks the ledger and the momentum of the whole.
@@ -73,7 +73,8 @@ def main() -> None:
     pounding, apart = (vi.simulate(buildings(room), rest, rest, (0.0, DURATION)) for room in (ROOM, np.inf))
     impacts = pounding.impacts
     by_roof, by_floor = (int(np.sum(impacts["stop"] == stop)) for stop in (1, 0))
-    print(f"{by_roof} impacts of the roofs, {by_floor} of the first floors; the largest impulse {impacts['impulse'].max():.0f} N s")
+    largest = impacts["impulse"].max()
+    print(f"{by_roof} impacts of the roofs, {by_floor} of the first floors; the largest impulse {largest:.0f} N s")
     steps = vi.simulate(buildings(ROOM), rest, rest, (0.0, DURATION), method="radau", rtol=1e-9, atol=1e-12, keep="impacts")
     count = min(12, len(impacts))
     off = np.abs(steps.impacts["time"][:count] - impacts["time"][:count]).max()
@@ -85,7 +86,8 @@ def main() -> None:
     # The stops push the buildings apart: what one gets, the other loses.
     given = pounding.impulse(1)
     assert abs(given - impacts["impulse"][impacts["stop"] == 1].sum()) < 1e-9 * given
-    print(f"impacts took {energy.impact_loss[-1] / 1e3:.1f} kJ, dampers {energy.damping_loss[-1] / 1e3:.1f} kJ; it adds up to {closes:.0e}")
+    impacts_took, dampers_took = energy.impact_loss[-1] / 1e3, energy.damping_loss[-1] / 1e3
+    print(f"impacts took {impacts_took:.1f} kJ, dampers {dampers_took:.1f} kJ; it adds up to {closes:.0e}")
     assert closes < 1e-11
     assert float(pounding.gap(1).min()) > -1e-12
 

@@ -1,10 +1,11 @@
 """An impact damper: a ball in a box that takes energy from whatever shakes the box.
 
-The ball of mass m is free between two walls a room g apart. Where the box moves by `a cos(w t)`, a motion with one impact on each
-wall in a period has a closed form: the ball flies at the speed `V = rho a w sin(theta)`, `rho = (1 + e)/(1 - e)`, theta the phase of
-the box at an impact with the wall ahead, and `g/a = pi rho sin(theta) - 2 cos(theta)`. Each impact has the relative speed
-`2 V/(1 + e)`, so that a period takes `4 m V^2/rho`. The second half of a period is the first one mirrored; by the multipliers of that
-half the motion is stable from the pitchfork `g/a = (pi^2/2 - 2)/sqrt(1 + (pi/(2 rho))^2)` to the fold `sqrt(pi^2 rho^2 + 4)`.
+The ball of mass m is free between two walls a room g apart. Where the box moves by `a cos(w t)`, a motion with one impact on
+each wall in a period has a closed form: the ball flies at the speed `V = rho a w sin(theta)`, `rho = (1 + e)/(1 - e)`, theta
+the phase of the box at an impact with the wall ahead, and `g/a = pi rho sin(theta) - 2 cos(theta)`. Each impact has the
+relative speed `2 V/(1 + e)`, so that a period takes `4 m V^2/rho`. The second half of a period is the first one mirrored; by
+the multipliers of that half the motion is stable from the pitchfork `g/a = (pi^2/2 - 2)/sqrt(1 + (pi/(2 rho))^2)` to the fold
+`sqrt(pi^2 rho^2 + 4)`.
 
 You will see the energy that a period takes over the room, every orbit beside the closed form, and a structure at its resonance
 with a ball of 3 % of its mass beside it, at rest in its box or not: the ball takes most of the swing away. The script checks the
@@ -49,7 +50,7 @@ def closed_form(room: float) -> tuple[float, float]:
 
 
 def energy_per_period(room: float) -> float:
-    """Return what the impacts of the orbit of a box take in a period; the orbit is found by shooting from its own neighbourhood."""
+    """Return what the impacts of the orbit of a box take in a period, found by shooting from near it."""
     theta, speed = closed_form(room)
     # Just after an impact with the upper wall, on its way down, and a little off.
     start, end = theta, theta + 4.0 * np.pi
@@ -76,7 +77,9 @@ def main() -> None:
     rooms = np.linspace(1.02 * PITCHFORK, 0.98 * FOLD, 25)
     exact = np.array([4.0 * MASS * closed_form(room)[1] ** 2 / RHO for room in rooms])
     found = np.array([energy_per_period(room) for room in rooms])
-    print(f"energy per period at {rooms.size} rooms: off the closed form by {np.abs(found / exact - 1.0).max():.1e} of it at most")
+    print(
+        f"energy per period at {rooms.size} rooms: off the closed form by {np.abs(found / exact - 1.0).max():.1e} of it at most"
+    )
     np.testing.assert_allclose(found, exact, rtol=1e-9)
 
     span = (0.0, 200.0 * 2.0 * np.pi)

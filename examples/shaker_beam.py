@@ -1,8 +1,8 @@
 """A beam between two stops on a shaker: swept up and down, it jumps at different frequencies.
 
 The strip of `measured_shaker`, 0.5 m by 20 mm by 3 mm with its first frequency at 10 Hz, is meshed by 40 elements and reduced to
-six modes and the static answer to a force at the tip, with 2 % damping. The shaker moves by 1.2 mm and is swept from 5 to 50 Hz and
-back, a fourth of a hertz in a second; a stop on each side holds the tip within 8 mm. Once the tip hits, the stops make the
+six modes and the static answer to a force at the tip, with 2 % damping. The shaker moves by 1.2 mm and is swept from 5 to 50 Hz
+and back, a fourth of a hertz in a second; a stop on each side holds the tip within 8 mm. Once the tip hits, the stops make the
 beam stiffer: on the way up the large motion goes on beyond the free resonance until it falls, on the way down the small one
 stays until the tip reaches a stop again.
 

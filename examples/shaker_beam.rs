@@ -13,7 +13,11 @@ use vibroimpact::{
 };
 
 /// Roots of `cos b cosh b = -1`: the modes of a clamped strip.
-const ROOTS: [f64; 3] = [1.8751040687119611, 4.694091132974175, 7.854757438237613];
+const ROOTS: [f64; 3] = [
+    1.875_104_068_711_961_1,
+    4.694_091_132_974_175,
+    7.854_757_438_237_613,
+];
 /// `sqrt(E/rho) h/sqrt(12)`, of steel 3 mm thick \[m^2/s\]; length \[m\]; mass \[kg\].
 const STIFFNESS: f64 = 4.479_2;
 const LENGTH: f64 = 0.5;

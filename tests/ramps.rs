@@ -124,7 +124,9 @@ fn chapters_that_are_not_those_of_the_ramps_are_refused() {
     };
     for message in [
         spoilt(&|s| s.chapters[1].0 += 0.1),
-        spoilt(&|s| drop(s.chapters.pop())),
+        spoilt(&|s| {
+            s.chapters.pop();
+        }),
         spoilt(&|s| s.chapters.clear()),
         spoilt(&|s| s.chapters[2].2 = usize::MAX),
         spoilt(&|s| s.ramps.0.clear()),

@@ -126,8 +126,8 @@ class Ensemble:
     status : ndarray of str, shape (k,)
         How each ended.
     impacts : ndarray or None
-        With ``keep="impacts"`` those of all, run after run: structured array of run, time, stop, speed_before, speed_after, impulse,
-        phase.
+        With ``keep="impacts"`` those of all, run after run: structured array of run, time, stop, speed_before, speed_after,
+        impulse, phase.
     """
 
     q: NDArray[np.float64]
@@ -161,7 +161,8 @@ class Ensemble:
         Returns
         -------
         xarray.Dataset
-            ``q`` and ``v`` over run, time with ``t_eval``, and dof, ``n_impacts`` and ``status`` over run; columns of the impacts.
+            ``q`` and ``v`` over run, time with ``t_eval``, and dof, ``n_impacts`` and ``status`` over run; columns of the
+            impacts.
 
         Raises
         ------
@@ -392,8 +393,8 @@ def simulate_many(
     Returns
     -------
     Ensemble
-        ``q``, ``v`` (k, n), or (k, m, n) with ``t_eval``; ``n_impacts``, ``status`` (k,); ``impacts``. A start inside a stop has the
-        status "inside_stop" and its state as given; the others run.
+        ``q``, ``v`` (k, n), or (k, m, n) with ``t_eval``; ``n_impacts``, ``status`` (k,); ``impacts``. A start inside a stop
+        has the status "inside_stop" and its state as given; the others run.
 
     Raises
     ------

@@ -367,7 +367,7 @@ mod tests {
         // Powers of the time over the piece, as long as the longest step that is checked, or a tenth of the shortest.
         for (end, degree) in [(300.0, 3), (300.0, 5), (300.0, 8), (40.0, 4)] {
             let coefficient =
-                |k: usize| (1.3 - 0.7 * k as f64) / f64::powi(end, (degree - k) as i32);
+                |k: usize| (1.3 - 0.7 * k as f64) / f64::powf(end, (degree - k) as f64);
             let coefficients = DMatrix::from_fn(degree + 1, 1, |k, _| coefficient(k));
             let signal = Signal::pieces(&[-1.0, end], &coefficients).expect("valid");
             for block in blocks {

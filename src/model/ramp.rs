@@ -118,7 +118,8 @@ impl Ramp {
     /// Values of which the law `Log` has no logarithm.
     pub(crate) fn way(&self, from: f64) -> Result<Way> {
         let to = self.to;
-        if self.law == RampLaw::Log && !(from * to > 0.0) {
+        let has_logarithm = from * to > 0.0;
+        if self.law == RampLaw::Log && !has_logarithm {
             let rule = format!(
                 "with law=\"log\" it must have the sign of the value at the start, {from}, and neither may be zero"
             );
@@ -369,15 +370,15 @@ mod tests {
         for (moving, (high, low)) in [
             (
                 moving(3.0, 1e3, RampLaw::Linear, 0.007),
-                (9037.465875, 2.4200270693636172e-13),
+                (9_037.465_875, 2.420_027_069_363_617e-13),
             ),
             (
                 moving(5.0, 1e3, RampLaw::Log, 0.001),
-                (12183.298805852317, -8.4195177823233036e-13),
+                (12_183.298_805_852_317, -8.419_517_782_323_304e-13),
             ),
             (
                 moving(5.0, 1e-3, RampLaw::Log, 0.01),
-                (499.9978242718777, -1.3599875090194475e-14),
+                (499.997_824_271_877_7, -1.359_987_509_019_447_5e-14),
             ),
         ] {
             let found = moving.integral(1234.5);

@@ -5,7 +5,6 @@ use crate::impact::Impact;
 use crate::model::{Parameter, Ramp, Scene};
 use crate::path::{ImpactSide, Impulses, Path, Point};
 use crate::simulate::kept::KeptChapter;
-use crate::simulate::schedule::Course;
 use crate::simulate::trajectory::Trajectory;
 
 impl Trajectory {
@@ -23,13 +22,11 @@ impl Trajectory {
     /// A trajectory that does not keep its motion.
     pub(super) fn kept(&self, chapter: usize) -> Result<(&Path, &Scene)> {
         let path = self.chapters.get(chapter).and_then(|own| own.path.as_ref());
-        match path {
-            Some(path) => Ok((path, self.scene_of(chapter))),
-            None => {
-                let rule = "the motion is kept with keep=\"motion\" alone";
-                Err(Error::bad_value("keep", "\"impacts\" or \"final\"", rule))
-            }
-        }
+        let Some(path) = path else {
+            let rule = "the motion is kept with keep=\"motion\" alone";
+            return Err(Error::bad_value("keep", "\"impacts\" or \"final\"", rule));
+        };
+        Ok((path, self.scene_of(chapter)))
     }
 
     /// The chapter that a time is in; where two meet, that of a side.
@@ -129,32 +126,26 @@ impl Trajectory {
             .ramped
             .as_ref()
             .map_or(&[][..], |ramped| &ramped.schedule.courses);
-        let names: Vec<String> = courses
-            .iter()
-            .map(|(own, _)| format!("\"{own}\""))
-            .collect();
-        let course: &Course = match (name, courses) {
-            (None, [(_, only)]) => only,
-            (None, _) => {
-                let rule = match names.len() {
-                    0 => "the run has no ramp: its numbers are those of its scene".to_owned(),
-                    _ => format!(
-                        "the run has several ramps: it must be one of {}",
-                        names.join(", ")
-                    ),
-                };
-                return Err(Error::bad_value("name", "None", rule));
+        let found = match (name, courses) {
+            (None, [(_, only)]) => Some(only),
+            (None, _) => None,
+            (Some(name), _) => {
+                let own = courses.iter().find(|(own, _)| *own == name);
+                own.map(|(_, course)| course)
             }
-            (Some(name), _) => match courses.iter().find(|(own, _)| *own == name) {
-                Some((_, course)) => course,
-                None => {
-                    let rule = match names.len() {
-                        0 => "the run has no ramp: its numbers are those of its scene".to_owned(),
-                        _ => format!("the run has ramps of {} alone", names.join(", ")),
-                    };
-                    return Err(Error::bad_value("name", format!("\"{name}\""), rule));
-                }
-            },
+        };
+        let Some(course) = found else {
+            let names: Vec<String> = courses
+                .iter()
+                .map(|(own, _)| format!("\"{own}\""))
+                .collect();
+            let rule = if names.is_empty() {
+                "the run has no ramp: its numbers are those of its scene".to_owned()
+            } else {
+                format!("it must be one of those with a ramp, {}", names.join(", "))
+            };
+            let given = name.map_or("None".to_owned(), |name| format!("\"{name}\""));
+            return Err(Error::bad_value("name", given, rule));
         };
         Ok(course.at(t))
     }

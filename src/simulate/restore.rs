@@ -73,10 +73,9 @@ impl Trajectory {
     pub fn restore(scene: &Scene, saved: SavedTrajectory) -> Result<Self> {
         check(scene, &saved)?;
         let (ramps, until) = saved.ramps;
-        let schedule = match ramps.is_empty() {
-            true => None,
-            false => Some(Schedule::new(scene, &ramps, (saved.span.0, until))?),
-        };
+        let schedule = (!ramps.is_empty())
+            .then(|| Schedule::new(scene, &ramps, (saved.span.0, until)))
+            .transpose()?;
         check_chapters(
             saved.span,
             &saved.chapters,

@@ -35,7 +35,8 @@ def check(ends, runs, t_eval=None):
             m = len(run.t)
             np.testing.assert_array_equal(ends.q[i, :m], run.q)
             np.testing.assert_array_equal(ends.v[i, :m], run.v)
-            assert np.isnan(ends.q[i, m:]).all() and np.isnan(ends.v[i, m:]).all()
+            assert np.isnan(ends.q[i, m:]).all()
+            assert np.isnan(ends.v[i, m:]).all()
         if ends.impacts is not None:
             own = ends.impacts[ends.impacts["run"] == i]
             for name in run.impacts.dtype.names:
@@ -49,7 +50,8 @@ def test_every_method_with_impacts_and_samples(scene, method):
     options = {"method": method, "t_eval": t, "keep": "impacts"}
     ends = vi.simulate_many(scene, Q0, V0, (0, 15), **options)
     check(ends, alone([scene] * 11, Q0, V0, (0, 15), **options), t)
-    assert ends.q.shape == (11, 9, 2) and ends.impacts["run"].max() == 10
+    assert ends.q.shape == (11, 9, 2)
+    assert ends.impacts["run"].max() == 10
 
 
 @pytest.mark.parametrize("given", ["list", "callable"])
@@ -90,7 +92,8 @@ def test_starts_inside_a_stop_are_marked_and_the_others_run(scene):
     ends = vi.simulate_many(scene, q0, V0, (0, 10), keep="impacts", t_eval=[1.0, 10.0])
     inside = np.isin(np.arange(11), [2, 7])
     np.testing.assert_array_equal(ends.status == "inside_stop", inside)
-    assert np.isnan(ends.q[inside]).all() and not np.isnan(ends.q[~inside]).any()
+    assert np.isnan(ends.q[inside]).all()
+    assert not np.isnan(ends.q[~inside]).any()
     assert (ends.n_impacts[inside] == 0).all()
     ends = vi.simulate_many(scene, q0, V0, (0, 10))
     np.testing.assert_array_equal(ends.q[inside], q0[inside])
@@ -99,8 +102,10 @@ def test_starts_inside_a_stop_are_marked_and_the_others_run(scene):
 
 def test_runs_that_end_early_have_no_numbers_after_it():
     ends = vi.simulate_many(PAIR, Q0, V0, (0, 60), max_impacts=5, t_eval=np.linspace(0, 60, 31), keep="impacts")
-    assert (ends.status == "max_impacts").all() and (ends.n_impacts == 5).all()
-    assert np.isnan(ends.q[:, -1]).all() and not np.isnan(ends.q[:, 0]).any()
+    assert (ends.status == "max_impacts").all()
+    assert (ends.n_impacts == 5).all()
+    assert np.isnan(ends.q[:, -1]).all()
+    assert not np.isnan(ends.q[:, 0]).any()
     assert ends.impacts.size == 55
 
 
@@ -119,7 +124,11 @@ def test_ensembles_come_back(tmp_path):
     [
         ((PAIR, Q0, V0[:3]), ValueError, r"v0 has shape \(3, 2\), but \(11, 2\)"),
         (([PAIR] * 4, Q0, V0), ValueError, r"q0 has shape \(11, 2\), but \(4, 2\)"),
-        (([PAIR, vi.paper_scene(kind=3), vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0))], Q0[:3], V0[:3]), ValueError, r"scene\[2\] is of 1"),
+        (
+            ([PAIR, vi.paper_scene(kind=3), vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0))], Q0[:3], V0[:3]),
+            ValueError,
+            r"scene\[2\] is of 1",
+        ),
         ((PAIR, Q0[:, :1], V0), ValueError, "q0 has shape"),
         ((3, Q0, V0), TypeError, "scene is 3|'int' object is not iterable"),
         (([PAIR, 3], Q0[:2], V0[:2]), TypeError, "but a Scene, a sequence of them or a callable"),

@@ -23,7 +23,7 @@ def end_of(scene: vi.Scene, span: tuple[float, float], method: str, **options: o
 
 
 def after_lines(end: mpf, *samples: mpf) -> Parts:
-    """Position and velocity from rest of x'' + k x = s(t), s the straight lines through samples (t, values): a ramp for each corner."""
+    """Position and velocity from rest of x'' + k x = s(t), straight lines through samples: a ramp for each corner."""
     half = len(samples) // 2
     t, values = samples[:half], samples[half:]
     slopes = [mpf(0), *((b - a) / (d - c) for a, b, c, d in zip(values, values[1:], t, t[1:], strict=False)), mpf(0)]
@@ -96,4 +96,6 @@ def shaking() -> Iterator[Finding]:
         options = {"method": method, "rtol": tolerance(method), "atol": ATOL * RTOL, "max_impacts": 1, "keep": "impacts"}
         run = vi.simulate(scene, [0.0], [speed], (0.0, 1.1), **options)
         yield fact("impacts", method, run.impacts.size, 1)
-        yield measured("first impact: time, speed", method, [run.impacts["time"], run.impacts["speed_before"]], expected, rule_of(method))
+        yield measured(
+            "first impact: time, speed", method, [run.impacts["time"], run.impacts["speed_before"]], expected, rule_of(method)
+        )

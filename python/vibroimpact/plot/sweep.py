@@ -1,8 +1,8 @@
 """Responses along a ramp: how far a motion swings in each forcing period, over the number that drifts.
 
-A period begins at t_k and lasts for 2 pi/w(t_k), so that a sweep of the frequency is cut into its own periods; the swing is half of
-the distance between the highest and the lowest of samples at equal steps in it. Up and down, drawn on one Axes, show where the motion
-jumps.
+A period begins at t_k and lasts for 2 pi/w(t_k), so that a sweep of the frequency is cut into its own periods; the swing is
+half of the distance between the highest and the lowest of samples at equal steps in it. Up and down, drawn on one Axes, show
+where the motion jumps.
 """
 
 from typing import Any
@@ -61,8 +61,6 @@ def sweep(trajectory: Ramped, along: ArrayLike = 0, ax: Axes | None = None, *, p
     ramps = trajectory.ramp if isinstance(trajectory.ramp, tuple) else (trajectory.ramp,)
     if ramps == (None,):
         raise ValueError("trajectory must have a ramp: simulate with ramp=Ramp(...)")
-    if trajectory.scene.period is None:
-        raise ValueError("trajectory must be of a scene with a forcing period")
     name = ramps[0].parameter if parameter is None else parameter
     starts, periods = forcing_periods(trajectory)
     if not len(starts):
@@ -84,6 +82,8 @@ def forcing_periods(trajectory: Ramped) -> tuple[FloatArray, FloatArray]:
     ramps = trajectory.ramp if isinstance(trajectory.ramp, tuple) else (trajectory.ramp,)
     is_swept = any(ramp.parameter == "frequency" for ramp in ramps)
     period = trajectory.scene.period
+    if period is None:
+        raise ValueError("trajectory must be of a scene with a forcing period")
     if is_swept:
         # The number of periods up to a time, on a grid that is fine beside any change of the frequency.
         grid = np.linspace(start, end, 32 * MOST_PERIODS)
