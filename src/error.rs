@@ -61,6 +61,14 @@ impl Error {
         matches!(self, Self::BadValue { argument, .. } if argument == name)
     }
 
+    /// The value that broke a rule.
+    pub(crate) fn value(&self) -> &str {
+        match self {
+            Self::BadValue { value, .. } => value,
+            _ => "",
+        }
+    }
+
     /// Whether a value was no finite number, as of a step that led too far.
     pub(crate) fn is_not_finite(&self) -> bool {
         let number = |value: &str| value.parse::<f64>().is_ok_and(|x| !x.is_finite());

@@ -5,14 +5,14 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core, _workers
-from vibroimpact._core import Ramp, Scene
+from vibroimpact._core import LinearSystem, Ramp, Scene
 
 __all__ = ["Ensemble", "ExistenceMap", "existence_map", "simulate_many"]
 
@@ -73,7 +73,7 @@ class ExistenceMap:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments, which are looked at again."""
-        return ExistenceMap, tuple(getattr(self, field.name) for field in fields(self))
+        return ExistenceMap, tuple(getattr(self, own.name) for own in fields(self))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to a file, an ``.npz`` archive with a header in JSON, from which ``load`` reads it again."""
@@ -134,7 +134,7 @@ class Ensemble:
     v: NDArray[np.float64]
     n_impacts: NDArray[np.int64]
     status: NDArray[np.str_]
-    impacts: NDArray[np.void] | None = None
+    impacts: NDArray[np.void] | None = field(default_factory=lambda: None)
 
     def __post_init__(self) -> None:
         """Refuse arrays that are none of one ensemble."""
@@ -147,7 +147,7 @@ class Ensemble:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments, which are looked at again."""
-        return Ensemble, tuple(getattr(self, field.name) for field in fields(self))
+        return Ensemble, tuple(getattr(self, own.name) for own in fields(self))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the ensemble to a file, an ``.npz`` archive with a header in JSON, from which ``load`` reads it again."""
@@ -303,13 +303,34 @@ def _assemble(
     return ExistenceMap(x[1], y[1], x[0], y[0], n_orbits, admissible, stable, multiplier)
 
 
+#: A scene without anything, of which no run is made.
+_NOTHING = Scene(LinearSystem(1.0, 0.0, 0.0))
+
+
 def _rows(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:
-    scene, *rest = piece
-    if isinstance(scene, tuple):
-        make, first, last = scene
-        scene = [make(i) for i in range(first, last)]
-    arguments: tuple[Any, ...] = (scene, *rest, ask)
+    arguments: tuple[Any, ...] = (*piece, ask)
     return _core._simulate_rows(*arguments)
+
+
+def _scenes(scene: Any, q0: ArrayLike, v0: ArrayLike) -> list[Scene]:
+    """Return scenes that are given one by one, or made by a function for each row."""
+    if callable(scene):
+        first = _made("scene(0)", scene(0))
+        k = max(len(_states("q0", q0, first.n_dof)), len(_states("v0", v0, first.n_dof)))
+        return [first, *(_made(f"scene({i})", scene(i)) for i in range(1, k))][:k]
+    try:
+        scenes = list(scene)
+    except TypeError:
+        message = f"scene is {scene!r}, but a Scene, a sequence of them or a callable is needed"
+        raise TypeError(message) from None
+    return [_made(f"scene[{i}]", one) for i, one in enumerate(scenes)]
+
+
+def _made(argument: str, scene: Any) -> Scene:
+    if not isinstance(scene, Scene):
+        message = f"{argument} is {scene!r}, but a Scene is needed"
+        raise TypeError(message)
+    return scene
 
 
 def _states(argument: str, value: ArrayLike, n_dof: int) -> NDArray[np.float64]:
@@ -328,23 +349,22 @@ def _states(argument: str, value: ArrayLike, n_dof: int) -> NDArray[np.float64]:
     return rows
 
 
-def _in_pieces(scene: Any, q0: ArrayLike, v0: ArrayLike, n_dof: int) -> list[tuple[Any, ...]]:
+def _in_pieces(scene: Scene | list[Scene], q0: ArrayLike, v0: ArrayLike) -> list[tuple[Any, ...]]:
     """Cut scenes and states into pieces: scene or scenes, rows, and the number of the first."""
+    n_dof = scene.n_dof if isinstance(scene, Scene) else scene[0].n_dof
     states = [_states("q0", q0, n_dof), _states("v0", v0, n_dof)]
     counts = [len(rows) for rows in states] + ([len(scene)] if isinstance(scene, list) else [])
     k = next((count for count in counts if count != 1), 1)
     for argument, count in zip(("q0", "v0", "scene"), counts, strict=False):
         if count not in (1, k):
-            message = f"{argument} has {count} rows, but {k}, or one for all, are needed"
+            message = f"{argument} has shape ({count}, {n_dof}), but ({k}, {n_dof}) is needed"
             raise ValueError(message)
 
     def part(rows: NDArray[np.float64], i: int, j: int) -> NDArray[np.float64]:
         return rows if len(rows) == 1 and k > 1 else rows[i:j]
 
-    def scenes(i: int, j: int) -> Any:
-        if isinstance(scene, list):
-            return scene[i:j]
-        return (scene, i, j) if callable(scene) else scene
+    def scenes(i: int, j: int) -> Scene | list[Scene]:
+        return scene[i:j] if isinstance(scene, list) else scene
 
     return [(scenes(i, j), *(part(rows, i, j) for rows in states), i) for i, j in _bounds(k) or [(0, 0)]]
 
@@ -370,9 +390,8 @@ def simulate_many(
     Parameters
     ----------
     scene : Scene, sequence of Scene, or callable
-        One for all; one each, all of n degrees of freedom; or ``i -> Scene`` for the i-th row of ``q0`` (called in the calling
-        process or, pickled, by ``workers``). Pendulums with stops and walls that share a scene run four or eight abreast.
-    q0, v0 : array_like, shape (k, n), or (n,) for all
+        One for all; one each, all of n degrees of freedom; or ``i -> Scene`` for the i-th row of ``q0``. Pendulums with stops
+        and walls that share a scene run four or eight abreast. q0, v0 : array_like, shape (k, n), or (n,) for all
         Positions and velocities at the start, one row each.
     t_span : pair of float
         Start and end [s].
@@ -414,19 +433,18 @@ def simulate_many(
     >>> np.bincount(runs.impacts["run"]).tolist() == runs.n_impacts.tolist()
     True
     """
-    if callable(scene):
-        n_dof = scene(0).n_dof
-    else:
-        scene = scene if isinstance(scene, Scene) else list(scene)
-        n_dof = scene.n_dof if isinstance(scene, Scene) else (scene[0].n_dof if scene else 0)
+    if keep not in ("final", "impacts"):
+        message = f'keep is "{keep}", but an ensemble keeps impacts, or final states alone: it must be "impacts" or "final"'
+        raise ValueError(message)
+    if not isinstance(scene, Scene):
+        scene = _scenes(scene, q0, v0)
+    if isinstance(scene, list) and not scene:
+        scene, q0, v0 = _NOTHING, np.empty((0, 1)), np.empty((0, 1))
     rest = (t_span, method, rtol, atol, t_eval, keep, max_impacts, ramp)
     if _workers.is_elsewhere(workers):
-        pieces = [(*piece[:3], *rest, 1, False, piece[3]) for piece in _in_pieces(scene, q0, v0, n_dof)]
+        pieces = [(*piece[:3], *rest, 1, False, piece[3]) for piece in _in_pieces(scene, q0, v0)]
         parts = _workers.run(_rows, pieces, workers, progress=progress)
     else:
-        if callable(scene):
-            rows = max(len(_states(name, value, n_dof)) for name, value in (("q0", q0), ("v0", v0)))
-            scene = [scene(i) for i in range(rows)]
         parts = [_core._simulate_rows(scene, q0, v0, *rest, _workers.threads(workers), progress, 0, None)]
     q, v, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(3))
     status = np.concatenate([np.array(part[3], dtype=np.str_) for part in parts])

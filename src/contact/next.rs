@@ -141,6 +141,8 @@ pub(crate) struct ContactSearch<'f, F: LinearFlow> {
     levels: PropagatorLevels<F>,
     level: usize,
     propagator: F::Propagator,
+    /// The span that the propagator is for; no number where it is for a part of one.
+    prepared: f64,
     derivatives: Vec<Derivatives>,
     /// The stops within reach.
     active: Vec<usize>,
@@ -168,6 +170,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             levels,
             level: PropagatorLevels::<F>::START,
             propagator: F::Propagator::default(),
+            prepared: f64::NAN,
             derivatives: Vec::new(),
             norms: Vec::new(),
             state: Vec::new(),
@@ -434,7 +437,14 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 
     /// Carries a state over a span of time.
     pub fn forward(&mut self, state: &mut [Pair], span: f64) {
+        // Pieces of a signal are often of one length.
+        if span == self.prepared {
+            self.flow.advance(&self.propagator, state);
+            return;
+        }
         forward(self.flow, &mut self.propagator, state, span);
+        let is_whole = self.flow.fastest_growth() <= 0.0;
+        self.prepared = if is_whole { span } else { f64::NAN };
     }
 
     /// The contact that comes first and its time to rounding; on return `arrived` is the state there, and the search has

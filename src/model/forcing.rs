@@ -146,7 +146,7 @@ impl Forcing {
     }
 
     /// The frequencies and phases of those that are periodic, in their order.
-    fn angles(&self) -> impl Iterator<Item = (f64, f64)> {
+    pub(super) fn angles(&self) -> impl Iterator<Item = (f64, f64)> {
         self.parts().into_iter().filter_map(Self::own_angle)
     }
 
@@ -160,7 +160,9 @@ impl Forcing {
     pub(crate) fn timing(&self) -> Timing {
         let parts = self.parts();
         if parts.iter().any(|part| part.own_signal().is_some()) {
-            let reason = "its forcing follows a signal, which has no period".to_owned();
+            let reason =
+                "its forcing, or the motion of a stop, follows a signal, which has no period"
+                    .to_owned();
             return Timing::Aperiodic { reason };
         }
         let Some((frequency, _)) = self.lowest() else {

@@ -5,6 +5,9 @@ use crate::model::change::Parameter;
 use crate::model::turns::{nearest_turn, two_sum};
 use crate::quantity::{finite, positive};
 
+/// Levels of a ramp, of which each is a scene, are no more than this.
+const MOST_LEVELS: usize = 100_000;
+
 /// How a ramp goes from its first value to its last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RampLaw {
@@ -59,7 +62,7 @@ impl Ramp {
     /// A ramp of a number to a value, by the law `Linear`.
     ///
     /// # Errors
-    /// A value that the number may not take, a time, rate or dwell that is not positive and finite, fewer than two levels.
+    /// A value that the number may not take, a time, rate or dwell that is not positive and finite, fewer than two levels, or more than 100 000.
     pub fn new(parameter: Parameter, to: f64, course: RampCourse) -> Result<Self> {
         parameter.check(to)?;
         match course {
@@ -72,8 +75,10 @@ impl Ramp {
             }
             RampCourse::Steps { levels, dwell } => {
                 positive("dwell", dwell)?;
-                if levels < 2 {
-                    let rule = "it must be at least 2: the first and the last value are among them";
+                if !(2..=MOST_LEVELS).contains(&levels) {
+                    let rule = format!(
+                        "it must be from 2 to {MOST_LEVELS}: the first and the last value are among them"
+                    );
                     return Err(Error::bad_value("levels", levels, rule));
                 }
             }

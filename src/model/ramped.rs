@@ -22,16 +22,18 @@ use nalgebra::{Complex, DVector};
 pub(crate) struct Drift {
     /// The frequency.
     pub frequency: Option<Moving>,
-    /// The phase.
-    pub phase: Option<Moving>,
+    /// The phase of the first of what turns, and how many times the lowest frequency its own is; all are as much earlier.
+    pub phase: Option<(Moving, f64)>,
     /// The factor on the forcing.
     pub scale: Option<Moving>,
     /// The clearance of each stop, `None` of one that keeps it; empty where all do.
     pub clearances: Vec<Option<Moving>>,
 }
 
-/// A part of a period, or of the span, by which signals go on beyond it: they hold at its end, too.
+/// A part of a period and of the span by which signals go on beyond it, but no less than the last places of the time: they hold at its
+/// end, too.
 const BEYOND: f64 = 1.0 / 64.0;
+const LAST_PLACES: f64 = 16.0;
 
 /// An angle that changes at a rate.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +50,11 @@ impl Drift {
             && self.phase.is_none()
             && self.scale.is_none()
             && self.clearances.iter().all(Option::is_none)
+    }
+
+    /// Whether what turns follows signals then.
+    pub fn turns_into_signals(&self) -> bool {
+        self.sweeps() || self.scale.is_some()
     }
 
     /// Whether angles do.
@@ -76,11 +83,11 @@ impl Drift {
                 }
             }
         };
-        if let Some(moving) = self.phase {
-            let [_, slope, bend] = moving.at(t);
-            swept.angle += times * moving.changed(t);
-            swept.rate += times * slope;
-            swept.rate_slope += times * bend;
+        if let Some((moving, first)) = self.phase {
+            let ([_, slope, bend], share) = (moving.at(t), times / first);
+            swept.angle += share * moving.changed(t);
+            swept.rate += share * slope;
+            swept.rate_slope += share * bend;
         }
         swept
     }
@@ -111,12 +118,13 @@ impl Sweep<'_> {
 
     fn signal(&self, value: impl Fn(f64) -> f64) -> Result<Signal> {
         let values = |times: &[f64]| Ok(times.iter().map(|&t| value(t)).collect());
-        Signal::from_function(values, self.span).map_err(|error| {
+        Signal::from_function(values, self.span).map_err(|_| {
             let (start, end) = self.span;
-            let rule = format!(
-                "no pieces follow what drifts from {start} to {end}: take a shorter span ({error})"
+            let (value, rule) = (
+                format!("steady from {start} to {end}"),
+                "what drifts turns more often there than a million polynomials follow, or faster than the time has digits",
             );
-            Error::bad_value("ramp", "steady", rule)
+            Error::bad_value("ramp", value, rule)
         })
     }
 
@@ -257,18 +265,20 @@ pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result
     let fastest = drift
         .frequency
         .map_or(lowest, |m| m.at(span.0)[0].max(m.at(span.1)[0]));
-    let beyond = if fastest > 0.0 {
-        BEYOND / fastest
+    let longest = if fastest > 0.0 {
+        (span.1 - span.0).min(1.0 / fastest)
     } else {
-        BEYOND * (span.1 - span.0)
+        span.1 - span.0
     };
+    let beyond =
+        (BEYOND * longest).max(LAST_PLACES * f64::EPSILON * span.0.abs().max(span.1.abs()));
     let sweep = Sweep {
         drift,
         lowest,
         span: (span.0, span.1 + beyond),
     };
     let parts = scene.forcing().parts();
-    let forcing = if drift.sweeps() || drift.scale.is_some() {
+    let forcing = if drift.turns_into_signals() {
         let parts = parts.into_iter().map(|part| sweep.forcing(part));
         let parts = parts.collect::<Result<Vec<_>>>()?;
         Forcing::Several(parts.into_iter().flatten().collect())

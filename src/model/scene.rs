@@ -14,6 +14,7 @@ use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
 use crate::model::system::System;
+use crate::model::turns::nearest_turn;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -253,6 +254,11 @@ impl Scene {
         Ok(copy)
     }
 
+    /// Frequency and phase of the first of what turns, whose phase `Change::Phase` names.
+    pub(crate) fn first_angle(&self) -> Option<(f64, f64)> {
+        self.moving().angles().next()
+    }
+
     /// The lowest frequency of all that turns.
     pub(crate) fn lowest_frequency(&self) -> Option<f64> {
         self.moving().lowest().map(|(w, _)| w)
@@ -346,6 +352,13 @@ impl Scene {
         self.moving().phase()
     }
 
+    /// The same without its whole turns, which cost digits where it is added to an angle.
+    pub(crate) fn turned_phase(&self) -> f64 {
+        let phase = self.phase();
+        let (turn, rest) = nearest_turn([phase, 0.0], 1.0);
+        (phase - turn) - rest
+    }
+
     /// The gap of every stop at the position q, at time zero where stops move, shape `(n_stops,)`.
     ///
     /// # Errors
@@ -369,7 +382,7 @@ impl Scene {
         if self.has_moving_stops() {
             let frequency = self.frequency().unwrap_or(0.0);
             let turns = Moment::new(t, 0.0, frequency).angle_of(frequency);
-            let at = Moment::new(t, turns + self.phase(), frequency);
+            let at = Moment::new(t, turns + self.turned_phase(), frequency);
             let motions = self.excitation().stops;
             for (gap, motion) in gaps.iter_mut().zip(&motions) {
                 *gap += motion.as_ref().map_or(0.0, |motion| motion.along(at)[0]);

@@ -34,7 +34,7 @@ impl<'a> PathEquations<'a> {
             system: scene.system(),
             dynamics: SceneMotion::new(scene),
             contacts: Arc::new(contacts(scene)),
-            phase: scene.phase(),
+            phase: scene.turned_phase(),
         }
     }
 

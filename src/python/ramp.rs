@@ -9,7 +9,9 @@ use pyo3::types::{PyDict, PyTuple};
 
 /// Number of a scene that drifts along a run: from its value at the start of the run to another, where it stays.
 ///
-/// Give one of: ``over``, ``rate``, or ``levels`` with ``dwell``. The angle of what turns goes on through a change of the frequency.
+/// Give one of: ``over``, ``rate``, or ``levels`` with ``dwell``. The angle of what turns goes on through a change of the frequency, and
+/// so do position and velocity. Those of a scene with a moving base are relative to it: where the base changes its speed at once, as it
+/// does from level to level, the scene is taken along.
 ///
 /// Parameters
 /// ----------
@@ -25,7 +27,7 @@ use pyo3::types::{PyDict, PyTuple};
 /// law : {"linear", "log"}, default "linear"
 ///     Equal changes, or equal factors, in equal times or from level to level.
 /// levels : int, optional
-///     Number of values, the first and the last among them, each held for a while; at least 2.
+///     Number of values, the first and the last among them, each held for a while; from 2 to 100 000.
 /// dwell : float, optional
 ///     Forcing periods at each of them.
 ///

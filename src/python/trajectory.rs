@@ -485,7 +485,8 @@ impl PyTrajectory {
     }
 
     /// Time at which the run ended [s], that of ``final``, with every ``keep``: the run goes on with
-    /// ``simulate(scene, *run.final, (run.t_end, later))``, in the same phase of the forcing.
+    /// ``simulate(scene, *run.final, (run.t_end, later))``, in the same phase of the forcing; after a ramp with the numbers reached, and the
+    /// phase that ``phase(run.t_end)`` is, in ``scene``.
     #[getter]
     fn t_end(&self) -> f64 {
         self.core.t_end()

@@ -73,7 +73,7 @@ impl Method {
 
 impl Method {
     /// The method by which a scene follows ramps. Along steady ones of what acts on it a linear scene flies under the series of the force,
-    /// piece by piece (theory 14).
+    /// piece by piece (theory 14), along others in closed form.
     ///
     /// # Errors
     /// Exact flights along a steady ramp of what acts, flights in closed form or by series along one of the damping.
@@ -105,7 +105,7 @@ impl Method {
             (Self::Exact, None, Some(parameter)) => {
                 refused(parameter, "exact flights", "method=\"taylor\"")
             }
-            (Self::Taylor, None, Some(_)) if is_linear => Ok(Self::Exact),
+            (Self::Taylor, None, _) if is_linear => Ok(Self::Exact),
             _ => Ok(self),
         }
     }

@@ -4,6 +4,7 @@ mod batch;
 mod by_method;
 mod chapters;
 mod event_loop;
+mod gathered;
 mod kept;
 pub(crate) mod method;
 mod options;

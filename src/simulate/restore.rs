@@ -107,7 +107,7 @@ impl Trajectory {
             scene: scene.clone(),
             chapters,
             ramped: schedule.map(|schedule| {
-                Box::new(Ramped {
+                Arc::new(Ramped {
                     ramps,
                     until,
                     schedule,

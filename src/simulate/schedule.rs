@@ -56,6 +56,11 @@ pub(crate) struct Schedule {
 }
 
 impl Chapter {
+    /// Whether what turned has become signals, or nothing.
+    pub fn has_lost_its_angle(&self) -> bool {
+        self.scene.frequency().is_none()
+    }
+
     /// The angle of the fundamental frequency at a time, NaN where there is no period.
     pub fn angle(&self, t: f64) -> f64 {
         match self.steady.frequency() {
@@ -114,7 +119,7 @@ fn value_of(scene: &Scene, parameter: Parameter) -> Result<f64> {
     let stops = scene.stops();
     Ok(match parameter {
         Parameter::Frequency => scene.lowest_frequency().unwrap_or(f64::NAN),
-        Parameter::Phase => scene.phase(),
+        Parameter::Phase => scene.first_angle().map_or(f64::NAN, |(_, phase)| phase),
         Parameter::ForcingScale | Parameter::DampingScale => 1.0,
         Parameter::Clearance => shared(stops.iter().map(clearance_of).collect())?,
         Parameter::Restitution => shared(Ok(stops.iter().map(restitution_of).collect()))?,
@@ -201,7 +206,7 @@ impl Walk {
         drop(scene.replace(parameter.change(ramp.to()))?);
         let from = value_of(scene, parameter)?;
         if from.is_nan() {
-            let rule = "the scene has no one phase: its forcings have no common period";
+            let rule = "the scene has no value of it";
             return Err(Error::bad_value(
                 "ramp",
                 format!("of \"{parameter}\""),
@@ -264,10 +269,19 @@ impl Walk {
     fn drift(&self) -> Drift {
         Drift {
             frequency: self.drifting(Parameter::Frequency),
-            phase: self.drifting(Parameter::Phase),
+            phase: self.drifting(Parameter::Phase).zip(self.first_times()),
             scale: self.drifting(Parameter::ForcingScale),
             clearances: self.drifting_stops(true),
         }
+    }
+
+    /// How many times the lowest frequency that is of which the phase is named.
+    fn first_times(&self) -> Option<f64> {
+        let (first, lowest) = (
+            self.steady.first_angle()?.0,
+            self.steady.lowest_frequency()?,
+        );
+        Some(Drift::times(first, lowest))
     }
 
     /// When a number changes otherwise than now, infinite where none does.

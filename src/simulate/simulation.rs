@@ -4,19 +4,19 @@ use crate::error::{Error, Result};
 use crate::hybrid::AnyLoop;
 use crate::linalg::singular::overflow;
 use crate::model::Scene;
-use crate::path::{Evaluator, Path, Samples};
+use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::by_method::{RunVisitor, visit_runs};
-use crate::simulate::event_loop::Ending;
-use crate::simulate::kept::{KeptChapter, Ramped};
+use crate::simulate::gathered::Gathered;
+use crate::simulate::kept::Ramped;
 use crate::simulate::method::check_jacobian;
-use crate::simulate::options::{SimulateOptions, Stats, Status};
+use crate::simulate::options::SimulateOptions;
 use crate::simulate::run::{Done, Run};
 use crate::simulate::schedule::Schedule;
-use crate::simulate::trajectory::{Trajectory, joined};
+use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
-use std::sync::OnceLock;
+use std::sync::Arc;
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
 ///
@@ -90,153 +90,48 @@ pub fn simulate_observed(
         Error::bad_value("t_span", format!("{t_span:?}"), rule)
     };
     check_jacobian(options.method, scene, t_span.0, (q0, v0))?;
+    let fly = |scene: &Scene, options: &SimulateOptions, one: OneRun<'_>| {
+        visit_runs(scene, options, one).map_err(|e| if e == overflow() { beyond() } else { e })
+    };
     if options.ramps.is_empty() {
-        let mut run = Told::new(scene, None);
-        let (start, n_impacts) = ((q0, v0), 0);
         let one = OneRun {
-            start,
+            start: (q0, v0),
             t_span,
-            n_impacts,
+            n_impacts: 0,
             observer,
         };
-        let done = visit_runs(scene, options, one);
-        run.add(
-            t_span.0,
-            done.map_err(|e| if e == overflow() { beyond() } else { e })?,
-        );
-        return run.finish().ok_or_else(beyond);
+        let mut whole = Gathered::new(scene, None);
+        whole.add(t_span.0, fly(scene, options, one)?);
+        return whole.finish().ok_or_else(beyond);
     }
-    let schedule = Schedule::new(scene, &options.ramps, t_span)?;
-    let mut run = Told::new(scene, Some((options, t_span.1, schedule.clone())));
+    let ramped = Arc::new(Ramped {
+        ramps: options.ramps.clone(),
+        until: t_span.1,
+        schedule: Schedule::new(scene, &options.ramps, t_span)?,
+    });
+    let mut whole = Gathered::new(scene, Some(Arc::clone(&ramped)));
     let mut state = (q0.clone(), v0.clone());
-    for chapter in &schedule.chapters {
+    for chapter in &ramped.schedule.chapters {
         let own = options.of_chapter(scene, chapter.span, t_span.1)?;
         let one = OneRun {
             start: (&state.0, &state.1),
             t_span: chapter.span,
-            n_impacts: run.stats.n_impacts,
+            n_impacts: whole.n_impacts(),
             observer,
         };
-        let done = visit_runs(&chapter.scene, &own, one);
-        let done = match done {
+        match fly(&chapter.scene, &own, one) {
             Err(error) if chapter.span.0 > t_span.0 && error.is_about("q0") => {
-                run.end_inside(chapter.span.0, &error);
+                whole.end_inside(chapter.span.0, &error);
                 break;
             }
-            done => done.map_err(|e| if e == overflow() { beyond() } else { e })?,
-        };
-        run.add(chapter.span.0, done);
-        if run.status != Status::Finished {
+            flown => whole.add(chapter.span.0, flown?),
+        }
+        if whole.has_ended() {
             break;
         }
-        state.clone_from(&run.last);
+        state.clone_from(whole.last());
     }
-    run.finish().ok_or_else(beyond)
-}
-
-/// What has been told of a run, chapter by chapter.
-struct Told {
-    trajectory: Trajectory,
-    samples: Vec<Samples>,
-}
-
-impl std::ops::Deref for Told {
-    type Target = Trajectory;
-
-    fn deref(&self) -> &Trajectory {
-        &self.trajectory
-    }
-}
-
-impl Told {
-    fn new(scene: &Scene, ramps: Option<(&SimulateOptions, f64, Schedule)>) -> Self {
-        let ramped = ramps.map(|(options, until, schedule)| Ramped {
-            ramps: options.ramps.clone(),
-            until,
-            schedule,
-        });
-        let trajectory = Trajectory {
-            scene: scene.clone(),
-            chapters: Vec::with_capacity(1),
-            ramped: ramped.map(Box::new),
-            span: (f64::NAN, f64::NAN),
-            impacts: Vec::new(),
-            grazes: Vec::new(),
-            samples: None,
-            last: Default::default(),
-            status: Status::Finished,
-            message: String::new(),
-            stats: Stats::default(),
-        };
-        let samples = Vec::new();
-        Self {
-            trajectory,
-            samples,
-        }
-    }
-
-    /// Adds a chapter.
-    fn add(&mut self, start: f64, (evaluator, done): (Evaluator, Done)) {
-        let n_dof = self.scene.n_dof();
-        let all = &mut self.trajectory;
-        let Ending {
-            time,
-            status,
-            message,
-        } = done.ending;
-        let (impacts, grazes, samples, kept) = done.record.finish();
-        let begin = all.impacts.len();
-        if all.impacts.is_empty() {
-            (all.impacts, all.grazes) = (impacts, grazes);
-        } else {
-            all.impacts.extend(impacts);
-            all.grazes.extend(grazes);
-        }
-        all.chapters.push(KeptChapter {
-            path: kept.map(|parts| Path {
-                evaluator,
-                parts,
-                span: (start, time),
-                n_dof,
-            }),
-            given: OnceLock::new(),
-            span: (start, time),
-            impacts: begin..all.impacts.len(),
-        });
-        if all.span.0.is_nan() {
-            all.span.0 = start;
-        }
-        all.span.1 = time;
-        (all.last, all.status, all.message) = (done.last, status, message);
-        all.stats = all.stats.and(done.stats);
-        // Under a drift a scene has signals, of which no system knows the angle.
-        for k in begin..all.impacts.len() {
-            if all.impacts[k].phase.is_nan() {
-                all.impacts[k].phase = all.forcing_phase(all.impacts[k].time);
-            }
-        }
-        self.samples.extend(samples);
-    }
-
-    /// Ends the run where a stop has been put onto the motion.
-    fn end_inside(&mut self, t: f64, error: &Error) {
-        let all = &mut self.trajectory;
-        all.status = Status::InsideStop;
-        all.message = format!("at t = {t}: a ramp put a stop onto the motion ({error})");
-    }
-
-    /// The trajectory; none where the motion grew beyond the doubles.
-    fn finish(mut self) -> Option<Trajectory> {
-        let (q, v) = &self.trajectory.last;
-        if !q.iter().chain(v).all(|x| x.is_finite()) {
-            return None;
-        }
-        if !self.samples.is_empty() {
-            let each = self.samples.drain(..).map(Ok);
-            self.trajectory.samples = joined(each, self.trajectory.scene.n_dof()).ok();
-        }
-        Some(self.trajectory)
-    }
+    whole.finish().ok_or_else(beyond)
 }
 
 /// One run, kept as the options say.

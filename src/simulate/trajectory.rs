@@ -11,13 +11,14 @@ use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// A simulated motion.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(crate) scene: Scene,
     pub(crate) chapters: Vec<KeptChapter>,
-    pub(crate) ramped: Option<Box<Ramped>>,
+    pub(crate) ramped: Option<Arc<Ramped>>,
     pub(crate) span: (f64, f64),
     pub(crate) impacts: Vec<Impact>,
     pub(crate) grazes: Vec<Graze>,
@@ -136,7 +137,7 @@ impl Trajectory {
         let each = places
             .iter()
             .map(|(k, points)| self.kept(*k)?.0.samples(points));
-        joined(each, self.scene.n_dof())
+        Ok(joined(each.collect::<Result<_>>()?, self.scene.n_dof()))
     }
 
     /// The times of [`samples`](Self::samples).
@@ -183,10 +184,9 @@ impl Trajectory {
 }
 
 /// The samples of chapters one after another.
-pub(super) fn joined(each: impl Iterator<Item = Result<Samples>>, n: usize) -> Result<Samples> {
-    let each = each.collect::<Result<Vec<_>>>()?;
-    if let [_] = each[..] {
-        return Ok(each.into_iter().next().expect("one"));
+pub(super) fn joined(mut each: Vec<Samples>, n: usize) -> Samples {
+    if each.len() == 1 {
+        return each.swap_remove(0);
     }
     let count = each.iter().map(|(times, ..)| times.len()).sum();
     let (mut q, mut v) = (DMatrix::zeros(count, n), DMatrix::zeros(count, n));
@@ -197,5 +197,5 @@ pub(super) fn joined(each: impl Iterator<Item = Result<Samples>>, n: usize) -> R
         row += times.len();
         all.extend(times);
     }
-    Ok((all, q, v))
+    (all, q, v)
 }

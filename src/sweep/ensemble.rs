@@ -151,7 +151,7 @@ pub fn simulate_many<'a>(
         if let Some(i) = (0..rows.nrows()).find(|&i| rows.row(i).iter().any(|x| !x.is_finite())) {
             return Err(Error::bad_value(
                 format!("{name}[{i}]"),
-                rows.row(i),
+                format!("{:?}", row(rows, i).as_slice()),
                 "it must be finite",
             ));
         }

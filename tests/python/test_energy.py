@@ -2,6 +2,7 @@
 
 import time
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -146,3 +147,15 @@ def test_the_points_of_many_impacts_are_few():
     before, after = (np.searchsorted(t, run.impacts["time"], side=side) for side in ("left", "right"))
     assert np.all(after - before == 2), "both sides of each impact"
     assert np.array_equal(run.v[before], -run.v[before + 1])
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_a_large_phase_is_known_to_all_its_digits(method):
+    # 1e10 rad: added to an angle as it is it would leave six digits of it.
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], 1.3, 1e10), vi.Stop(0, 0.5, 0.8))
+    run = vi.simulate(scene, 0.0, 0.0, (0, 20), method=method, rtol=1e-11, atol=1e-13)
+    with mpmath.workdps(40):
+        small = float(mpmath.mpf(1e10) % (2 * mpmath.pi))
+    near = vi.simulate(scene.replace(phase=small), 0.0, 0.0, (0, 20), method="exact")
+    np.testing.assert_allclose(run.impacts["time"], near.impacts["time"], atol=1e-8)
+    assert np.abs(run.energy.balance).max() < 1e-9

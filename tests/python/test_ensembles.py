@@ -130,8 +130,8 @@ def test_ensembles_come_back(tmp_path):
             r"scene\[2\] is of 1",
         ),
         ((PAIR, Q0[:, :1], V0), ValueError, "q0 has shape"),
-        ((3, Q0, V0), TypeError, "scene is 3|'int' object is not iterable"),
-        (([PAIR, 3], Q0[:2], V0[:2]), TypeError, "but a Scene, a sequence of them or a callable"),
+        ((3, Q0, V0), TypeError, "scene is 3, but a Scene, a sequence"),
+        (([PAIR, 3], Q0[:2], V0[:2]), TypeError, r"scene\[1\] is 3, but a Scene is needed"),
     ],
 )
 def test_what_does_not_fit_is_refused(arguments, error, message):
@@ -146,3 +146,15 @@ def test_a_whole_motion_is_not_kept():
         vi.simulate_many(PAIR, Q0, V0, (0, 1), keep="everything")
     with pytest.raises(ValueError, match=r"row 3: method is \"exact\"|method"):
         vi.simulate_many([PAIR] * 3 + [PENDULUM], Q0[:4], V0[:4], (0, 1), method="exact")
+
+
+def test_no_runs_are_an_ensemble_too():
+    nothing = np.empty((0, 2))
+    for scene in ([], PAIR, make):
+        for workers in (None, map):
+            ends = vi.simulate_many(scene, nothing, nothing, (0, 1), workers=workers)
+            assert len(ends.status) == 0
+    with pytest.raises(TypeError, match=r"scene\(0\) is None, but a Scene is needed"):
+        vi.simulate_many(lambda i: None, Q0, V0, (0, 1))
+    with pytest.raises(TypeError, match=r"scene\(4\) is 4, but a Scene is needed"):
+        vi.simulate_many(lambda i: PAIR if i < 4 else i, Q0, V0, (0, 1))

@@ -12,7 +12,15 @@ import pytest
 from matplotlib.axes import Axes
 from plot_models import BouncingOrbit, BouncingTrajectory, LedgerOfABall, Map, modes, stable_orbit
 
+import vibroimpact as vi
 import vibroimpact.plot as plot
+
+
+def swept():
+    """A run along a ramp."""
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([0.5], 0.8))
+    return vi.simulate(scene, 0.0, 0.0, (0, 60), ramp=vi.Ramp("frequency", 1.2, over=50.0))
+
 
 CALLS = {
     "time_history": lambda **k: plot.time_history(BouncingOrbit(), **k),
@@ -26,6 +34,7 @@ CALLS = {
     "gap": lambda **k: plot.gap(BouncingOrbit(), 0, **k),
     "contact_force": lambda **k: plot.contact_force(BouncingOrbit(), 0, **k),
     "spectrum": lambda **k: plot.spectrum(BouncingTrajectory(), **k),
+    "sweep": lambda **k: plot.sweep(swept(), **k),
 }
 DATA = {
     "mode_shapes": modes(),

@@ -18,6 +18,7 @@ STOPS = [vi.Stop(0, 0.2, 0.8), vi.Stop([0.3, 1.0], 0.25, 0.6, side="lower")]
 REST = np.zeros(2)
 STEPS = ["rk45", "dop853", "radau"]
 TIGHT = {"rtol": 1e-11, "atol": 1e-13}
+MEAN = np.array([0.1, 0.0])
 UP = vi.Ramp("frequency", 3.0, rate=0.05)
 FORCE = vi.Harmonic([0.8 + 0.2j, -0.5j], 1.2, 0.4)
 
@@ -122,7 +123,7 @@ def test_a_swept_force_with_two_stops(method):
 
 def test_harmonics_a_base_and_a_scale_that_grows():
     base = vi.BaseMotion([0.3, 0.1j], 1.1, 0.2)
-    force = vi.Fourier([[0.2, 0.1], [0.0, 0.3j]], 2.2, 0.5, mean=[0.1, 0.0])
+    force = vi.Fourier([[0.2, 0.1], [0.0, 0.3j]], 2.2, 0.5, mean=MEAN)
     ramps = [vi.Ramp("frequency", 2.0, rate=0.03), vi.Ramp("forcing_scale", 2.0, over=20.0)]
     run = vi.simulate(vi.Scene(system(INFLUENCE), [base, force], STOPS), REST, REST, (0, 40), ramp=ramps)
     angle, _ = sine(1.1, 0.03, 2.0, 0.2)
@@ -140,7 +141,7 @@ def test_harmonics_a_base_and_a_scale_that_grows():
         ]
         own = 2 * (theta - 0.2) + 0.5
         harmonics = np.array([0.2, 0.1]) * np.exp(1j * own) + np.array([0.0, 0.3j]) * np.exp(2j * own)
-        return -MASS @ INFLUENCE * np.sum(bent).real + s * ([*harmonics.real, 0.1, 0.0])
+        return -MASS @ INFLUENCE * np.sum(bent).real + s * (harmonics.real + MEAN)
 
     same_impacts(run, integrated(acting, 40.0, STOPS, 20), 1e-9)
 
@@ -268,6 +269,16 @@ def test_runs_pickle_and_give_everything_of_their_chapters(ramp, tmp_path):
     a = run.acceleration(t[1:-1])
     assert a.shape == (t.size - 2, 2)
     assert np.isfinite(a).all()
+
+
+def test_touches_of_every_chapter_are_kept():
+    # It reaches the stop without speed at t = pi, 3 pi, 5 pi: in both chapters, and no impact in either.
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), None, vi.Stop(0, 1.0, 0.8))
+    plain = vi.simulate(scene, -1.0, 0.0, (0, 17))
+    run = vi.simulate(scene, -1.0, 0.0, (0, 17), ramp=vi.Ramp("restitution", 0.5, over=5.0))
+    assert plain.impacts.size == 0
+    assert plain.grazes.size == 3
+    np.testing.assert_allclose(run.grazes["time"], plain.grazes["time"], atol=1e-6)
 
 
 def test_a_stop_that_jumps_onto_the_motion_ends_the_run():
@@ -416,3 +427,52 @@ class TestSweep:
             vi.plot.sweep(vi.simulate(scene, 0.0, 0.0, (0, 1.0), ramp=ramps))
         with pytest.raises(ValueError, match="must be one trajectory"):
             vi.plot.sweep(scene)
+
+
+def test_the_phase_is_that_of_the_first_of_several():
+    forces = [vi.Harmonic([1.0], 2.0, 0.3), vi.Harmonic([1.0], 1.0, 0.7)]
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.05, 1.0), forces, vi.Stop(0, 0.5, 0.8))
+    nearly_at_once = vi.simulate(scene, 0.0, 0.0, (0, 20), ramp=vi.Ramp("phase", 1.3, over=1e-7))
+    np.testing.assert_allclose(nearly_at_once.parameter([0.0, 1.0]), [0.3, 1.3], atol=1e-14)
+    there = vi.simulate(scene.replace(phase=1.3), 0.0, 0.0, (0, 20))
+    np.testing.assert_allclose(nearly_at_once.impacts["time"], there.impacts["time"], atol=1e-5)
+    np.testing.assert_allclose(nearly_at_once.phase(20.0), there.phase(20.0), atol=1e-12)
+    plain = vi.simulate(scene, 0.0, 0.0, (0, 20))
+    none = vi.simulate(scene, 0.0, 0.0, (0, 20), ramp=vi.Ramp("phase", 0.3, over=5.0))
+    np.testing.assert_array_equal(none.impacts, plain.impacts)
+
+
+def test_impacts_have_their_phase_while_the_force_is_zero():
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), vi.Harmonic([0.0], 1.0, 0.2), vi.Stop(0, 0.3, 1.0))
+    run = vi.simulate(scene, 0.0, 1.0, (0, 12), ramp=vi.Ramp("frequency", 2.0, over=8.0))
+    assert run.impacts.size >= 4
+    np.testing.assert_allclose(run.impacts["phase"], run.phase(run.impacts["time"]), atol=1e-14)
+
+
+@pytest.mark.parametrize("parameter", ["frequency", "phase"])
+@pytest.mark.parametrize("over", [1e-9, 1e-15])
+def test_a_ramp_of_no_time_takes_none(parameter, over):
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.05, 1.0), vi.Harmonic([1.0], 1.0, 0.7), vi.Stop(0, 0.5, 0.8))
+    run = vi.simulate(scene, 0.0, 0.0, (0, 20), ramp=vi.Ramp(parameter, 1.3, over=over))
+    there = vi.simulate(scene.replace(**{parameter: 1.3}), 0.0, 0.0, (0, 20))
+    np.testing.assert_allclose(run.impacts["time"], there.impacts["time"], atol=1e-6)
+
+
+@pytest.mark.parametrize("ramp", [vi.Ramp("frequency", 2.0, over=30.0), vi.Ramp("frequency", 2.0, levels=6, dwell=1.7)])
+def test_poincare_points_stand_at_whole_turns(ramp):
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], 1.0, 0.4), vi.Stop(0, 5.0, 0.3))
+    run = vi.simulate(scene, 0.0, 0.0, (0, 60), ramp=ramp)
+    q = vi.plot.poincare_section(run).lines[0].get_xdata()
+    # The angle without its phase, by small steps.
+    t = np.linspace(0, 60, 600_001)
+    w = run.parameter(t)
+    turns = np.concatenate([[0.0], np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(t))]) / (2 * np.pi)
+    times = np.interp(np.arange(int(turns[-1]) + 1), turns, t)
+    np.testing.assert_allclose(q, run.along(0, times), atol=1e-4)
+
+
+def test_taylor_is_a_method_of_linear_scenes_along_any_ramp():
+    scene = vi.Scene(system(), FORCE, STOPS)
+    for ramp in (vi.Ramp("clearance[0]", 0.3, over=5.0), vi.Ramp("frequency", 2.0, levels=3, dwell=2)):
+        one, other = (vi.simulate(scene, REST, REST, (0, 20), method=method, ramp=ramp) for method in ("taylor", "auto"))
+        np.testing.assert_array_equal(one.impacts, other.impacts)

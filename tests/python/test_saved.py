@@ -195,8 +195,11 @@ def changed(trajectory, **parts):
         ("grazes", [(float("nan"), 0, 0.0)]),
         ("samples", ([0.0], np.zeros((2, 2)), np.zeros((1, 2)))),
         ("samples", ([0.0], np.zeros((1, 3)), np.zeros((1, 3)))),
-        ("motion", ([], [], [], 0)),
-        ("motion", ([], [], [], 10**18)),
+        ("motion", [([], [], [], 0)]),
+        ("motion", []),
+        ("motion", [([], [], [], 10**18)]),
+        ("chapters", []),
+        ("chapters", [(0.0, 1e9, 0)]),
     ],
 )
 def test_numbers_that_no_run_leaves_are_refused_by_name(part, value):

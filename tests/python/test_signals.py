@@ -259,7 +259,7 @@ def test_signals_are_piecewise_polynomials():
 def test_what_has_no_period_says_so():
     scene = vi.Scene(system(), vi.Load(0, ([0.0, 1.0], [1.0, 1.0])), STOPS)
     assert scene.period is None
-    with pytest.raises(ValueError, match="its forcing follows a signal, which has no period"):
+    with pytest.raises(ValueError, match="follows a signal, which has no period"):
         vi.periodic_orbits(scene, [0])
     with pytest.raises(ValueError, match="follows signals, which have none"):
         scene.replace(frequency=2.0)

@@ -50,6 +50,33 @@ def steps(make: Make, keep: str = "final", samples: int = 0, method: str = "rk45
     return run
 
 
+def recorded(method: str) -> Run:
+    """Impacts of exact flights, or steps, under a record: ten samples in a flight, one in a step."""
+    every, unit = (IMPACT_EVERY / 10, IMPACT_EVERY) if method == "exact" else (STEP_EVERY, STEP_EVERY)
+    near = stops(1) if method == "exact" else []
+    scene = functools.cache(lambda span: pair(forcing=scenes.record(span, every), stops=near))
+
+    def run(units: int) -> int:
+        span = unit * units
+        done = vi.simulate(scene(span), *START, (0.0, span), method=method, rtol=LOOSE, keep="final")
+        return int(done.stats.n_impacts if method == "exact" else done.stats.n_steps)
+
+    return run
+
+
+def swept() -> Run:
+    """Impacts under a force that is swept all along: some 23 pieces in a flight."""
+    scene = pair(forcing=scenes.harmonic(), stops=stops(1))
+
+    def run(units: int) -> int:
+        span = IMPACT_EVERY * units
+        ramp = vi.Ramp("frequency", 1.01 * scenes.FREQUENCY, over=span)
+        done = vi.simulate(scene, *START, (0.0, span), rtol=LOOSE, keep="final", ramp=ramp)
+        return int(done.stats.n_impacts)
+
+    return run
+
+
 def evaluations(make: Callable[[], vi.NonlinearSystem | vi.LinearSystem]) -> Run:
     """Runge-Kutta steps, counted by their evaluations of the right-hand side."""
     scene = vi.Scene(make())
@@ -122,6 +149,10 @@ def exact() -> Group:
         (
             case("one stop", one()),
             case("forcing", one(forcing=scenes.harmonic())),
+            case("forcing of three harmonics", one(forcing=scenes.harmonics())),
+            Case("a record, ten samples in each flight", lambda: recorded("exact"), 5_000, 500),
+            Case("a swept force", swept, 2_000, 200),
+            case("the stop moves", lambda: pair(stops=[scenes.moving_stop()])),
             case("constant load", one(load=[SMALL, SMALL])),
             case("proportional damping", one(damping=PROPORTIONAL)),
             case("non-proportional damping", one(damping=OTHER)),
@@ -151,9 +182,12 @@ def stepped() -> Group:
         (
             case("no stop", pair),
             case("forcing", lambda: pair(forcing=scenes.harmonic())),
+            case("forcing of three harmonics", lambda: pair(forcing=scenes.harmonics())),
+            Case("a record, a sample in each step", lambda: recorded("rk45"), 5_000, 500),
             case("damping", lambda: pair(damping=OTHER)),
             case("a stop that is never reached", lambda: pair(stops=[vi.Stop(1, 50.0, 1.0)])),
             case("a stop", lambda: pair(stops=stops(1))),
+            case("a stop that moves", lambda: pair(stops=[scenes.moving_stop()])),
             case("a stop and a second one", lambda: pair(stops=stops(2))),
             case("a stop, a second and a third one", lambda: pair(stops=stops(3))),
             case("four stops", lambda: pair(stops=stops(4))),

@@ -46,6 +46,22 @@ def harmonic() -> vi.Harmonic:
     return vi.Harmonic([SMALL, SMALL], FREQUENCY)
 
 
+def harmonics() -> vi.Fourier:
+    """Three harmonics that change nothing."""
+    return vi.Fourier(SMALL * np.ones((3, 2)), FREQUENCY)
+
+
+def record(span: float, every: float) -> vi.Load:
+    """A force that follows a record with a sample at such steps, and changes nothing."""
+    t = np.arange(int(span / every) + 2) * every
+    return vi.Load(0, (t, SMALL * np.cos(FREQUENCY * t)))
+
+
+def moving_stop() -> vi.Stop:
+    """The first stop, which moves by nothing that can be seen."""
+    return vi.Stop(0, 0.1, 1.0, motion=vi.Harmonic([SMALL], FREQUENCY))
+
+
 def pair(damping: Any = NONE, forcing: Any = None, stops: Any = (), load: Any = None) -> vi.Scene:
     """Two masses with the given parts."""
     return vi.Scene(vi.LinearSystem(MASS, damping, STIFFNESS, load=load), forcing, stops)

@@ -9,12 +9,12 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._data import FloatArray, Orbit, Ramped, Trajectory, is_orbit, is_trajectory
 from vibroimpact.plot._direction import Direction
 from vibroimpact.plot._segments import contact_spans, held_segments
 
@@ -28,6 +28,8 @@ SMOOTH = 1e-3  # of the range drawn: by less than that a straight line between r
 ROUNDING = 1e-12  # of the largest value: a coordinate at rest is a straight line
 SPLIT = 2.0**0.5 - 1.0  # of a step, where it is split: not the middle, lest steps of two whole periods look straight
 MAX_ROWS = 100_000  # of a refined trajectory: more are not told apart at any usual size
+PER_RADIAN = 2.0  # points in a radian of the fastest forcing, between which angles are told apart
+POLISHES = 6  # steps of Newton's method
 SAME_POINT = 1e-6  # of a forcing period: a Poincare point this near to an impact is taken right after it
 
 
@@ -112,9 +114,12 @@ def poincare_states(
         times = forcing_period * np.arange(count, dtype=float)
     elif is_trajectory(motion):
         start, end = window(motion, t_span)
-        first = np.ceil(start / forcing_period - SAME_POINT)
-        last = np.floor(end / forcing_period + SAME_POINT)
-        times = np.clip(forcing_period * np.arange(first, last + 1.0), start, end)
+        if is_swept(motion):
+            times = forcing_turns(motion, start, end)
+        else:
+            first = np.ceil(start / forcing_period - SAME_POINT)
+            last = np.floor(end / forcing_period + SAME_POINT)
+            times = np.clip(forcing_period * np.arange(first, last + 1.0), start, end)
     else:
         raise not_a_motion(motion)
     times = _snapped(times, np.unique(motion.impacts["time"]), SAME_POINT * forcing_period)
@@ -261,6 +266,37 @@ def _differs(values: FloatArray, on_line: FloatArray, drawn: FloatArray) -> NDAr
     """Say where values lie visibly off a straight line, in a figure that holds them and those drawn before."""
     low, high = min(np.min(values), np.min(drawn)), max(np.max(values), np.max(drawn))
     return np.abs(values - on_line) > SMOOTH * (high - low) + ROUNDING * max(-low, high)
+
+
+def ramps_of(trajectory: object) -> tuple[Any, ...]:
+    """Return the ramps of a trajectory."""
+    ramp = getattr(trajectory, "ramp", None)
+    return ramp if isinstance(ramp, tuple) else () if ramp is None else (ramp,)
+
+
+def is_swept(trajectory: Trajectory) -> TypeGuard[Ramped]:
+    """Whether the angle of the forcing goes otherwise than by the scene's own frequency."""
+    return any(ramp.parameter in ("frequency", "phase") for ramp in ramps_of(trajectory))
+
+
+def forcing_turns(trajectory: Ramped, start: float, end: float) -> FloatArray:
+    """Return the times at which the angle of the forcing has made whole turns, counted as ``w t`` is without a ramp."""
+    rates = [2.0 * np.pi / float(trajectory.scene.period or np.inf)]
+    if any(ramp.parameter == "frequency" for ramp in ramps_of(trajectory)):
+        rates.extend(trajectory.parameter(np.linspace(start, end, 257), "frequency"))
+    grid = np.linspace(start, end, 2 + int(np.ceil((end - start) * max(rates) * PER_RADIAN)))
+    angles = np.unwrap(trajectory.phase(grid))
+    origin = angles[0] - rates[0] * start
+    turns = origin + 2.0 * np.pi * np.arange(
+        np.ceil((angles[0] - origin) / (2.0 * np.pi) - SAME_POINT),
+        np.floor((angles[-1] - origin) / (2.0 * np.pi) + SAME_POINT) + 1.0,
+    )
+    times = np.interp(turns, angles, grid)
+    for _ in range(POLISHES):
+        off = np.mod(trajectory.phase(times) - turns + np.pi, 2.0 * np.pi) - np.pi
+        slope = np.interp(times, grid[1:], np.diff(angles) / np.diff(grid))
+        times = np.clip(times - off / slope, start, end)
+    return np.asarray(times)
 
 
 def window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:

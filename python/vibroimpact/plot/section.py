@@ -40,7 +40,8 @@ def poincare_section(
     Parameters
     ----------
     motion : Orbit or Trajectory
-        A forced motion: an orbit gives `n_periods` points; a trajectory one for each whole forcing period in its times,
+        A forced motion: an orbit gives `n_periods` points; a trajectory one for each whole forcing period in its times
+        (under a ramp of the frequency or phase: each whole turn of the angle),
         or, where its motion was not kept, those among its rows (``t_eval=scene.period * np.arange(k)``).
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.

@@ -1,8 +1,7 @@
 """Responses along a ramp: how far a motion swings in each forcing period, over the number that drifts.
 
-A period begins at t_k and lasts for 2 pi/w(t_k), so that a sweep of the frequency is cut into its own periods; the swing is
-half of the distance between the highest and the lowest of samples at equal steps in it. Up and down, drawn on one Axes, show
-where the motion jumps.
+The periods are the whole turns of the forcing's angle, also where its frequency drifts; the swing is half of the distance
+between the highest and the lowest of samples at equal steps in one. Up and down, drawn on one Axes, show where the motion jumps.
 """
 
 from typing import Any
@@ -12,9 +11,9 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from vibroimpact.plot._axes import axes_or_new, label_axis, next_line_style, with_defaults
-from vibroimpact.plot._data import FloatArray, Ramped, is_trajectory
+from vibroimpact.plot._data import Ramped, is_trajectory
 from vibroimpact.plot._direction import check_direction
-from vibroimpact.plot._sampling import window
+from vibroimpact.plot._sampling import forcing_turns, ramps_of, window
 
 PER_PERIOD = 48  # samples in a forcing period: the highest of a sine is off by 0.2 % at most
 MOST_PERIODS = 1 << 11  # of which a swing is drawn
@@ -58,13 +57,17 @@ def sweep(trajectory: Ramped, along: ArrayLike = 0, ax: Axes | None = None, *, p
     if not is_trajectory(trajectory):
         raise ValueError(f"trajectory must be one trajectory, got {type(trajectory).__name__}")
     direction = check_direction(along, trajectory.scene.n_dof)
-    ramps = trajectory.ramp if isinstance(trajectory.ramp, tuple) else (trajectory.ramp,)
-    if ramps == (None,):
+    ramps = ramps_of(trajectory)
+    if not ramps:
         raise ValueError("trajectory must have a ramp: simulate with ramp=Ramp(...)")
+    if trajectory.scene.period is None:
+        raise ValueError("trajectory must be of a scene with a forcing period")
     name = ramps[0].parameter if parameter is None else parameter
-    starts, periods = forcing_periods(trajectory)
-    if not len(starts):
+    turns = forcing_turns(trajectory, *window(trajectory, None))
+    if len(turns) < 2:
         raise ValueError("trajectory must last for a forcing period")
+    drawn = np.unique(np.linspace(0, len(turns) - 2, MOST_PERIODS).astype(int))
+    starts, periods = turns[drawn], turns[drawn + 1] - turns[drawn]
     times = starts[:, None] + periods[:, None] * np.linspace(0.0, 1.0, PER_PERIOD)
     rows = direction.of(trajectory.position(times.ravel())).reshape(times.shape)
     values = trajectory.parameter(starts + 0.5 * periods, name)
@@ -74,25 +77,3 @@ def sweep(trajectory: Ramped, along: ArrayLike = 0, ax: Axes | None = None, *, p
     label = f"{direction.position}, {'up' if values[-1] >= values[0] else 'down'}"
     ax.plot(values, 0.5 * np.ptp(rows, axis=1), **with_defaults(line, linestyle=next_line_style(ax), label=label))
     return ax
-
-
-def forcing_periods(trajectory: Ramped) -> tuple[FloatArray, FloatArray]:
-    """Return where forcing periods of a trajectory begin and how long they are, of many as many as are drawn."""
-    start, end = window(trajectory, None)
-    ramps = trajectory.ramp if isinstance(trajectory.ramp, tuple) else (trajectory.ramp,)
-    is_swept = any(ramp.parameter == "frequency" for ramp in ramps)
-    period = trajectory.scene.period
-    if period is None:
-        raise ValueError("trajectory must be of a scene with a forcing period")
-    if is_swept:
-        # The number of periods up to a time, on a grid that is fine beside any change of the frequency.
-        grid = np.linspace(start, end, 32 * MOST_PERIODS)
-        rates = trajectory.parameter(grid, "frequency") / (2.0 * np.pi)
-        turns = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(grid))])
-    else:
-        grid = np.array([start, end])
-        turns = (grid - start) / period
-    count = int(turns[-1])
-    kept = np.arange(count) if count <= MOST_PERIODS else np.linspace(0, count - 1, MOST_PERIODS).astype(int)
-    starts, ends = np.interp(kept, turns, grid), np.interp(kept + 1, turns, grid)
-    return starts, ends - starts

@@ -101,7 +101,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             held: Vec::new(),
             is_bound: Vec::new(),
             peak_forces: Vec::new(),
-            phase: scene.phase(),
+            phase: scene.turned_phase(),
             fastest_forcing: excitation.rotations.fastest(),
             longest_step: longest_step(&excitation, tolerance),
             breaks: excitation.breaks(),

@@ -1,0 +1,126 @@
+//! A trajectory as it is put together, chapter by chapter.
+
+use crate::error::Error;
+use crate::impact::wrapped;
+use crate::model::{PhysicalState, Scene};
+use crate::path::{Evaluator, Path, Samples};
+use crate::simulate::event_loop::Ending;
+use crate::simulate::kept::{KeptChapter, Ramped};
+use crate::simulate::options::{Stats, Status};
+use crate::simulate::run::Done;
+use crate::simulate::trajectory::{Trajectory, joined};
+use std::sync::{Arc, OnceLock};
+
+/// What there is of a trajectory so far.
+pub(super) struct Gathered {
+    so_far: Trajectory,
+    /// The samples of each chapter.
+    samples: Vec<Samples>,
+}
+
+impl Gathered {
+    /// Nothing yet of a run of a scene, under ramps or not.
+    pub fn new(scene: &Scene, ramped: Option<Arc<Ramped>>) -> Self {
+        Self {
+            so_far: Trajectory {
+                scene: scene.clone(),
+                chapters: Vec::with_capacity(1),
+                ramped,
+                span: (f64::NAN, f64::NAN),
+                impacts: Vec::new(),
+                grazes: Vec::new(),
+                samples: None,
+                last: PhysicalState::default(),
+                status: Status::Finished,
+                message: String::new(),
+                stats: Stats::default(),
+            },
+            samples: Vec::new(),
+        }
+    }
+
+    /// Impacts so far.
+    pub fn n_impacts(&self) -> usize {
+        self.so_far.stats.n_impacts
+    }
+
+    /// Position and velocity at the end of what there is.
+    pub fn last(&self) -> &PhysicalState {
+        &self.so_far.last
+    }
+
+    /// Whether the run has come to an end of its own.
+    pub fn has_ended(&self) -> bool {
+        self.so_far.status != Status::Finished
+    }
+
+    /// Adds a chapter from a time on.
+    pub fn add(&mut self, start: f64, (evaluator, done): (Evaluator, Done)) {
+        let all = &mut self.so_far;
+        let n_dof = all.scene.n_dof();
+        let Ending {
+            time,
+            status,
+            message,
+        } = done.ending;
+        let (impacts, grazes, samples, kept) = done.record.finish();
+        let first = all.impacts.len();
+        append(&mut all.impacts, impacts);
+        append(&mut all.grazes, grazes);
+        all.chapters.push(KeptChapter {
+            path: kept.map(|parts| Path {
+                evaluator,
+                parts,
+                span: (start, time),
+                n_dof,
+            }),
+            given: OnceLock::new(),
+            span: (start, time),
+            impacts: first..all.impacts.len(),
+        });
+        all.span = (all.chapters[0].span.0, time);
+        (all.last, all.status, all.message) = (done.last, status, message);
+        all.stats = all.stats.and(done.stats);
+        let chapter = all.chapters.len() - 1;
+        let ramped = all
+            .ramped
+            .as_ref()
+            .map(|ramped| &ramped.schedule.chapters[chapter]);
+        if let Some(drifting) = ramped.filter(|chapter| chapter.has_lost_its_angle()) {
+            // No system knows the angle of what has become signals.
+            for impact in &mut all.impacts[first..] {
+                impact.phase = wrapped(drifting.angle(impact.time));
+            }
+        }
+        self.samples.extend(samples);
+    }
+
+    /// Ends the run where a stop has been put onto the motion.
+    pub fn end_inside(&mut self, t: f64, error: &Error) {
+        self.so_far.status = Status::InsideStop;
+        let found = error.value();
+        self.so_far.message =
+            format!("at t = {t}: a ramp put a stop onto the motion, which is {found}");
+    }
+
+    /// The trajectory; none where the motion grew beyond the doubles.
+    pub fn finish(mut self) -> Option<Trajectory> {
+        let (q, v) = &self.so_far.last;
+        if !q.iter().chain(v).all(|x| x.is_finite()) {
+            return None;
+        }
+        if !self.samples.is_empty() {
+            self.so_far.samples = Some(joined(self.samples, self.so_far.scene.n_dof()));
+        }
+        Some(self.so_far)
+    }
+}
+
+/// Appends a list to another, which becomes it where there is nothing yet.
+fn append<T>(all: &mut Vec<T>, more: Vec<T>) {
+    if all.is_empty() {
+        *all = more;
+    } else {
+        all.extend(more);
+    }
+}
