@@ -42,6 +42,7 @@ DATA = {
     "existence_map": Map(),
     "energy": LedgerOfABall(),
     "spectrum": BouncingTrajectory(),
+    "sweep": swept(),
 }
 BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,)}  # the stop, or what is drawn along
 
