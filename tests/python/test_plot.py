@@ -44,7 +44,7 @@ DATA = {
     "spectrum": BouncingTrajectory(),
     "sweep": swept(),
 }
-BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,)}  # the stop, or what is drawn along
+BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,), "sweep": (0,)}  # the stop, or what is drawn along
 
 
 class TestEveryFigure:
