@@ -1,7 +1,7 @@
 //! A linear flow that does not uncouple (defective state matrix): the matrix exponential of the state enlarged by 1, by cos and sin of
 //! each harmonic of the forcing (theory 4), and by the derivatives of each signal, pairs at the end of the state.
 
-use crate::flow::drive::Turning;
+use crate::flow::drive::{Drive, Turning};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, fitted_step, softest_rate};
 use crate::flow::many_drive::ManyDrive;

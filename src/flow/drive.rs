@@ -40,10 +40,6 @@ pub(crate) trait Turning {
     /// What a quantity is on the stored pairs; `weights` are what one unit of the third derivative of each signal adds to its fourth
     /// derivative through the blocks.
     fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow>;
-    /// The lengths of the shortest and of the longest piece of its signals, beyond which no step goes.
-    fn pieces(&self) -> Option<[f64; 2]> {
-        None
-    }
 }
 
 /// What a quantity is on one stored pair.
@@ -103,6 +99,10 @@ pub(crate) trait Drive: Turning {
     /// How each signal acts on block j.
     fn signals(&self, _j: usize) -> impl Iterator<Item = Pair> {
         std::iter::empty()
+    }
+    /// The lengths of the shortest and of the longest piece of its signals, beyond which no step goes.
+    fn pieces(&self) -> Option<[f64; 2]> {
+        None
     }
     /// The constant load on block j, zero where there is none.
     fn load(&self, j: usize) -> Pair;
@@ -315,10 +315,6 @@ impl<D: Drive> Turning for Loaded<D> {
     fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow> {
         self.drive.rows(quantity, weights)
     }
-
-    fn pieces(&self) -> Option<[f64; 2]> {
-        self.drive.pieces()
-    }
 }
 
 impl<D: Drive> Drive for Loaded<D> {
@@ -352,6 +348,10 @@ impl<D: Drive> Drive for Loaded<D> {
 
     fn signals(&self, j: usize) -> impl Iterator<Item = Pair> {
         self.drive.signals(j)
+    }
+
+    fn pieces(&self) -> Option<[f64; 2]> {
+        self.drive.pieces()
     }
 
     fn load(&self, j: usize) -> Pair {

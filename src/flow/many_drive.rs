@@ -176,11 +176,6 @@ impl Turning for ManyDrive {
         rows.resize_with(self.n_pairs(), TurningRow::default);
         rows
     }
-
-    fn pieces(&self) -> Option<[f64; 2]> {
-        let lengths = self.signals.iter().map(|own| own.signal.piece_lengths());
-        lengths.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
-    }
 }
 
 /// What a quantity of which a part of a signal is taken off is on the pairs of that; `weight` is that of its third derivative through
@@ -251,6 +246,11 @@ impl Drive for ManyDrive {
 
     fn signals(&self, j: usize) -> impl Iterator<Item = Pair> {
         self.signals.iter().map(move |signal| signal.directions[j])
+    }
+
+    fn pieces(&self) -> Option<[f64; 2]> {
+        let lengths = self.signals.iter().map(|own| own.signal.piece_lengths());
+        lengths.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
 
     fn load(&self, _j: usize) -> Pair {

@@ -23,12 +23,12 @@ pub(crate) enum SceneMotion {
     DrivenDoublePendulum(DoublePendulumMotion<Driven>),
     Chain(ChainMotion),
     Nonlinear(NonlinearMotion),
-    Fading(Fading),
+    Fading(FadingDamping),
 }
 
 /// A motion whose damping drifts.
 #[derive(Debug, Clone)]
-pub(crate) struct Fading {
+pub(crate) struct FadingDamping {
     damped: Box<SceneMotion>,
     undamped: Box<SceneMotion>,
     factor: Moving,
@@ -41,7 +41,7 @@ impl SceneMotion {
             let damped = scene.clone().with_laws(Vec::new(), None);
             let undamped = damped.replace(Change::DampingScale(0.0));
             let undamped = undamped.expect("the damping drifts by its factor");
-            return Self::Fading(Fading {
+            return Self::Fading(FadingDamping {
                 damped: Box::new(Self::new(&damped)),
                 undamped: Box::new(Self::new(&undamped)),
                 factor,
@@ -91,7 +91,7 @@ macro_rules! with_motion {
 pub(crate) use with_motion;
 
 /// The acceleration is linear in the damping.
-impl Dynamics for Fading {
+impl Dynamics for FadingDamping {
     const IN_ARRAYS: [bool; 2] = [false; 2];
     type Drive = Moment;
 

@@ -74,7 +74,7 @@ impl Chapter {
 }
 
 /// A ramp in levels on its way.
-struct Steps {
+struct Levels {
     parameter: Parameter,
     way: Way,
     levels: usize,
@@ -85,7 +85,7 @@ struct Steps {
     course: Vec<Since>,
 }
 
-impl Steps {
+impl Levels {
     fn is_done(&self) -> bool {
         self.level + 1 >= self.levels
     }
@@ -95,7 +95,7 @@ impl Steps {
 struct Walk {
     /// The scene with its angles, and what has been reached of everything else but factors.
     steady: Scene,
-    steps: Vec<Steps>,
+    levels: Vec<Levels>,
     steady_ramps: Vec<(Parameter, Moving)>,
     /// Factors on forcing and damping where they do not drift.
     factors: [f64; 2],
@@ -157,7 +157,7 @@ impl Schedule {
     pub fn new(scene: &Scene, ramps: &[Ramp], span: (f64, f64)) -> Result<Self> {
         let mut walk = Walk {
             steady: scene.clone(),
-            steps: Vec::new(),
+            levels: Vec::new(),
             steady_ramps: Vec::new(),
             factors: [1.0; 2],
             now: span.0,
@@ -227,7 +227,7 @@ impl Walk {
                     let rule = "it counts forcing periods, and the scene has no forcing: give over= or rate=";
                     return Err(Error::bad_value("dwell", dwell, rule));
                 }
-                self.steps.push(Steps {
+                self.levels.push(Levels {
                     parameter,
                     way,
                     levels: if from == ramp.to() { 1 } else { levels },
@@ -291,7 +291,7 @@ impl Walk {
             .filter(|end| *end > self.now)
             .fold(f64::INFINITY, f64::min);
         let left = self
-            .steps
+            .levels
             .iter()
             .filter(|steps| !steps.is_done())
             .map(|steps| steps.left);
@@ -378,7 +378,7 @@ impl Walk {
             self.set(parameter, moving.last())?;
         }
         let mut changed = Vec::new();
-        for steps in self.steps.iter_mut().filter(|steps| !steps.is_done()) {
+        for steps in self.levels.iter_mut().filter(|steps| !steps.is_done()) {
             steps.left -= turns;
             if steps.left <= NO_TURN * steps.dwell {
                 (steps.level, steps.left) = (steps.level + 1, steps.dwell);
@@ -422,7 +422,7 @@ impl Walk {
 
     /// How each number goes.
     fn courses(self) -> Vec<(Parameter, Course)> {
-        let steps = self.steps.into_iter();
+        let steps = self.levels.into_iter();
         let steps = steps.map(|steps| (steps.parameter, Course::Levels(steps.course)));
         let steady = self.steady_ramps.into_iter();
         let steady = steady.map(|(parameter, moving)| (parameter, Course::Steady(moving)));
