@@ -77,7 +77,7 @@ impl Chapter {
 struct Levels {
     parameter: Parameter,
     way: Way,
-    levels: usize,
+    count: usize,
     dwell: f64,
     /// The level that holds, and what is left of its dwell, in turns.
     level: usize,
@@ -87,7 +87,7 @@ struct Levels {
 
 impl Levels {
     fn is_done(&self) -> bool {
-        self.level + 1 >= self.levels
+        self.level + 1 >= self.count
     }
 }
 
@@ -230,7 +230,7 @@ impl Walk {
                 self.levels.push(Levels {
                     parameter,
                     way,
-                    levels: if from == ramp.to() { 1 } else { levels },
+                    count: if from == ramp.to() { 1 } else { levels },
                     dwell,
                     level: 0,
                     left: dwell,
@@ -382,7 +382,7 @@ impl Walk {
             steps.left -= turns;
             if steps.left <= NO_TURN * steps.dwell {
                 (steps.level, steps.left) = (steps.level + 1, steps.dwell);
-                let value = steps.way.level(steps.level, steps.levels);
+                let value = steps.way.level(steps.level, steps.count);
                 steps.course.push((then, value));
                 changed.push((steps.parameter, value));
             }
