@@ -43,6 +43,7 @@ impl TimedScene {
     }
 
     /// The restitution of a stop at a time, where it drifts.
+    #[inline]
     pub fn drifting_restitution(&self, stop: usize, t: f64) -> Option<f64> {
         self.laws.as_ref()?.restitution(stop, t)
     }

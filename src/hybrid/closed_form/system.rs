@@ -157,6 +157,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     }
 
     /// `(1 + e)/(n.b)` of a stop now.
+    #[inline]
     fn rebound(&self, stop: usize) -> f64 {
         let e = self.timed.drifting_restitution(stop, self.clock.time());
         let kept = self.rebounds[stop];
@@ -250,6 +251,7 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
         self.scene.n_stops()
     }
 
+    #[inline]
     fn restitution(&self, stop: usize) -> f64 {
         let drifting = self.timed.drifting_restitution(stop, self.clock.time());
         drifting.unwrap_or(self.scene.geometry.restitutions[stop])
