@@ -52,6 +52,23 @@ impl Constraint {
         }
     }
 
+    /// The restitution coefficient.
+    pub(crate) fn restitution(&self) -> f64 {
+        match self {
+            Self::Stop(stop) => stop.restitution().value(),
+            Self::Wall(wall) => wall.restitution().value(),
+            Self::Nonlinear(stop) => stop.restitution().value(),
+        }
+    }
+
+    /// The clearance, NaN of one that has a position or a gap function instead.
+    pub(crate) fn clearance(&self) -> f64 {
+        match self {
+            Self::Stop(stop) => stop.clearance(),
+            Self::Wall(_) | Self::Nonlinear(_) => f64::NAN,
+        }
+    }
+
     /// By how much of its motion its gap widens.
     pub(crate) fn widens_by(&self) -> f64 {
         match self {

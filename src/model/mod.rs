@@ -41,6 +41,7 @@ mod stop;
 mod stop_motion;
 mod system;
 mod turns;
+mod twice;
 
 pub(crate) use acceleration_terms::{acceleration_size, force_terms};
 pub use base_acceleration::BaseAcceleration;
@@ -74,7 +75,7 @@ pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
 pub(crate) use ramp::{Moving, Way};
 pub use ramp::{Ramp, RampCourse, RampLaw};
-pub(crate) use ramped::{Drift, clearance_of, drifting, restitution_of};
+pub(crate) use ramped::{Drift, drifting};
 pub use rayleigh::{rayleigh_coefficients, rayleigh_damping};
 pub use reaction::Reaction;
 pub(crate) use room::overlaps;

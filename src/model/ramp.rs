@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::change::Parameter;
-use crate::model::turns::{nearest_turn, two_sum};
+use crate::model::twice::{Twice, mean_exponential};
 use crate::quantity::{finite, positive};
 
 /// Levels of a ramp, of which each is a scene, are no more than this.
@@ -158,37 +158,34 @@ impl Way {
         }
         let part = k as f64 / (levels - 1) as f64;
         match self.law {
-            RampLaw::Linear => self.from + part * (self.to - self.from),
-            RampLaw::Log => self.from * (part * (self.to / self.from).ln()).exp(),
+            RampLaw::Linear => self.from + part * self.change(),
+            RampLaw::Log => self.from * (part * self.change()).exp(),
+        }
+    }
+
+    /// The change from end to end, of the value or of its logarithm.
+    fn change(self) -> f64 {
+        match self.law {
+            RampLaw::Linear => self.to - self.from,
+            RampLaw::Log => (self.to / self.from).ln(),
         }
     }
 
     /// The way from a time on, in so much time.
     pub fn over(self, start: f64, time: f64) -> Moving {
-        let change = match self.law {
-            RampLaw::Linear => self.to - self.from,
-            RampLaw::Log => (self.to / self.from).ln(),
-        };
         Moving {
             way: self,
             start,
-            rate: change / time,
+            rate: self.change() / time,
         }
     }
 
     /// The same at a rate, towards the last value.
     pub fn at_rate(self, start: f64, rate: f64) -> Moving {
-        let towards = if self.to.abs() < self.from.abs() && self.law == RampLaw::Log
-            || self.to < self.from && self.law == RampLaw::Linear
-        {
-            -1.0
-        } else {
-            1.0
-        };
         Moving {
             way: self,
             start,
-            rate: towards * rate.abs(),
+            rate: rate.copysign(self.change()),
         }
     }
 }
@@ -204,15 +201,10 @@ pub(crate) struct Moving {
 impl Moving {
     /// When it has reached its last value; the start where it is there already.
     pub fn end(self) -> f64 {
-        let Way { from, to, law } = self.way;
-        if from == to {
+        if self.way.from == self.way.to {
             return self.start;
         }
-        let change = match law {
-            RampLaw::Linear => to - from,
-            RampLaw::Log => (to / from).ln(),
-        };
-        self.start + change / self.rate
+        self.start + self.way.change() / self.rate
     }
 
     /// Its last value.
@@ -264,64 +256,6 @@ impl Moving {
             RampLaw::Log => s.times(from).times(mean_exponential(x)),
         }
     }
-}
-
-/// A number in twice the precision.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Twice(pub f64, pub f64);
-
-impl Twice {
-    fn of(x: f64) -> Self {
-        Self(x, 0.0)
-    }
-
-    fn plus(self, other: Self) -> Self {
-        let (sum, lost) = two_sum(self.0, other.0);
-        let (high, low) = two_sum(sum, lost + (self.1 + other.1));
-        Self(high, low)
-    }
-
-    /// The product.
-    pub fn times(self, other: Self) -> Self {
-        let product = self.0 * other.0;
-        let lost = self.0.mul_add(other.0, -product);
-        let (high, low) = two_sum(product, lost + (self.0 * other.1 + self.1 * other.0));
-        Self(high, low)
-    }
-
-    /// The quotient by a whole number.
-    fn over(self, k: u32) -> Self {
-        let divisor = f64::from(k);
-        let first = self.0 / divisor;
-        let rest = (-first).mul_add(divisor, self.0) + self.1;
-        let (high, low) = two_sum(first, rest / divisor);
-        Self(high, low)
-    }
-
-    /// What is left of it as an angle, within half a turn of zero.
-    pub fn reduced(self) -> f64 {
-        let (turn, rest) = nearest_turn([self.0, self.1], 1.0);
-        (self.0 - turn) + (self.1 - rest)
-    }
-}
-
-/// Largest argument for which the series is summed as it is.
-const SHORT: f64 = 1.0;
-/// Terms of the series that ends within `1e-33` there.
-const TERMS: u32 = 30;
-
-/// `(e^x - 1)/x = sum_k x^k/(k + 1)!`; of a large x by that of its half, `p(2 y) = p(y) (1 + y p(y)/2)`.
-fn mean_exponential(x: Twice) -> Twice {
-    if x.0.abs() > SHORT && x.0.is_finite() {
-        let half = Twice(0.5 * x.0, 0.5 * x.1);
-        let p = mean_exponential(half);
-        let grown = Twice::of(1.0).plus(half.times(p).times(Twice::of(0.5)));
-        return p.times(grown);
-    }
-    let one = Twice::of(1.0);
-    (2..TERMS)
-        .rev()
-        .fold(one, |sum, k| one.plus(sum.times(x).over(k)))
 }
 
 #[cfg(test)]

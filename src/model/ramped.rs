@@ -10,11 +10,11 @@ use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
 use crate::model::load::Load;
 use crate::model::moment::Moment;
-use crate::model::ramp::{Moving, Twice};
+use crate::model::ramp::Moving;
 use crate::model::scene::Scene;
 use crate::model::signal::Signal;
-use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
+use crate::model::twice::Twice;
 use nalgebra::{Complex, DVector};
 
 /// What of a scene drifts over a span of time.
@@ -292,33 +292,4 @@ pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result
         forcing,
         stops.collect::<Result<Vec<_>>>()?,
     )
-}
-
-/// The restitution of a stop.
-pub(crate) fn restitution_of(stop: &Constraint) -> f64 {
-    match stop {
-        Constraint::Stop(stop) => stop.restitution().value(),
-        Constraint::Wall(wall) => wall.restitution().value(),
-        Constraint::Nonlinear(stop) => stop.restitution().value(),
-    }
-}
-
-/// The clearance of a plane stop.
-///
-/// # Errors
-/// A stop that has none.
-pub(crate) fn clearance_of(stop: &Constraint) -> Result<f64> {
-    match stop {
-        Constraint::Stop(stop) => Ok(Stop::clearance(stop)),
-        Constraint::Wall(_) => Err(Error::bad_value(
-            "clearance",
-            "ramped",
-            "a wall has a position instead: give it a motion",
-        )),
-        Constraint::Nonlinear(_) => Err(Error::bad_value(
-            "clearance",
-            "ramped",
-            "a nonlinear stop has a gap function instead: give it a motion",
-        )),
-    }
 }

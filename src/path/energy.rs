@@ -36,18 +36,12 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Adds what follows, of which so many rows are wanted, and keeps its last one at the end for what follows that.
-    pub(crate) fn go_on(&mut self, next: Self, wanted: usize) {
-        let last = self.time.len().checked_sub(1);
+    /// Goes on with what follows, from the works up to the last row, which gives way to it.
+    pub(crate) fn go_on(&mut self, next: Self) {
         let add = |all: &mut Vec<f64>, next: Vec<f64>, is_sum: bool| {
             // Minus zero leaves every number as it is.
-            let before = last
-                .and_then(|_| all.pop())
-                .filter(|_| is_sum)
-                .unwrap_or(-0.0);
-            let end = next.last().copied().unwrap_or(0.0);
-            all.extend(next[..wanted].iter().map(|x| before + x));
-            all.push(before + end);
+            let before = all.pop().filter(|_| is_sum).unwrap_or(-0.0);
+            all.extend(next.into_iter().map(|x| before + x));
         };
         add(&mut self.time, next.time, false);
         add(&mut self.kinetic, next.kinetic, false);
@@ -56,22 +50,6 @@ impl Energy {
         add(&mut self.damping_loss, next.damping_loss, true);
         add(&mut self.impact_loss, next.impact_loss, true);
         add(&mut self.balance, next.balance, true);
-    }
-
-    /// Takes away the row that was kept for what followed.
-    pub(crate) fn finish(&mut self) {
-        let columns = [
-            &mut self.time,
-            &mut self.kinetic,
-            &mut self.potential,
-            &mut self.forcing_work,
-            &mut self.damping_loss,
-            &mut self.impact_loss,
-            &mut self.balance,
-        ];
-        for column in columns {
-            column.pop();
-        }
     }
 }
 

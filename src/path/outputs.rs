@@ -20,9 +20,7 @@ impl Path {
         let state = self.state_in(point.arc, point.local);
         Located { point, state }
     }
-}
 
-impl Path {
     /// Points with the states there.
     pub fn located(&self, points: &[Point]) -> impl Iterator<Item = Result<Located>> {
         points.iter().map(|&point| Ok(self.locate(point)))

@@ -7,6 +7,16 @@ use crate::path::evaluator::Evaluator;
 use crate::path::parts::{PathArc, PathParts, Point};
 use crate::path::segments::{ImpactSide, Stretch};
 
+/// Refuses a time outside the span of a motion.
+pub(crate) fn check_time(t: f64, (start, end): (f64, f64)) -> Result<()> {
+    let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
+    if (start - slack..=end + slack).contains(&t) {
+        return Ok(());
+    }
+    let rule = format!("it must lie in the span [{start}, {end}] of the trajectory");
+    Err(Error::bad_value("t", t, rule))
+}
+
 /// A motion that is kept.
 #[derive(Debug, Clone)]
 pub(crate) struct Path {
@@ -68,15 +78,7 @@ impl Path {
     /// A time outside the span.
     pub fn point(&self, t: f64, side: ImpactSide) -> Result<Point> {
         let parts = &self.parts;
-        let (start, end) = self.span;
-        let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
-        if !(start - slack..=end + slack).contains(&t) {
-            return Err(Error::bad_value(
-                "t",
-                t,
-                format!("it must lie in the span [{start}, {end}] of the trajectory"),
-            ));
-        }
+        check_time(t, self.span)?;
         let start_of = |index: usize| parts.arcs[index].clock.time();
         let (now, mut arc) = self.arc_at(t);
         if side == ImpactSide::Before {

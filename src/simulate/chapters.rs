@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::impact::Impact;
 use crate::model::{Parameter, Ramp, Scene};
-use crate::path::{ImpactSide, Impulses, Path, Point};
+use crate::path::{ImpactSide, Impulses, Path, Point, check_time};
 use crate::simulate::kept::KeptChapter;
 use crate::simulate::trajectory::Trajectory;
 
@@ -55,7 +55,7 @@ impl Trajectory {
         };
         let mut places: Vec<(usize, Vec<Point>)> = Vec::new();
         for &t in given {
-            self.check_time(t)?;
+            check_time(t, self.span)?;
             let chapter = self.chapter_at(t, side);
             let point = self.kept(chapter)?.0.point(t, side)?;
             match places.last_mut() {
@@ -64,17 +64,6 @@ impl Trajectory {
             }
         }
         Ok(places)
-    }
-
-    /// Refuses a time outside the span.
-    pub(super) fn check_time(&self, t: f64) -> Result<()> {
-        let (start, end) = self.span;
-        let slack = 4.0 * f64::EPSILON * start.abs().max(end.abs());
-        if (start - slack..=end + slack).contains(&t) {
-            return Ok(());
-        }
-        let rule = format!("it must lie in the span [{start}, {end}] of the trajectory");
-        Err(Error::bad_value("t", t, rule))
     }
 
     /// What is had of the motion of each chapter at places.
@@ -121,7 +110,7 @@ impl Trajectory {
     /// # References
     /// Theory section 14.
     pub fn parameter(&self, t: f64, name: Option<Parameter>) -> Result<f64> {
-        self.check_time(t)?;
+        check_time(t, self.span)?;
         let courses = self
             .ramped
             .as_ref()
@@ -156,7 +145,7 @@ impl Trajectory {
     /// # Errors
     /// A time outside the span.
     pub fn phase(&self, t: f64) -> Result<f64> {
-        self.check_time(t)?;
+        check_time(t, self.span)?;
         Ok(self.forcing_phase(t))
     }
 }

@@ -66,14 +66,23 @@ impl SimulateOptions {
     /// # Errors
     /// A method that cannot follow the ramps.
     pub(crate) fn of_chapter(&self, scene: &Scene, span: (f64, f64), until: f64) -> Result<Self> {
-        let is_in = |t: &f64| *t >= span.0 && (*t < span.1 || span.1 >= until);
-        let t_eval = self.t_eval.as_ref();
-        let t_eval = t_eval.map(|all| all.iter().copied().filter(is_in).collect());
+        let of_chapter = |all: &Vec<f64>| {
+            let before = |limit: f64| all.partition_point(|t| *t < limit);
+            let end = if span.1 >= until {
+                all.len()
+            } else {
+                before(span.1)
+            };
+            all[before(span.0)..end].to_vec()
+        };
         Ok(Self {
             method: self.method.under(&self.ramps, scene)?,
-            t_eval,
+            rtol: self.rtol,
+            atol: self.atol,
+            t_eval: self.t_eval.as_ref().map(of_chapter),
+            keep: self.keep,
+            max_impacts: self.max_impacts,
             ramps: Vec::new(),
-            ..self.clone()
         })
     }
 

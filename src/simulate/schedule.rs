@@ -4,8 +4,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::clock::Clock;
 use crate::model::{
-    Change, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, clearance_of, drifting,
-    restitution_of,
+    Change, Constraint, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, drifting,
 };
 use std::f64::consts::TAU;
 
@@ -107,8 +106,9 @@ struct Walk {
 /// # Errors
 /// A number that the scene does not have, or that its stops do not share.
 fn value_of(scene: &Scene, parameter: Parameter) -> Result<f64> {
-    let shared = |values: Result<Vec<f64>>| {
-        let values = values?;
+    let stops = scene.stops();
+    let shared = |of: fn(&Constraint) -> f64| {
+        let values: Vec<f64> = stops.iter().map(of).collect();
         if values.windows(2).all(|pair| pair[0] == pair[1]) {
             return Ok(values.first().copied().unwrap_or(f64::NAN));
         }
@@ -116,15 +116,14 @@ fn value_of(scene: &Scene, parameter: Parameter) -> Result<f64> {
         let argument = format!("the ramp of \"{parameter}\"");
         Err(Error::bad_value(argument, "for every stop", rule))
     };
-    let stops = scene.stops();
     Ok(match parameter {
         Parameter::Frequency => scene.lowest_frequency().unwrap_or(f64::NAN),
         Parameter::Phase => scene.first_angle().map_or(f64::NAN, |(_, phase)| phase),
         Parameter::ForcingScale | Parameter::DampingScale => 1.0,
-        Parameter::Clearance => shared(stops.iter().map(clearance_of).collect())?,
-        Parameter::Restitution => shared(Ok(stops.iter().map(restitution_of).collect()))?,
-        Parameter::ClearanceOf(i) => clearance_of(&stops[i])?,
-        Parameter::RestitutionOf(i) => restitution_of(&stops[i]),
+        Parameter::Clearance => shared(Constraint::clearance)?,
+        Parameter::Restitution => shared(Constraint::restitution)?,
+        Parameter::ClearanceOf(i) => stops[i].clearance(),
+        Parameter::RestitutionOf(i) => stops[i].restitution(),
     })
 }
 
@@ -254,15 +253,12 @@ impl Walk {
     }
 
     /// The drifts of the stops, of clearances or of restitutions.
-    fn drifting_stops(&self, is_clearance: bool) -> Vec<Option<Moving>> {
-        let of = |i: usize| {
-            let (one, all) = if is_clearance {
-                (Parameter::ClearanceOf(i), Parameter::Clearance)
-            } else {
-                (Parameter::RestitutionOf(i), Parameter::Restitution)
-            };
-            self.drifting(one).or_else(|| self.drifting(all))
-        };
+    fn drifting_stops(
+        &self,
+        one: impl Fn(usize) -> Parameter,
+        all: Parameter,
+    ) -> Vec<Option<Moving>> {
+        let of = |i: usize| self.drifting(one(i)).or_else(|| self.drifting(all));
         (0..self.steady.stops().len()).map(of).collect()
     }
 
@@ -271,7 +267,7 @@ impl Walk {
             frequency: self.drifting(Parameter::Frequency),
             phase: self.drifting(Parameter::Phase).zip(self.first_times()),
             scale: self.drifting(Parameter::ForcingScale),
-            clearances: self.drifting_stops(true),
+            clearances: self.drifting_stops(Parameter::ClearanceOf, Parameter::Clearance),
         }
     }
 
@@ -303,12 +299,11 @@ impl Walk {
 
     /// When the forcing has made so many turns from now on; no later than a time.
     fn after_turns(&self, turns: f64, latest: f64) -> f64 {
-        let (angle, w) = (turns * TAU, self.steady.frequency().unwrap_or(f64::NAN));
-        let Some(moving) = self.drifting(Parameter::Frequency) else {
-            return self.now + angle / w;
-        };
-        let turned = |t: f64| moving.integral(t).0 - moving.integral(self.now).0;
-        if turned(latest) <= angle {
+        let angle = turns * TAU;
+        if self.drifting(Parameter::Frequency).is_none() {
+            return self.now + angle / self.steady.frequency().unwrap_or(f64::NAN);
+        }
+        if self.turned(latest) <= angle {
             return latest;
         }
         // The frequency stays positive: the angle grows.
@@ -318,11 +313,19 @@ impl Walk {
             if !(middle > low && middle < high) {
                 return high;
             }
-            if turned(middle) < angle {
+            if self.turned(middle) < angle {
                 low = middle;
             } else {
                 high = middle;
             }
+        }
+    }
+
+    /// By which angle the forcing turns from now to a time.
+    fn turned(&self, then: f64) -> f64 {
+        match self.drifting(Parameter::Frequency) {
+            Some(moving) => moving.integral(then).0 - moving.integral(self.now).0,
+            None => self.steady.frequency().unwrap_or(0.0) * (then - self.now),
         }
     }
 
@@ -338,7 +341,7 @@ impl Walk {
             scene = scene.replace(Change::DampingScale(damping))?;
         }
         let scene = drifting(&scene, &drift, span)?;
-        let restitutions = self.drifting_stops(false);
+        let restitutions = self.drifting_stops(Parameter::RestitutionOf, Parameter::Restitution);
         let damping = self.drifting(Parameter::DampingScale);
         Ok(Chapter {
             scene: scene.with_laws(restitutions, damping),
@@ -350,11 +353,7 @@ impl Walk {
 
     /// Goes on to a time at which a number begins to change otherwise.
     fn go_on(&mut self, then: f64) -> Result<()> {
-        let w = self.steady.frequency().unwrap_or(0.0);
-        let turns = match self.drifting(Parameter::Frequency) {
-            Some(moving) => moving.integral(then).0 - moving.integral(self.now).0,
-            None => w * (then - self.now),
-        } / TAU;
+        let turns = self.turned(then) / TAU;
         let ended = self.steady_ramps.iter().copied();
         let ended: Vec<_> = ended
             .filter(|(_, m)| self.now < m.end() && m.end() <= then)
@@ -362,17 +361,13 @@ impl Walk {
         // Angles go on from where they are.
         let drift = self.drift();
         let ends = |parameter| ended.iter().any(|(other, _)| *other == parameter);
-        let mut frequency = ends(Parameter::Frequency)
-            .then_some(drift.frequency)
-            .flatten()
-            .map(Moving::last);
-        if ends(Parameter::Phase) || frequency.is_some() {
-            let gone = Drift {
-                frequency: drift.frequency.filter(|_| frequency.is_some()),
-                phase: drift.phase.filter(|_| ends(Parameter::Phase)),
-                ..Drift::default()
-            };
-            self.turn(&gone, frequency.take(), then)?;
+        let gone = Drift {
+            frequency: drift.frequency.filter(|_| ends(Parameter::Frequency)),
+            phase: drift.phase.filter(|_| ends(Parameter::Phase)),
+            ..Drift::default()
+        };
+        if gone.turns_into_signals() {
+            self.turn(&gone, gone.frequency.map(Moving::last), then)?;
         }
         for (parameter, moving) in ended {
             self.set(parameter, moving.last())?;

@@ -6,7 +6,7 @@ use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::{PhysicalState, Scene};
 use crate::observer::Observer;
-use crate::path::{Energy, ImpactSide, Samples, Segment, Stretch, energy_along};
+use crate::path::{Energy, ImpactSide, Samples, Segment, Stretch, check_time, energy_along};
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
@@ -120,7 +120,7 @@ impl Trajectory {
     /// A time outside the span, or a trajectory that does not keep its motion.
     pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
         self.kept(0)?;
-        self.check_time(t)?;
+        check_time(t, self.span)?;
         self.kept(self.chapter_at(t, side))?.0.state(t, side)
     }
 
@@ -172,13 +172,12 @@ impl Trajectory {
             let (path, scene) = self.kept(chapter)?;
             let own = places.next_if(|(k, _)| *k == chapter);
             let mut points = own.map_or_else(Vec::new, |(_, points)| points);
-            let wanted = points.len();
-            // What has been brought and lost by its end is there at the start of the next.
-            points.push(path.end());
-            let energy = energy_along(path, scene, &points, &mut observer)?;
-            all.go_on(energy, wanted);
+            if chapter + 1 < self.chapters.len() {
+                // What has been brought and lost by its end is there at the start of the next.
+                points.push(path.end());
+            }
+            all.go_on(energy_along(path, scene, &points, &mut observer)?);
         }
-        all.finish();
         Ok(all)
     }
 }
