@@ -1,12 +1,16 @@
 //! Exact flights beside the same motion written by hand for its one scene: modes, a grid of steps on which signs are looked at,
 //! Newton's method. It proves nothing, and passes contacts that begin and end between two of its looks; it is what a flight costs
-//! without everything else. `cargo bench --bench by_hand` prints both for one trajectory of 50 periods.
+//! without everything else. `cargo bench --bench by_hand` prints both for one trajectory of 50 periods, and for 2000 on one thread.
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::f64::consts::TAU;
 use std::hint::black_box;
+use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix, dvector};
-use vibroimpact::{Harmonic, Keep, LinearSystem, Scene, Side, SimulateOptions, Stop, simulate};
+use vibroimpact::{
+    Harmonic, Keep, LinearSystem, Scene, Side, SimulateOptions, Stop, SweepOptions, simulate,
+    simulate_many,
+};
 
 const FREQUENCY: f64 = 1.1;
 const FORCE: [f64; 2] = [0.5, 0.1];
@@ -15,8 +19,10 @@ const CLEARANCES: [f64; 2] = [0.3, 0.25];
 const RESTITUTIONS: [f64; 2] = [0.8, 0.6];
 const PERIODS: f64 = 50.0;
 const STARTS: usize = 200;
-/// Looks in a period of the fastest mode.
-const LOOKS: f64 = 20.0;
+/// Starts of an ensemble.
+const MANY: usize = 2000;
+/// Looks in a period of the fastest mode: fewer pass impacts that are no touches.
+const LOOKS: f64 = 12.0;
 
 /// Two unit masses between springs; modes `(1, 1)` and `(1, -1)` over the root of two.
 const STIFFNESSES: [f64; 2] = [1.0, 3.0];
@@ -183,9 +189,9 @@ impl ByHand {
     }
 }
 
-fn starts() -> impl Iterator<Item = ([f64; 2], [f64; 2])> + Clone {
-    (0..STARTS).map(|k| {
-        let x = k as f64 / STARTS as f64;
+fn starts(count: usize) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + Clone {
+    (0..count).map(move |k| {
+        let x = k as f64 / count as f64;
         (
             [0.1 * (TAU * x).cos(), 0.1 * (2.0 * TAU * x).sin()],
             [0.2 * x, 0.1 - 0.2 * x],
@@ -204,7 +210,7 @@ fn by_hand(criterion: &mut Criterion) {
         simulate(&scene, &q, &v, (0.0, end), &options).expect("valid")
     };
     let (mut same, mut impacts) = (0, 0);
-    for start in starts() {
+    for start in starts(STARTS) {
         let run = whole(start);
         let (count, q) = own.run(start.0, start.1, end);
         impacts += run.stats().n_impacts;
@@ -215,7 +221,7 @@ fn by_hand(criterion: &mut Criterion) {
     }
     println!("{impacts} impacts from {STARTS} starts; {same} have the same end by hand");
     let mut group = criterion.benchmark_group("one trajectory of 50 periods");
-    let mut all = starts().cycle();
+    let mut all = starts(STARTS).cycle();
     let mut start = || all.next().expect("without end");
     group.bench_function("exact flights", |bencher| {
         bencher.iter_batched(
@@ -224,11 +230,32 @@ fn by_hand(criterion: &mut Criterion) {
             BatchSize::SmallInput,
         );
     });
-    let mut all = starts().cycle();
+    let mut all = starts(STARTS).cycle();
     let mut start = || all.next().expect("without end");
     group.bench_function("by hand", |bencher| {
         let run = |(q, v): ([f64; 2], [f64; 2])| own.run(black_box(q), black_box(v), end);
         bencher.iter_batched(&mut start, run, BatchSize::SmallInput);
+    });
+    group.finish();
+    let column = |of: fn(([f64; 2], [f64; 2])) -> [f64; 2]| {
+        DMatrix::from_row_iterator(MANY, 2, starts(MANY).flat_map(of))
+    };
+    let (q, v) = (column(|start| start.0), column(|start| start.1));
+    let sweep = SweepOptions {
+        threads: Some(1),
+        ..Default::default()
+    };
+    let mut group = criterion.benchmark_group("2000 trajectories of 50 periods");
+    group.sample_size(10);
+    group.bench_function("exact flights", |bencher| {
+        bencher.iter(|| {
+            let mut go_on = |_| ControlFlow::Continue(());
+            simulate_many(&scene, (&q, &v), (0.0, end), &options, sweep, &mut go_on).expect("valid")
+        });
+    });
+    group.bench_function("by hand", |bencher| {
+        let run = |(q, v)| own.run(black_box(q), black_box(v), end).0;
+        bencher.iter(|| starts(MANY).map(run).sum::<usize>());
     });
     group.finish();
 }

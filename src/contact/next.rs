@@ -5,10 +5,12 @@
 use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
+use crate::contact::followed::Followed;
 use crate::contact::lowest::{GapEvaluator, Lowest};
 use crate::contact::walk::{PropagatorLevels, STEPS_PER_LOOK};
 use crate::error::Result;
 use crate::flow::gap_model::GapModel;
+use crate::flow::looks::{LookDerivatives, LookModels};
 use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
 use crate::modal::Pair;
 use crate::observer::Observer;
@@ -50,106 +52,46 @@ impl Grazed {
 const MOST_POLISHES: usize = 60;
 /// A time step this small, in units of the fastest rate, moves the state by its Taylor series of third order: what that
 /// leaves out is below rounding.
-const TAYLOR_STEP: f64 = 1e-4;
+const TAYLOR_STEP: f64 = 2e-4;
 
 /// The order of the zero of a gap that its third derivative opens, if not a higher one.
 pub(crate) const LATE: usize = 3;
+/// Steps of Newton's method on one cubic: before a shallow contact each halves the error at first.
+const MOST_STEPS: usize = 12;
+/// A step of Newton's method by so small a part is the last: what it leaves is the square of it.
+const SHARP: f64 = 1e-8;
 /// A step of Newton's method up to this part of the time since the start of a flight is near its zero.
 const NEAR: f64 = 0.25;
 
-/// A gap as the search follows it along a flight.
-#[derive(Debug, Clone)]
-struct Followed {
-    row: GapRow,
-    /// The part of the size of its terms above which it is clear of rounding.
-    clear: f64,
-    /// The model where the search last looked.
-    model: GapModel,
-    /// The order of its root at the start of the flight; the same as long as the search has gone no step.
-    order: usize,
-    order_here: usize,
-    /// Of a stop left more slowly than a cubic tells, the gap up to which it is on its way out, beside what the motion soon is; zero
-    /// beyond, and of others.
-    late: f64,
-    /// Where the walk last saw it open, and from where on no longer: the zero at which the stop is reached lies between.
-    bracket: Bracket,
-    /// The largest size of its terms seen on the flight, and the largest gap.
-    extent: [f64; 2],
-}
-
-impl Followed {
-    fn new(row: GapRow) -> Self {
-        Self {
-            clear: GAP_ROUNDING.max(row.relative_rounding()),
-            row,
-            model: GapModel::default(),
-            order: 0,
-            order_here: 0,
-            late: 0.0,
-            bracket: Bracket::start(0.0, 0),
-            extent: [0.0; 2],
-        }
-    }
-
-    /// Begins a flight where the search last looked, with a root of some order there.
-    fn depart(&mut self, order: usize) {
-        let gap = self.model.c[0];
-        (self.order, self.order_here, self.late) = (order, order, 0.0);
-        self.bracket = Bracket::start(gap, order);
-        self.extent = [0.0, gap.abs()];
-    }
-
-    /// Looks at it a step further along the flight: whether it has turned since.
-    #[inline]
-    fn follow(&mut self, time: f64, derivatives: &[Derivatives]) -> bool {
-        // What leaves its stop was not on the way to it.
-        let was_falling = self.order_here == 0 && self.late == 0.0 && self.model.c[1] < 0.0;
-        self.order_here = 0;
-        self.model = self.row.model(derivatives);
-        let [gap, speed, ..] = self.model.c;
-        if gap > self.late {
-            self.late = 0.0;
-        }
-        self.bracket.note(time, gap);
-        self.widen(self.model.size, gap.abs());
-        was_falling && speed >= 0.0
-    }
-
-    /// Takes note of how large its terms and itself are.
-    #[inline]
-    fn widen(&mut self, size: f64, gap: f64) {
-        let [widest, farthest] = &mut self.extent;
-        if size > *widest {
-            *widest = size;
-        }
-        if gap > *farthest {
-            *farthest = gap;
-        }
-    }
-
-    /// What rounding leaves unknown of it where the search last looked.
-    #[inline]
-    fn rounding(&self) -> f64 {
-        self.row.rounding(&self.model)
-    }
-}
-
 /// The search along one flight after another, with its buffers.
 pub(crate) struct ContactSearch<'f, F: LinearFlow> {
-    flow: &'f F,
-    gaps: Vec<Followed>,
-    levels: PropagatorLevels<F>,
-    level: usize,
+    pub(super) flow: &'f F,
+    pub(super) gaps: Vec<Followed>,
+    pub(super) levels: PropagatorLevels<F>,
+    pub(super) level: usize,
     propagator: F::Propagator,
     /// The span that the propagator is for; no number where it is for a part of one.
     prepared: f64,
-    derivatives: Vec<Derivatives>,
+    pub(super) derivatives: Vec<Derivatives>,
     /// The stops within reach.
-    active: Vec<usize>,
+    pub(super) active: Vec<usize>,
     norms: Vec<f64>,
-    state: Vec<Pair>,
+    /// The state at the looks ahead, and the gaps of the stops within reach with their extents there.
+    pub(super) looks: Vec<LookDerivatives>,
+    pub(super) models: Vec<(LookModels, [f64; 2])>,
+    /// The look one step beyond the state, and the level of that step, where there is one.
+    pub(super) beyond: Option<(usize, usize)>,
+    pub(super) state: Vec<Pair>,
     /// Evaluations of a gap so far.
     pub n_gap_evaluations: usize,
+}
+
+/// How far the search has gone.
+pub(super) struct Gone {
+    /// Steps.
+    pub count: usize,
+    /// Whether the step after any of them is as clear.
+    pub are_clear: bool,
 }
 
 /// What a search saw of a flight: the stops with their extents and what rounding left unknown of their gaps at the end, and the
@@ -173,6 +115,9 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             prepared: f64::NAN,
             derivatives: Vec::new(),
             norms: Vec::new(),
+            looks: Vec::new(),
+            models: Vec::new(),
+            beyond: None,
             state: Vec::new(),
             n_gap_evaluations: 0,
         }
@@ -280,6 +225,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 }
             };
             if let Some((stop, at)) = reached {
+                let at = self.seen_from_beyond(stop, at).unwrap_or(at);
                 grazes.retain(|g| g.time < time + at);
                 let root = FirstRoot::Crossing {
                     at: time + at,
@@ -287,25 +233,20 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 };
                 return Ok(FirstEvent { stop, root });
             }
-            time += step;
-            let made = self.levels.advance(self.flow, self.level, &mut self.state);
+            let made = (self.levels).prepare(self.flow, self.level, self.state.len());
             if let Some(work) = made {
                 observer.work(work)?;
             }
-            if self.level == first_level {
+            let Gone { count, are_clear } = self.go_on(time, span, grazes);
+            time += count as f64 * step;
+            if self.level == first_level && are_clear {
                 self.level = self.levels.above(self.level);
             }
-            steps += 1;
-            if steps.is_multiple_of(STEPS_PER_LOOK) {
+            let looks = steps / STEPS_PER_LOOK;
+            steps += count;
+            if steps / STEPS_PER_LOOK > looks {
                 observer.work(STEPS_PER_LOOK * self.state.len())?;
                 self.leave_out();
-            }
-            self.n_gap_evaluations += self.active.len();
-            self.flow.derivatives(&self.state, &mut self.derivatives);
-            for &stop in &self.active {
-                if self.gaps[stop].follow(time, &self.derivatives) {
-                    self.note_turn(stop, time, grazes);
-                }
             }
             // At the end or past it, a stop that is passed within rounding may have been reached before it.
             let is_reached = |&stop: &usize| {
@@ -322,9 +263,15 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 
     /// Notes the touch of a gap that turned within rounding of zero, in a step that could not tell on which side of its end: the
     /// minimum is here, to the accuracy of a step.
-    fn note_turn(&self, stop: usize, time: f64, grazes: &mut Vec<Grazed>) {
-        let gap = self.model(stop).c[0];
-        if gap <= self.rounding(stop) {
+    pub(super) fn note_turn(
+        &self,
+        stop: usize,
+        time: f64,
+        model: &GapModel,
+        grazes: &mut Vec<Grazed>,
+    ) {
+        let gap = model.c[0];
+        if gap <= self.gaps[stop].row.rounding(model) {
             let before = time - self.levels.step(self.levels.above(self.level));
             if !grazes.iter().any(|g| g.stop == stop && g.time >= before) {
                 grazes.push(Grazed { stop, time, gap });
@@ -334,6 +281,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 
     /// Leaves out the stops that are beyond reach for all times to come, but for those in contact.
     fn leave_out(&mut self) {
+        self.beyond = None;
         let Self {
             flow,
             norms,
@@ -561,7 +509,7 @@ fn at_bottom<F: LinearFlow>(
 /// root of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
 /// flight, all of it within the margin, is found from beyond its end without falling back to its start.
 fn newton_step(model: &GapModel, order: usize, time: f64) -> Option<f64> {
-    let [a, b, c, d] = model.c;
+    let [a, b, ..] = model.c;
     let is_far = b >= 0.0 || (a / b).abs() > NEAR * time;
     if order > 0 && is_far && time > 0.0 {
         let ahead = -a / (b - order as f64 * a / time);
@@ -571,10 +519,15 @@ fn newton_step(model: &GapModel, order: usize, time: f64) -> Option<f64> {
         return None;
     }
     let mut r = -a / b;
-    for _ in 0..3 {
-        let slope = b + r * (2.0 * c + 3.0 * r * d);
-        if slope < 0.0 {
-            r -= model.value(r) / slope;
+    for _ in 0..MOST_STEPS {
+        let slope = model.slope(r);
+        if slope >= 0.0 {
+            break;
+        }
+        let change = model.value(r) / slope;
+        r -= change;
+        if change.abs() <= SHARP * r.abs() {
+            break;
         }
     }
     Some(r)

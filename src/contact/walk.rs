@@ -4,10 +4,12 @@
 use crate::contact::lowest::Lowest;
 use crate::error::Result;
 use crate::flow::gap_model::Shape;
+use crate::flow::looks::Stride;
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
 use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
+use std::cell::OnceCell;
 
 /// Halvings from the longest step to such a one that the exponent of a double has room for.
 const MOST_BETWEEN: f64 = 900.0;
@@ -30,10 +32,17 @@ pub(crate) struct PropagatorLevels<F: LinearFlow> {
     top: usize,
     /// The last level, where a search gives up proving.
     pub deepest: usize,
-    /// Propagators of the levels from the flow's longest step on, those that were asked for.
-    within: Vec<Option<F::Propagator>>,
-    /// Propagators of longer steps, from the longest step up.
-    longer: Vec<Option<F::Propagator>>,
+    /// The levels from the flow's longest step on, those that were asked for.
+    within: Vec<Option<Level<F>>>,
+    /// Longer steps, from the longest step up.
+    longer: Vec<Option<Level<F>>>,
+}
+
+/// What moves a state forward by one step.
+struct Level<F: LinearFlow> {
+    propagator: F::Propagator,
+    /// The same for eight looks at once, made when first asked for.
+    strides: OnceCell<Option<Vec<Stride>>>,
 }
 
 impl<F: LinearFlow> PropagatorLevels<F> {
@@ -78,27 +87,60 @@ impl<F: LinearFlow> PropagatorLevels<F> {
         }
     }
 
-    /// Moves a state forward by the step of a level. Where its propagator had to be made: the work that it was, in operations
-    /// on a block, at the most.
+    /// Makes what the step of a level needs. Where it had to be made: the work that it was, in operations on a block, at the most, for a
+    /// state of so many pairs.
     #[inline]
-    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
-        let (within, place) = if level >= DOUBLINGS {
+    pub fn prepare(&mut self, flow: &F, level: usize, n_pairs: usize) -> Option<usize> {
+        let step = self.step(level);
+        let (levels, place) = if level >= DOUBLINGS {
             (&mut self.within, level - DOUBLINGS)
         } else {
             (&mut self.longer, DOUBLINGS - 1 - level)
         };
-        if let Some(Some(propagator)) = within.get(place) {
-            flow.advance(propagator, state);
+        if let Some(Some(_)) = levels.get(place) {
             return None;
         }
-        if within.len() <= place {
-            within.resize_with(place + 1, || None);
+        if levels.len() <= place {
+            levels.resize_with(place + 1, || None);
         }
         let mut propagator = F::Propagator::default();
-        flow.prepare(step_of(self.longest, level), &mut propagator);
-        flow.advance(&propagator, state);
-        within[place] = Some(propagator);
-        Some(state.len().pow(3))
+        flow.prepare(step, &mut propagator);
+        levels[place] = Some(Level {
+            propagator,
+            strides: OnceCell::new(),
+        });
+        Some(n_pairs.pow(3))
+    }
+
+    /// What was made for a level.
+    #[inline]
+    fn made(&self, level: usize) -> Option<&Level<F>> {
+        let known = if level >= DOUBLINGS {
+            self.within.get(level - DOUBLINGS)
+        } else {
+            self.longer.get(DOUBLINGS - 1 - level)
+        };
+        known?.as_ref()
+    }
+
+    /// Moves a state forward by the step of a level. Where its propagator had to be made: the work of that.
+    #[inline]
+    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
+        let work = self.prepare(flow, level, state.len());
+        if let Some(Level { propagator, .. }) = self.made(level) {
+            flow.advance(propagator, state);
+        }
+        work
+    }
+
+    /// What carries a state over one to eight steps of a level that is prepared, if the flow has that.
+    #[inline]
+    pub fn strides(&self, flow: &F, level: usize) -> Option<&[Stride]> {
+        let level = self.made(level)?;
+        let made = level
+            .strides
+            .get_or_init(|| flow.strides(&level.propagator));
+        made.as_deref()
     }
 }
 

@@ -5,10 +5,17 @@
 use crate::flow::drive::{Alone, Drive};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, fitted_step, softest_rate};
-use crate::linalg::plane::{plus, times};
+use crate::flow::looks::{LookDerivatives, Stride};
+use crate::flow::registers::turned;
+use crate::linalg::plane::{longer_than, plus, times};
 use crate::modal::{Block, ModalState, Pair, Propagation};
 use crate::model::Moment;
 use nalgebra::Complex;
+
+/// Blocks whose exponentials are made at once.
+const AT_ONCE: usize = 4;
+/// Blocks up to which eight looks at once are worth their room.
+const MOST_ABREAST: usize = 64;
 
 /// One block with what its propagation and its bounds need.
 #[derive(Debug, Clone)]
@@ -20,6 +27,8 @@ struct Part {
     equilibrium: Pair,
     /// Weight of the first unknown in the block's norm.
     weight: f64,
+    /// Its root.
+    scale: f64,
     /// Whether the norm of the unforced block about its equilibrium never grows.
     is_bounded: bool,
     /// Growth of the third derivative's norm over the longest step.
@@ -91,6 +100,7 @@ impl<D: Drive> BlockFlow<D> {
                 matrix: block.matrix(),
                 equilibrium: if has_rest { rest } else { [0.0, 0.0] },
                 weight: norm.weight,
+                scale: norm.weight.sqrt(),
                 is_bounded: norm.growth == 0.0 && has_rest,
                 growth: (growth(j) * longest_step).exp(),
             }
@@ -140,17 +150,44 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
         propagator.turn = self.drive.turn(t);
         propagator.parts.clear();
-        propagator
-            .parts
-            .extend(self.parts.iter().enumerate().map(|(j, part)| {
+        for (chunk, parts) in self.parts.chunks(AT_ONCE).enumerate() {
+            let [mut angles, mut exponents] = [[0.0; AT_ONCE]; 2];
+            for (k, part) in parts.iter().enumerate() {
+                [angles[k], exponents[k]] = part.propagation.rates().map(|rate| rate * t);
+            }
+            let turned = turned(&angles, &exponents);
+            let made = parts.iter().enumerate().map(|(k, part)| {
+                let turn = (turned.sines[k], turned.cosines[k]);
                 let alone = Alone {
                     block: part.block,
                     propagation: part.propagation,
                     t,
-                    exponential: part.propagation.over(t),
+                    exponential: part.propagation.made_of(t, turn, turned.powers[k]),
                 };
-                (alone.exponential, self.drive.reply(j, &alone))
-            }));
+                let reply = self.drive.reply(AT_ONCE * chunk + k, &alone);
+                (alone.exponential, reply)
+            });
+            propagator.parts.extend(made);
+        }
+    }
+
+    fn strides(&self, propagator: &Self::Propagator) -> Option<Vec<Stride>> {
+        let constant = D::read(&[]);
+        let strides = (propagator.parts.iter())
+            .map(|(matrix, reply)| Stride::of(matrix, D::added(reply, constant)));
+        (D::IS_CONSTANT && self.parts.len() <= MOST_ABREAST).then(|| strides.collect())
+    }
+
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut Vec<LookDerivatives>) {
+        looks.clear();
+        // Not by an iterator's own loop, which is compiled for other registers.
+        for (j, ((part, stride), &z)) in self.parts.iter().zip(strides).zip(state).enumerate() {
+            let [input, ..] = self.drive.inputs(j, D::read(&[]));
+            let block = (&part.matrix, input, part.scale);
+            looks.push(LookDerivatives::of(block, stride, z));
+        }
     }
 
     #[inline]
@@ -181,7 +218,7 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
                     let d1 = plus(times(a, z), f0);
                     let d2 = plus(times(a, d1), f1);
                     let d3 = plus(times(a, d2), f2);
-                    let norm = (d3[1] * d3[1] + part.weight * d3[0] * d3[0]).sqrt();
+                    let norm = longer_than(part.scale * d3[0], d3[1]);
                     Derivatives {
                         z,
                         d1,

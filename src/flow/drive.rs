@@ -2,6 +2,7 @@
 //! without load compiles to code without them.
 
 use crate::flow::gap_row::{Derivatives, Quantity};
+use crate::linalg::elementary::sin_cos;
 use crate::linalg::plane::plus;
 use crate::modal::{Block, Pair, Propagation, Response};
 use crate::model::Moment;
@@ -81,6 +82,8 @@ pub(crate) fn turning(u: Complex<f64>, w: f64) -> Derivatives {
 
 /// What acts on the blocks of a flow.
 pub(crate) trait Drive: Turning {
+    /// Whether it never changes.
+    const IS_CONSTANT: bool = false;
     /// The response of one block from rest over a fixed time, as a function of what is stored.
     type Reply: Clone + Default;
 
@@ -148,6 +151,7 @@ impl Turning for Undriven {
 }
 
 impl Drive for Undriven {
+    const IS_CONSTANT: bool = true;
     type Reply = ();
 
     fn reply(&self, _j: usize, _alone: &Alone) {}
@@ -202,7 +206,7 @@ impl Turning for HarmonicDrive {
 
     #[inline]
     fn store(&self, at: Moment, stored: &mut [Pair]) {
-        let (sin, cos) = at.angle.sin_cos();
+        let (sin, cos) = sin_cos(at.angle);
         if let Some(place) = stored.first_mut() {
             *place = [cos, sin];
         }
@@ -220,7 +224,7 @@ impl Turning for HarmonicDrive {
     }
 
     fn turn(&self, t: f64) -> Complex<f64> {
-        let (sin, cos) = (self.frequency * t).sin_cos();
+        let (sin, cos) = sin_cos(self.frequency * t);
         Complex::new(cos, sin)
     }
 
@@ -318,6 +322,7 @@ impl<D: Drive> Turning for Loaded<D> {
 }
 
 impl<D: Drive> Drive for Loaded<D> {
+    const IS_CONSTANT: bool = D::IS_CONSTANT;
     type Reply = (Pair, D::Reply);
 
     fn reply(&self, j: usize, alone: &Alone) -> (Pair, D::Reply) {

@@ -2,8 +2,9 @@
 //! what follows from it on `0 <= r <= span`, proved by the Bernstein form: a polynomial is no smaller than its least
 //! Bernstein coefficient (theory 8).
 
-/// A step of Newton's method this small, relative to the span, is the last.
-const SHARP: f64 = 1e-8;
+/// A step of Newton's method this small, relative to the span, is the last: what it leaves is the square of it, less than what the cubic
+/// leaves.
+const SHARP: f64 = 1e-5;
 
 /// Taylor coefficients of a gap to third order, and the bound on the rest.
 #[derive(Debug, Clone, Copy, Default)]
@@ -33,14 +34,16 @@ pub(crate) enum Shape {
 }
 
 /// Whether every Bernstein coefficient on [0, 1] of `sum a_k x^k`, degree 4, is positive, and with them the polynomial.
-/// Comparisons, not minima: a NaN proves nothing.
-#[inline]
+/// Comparisons, not minima: a NaN proves nothing; all of them, without a branch.
+#[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+#[allow(clippy::needless_bitwise_bool, reason = "without a branch")]
+#[inline(always)]
 fn is_positive_4(a: [f64; 5]) -> bool {
     let b1 = a[0] + a[1] * 0.25;
     let b2 = a[0] + a[1] * 0.5 + a[2] * (1.0 / 6.0);
     let b3 = a[0] + a[1] * 0.75 + a[2] * 0.5 + a[3] * 0.25;
     let b4 = a[0] + a[1] + a[2] + a[3] + a[4];
-    (a[0] > 0.0) && (b1 > 0.0) && (b2 > 0.0) && (b3 > 0.0) && (b4 > 0.0)
+    (a[0] > 0.0) & (b1 > 0.0) & (b2 > 0.0) & (b3 > 0.0) & (b4 > 0.0)
 }
 
 /// The same for degree 3.
@@ -64,8 +67,15 @@ impl GapModel {
         self.c[0] + r * (self.c[1] + r * (self.c[2] + r * self.c[3]))
     }
 
-    /// The model above a floor.
+    /// The slope of the cubic at r.
     #[inline]
+    pub fn slope(&self, r: f64) -> f64 {
+        self.c[1] + r * (2.0 * self.c[2] + 3.0 * r * self.c[3])
+    }
+
+    /// The model above a floor.
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
     pub fn above(&self, floor: f64) -> Self {
         let [gap, speed, bend, third] = self.c;
         Self {
@@ -96,12 +106,15 @@ impl GapModel {
     }
 
     /// Bound on what the cubic leaves out of the gap at r.
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
     pub fn remainder(&self, r: f64) -> f64 {
         let r2 = r * r;
         r2 * r2 * (self.quartic + r * self.quintic)
     }
 
-    #[inline]
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
     fn scaled(&self, span: f64) -> ([f64; 4], f64) {
         let s2 = span * span;
         let a = [
@@ -120,7 +133,8 @@ impl GapModel {
     }
 
     /// Whether it is provably above a floor all over the span.
-    #[inline]
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
     pub fn is_above(&self, floor: f64, span: f64) -> bool {
         let (a, rest) = self.scaled(span);
         is_positive_4([a[0] - floor, a[1], a[2], a[3], -rest])
@@ -182,8 +196,7 @@ impl GapModel {
             } else {
                 high = r;
             }
-            let slope = self.c[1] + r * (2.0 * self.c[2] + 3.0 * r * self.c[3]);
-            let wanted = r - value / slope;
+            let wanted = r - value / self.slope(r);
             let is_inside = wanted > low && wanted < high;
             let next = if is_inside {
                 wanted

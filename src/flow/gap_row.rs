@@ -2,6 +2,7 @@
 //! remainder (theory 8).
 
 use crate::flow::gap_model::GapModel;
+use crate::flow::looks::{LOOKS, LookDerivatives, LookModels, eight};
 use crate::modal::Pair;
 use crate::model::GapMotion;
 use crate::quantity::larger;
@@ -75,7 +76,7 @@ pub(crate) struct Derivatives {
     pub d1: Pair,
     pub d2: Pair,
     pub d3: Pair,
-    /// The third derivative in the norm of the pair's block.
+    /// A bound on the third derivative in the norm of the pair's block.
     pub norm: f64,
 }
 
@@ -254,6 +255,44 @@ impl GapRow {
         self.cells.iter().zip(derivatives).map(terms).sum()
     }
 
+    /// The gap's models at eight looks.
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    pub fn models(&self, looks: &[LookDerivatives]) -> LookModels {
+        let [mut gap, mut quartic, mut size] =
+            [self.clearance, self.forced, self.size].map(|x| [x; LOOKS]);
+        let [mut slope, mut bend, mut third] = [[0.0; LOOKS]; 3];
+        for (GapTerm { row, weight, .. }, d) in self.cells.iter().zip(looks) {
+            gap = eight(|k| gap[k] - (row[0] * d.z[0][k] + row[1] * d.z[1][k]));
+            slope = eight(|k| slope[k] - (row[0] * d.d1[0][k] + row[1] * d.d1[1][k]));
+            bend = eight(|k| bend[k] - (row[0] * d.d2[0][k] + row[1] * d.d2[1][k]));
+            third = eight(|k| third[k] - (row[0] * d.d3[0][k] + row[1] * d.d3[1][k]));
+            quartic = eight(|k| quartic[k] + weight * d.norm[k]);
+            let terms = |k: usize| (row[0] * d.z[0][k]).abs() + (row[1] * d.z[1][k]).abs();
+            size = eight(|k| size[k] + terms(k));
+        }
+        for (place, [slow, fast]) in &self.decaying {
+            let [x, y] = &looks[*place].d3;
+            let share = |row: &Pair, k: usize| (row[0] * x[k] + row[1] * y[k]).abs();
+            quartic = eight(|k| quartic[k] + share(slow, k) + share(fast, k));
+        }
+        if let (Some(terms), Some(d)) = (self.turning, looks.last()) {
+            let [cos, sin] = &d.z;
+            size = eight(|k| size[k] + turning_size(terms, [cos[k], sin[k]]));
+        }
+        LookModels {
+            c: [
+                gap,
+                slope,
+                eight(|k| 0.5 * bend[k]),
+                eight(|k| third[k] * (1.0 / 6.0)),
+            ],
+            quartic: eight(|k| quartic[k] * (1.0 / 24.0)),
+            quintic: self.forced_growth * (1.0 / 120.0),
+            size,
+        }
+    }
+
     /// The gap's model.
     #[inline]
     pub fn model(&self, derivatives: &[Derivatives]) -> GapModel {
@@ -272,10 +311,8 @@ impl GapRow {
             let [x, y] = derivatives[*place].d3;
             quartic += (slow[0] * x + slow[1] * y).abs() + (fast[0] * x + fast[1] * y).abs();
         }
-        if let (Some([by_cos, by_sin]), Some(d)) = (self.turning, derivatives.last()) {
-            // Angles are counted from a whole turn: the sine has its digits near that, and half a turn away it has few.
-            let [cos, sin] = d.z;
-            size += by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos));
+        if let (Some(terms), Some(d)) = (self.turning, derivatives.last()) {
+            size += turning_size(terms, d.z);
         }
         GapModel {
             c: [c[0], c[1], 0.5 * c[2], c[3] * (1.0 / 6.0)],
@@ -284,4 +321,12 @@ impl GapRow {
             size,
         }
     }
+}
+
+/// The size of what turns with the forcing, from those of its terms. Angles are counted from a whole turn: the sine has its digits near
+/// that, and half a turn away it has few.
+#[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+#[inline(always)]
+fn turning_size([by_cos, by_sin]: Pair, [cos, sin]: Pair) -> f64 {
+    by_cos + by_sin * (sin.abs() + 0.5 * (cos.abs() - cos))
 }

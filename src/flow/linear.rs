@@ -3,6 +3,7 @@
 //! in pairs of its own.
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
+use crate::flow::looks::{LookDerivatives, Stride};
 use crate::modal::{ModalState, Pair};
 use crate::model::Moment;
 
@@ -19,6 +20,15 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     fn set_moment(&self, state: &mut [Pair], at: Moment);
     /// Fills the propagator for a time.
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator);
+    /// What carries the pairs of a state over one to eight steps, from the propagator of one; `None` of a flow that is looked at one time
+    /// after another.
+    fn strides(&self, _propagator: &Self::Propagator) -> Option<Vec<Stride>> {
+        None
+    }
+    /// The derivatives of a state one to eight steps later, of a flow that has strides.
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn look(&self, _strides: &[Stride], _state: &[Pair], _looks: &mut Vec<LookDerivatives>) {}
     /// Moves a state forward.
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]);
 }
@@ -121,8 +131,35 @@ pub(crate) fn fitted_step(longest: f64, pieces: Option<[f64; 2]>) -> f64 {
 #[cfg(test)]
 pub(crate) mod contract {
     use super::*;
+    use crate::flow::gap_model::GapModel;
+    use crate::flow::looks::LOOKS;
     use crate::model::powers;
     use nalgebra::Complex;
+
+    /// Eight looks at once are those one by one, of a flow that has them.
+    fn check_looks<F: LinearFlow>(flow: &F, state: &[Pair], gap: &GapRow) {
+        let mut propagator = F::Propagator::default();
+        flow.prepare(0.05 * flow.longest_step(), &mut propagator);
+        let Some(strides) = flow.strides(&propagator) else {
+            return;
+        };
+        let (mut looks, mut derivatives) = (Vec::new(), Vec::new());
+        flow.look(&strides, state, &mut looks);
+        let (models, mut there) = (gap.models(&looks), state.to_vec());
+        let numbers = |m: GapModel| [m.c[0], m.c[1], m.c[2], m.c[3], m.quartic, m.quintic, m.size];
+        for k in 0..LOOKS {
+            flow.advance(&propagator, &mut there);
+            flow.derivatives(&there, &mut derivatives);
+            let pairs = looks.iter().flat_map(|look| look.pair(k));
+            let pairs = pairs.zip(there.iter().flatten().copied());
+            let both = numbers(models.at(k))
+                .into_iter()
+                .zip(numbers(gap.model(&derivatives)));
+            for (a, b) in pairs.chain(both) {
+                assert!((a - b).abs() <= 1e-13 * b.abs().max(1.0), "{k} {a} {b}");
+            }
+        }
+    }
 
     /// The flow composes, agrees with its derivatives, and keeps its models' promise. `n` is the number of modal pairs, the
     /// frequency that of the forcing, zero without.
@@ -212,6 +249,7 @@ pub(crate) mod contract {
         let driven = direct(0.7 + step) - direct(0.7 - step);
         let difference = -(dot(&forward) - dot(&backward) + driven) / (2.0 * step);
         assert!((model.c[1] - difference).abs() < 1e-7);
+        check_looks(flow, &state, &gap);
         let mut norms = Vec::new();
         flow.norms(&state, &mut norms);
         let (least, size) = gap.least(&norms);

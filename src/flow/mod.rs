@@ -11,6 +11,7 @@ pub(crate) mod gap_model;
 mod gap_row;
 pub(crate) mod integrate;
 mod linear;
+pub(crate) mod looks;
 mod many_drive;
 mod modal_scene;
 mod pendulum_series;

@@ -1,6 +1,7 @@
 //! The widest registers that the processor has, chosen as the program runs: numbers of several motions, or of two links, are
 //! handled as one.
 
+use crate::linalg::elementary::{exponentials, sines_and_cosines};
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use pulp::Scalar;
 use pulp::{Arch, Simd, WithSimd};
@@ -56,4 +57,30 @@ pub(crate) fn in_registers_of<const K: usize, W: WithSimd>(work: W) -> W::Output
         arch if const { K <= 4 } => arch.dispatch(work),
         _ => unreachable!("{K} numbers at a time ask for registers of eight"),
     }
+}
+
+/// What angles and exponents are the arguments of.
+pub(crate) struct Turned<const K: usize> {
+    pub sines: [f64; K],
+    pub cosines: [f64; K],
+    pub powers: [f64; K],
+}
+
+/// Sines and cosines of K angles, and `e^x` of K exponents, with the bits of each by itself.
+pub(crate) fn turned<const K: usize>(angles: &[f64; K], exponents: &[f64; K]) -> Turned<K> {
+    struct Work<'a, const K: usize>(&'a [f64; K], &'a [f64; K]);
+    impl<const K: usize> WithSimd for Work<'_, K> {
+        type Output = Turned<K>;
+        #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, _: S) -> Turned<K> {
+            let [sines, cosines] = sines_and_cosines(self.0);
+            Turned {
+                sines,
+                cosines,
+                powers: exponentials(self.1),
+            }
+        }
+    }
+    in_registers_of::<K, _>(Work(angles, exponents))
 }

@@ -6,6 +6,8 @@ use crate::flow::block::{BlockFlow, BlockPropagator};
 use crate::flow::drive::{Undriven, real_part};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
+use crate::flow::looks::{LookDerivatives, Stride};
+use crate::linalg::elementary::sin_cos;
 use crate::linalg::plane::plus;
 use crate::modal::{Block, ModalState, Pair, Response};
 use crate::model::{Moment, Rotations};
@@ -82,7 +84,7 @@ impl SplitFlow {
     fn turn(&self, state: &mut [Pair], at: Moment) {
         let turned = &mut state[self.equilibrium.len()..];
         if self.higher.is_empty() && self.rotations.tones.is_empty() {
-            let (sin, cos) = at.angle.sin_cos();
+            let (sin, cos) = sin_cos(at.angle);
             turned[0] = [cos, sin];
             return;
         }
@@ -145,6 +147,16 @@ impl LinearFlow for SplitFlow {
 
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
         self.flow.prepare(t, propagator);
+    }
+
+    fn strides(&self, propagator: &Self::Propagator) -> Option<Vec<Stride>> {
+        self.flow.strides(propagator)
+    }
+
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut Vec<LookDerivatives>) {
+        self.flow.look(strides, state, looks);
     }
 
     #[inline]

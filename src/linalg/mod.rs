@@ -1,9 +1,10 @@
-//! What nalgebra lacks: guarded eigenproblems, phi functions, a rank-revealing solve, complementarity, the plane.
+//! What nalgebra lacks: guarded eigenproblems, elementary and phi functions, a rank-revealing solve, complementarity, the plane.
 
 mod active_set;
 pub(crate) mod compensated;
 pub(crate) mod complementarity;
 pub(crate) mod eigen;
+pub(crate) mod elementary;
 pub(crate) mod exponential;
 pub(crate) mod francis;
 mod lemke;

@@ -1,6 +1,7 @@
 //! The matrix exponential of a block of two unknowns, in the form that its roots ask for, and the response to a constant
 //! input that goes with it (theory 4).
 
+use crate::linalg::elementary::{exp, sin_cos};
 use crate::linalg::exponential::{phi1, sinc};
 use crate::linalg::plane::Pair;
 use crate::modal::regime::{over_load_response, under_one_minus_cp};
@@ -33,29 +34,42 @@ pub(crate) enum Propagation {
 }
 
 impl Propagation {
+    /// The rates of the angle and of the exponent that `e^{A t}` is made of; zero where it is not.
+    #[inline]
+    pub fn rates(self) -> Pair {
+        match self {
+            Self::Under {
+                eta,
+                damped_frequency,
+                ..
+            } => [damped_frequency, -eta],
+            Self::Spiral { sigma, omega } => [omega, sigma],
+            Self::Over { .. } | Self::Decays { .. } => [0.0, 0.0],
+        }
+    }
+
     /// `e^{A t}`.
     #[inline]
     pub fn over(self, t: f64) -> Matrix {
+        let [turn, growth] = self.rates().map(|rate| rate * t);
+        self.made_of(t, sin_cos(turn), exp(growth))
+    }
+
+    /// The same from the sine and cosine of its angle and the power of its exponent.
+    #[inline]
+    pub fn made_of(self, t: f64, (sin, cos): (f64, f64), power: f64) -> Matrix {
         match self {
             Self::Under {
                 w2,
                 eta,
                 damped_frequency: wd,
             } => {
-                let (sin, cos) = (wd * t).sin_cos();
-                let s = |decay: f64| {
-                    if (wd * t).abs() < 1e-4 {
-                        decay * t * sinc(wd * t)
-                    } else {
-                        decay * sin / wd
-                    }
+                let s = if (wd * t).abs() < 1e-4 {
+                    power * t * sinc(wd * t)
+                } else {
+                    power * sin / wd
                 };
-                if eta == 0.0 {
-                    let s = s(1.0);
-                    return [[cos, s], [-w2 * s, cos]];
-                }
-                let decay = (-eta * t).exp();
-                let (s, c) = (s(decay), decay * cos);
+                let c = power * cos;
                 [[c + eta * s, s], [-w2 * s, c - eta * s]]
             }
             Self::Over {
@@ -64,7 +78,7 @@ impl Propagation {
                 l2,
                 half_gap,
             } => {
-                let (e1, e2) = ((l1 * t).exp(), (l2 * t).exp());
+                let (e1, e2) = (exp(l1 * t), exp(l2 * t));
                 let s = -e1 * (-2.0 * half_gap * t).exp_m1() / (2.0 * half_gap);
                 // Of one root that grows and one that does not, a sum of terms of one sign; beside a slower one that grows too, the
                 // fast one has its part in this as it is.
@@ -75,12 +89,8 @@ impl Propagation {
                 };
                 [[first, s], [-w2 * s, e2 + l1 * s]]
             }
-            Self::Spiral { sigma, omega } => {
-                let (sin, cos) = (omega * t).sin_cos();
-                let growth = (sigma * t).exp();
-                [[growth * cos, -growth * sin], [growth * sin, growth * cos]]
-            }
-            Self::Decays { roots } => [[(roots[0] * t).exp(), 0.0], [0.0, (roots[1] * t).exp()]],
+            Self::Spiral { .. } => [[power * cos, -power * sin], [power * sin, power * cos]],
+            Self::Decays { roots } => [[exp(roots[0] * t), 0.0], [0.0, exp(roots[1] * t)]],
         }
     }
 

@@ -43,6 +43,8 @@ pub struct Case {
     pub stiffness: DMatrix<f64>,
     pub load: Vec<f64>,
     pub force: Option<ForceCase>,
+    /// More forces, of frequencies of their own, beside a first.
+    pub more: Vec<ForceCase>,
     pub stops: Vec<StopCase>,
     pub q0: Vec<f64>,
     pub v0: Vec<f64>,
@@ -70,7 +72,48 @@ impl StopCase {
     }
 }
 
+impl ForceCase {
+    fn amplitudes(&self) -> impl Iterator<Item = Complex<f64>> {
+        let parts = self.re.iter().zip(&self.im);
+        parts.map(|(&re, &im)| Complex::new(re, im))
+    }
+
+    fn forcing(&self) -> Result<Forcing> {
+        let amplitude = DVector::from_iterator(self.re.len(), self.amplitudes());
+        Ok(Harmonic::new(amplitude, self.frequency, self.phase)?.into())
+    }
+
+    fn dump(&self) -> String {
+        let z: Vec<String> = self
+            .amplitudes()
+            .map(|z| format!("Complex::new({:?}, {:?})", z.re, z.im))
+            .collect();
+        format!(
+            "Harmonic::new(dvector![{}], {:?}, {:?})?",
+            z.join(", "),
+            self.frequency,
+            self.phase
+        )
+    }
+
+    /// Its largest amplitude at a coordinate.
+    pub fn size(&self) -> f64 {
+        let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        largest(&self.re) + largest(&self.im)
+    }
+}
+
 impl Case {
+    /// All forces.
+    pub fn forces(&self) -> impl Iterator<Item = &ForceCase> + Clone {
+        self.force.iter().chain(&self.more)
+    }
+
+    /// All forces, to be changed.
+    pub fn forces_mut(&mut self) -> impl Iterator<Item = &mut ForceCase> {
+        self.force.iter_mut().chain(&mut self.more)
+    }
+
     pub fn n(&self) -> usize {
         self.q0.len()
     }
@@ -99,19 +142,14 @@ impl Case {
             coefficient(&self.stiffness),
         )?
         .with_load(DVector::from_row_slice(&self.load))?;
-        let forcing = match &self.force {
-            None => Forcing::Unforced,
-            Some(f) => {
-                let amplitude =
-                    f.re.iter()
-                        .zip(&f.im)
-                        .map(|(&re, &im)| Complex::new(re, im));
-                Harmonic::new(
-                    DVector::from_iterator(self.n(), amplitude),
-                    f.frequency,
-                    f.phase,
-                )?
-                .into()
+        let forcings: Result<Vec<Forcing>> = self.forces().map(ForceCase::forcing).collect();
+        let mut forcings = forcings?;
+        let forcing = match (forcings.len(), forcings.pop()) {
+            (_, None) => Forcing::Unforced,
+            (1, Some(only)) => only,
+            (_, Some(last)) => {
+                forcings.push(last);
+                forcings.into()
             }
         };
         let stops: Result<Vec<Stop>> = self
@@ -139,9 +177,12 @@ impl Case {
 
     /// The largest force on a coordinate.
     pub fn largest_force(&self) -> f64 {
-        let shaking = self.force.iter().flat_map(|f| f.re.iter().chain(&f.im));
-        let all = self.load.iter().chain(shaking);
-        all.fold(0.0, |most: f64, f| most.max(f.abs()))
+        let shaking = self.forces().map(|f| {
+            let all = f.re.iter().chain(&f.im);
+            all.fold(0.0, |most: f64, f| most.max(f.abs()))
+        });
+        let loads = self.load.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        loads.max(shaking.sum())
     }
 
     /// The gap of a stop at the start.
@@ -213,21 +254,11 @@ impl Case {
             matrix(&self.stiffness),
             vector(&self.load)
         );
-        text += &match &self.force {
-            None => "let force = Forcing::Unforced;\n".to_string(),
-            Some(f) => {
-                let z: Vec<String> =
-                    f.re.iter()
-                        .zip(&f.im)
-                        .map(|(re, im)| format!("Complex::new({re:?}, {im:?})"))
-                        .collect();
-                format!(
-                    "let force = Harmonic::new(dvector![{}], {:?}, {:?})?;\n",
-                    z.join(", "),
-                    f.frequency,
-                    f.phase
-                )
-            }
+        let forces: Vec<String> = self.forces().map(ForceCase::dump).collect();
+        text += &match &forces[..] {
+            [] => "let force = Forcing::Unforced;\n".to_string(),
+            [one] => format!("let force = {one};\n"),
+            several => format!("let force = vec![{}.into()];\n", several.join(".into(), ")),
         };
         text += "let stops = [\n";
         for s in &self.stops {

@@ -158,21 +158,18 @@ impl Rest {
         };
         let mut rate = part(&x[n..2 * n], speed);
         rate.extend(part(&acceleration, pull));
-        rate.extend([
-            Dd::ZERO,
-            -(model.frequency * x[2 * n + 2]),
-            model.frequency * x[2 * n + 1],
-        ]);
+        rate.extend(model.turning(x));
         let drift = dot(&plane.normal, &model.free.times(&rate)).to_f64().abs() * span;
         // A fast forcing may turn meanwhile.
-        let mut forcing = vec![Dd::ZERO; 2 * n + 3];
-        forcing[2 * n + 1..].copy_from_slice(&x[2 * n + 1..]);
-        let forced = dot(&plane.normal, &model.free.times(&forcing))
-            .to_f64()
-            .abs();
-        let turn = 0.5 * forced * (model.frequency.to_f64() * span).powi(2);
+        let turns = model.frequencies.iter().enumerate().map(|(k, w)| {
+            let (mut forcing, place) = (vec![Dd::ZERO; model.size()], 2 * n + 1 + 2 * k);
+            forcing[place..place + 2].copy_from_slice(&x[place..place + 2]);
+            let forced = dot(&plane.normal, &model.free.times(&forcing));
+            0.5 * forced.to_f64().abs() * (w.to_f64() * span).powi(2)
+        });
+        let turn = turns.sum::<f64>();
         let of_stop = |place: usize| {
-            let mut y = vec![Dd::ZERO; 2 * n + 3];
+            let mut y = vec![Dd::ZERO; model.size()];
             y[place..place + n].copy_from_slice(&along);
             dot(&plane.normal, &model.free.times(&y)).to_f64().abs()
         };

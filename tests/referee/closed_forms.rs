@@ -24,6 +24,7 @@ fn oscillator(
         stiffness: one(stiffness),
         load: vec![load],
         force,
+        more: Vec::new(),
         stops: vec![StopCase {
             normal: vec![1.0],
             clearance: 0.0,

@@ -148,6 +148,17 @@ impl Draw<'_> {
             .collect()
     }
 
+    /// One or two more forces, of frequencies of their own.
+    pub fn more_forces(&mut self, natural: &[f64]) -> Vec<ForceCase> {
+        let count = 1 + self.random.below(2);
+        let forces = (0..4).filter_map(|_| self.force(natural).0);
+        let mut forces: Vec<ForceCase> = forces.collect();
+        // What is fast or slow beside all else is alone in other scenes.
+        forces.retain(|f| (1e-2..50.0).contains(&f.frequency));
+        forces.truncate(count);
+        forces
+    }
+
     pub fn force(&mut self, natural: &[f64]) -> (Option<ForceCase>, &'static str) {
         let one = if natural.is_empty() {
             1.0

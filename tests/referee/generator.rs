@@ -144,6 +144,9 @@ fn on_stops(n: usize, stops: &[StopCase]) -> Option<Vec<f64>> {
 /// Seeds up to this one keep the scenes that were found with them: nothing was driven at one coordinate alone.
 const ALL_DRIVEN: u64 = 106;
 
+/// Seeds up to this one have scenes of one force.
+const ONE_FORCE: u64 = 201;
+
 /// Leaves forces, and perhaps the load and the start, at one coordinate alone: what happens there reaches others late.
 fn drive_one(case: &mut Case, random: &mut Random) {
     let one = random.below(case.q0.len());
@@ -154,7 +157,7 @@ fn drive_one(case: &mut Case, random: &mut Random) {
             }
         }
     };
-    if let Some(force) = &mut case.force {
+    for force in case.forces_mut() {
         leave(&mut force.re);
         leave(&mut force.im);
     }
@@ -190,6 +193,12 @@ pub fn scene(seed: u64, number: u64) -> Case {
     };
     let natural = Draw::frequencies(&mass, &stiffness);
     let (force, of_force) = draw.force(&natural);
+    let several = seed > ONE_FORCE && force.is_some() && draw.random.chance(40);
+    let more = if several {
+        draw.more_forces(&natural)
+    } else {
+        Vec::new()
+    };
     let mut stops = draw.stops();
     let (q0, v0) = draw.start(&stops);
     // A start behind a stop moves the stop: to where it is touched, or beyond.
@@ -207,8 +216,9 @@ pub fn scene(seed: u64, number: u64) -> Case {
         .map(|l| l.0.hypot(l.1))
         .fold(fastest, f64::max);
     let growth = eigenvalues.iter().map(|l| l.0).fold(1e-9, f64::max);
+    let forces = force.iter().chain(&more);
     let slowest = force.as_ref().map_or(fastest, |f| f.frequency.max(0.2));
-    let top = force.as_ref().map_or(rate, |f| rate.max(f.frequency));
+    let top = forces.map(|f| f.frequency).fold(rate, f64::max);
     let duration = (TAU / slowest * draw.random.between(2.0, 30.0))
         .min(600.0 / top)
         .min(6.0 / growth);
@@ -231,7 +241,8 @@ pub fn scene(seed: u64, number: u64) -> Case {
     };
     let mut case = Case {
         label: format!(
-            "n = {n}, {of_stiffness}, {of_damping}, {of_force}, {} stops",
+            "n = {n}, {of_stiffness}, {of_damping}, {of_force} and {} more, {} stops",
+            more.len(),
             stops.len()
         ),
         mass,
@@ -239,6 +250,7 @@ pub fn scene(seed: u64, number: u64) -> Case {
         stiffness,
         load,
         force,
+        more,
         stops,
         q0,
         v0,

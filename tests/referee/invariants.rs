@@ -4,7 +4,6 @@ use crate::case::{Case, Push};
 use crate::chatters::chatters_end_where_impacts_accumulate;
 use crate::compare::Difference;
 use crate::counts::counts_are_those_of_what_is_kept;
-use crate::double_double::Dd;
 use crate::grazes::{grazes_are_listed, grazes_touch};
 use crate::jumps::{begins_chatter, impulses_move_the_motion};
 use crate::ledger::columns_are_energies;
@@ -270,8 +269,9 @@ fn forces_press(case: &Case, run: &Trajectory, reference: &Reference) -> Option<
             let (q, v) = run.state(t, ImpactSide::After).expect("inside the span");
             let mut force = DVector::from_row_slice(&case.load);
             let mut size = force.amax();
-            if let Some(f) = &case.force {
-                let [_, c, s] = reference.model.forcing_at(case, t).map(Dd::to_f64);
+            let turned = reference.model.forcing_at(case, t);
+            for (f, turned) in case.forces().zip(turned[1..].chunks(2)) {
+                let (c, s) = (turned[0].to_f64(), turned[1].to_f64());
                 for i in 0..case.n() {
                     force[i] += f.re[i] * c - f.im[i] * s;
                     size = size.max(f.re[i].abs()).max(f.im[i].abs());

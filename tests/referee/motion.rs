@@ -1,4 +1,4 @@
-//! The smooth motion of a linear scene while given stops are held: the state `x = (q, v, 1, cos, sin)` obeys `x' = A x` with a
+//! The smooth motion of a linear scene while given stops are held: the state `x = (q, v, 1, cos, sin, ...)` obeys `x' = A x` with a
 //! constant matrix, and is moved by Taylor series with nodes so dense that the fastest rate times their distance is below 0.3.
 
 use crate::case::{Case, Push};
@@ -21,7 +21,8 @@ pub struct Model {
     pub n: usize,
     /// Free acceleration `a = rows . x`.
     pub free: Matrix,
-    pub frequency: Dd,
+    /// Those of the forces, whose cosines and sines end a state.
+    pub frequencies: Vec<Dd>,
     pub stops: Vec<Plane>,
     /// `N^T B`
     pub delassus: Matrix,
@@ -45,7 +46,7 @@ impl Model {
         let mass = rows(&case.mass, 0);
         let (damping, stiffness) = (rows(&case.damping, 1), rows(&case.stiffness, 2));
         let solve = |b: Vec<Dd>| mass.solve(&b).expect("a positive definite mass");
-        let mut free = Matrix::zeros(n, 2 * n + 3);
+        let mut free = Matrix::zeros(n, 2 * n + 1 + 2 * case.forces().count());
         let mut put = |column: usize, b: Vec<Dd>, sign: f64| {
             for (i, x) in solve(b).into_iter().enumerate() {
                 free.rows[i][column] = x * sign;
@@ -60,13 +61,11 @@ impl Model {
             case.load.iter().map(|&x| scaled(x, 3)).collect(),
             1.0,
         );
-        if let Some(f) = &case.force {
-            put(2 * n + 1, f.re.iter().map(|&x| scaled(x, 4)).collect(), 1.0);
-            put(
-                2 * n + 2,
-                f.im.iter().map(|&x| scaled(x, 4)).collect(),
-                -1.0,
-            );
+        for (k, f) in case.forces().enumerate() {
+            let place = 2 * n + 1 + 2 * k;
+            put(place, f.re.iter().map(|&x| scaled(x, 4)).collect(), 1.0);
+            let im = f.im.iter().map(|&x| scaled(x, 4)).collect();
+            put(place + 1, im, -1.0);
         }
         let stops: Vec<Plane> = case
             .stops
@@ -95,13 +94,13 @@ impl Model {
                 .map(|i| stops.iter().map(|j| dot(&i.normal, &j.reaction)).collect())
                 .collect(),
         };
-        let w = case.force.as_ref().map_or(0.0, |f| f.frequency);
+        let w = case.forces().map(|f| f.frequency).fold(0.0, f64::max);
         let span = case.span.1 - case.span.0;
         let rate = fastest_rate(&free, n, span).max(w).max(4.0 * 0.3 / span);
         Self {
             n,
             free,
-            frequency: Dd::from(w),
+            frequencies: case.forces().map(|f| Dd::from(f.frequency)).collect(),
             stops,
             delassus,
             step: (0.3 / rate).log2().floor().exp2(),
@@ -116,11 +115,23 @@ impl Model {
         x
     }
 
-    /// The end of a state: one, and cosine and sine of the forcing.
-    pub fn forcing_at(&self, case: &Case, time: f64) -> [Dd; 3] {
-        let phase = case.force.as_ref().map_or(0.0, |f| f.phase);
-        let (cos, sin) = (self.frequency * Dd::from(time) + Dd::from(phase)).cos_sin();
-        [Dd::ONE, cos, sin]
+    /// The end of a state: one, and cosine and sine of each force.
+    pub fn forcing_at(&self, case: &Case, time: f64) -> Vec<Dd> {
+        let turned = case.forces().zip(&self.frequencies).flat_map(|(f, &w)| {
+            let (cos, sin) = (w * Dd::from(time) + Dd::from(f.phase)).cos_sin();
+            [cos, sin]
+        });
+        std::iter::once(Dd::ONE).chain(turned).collect()
+    }
+
+    /// The numbers of a state.
+    pub fn size(&self) -> usize {
+        2 * self.n + 1 + 2 * self.frequencies.len()
+    }
+
+    /// The rates of the end of a state.
+    pub fn turning(&self, x: &[Dd]) -> Vec<Dd> {
+        turning(&self.frequencies, &x[2 * self.n..])
     }
 
     /// The opening speed of a stop.
@@ -132,6 +143,15 @@ impl Model {
         let plane = &self.stops[stop];
         plane.clearance - dot(&plane.normal, &x[..self.n])
     }
+}
+
+/// The rates of one, and of the cosine and sine of each frequency.
+fn turning(frequencies: &[Dd], end: &[Dd]) -> Vec<Dd> {
+    let turned = frequencies.iter().enumerate().flat_map(|(k, &w)| {
+        let (cos, sin) = (end[1 + 2 * k], end[2 + 2 * k]);
+        [-(w * sin), w * cos]
+    });
+    std::iter::once(Dd::ZERO).chain(turned).collect()
 }
 
 /// Gelfand's `|A^16|^(1/16)` with velocities scaled to positions: the modulus of the fastest eigenvalue, or somewhat more.
@@ -210,7 +230,7 @@ impl Model {
 pub struct Motion {
     pub held: Vec<usize>,
     n: usize,
-    frequency: Dd,
+    frequencies: Vec<Dd>,
     /// Accelerations `rows . x`.
     acceleration: Matrix,
     transition: Matrix,
@@ -224,7 +244,7 @@ pub struct Motion {
 impl Motion {
     /// `None` where the stops are not independent.
     pub fn new(model: &Model, held: &[usize]) -> Option<Self> {
-        let (n, m) = (model.n, 2 * model.n + 3);
+        let (n, m) = (model.n, model.size());
         let mut acceleration = model.free.clone();
         let mut forces = vec![vec![Dd::ZERO; m]; held.len()];
         let inner = model.delassus.part(held);
@@ -245,7 +265,7 @@ impl Motion {
         let mut motion = Self {
             held: held.to_vec(),
             n,
-            frequency: model.frequency,
+            frequencies: model.frequencies.clone(),
             acceleration,
             transition: Matrix::zeros(m, m),
             gaps: Vec::new(),
@@ -285,7 +305,7 @@ impl Motion {
     /// `row A`
     fn derivative(&self, row: &[Dd]) -> Vec<Dd> {
         let n = self.n;
-        let mut result = vec![Dd::ZERO; 2 * n + 3];
+        let mut result = vec![Dd::ZERO; row.len()];
         for (i, &r) in row[n..2 * n].iter().enumerate() {
             if r != Dd::ZERO {
                 for (sum, &a) in result.iter_mut().zip(&self.acceleration.rows[i]) {
@@ -296,8 +316,11 @@ impl Motion {
         for i in 0..n {
             result[n + i] += row[i];
         }
-        result[2 * n + 1] += row[2 * n + 2] * self.frequency;
-        result[2 * n + 2] -= row[2 * n + 1] * self.frequency;
+        for (k, &w) in self.frequencies.iter().enumerate() {
+            let (cos, sin) = (2 * n + 1 + 2 * k, 2 * n + 2 + 2 * k);
+            result[cos] += row[sin] * w;
+            result[sin] -= row[cos] * w;
+        }
         result
     }
 
@@ -329,8 +352,10 @@ impl Motion {
                 next[i] += factor * y[n + i];
                 next[n + i] += factor * a[i];
             }
-            next[2 * n + 1] -= factor * self.frequency * y[2 * n + 2];
-            next[2 * n + 2] += factor * self.frequency * y[2 * n + 1];
+            let rates = turning(&self.frequencies, &y[2 * n..]);
+            for (x, rate) in next[2 * n..].iter_mut().zip(rates) {
+                *x += factor * rate;
+            }
             y = next;
         }
         y

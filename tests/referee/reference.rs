@@ -1,7 +1,7 @@
 //! The referee's run of a scene, some runs beside it with all numbers moved by a little, and up to where they tell the
 //! same story: further on the answer hangs on rounding.
 
-use crate::case::{Case, MOST_IMPACTS};
+use crate::case::{Case, ForceCase, MOST_IMPACTS};
 use crate::double_double::Dd;
 use crate::hits::{Counting, GAP_ROUNDING};
 use crate::lasting::planes;
@@ -123,7 +123,7 @@ pub fn reference(case: &Case, n_aside: u64) -> Reference {
     // An angle of the forcing is known to its rounding, and slow forces that begin from zero to no more.
     let turned = |k: u64| {
         let mut case = case.clone();
-        if let Some(force) = case.force.as_mut().filter(|_| !touches) {
+        for force in case.forces_mut().filter(|_| !touches) {
             force.phase += sign(k, 8) * 2.0 * f64::EPSILON;
         }
         case
@@ -189,10 +189,7 @@ pub fn slowest_rate(case: &Case) -> Option<f64> {
 fn terms(case: &Case, rate: f64) -> (f64, f64) {
     let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let load = largest(&case.load);
-    let shaking = case
-        .force
-        .as_ref()
-        .map_or(0.0, |f| largest(&f.re) + largest(&f.im));
+    let shaking: f64 = case.forces().map(ForceCase::size).sum();
     let lightest = case.mass.diagonal().min();
     let short = (load + shaking) / lightest / (rate * rate);
     let squares = squared_frequencies(case);
@@ -200,15 +197,14 @@ fn terms(case: &Case, rate: f64) -> (f64, f64) {
     let Some(least) = squares.iter().copied().reduce(f64::min) else {
         return (short, short * rate);
     };
-    let is_slow = case
-        .force
-        .as_ref()
-        .is_some_and(|f| f.frequency * f.frequency < 4.0 * most);
-    let force = if is_slow { load + shaking } else { load };
-    let driving = case.force.as_ref().map_or(0.0, |f| f.frequency.powi(2));
-    let distance = |&w2: &f64| (w2 - driving).abs().max(1e-2 * (w2 + driving));
-    let nearest = squares.iter().map(distance).fold(f64::INFINITY, f64::min);
-    let q = (force / least).max(shaking / nearest) / lightest;
+    let slow = case.forces().filter(|f| f.frequency.powi(2) < 4.0 * most);
+    let force = load + slow.map(ForceCase::size).sum::<f64>();
+    let near = case.forces().map(|f| {
+        let driving = f.frequency.powi(2);
+        let distance = |&w2: &f64| (w2 - driving).abs().max(1e-2 * (w2 + driving));
+        f.size() / squares.iter().map(distance).fold(f64::INFINITY, f64::min)
+    });
+    let q = (force / least).max(near.sum()) / lightest;
     (q.max(short), (q * most.sqrt()).max(short * rate))
 }
 

@@ -1,6 +1,6 @@
 //! A scene that disagrees is made smaller, change by change, while it still disagrees in the same way.
 
-use crate::case::{Case, Push};
+use crate::case::{Case, ForceCase, Push};
 use crate::compare::{Verdict, judge};
 use crate::generator;
 use nalgebra::DMatrix;
@@ -52,7 +52,9 @@ fn simpler(case: &Case) -> Vec<Case> {
         });
     }
     offer(&|c| c.method = Method::Exact);
-    offer(&|c| c.force = None);
+    offer(&|c| c.more.clear());
+    offer(&|c| drop(c.more.pop()));
+    offer(&|c| c.force = c.more.pop());
     offer(&|c| c.load = vec![0.0; n]);
     offer(&|c| c.damping = DMatrix::zeros(n, n));
     offer(&|c| c.mass = DMatrix::identity(n, n));
@@ -72,12 +74,15 @@ fn simpler(case: &Case) -> Vec<Case> {
             });
         }
     }
-    if case.force.is_some() {
-        offer(&|c| c.force.as_mut().expect("forced").im = vec![0.0; n]);
-        offer(&|c| c.force.as_mut().expect("forced").phase = 0.0);
-        offer(&|c| c.force.as_mut().expect("forced").frequency = 1.0);
+    for i in 0..case.forces().count() {
+        let offer = &mut |change: &dyn Fn(&mut ForceCase)| {
+            offer(&|c| change(c.forces_mut().nth(i).expect("that many")));
+        };
+        offer(&|f| f.im = vec![0.0; n]);
+        offer(&|f| f.phase = 0.0);
+        offer(&|f| f.frequency = 1.0);
         for k in 0..n {
-            offer(&|c| c.force.as_mut().expect("forced").re[k] = 0.0);
+            offer(&|f| f.re[k] = 0.0);
         }
     }
     for d in [0, 1, 3] {
@@ -93,7 +98,7 @@ fn without(c: &mut Case, k: usize) {
         *matrix = matrix.clone().remove_row(k).remove_column(k);
     }
     let mut vectors = vec![&mut c.load, &mut c.q0, &mut c.v0];
-    if let Some(f) = &mut c.force {
+    for f in c.force.iter_mut().chain(&mut c.more) {
         vectors.extend([&mut f.re, &mut f.im]);
     }
     for stop in &mut c.stops {
@@ -113,7 +118,7 @@ fn round(c: &mut Case, d: usize) {
         matrix.apply(|x| *x = digits(*x, d));
     }
     let mut vectors = vec![&mut c.load, &mut c.q0, &mut c.v0];
-    if let Some(f) = &mut c.force {
+    for f in c.force.iter_mut().chain(&mut c.more) {
         f.frequency = digits(f.frequency, d);
         vectors.extend([&mut f.re, &mut f.im]);
     }

@@ -13,18 +13,20 @@ impl Case {
         let stiffness = mass / (time * time);
         let force = stiffness * length;
         let times = |values: &[f64], by: f64| values.iter().map(|x| x * by).collect();
+        let in_units = |f: &ForceCase| ForceCase {
+            re: times(&f.re, force),
+            im: times(&f.im, force),
+            frequency: f.frequency / time,
+            phase: f.phase,
+        };
         Self {
             label: self.label.clone(),
             mass: &self.mass * mass,
             damping: &self.damping * (mass / time),
             stiffness: &self.stiffness * stiffness,
             load: times(&self.load, force),
-            force: self.force.as_ref().map(|f| ForceCase {
-                re: times(&f.re, force),
-                im: times(&f.im, force),
-                frequency: f.frequency / time,
-                phase: f.phase,
-            }),
+            force: self.force.as_ref().map(in_units),
+            more: self.more.iter().map(in_units).collect(),
             stops: (self.stops.iter())
                 .map(|stop| StopCase {
                     clearance: stop.clearance * length,

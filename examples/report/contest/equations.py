@@ -122,10 +122,35 @@ def pendulum_acceleration(chain: Pendulum, push: Any, q: Vector, v: Vector) -> l
     return solved(pendulum_mass(chain, sines, cosines), force)
 
 
-def harmonic(scene: vi.Scene, number: Number) -> Callable[[Any], Any]:
-    """`cos(frequency t + phase)` of the forcing."""
-    frequency, phase = number(scene.forcing.frequency), number(scene.forcing.phase)
+@dataclass(frozen=True)
+class Tone:
+    """One harmonic of what drives a scene of constant mass: accelerations `push cos(frequency t + phase)`."""
+
+    frequency: Any
+    phase: Any
+    push: list[Any]
+
+    def wave(self, t: Any) -> Any:
+        """The cosine at a time."""
+        return cos(t * self.frequency + self.phase)
+
+
+def harmonic(forcing: vi.Harmonic | vi.BaseMotion, number: Number) -> Callable[[Any], Any]:
+    """`cos(frequency t + phase)` of a forcing."""
+    frequency, phase = number(forcing.frequency), number(forcing.phase)
     return lambda t: cos(t * frequency + phase)
+
+
+def forcings(scene: vi.Scene) -> tuple[Any, ...]:
+    """What drives a scene, one or several or nothing."""
+    forcing = scene.forcing
+    return forcing if isinstance(forcing, tuple) else () if forcing is None else (forcing,)
+
+
+def tones(scene: vi.Scene, number: Number) -> list[Tone]:
+    """All harmonics that drive a scene of constant mass."""
+    mass = matrix_of(scene.system.mass, number)
+    return [Tone(number(each.frequency), number(each.phase), linear_push(each, scene, mass, number)) for each in forcings(scene)]
 
 
 def accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
@@ -137,17 +162,17 @@ def accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vec
         chain = pendulum(system, number)
         if forcing is None:
             return lambda _, q, v: pendulum_acceleration(chain, number(0), q, v)
-        wave, size = harmonic(scene, number), number(forcing.amplitude) * number(forcing.frequency) ** 2
+        wave, size = harmonic(forcing, number), number(forcing.amplitude) * number(forcing.frequency) ** 2
         return lambda t, q, v: pendulum_acceleration(chain, wave(t) * size, q, v)
     mass, damping, stiffness = (matrix_of(each, number) for each in (system.mass, system.damping, system.stiffness))
     columns = range(system.n_dof)
     by_mass = [[solved(mass, [row[j] for row in each]) for j in columns] for each in (damping, stiffness)]
     load = solved(mass, [number(each) for each in system.load.tolist()])
-    shape = linear_push(scene, mass, number)
+    driven = tones(scene, number)
 
     def linear(t: Any, q: Vector, v: Vector) -> list[Any]:
-        wave = harmonic(scene, number)(t) if forcing is not None else 0
-        outer = [[load[i], wave * shape[i] if forcing is not None else 0] for i in columns]
+        waves = [tone.wave(t) for tone in driven]
+        outer = [[load[i], *(wave * tone.push[i] for wave, tone in zip(waves, driven, strict=True))] for i in columns]
         inner = [[u[j] * each[j][i] for u, each in zip((v, q), by_mass, strict=True) for j in columns] for i in columns]
         return [total(outer[i], inner[i]) for i in columns]
 
@@ -157,17 +182,18 @@ def accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vec
 def given_accelerations(scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
     """Accelerations by a user's law and a harmonic force."""
     move = scene.system.acceleration.formula(number)
-    if scene.forcing is None:
-        return move
-    wave, push = harmonic(scene, number), linear_push(scene, matrix_of(scene.system.mass, number), number)
-    return lambda t, q, v: [total([own, wave(t) * outer]) for own, outer in zip(move(t, q, v), push, strict=True)]
+    driven = tones(scene, number)
+
+    def given(t: Any, q: Vector, v: Vector) -> list[Any]:
+        own, waves = move(t, q, v), [tone.wave(t) for tone in driven]
+        outer = [[wave * each for each in tone.push] for wave, tone in zip(waves, driven, strict=True)]
+        return [total(terms) for terms in zip(own, *outer, strict=True)]
+
+    return given if driven else move
 
 
-def linear_push(scene: vi.Scene, mass: list[list[Any]], number: Number) -> list[Any]:
-    """Accelerations by the forcing of a scene of constant mass at its crest."""
-    forcing = scene.forcing
-    if forcing is None:
-        return [number(0)] * len(mass)
+def linear_push(forcing: Any, scene: vi.Scene, mass: list[list[Any]], number: Number) -> list[Any]:
+    """Accelerations by a forcing of a scene of constant mass at its crest."""
     if isinstance(forcing, vi.BaseMotion):
         size = number(forcing.amplitude) * number(forcing.frequency) ** 2
         return [number(each) * size for each in scene.system.influence.tolist()]

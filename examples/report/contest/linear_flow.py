@@ -1,17 +1,21 @@
 """Linear flights in many digits: eigenvectors of the state matrix, with forcing and load as states of their own.
 
-The states (q, v, cos, sin, 1) of a forced linear system follow `z' = A z`; `z(s) = sum c_k w_k exp(l_k s)`. The check takes
+The states (q, v, cos, sin of each tone, 1) of a forced linear system follow `z' = A z`; `z(s) = sum c_k w_k exp(l_k s)`. The check takes
 another way: the matrix exponential of `A s` by scaling and squaring of its series.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from mpmath import mp
 
+import vibroimpact as vi
+
+from .equations import tones
 from .many_digits import Functions
 from .problems import Problem
 
@@ -19,31 +23,31 @@ SAMPLES = 200  # in a turn of the fastest oscillation
 
 
 def state_matrix(problem: Problem) -> Any:
-    """Matrix of `z' = A z`, read off the accelerations of unit states."""
-    functions, n = Functions.of(problem), problem.scene.n_dof
-    forcing = problem.scene.forcing
-    zero, w = [mp.mpf(0)] * (2 * n), mp.mpf(forcing.frequency if forcing else 0)
-    quarter = mp.pi / 2 / w if forcing else mp.mpf(0)
-    phase = mp.mpf(forcing.phase) if forcing else mp.mpf(0)
-    crest, rise = (-phase / w, -phase / w - quarter) if forcing else (mp.mpf(0), mp.mpf(0))  # cosine 1; cosine 0
-    load = functions.acceleration(rise, *zero)
-    wave = [a - b if forcing else mp.mpf(0) for a, b in zip(functions.acceleration(crest, *zero), load, strict=True)]
-    a = mp.zeros(2 * n + 3)
+    """Matrix of `z' = A z`, its load and its columns read off the accelerations of the system without its forcing."""
+    scene, n = problem.scene, problem.scene.n_dof
+    free = Functions.of(replace(problem, scene=vi.Scene(scene.system, None, scene.stops)))
+    driven, zero = tones(scene, mp.mpf), [mp.mpf(0)] * (2 * n)
+    load = free.acceleration(mp.mpf(0), *zero)
+    units = [free.acceleration(mp.mpf(0), *([mp.mpf(k == j) for k in range(2 * n)])) for j in range(2 * n)]
+    last = 2 * n + 2 * len(driven)
+    a = mp.zeros(last + 1)
     for i in range(n):
         a[i, n + i] = 1
-        a[n + i, 2 * n], a[n + i, 2 * n + 2] = wave[i], load[i]
-        for j in range(2 * n):
-            unit = [mp.mpf(k == j) for k in range(2 * n)]
-            a[n + i, j] = functions.acceleration(rise, *unit)[i] - load[i]
-    a[2 * n, 2 * n + 1], a[2 * n + 1, 2 * n] = -w, w
+        a[n + i, last] = load[i]
+        for j, unit in enumerate(units):
+            a[n + i, j] = unit[i] - load[i]
+    for place, tone in zip(range(2 * n, last, 2), driven, strict=True):
+        a[place, place + 1], a[place + 1, place] = -tone.frequency, tone.frequency
+        for i in range(n):
+            a[n + i, place] = tone.push[i]
     return a
 
 
 def extended(problem: Problem, t: Any, x: list[Any]) -> Any:
     """The state with its forcing."""
-    forcing = problem.scene.forcing
-    angle = mp.mpf(forcing.frequency) * t + mp.mpf(forcing.phase) if forcing else mp.mpf(0)
-    return mp.matrix([*x, mp.cos(angle), mp.sin(angle), 1])
+    angles = [tone.frequency * t + tone.phase for tone in tones(problem.scene, mp.mpf)]
+    turned = [wave(angle) for angle in angles for wave in (mp.cos, mp.sin)]
+    return mp.matrix([*x, *turned, 1])
 
 
 class LinearPiece:

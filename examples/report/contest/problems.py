@@ -97,6 +97,16 @@ def third_kind() -> Problem:
     return Problem("kind_3", "Two linear pendulums, the paper's third kind", scene, (0.02, -0.1), (0.0, 0.3), 150.0)
 
 
+def two_tones() -> Problem:
+    """A mast of three masses between two stops, its foot and its top shaken at frequencies without a common period."""
+    stiffness = np.array([[5.0, -3.0, 0.0], [-3.0, 5.0, -2.0], [0.0, -2.0, 2.0]])
+    system = vi.LinearSystem([1.0, 0.8, 0.6], 0.02 * stiffness, stiffness)
+    foot, top = vi.Harmonic([0.6, 0.0, 0.0], 0.7, 0.3), vi.Harmonic([0.0, 0.0, 0.4], 0.7 * 5**0.5, 1.1)
+    stops = [vi.Stop(2, 0.5, 0.7), vi.Stop(1, 0.3, 0.6, side="lower")]
+    title = "Mast of three masses under two tones, two stops"
+    return Problem("two_tones", title, vi.Scene(system, [foot, top], stops), (0.0, 0.1, 0.2), (0.0, 0.0, 0.0), 100.0)
+
+
 def pendulum() -> Problem:
     """The double pendulum of eq. (3) with angles up to half a radian and a stop for each."""
     scene = vi.paper_scene(kind=3, linear=False).replace(forcing_scale=3.0, clearance=0.5)
@@ -212,6 +222,7 @@ def problems() -> list[Problem]:
         first_kind(),
         second_kind(),
         third_kind(),
+        two_tones(),
         pendulum(),
         chain(),
         duffing(),

@@ -23,7 +23,7 @@ use crate::observer::Observer;
 use crate::quantity::{difference, larger, positive_part};
 use crate::tolerance::{DEPENDENT, GAP_ROUNDING, PLACED_ROUNDING};
 use nalgebra::{DMatrix, DVector};
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -53,6 +53,8 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     pub(super) search: ContactSearch<'a, F>,
     /// The rows of the normal velocities on the flow's state.
     pub(super) velocity_rows: Vec<Vec<Pair>>,
+    /// The opening speed of each stop now, once it has been asked for.
+    opening: Vec<Cell<Option<f64>>>,
     /// `(1 + e)/(n.b)` of each stop.
     pub(super) rebounds: Vec<f64>,
     pub(super) clock: Clock,
@@ -110,6 +112,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
                 .iter()
                 .map(|row| flow.velocity_row(row))
                 .collect(),
+            opening: vec![Cell::new(None); scene.n_stops()],
             rebounds: stops.map(rebound).collect(),
             clock: Clock::new(0.0, scene.frequency),
             state: Vec::new(),
@@ -128,6 +131,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
 
     /// Puts the present state at a position and velocity, a time later.
     pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
+        self.changed();
         self.clock = self.clock.after(span);
         let (modal_state, at) = (self.scene.form.to_modal(q, v), self.moment());
         (self.flow).state_from_modal(&modal_state, at, &mut self.state);
@@ -143,11 +147,30 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
 
     /// Goes to a later time of the present flight.
     pub(super) fn go(&mut self, span: f64) {
+        self.changed();
         self.placed.clear();
         self.search.forward(&mut self.state, span);
         self.clock = self.clock.after(span);
         let at = self.moment();
         self.flow.set_moment(&mut self.state, at);
+    }
+
+    /// Forgets what was asked of a state that has changed.
+    fn changed(&mut self) {
+        for speed in &mut self.opening {
+            speed.set(None);
+        }
+    }
+
+    /// The opening speed of a stop.
+    #[inline]
+    fn opening_speed(&self, stop: usize) -> f64 {
+        let known = &self.opening[stop];
+        known.get().unwrap_or_else(|| {
+            let speed = self.stop_speed(stop) - along(&self.velocity_rows[stop], &self.state);
+            known.set(Some(speed));
+            speed
+        })
     }
 
     /// The speed at which a stop recedes by its own motion.
@@ -196,7 +219,7 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
         GapState {
             gap: model.c[0],
             // Of the terms that an impact takes it from: those of the model are others, and larger where modes are complex.
-            speed: self.stop_speed(stop) - along(&self.velocity_rows[stop], &self.state),
+            speed: self.opening_speed(stop),
             acceleration: 2.0 * model.c[2],
             jerk: Some(6.0 * model.c[3]),
             size: model.size,
@@ -366,6 +389,7 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
     }
 
     fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+        self.changed();
         for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
             *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));
         }
@@ -380,6 +404,7 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
     }
 
     fn raise(&mut self, stop: usize) -> Result<()> {
+        self.changed();
         let g = &self.scene.geometry;
         let (normal, reaction) = (g.normals.column(stop), g.reactions.column(stop));
         let shift = reaction * (self.gap(stop).gap / normal.dot(&reaction));
@@ -430,6 +455,7 @@ impl<F: LinearFlow> Present for ClosedForm<'_, F> {
     }
 
     fn set_time(&mut self, t: f64) {
+        self.changed();
         self.clock = self.clock.at(t);
         let at = self.moment();
         self.flow.set_moment(&mut self.state, at);
@@ -460,6 +486,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
     }
 
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
+        self.changed();
         self.search.restart();
         self.holding = None;
         self.placed.clear();
@@ -499,6 +526,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
                 let then = self.clock.after(time);
                 if is_within(then, last) {
                     self.record(time, None, recorder);
+                    self.changed();
                     self.clock = then;
                     self.placed.clear();
                     std::mem::swap(&mut self.state, &mut self.arrived);

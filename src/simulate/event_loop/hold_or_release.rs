@@ -295,10 +295,15 @@ impl EventLoop {
             held.extend(pressed);
             undecided = law.undecided;
         }
-        for i in undecided.into_iter().chain(back) {
+        for i in undecided.into_iter().chain(back.iter().copied()) {
             // Where another leaves, it is that one whose force fell; at a second time it is this one.
             let times = self.let_go.times(now, resting.stops[i]);
-            let leaves = is_release && times > usize::from(one_leaves);
+            // One that is let go each time that it is held, and back each time, is so by rounding: it stays, with a force that begins late.
+            let is_neither = times > MOST_AT_ONCE && back.contains(&i);
+            if is_neither {
+                self.root_orders[resting.stops[i]] = LATE;
+            }
+            let leaves = is_release && !is_neither && times > usize::from(one_leaves);
             if leaves || is_bound(&resting.normals, &held, i)? {
                 self.root_orders[resting.stops[i]] = LATE;
             } else {

@@ -15,7 +15,7 @@ import numba as nb
 import numpy as np
 from numbalsoda import lsoda, lsoda_sig, solve_ivp
 
-from ..equations import equations
+from ..equations import equations, forcings
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
@@ -60,8 +60,8 @@ def loops(problem: Problem):
     """The compiled loops of both methods."""
     n, rate, distances, turn, rate_pointer, event_pointer = compiled_formulas(problem)
     n_stops, f, g = len(problem.scene.stops), rate_pointer.address, event_pointer.address
-    forcing = problem.scene.forcing
-    spacing = min(2.0 * np.pi / (forcing.frequency if forcing else 1.0), 1.0) / 24.0
+    fastest = max((each.frequency for each in forcings(problem.scene)), default=1.0)
+    spacing = min(2.0 * np.pi / fastest, 1.0) / 24.0
 
     @nb.njit
     def moved(t, x, s):

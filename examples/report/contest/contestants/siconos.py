@@ -20,7 +20,7 @@ import siconos.kernel as sk
 
 import vibroimpact as vi
 
-from ..equations import accelerations, dot, gap, harmonic, linear_push, mass_at, matrix_of, normal
+from ..equations import accelerations, dot, gap, mass_at, matrix_of, normal, tones, total
 from ..formulas import traced
 from ..plugin import Plugin, function, loaded
 from ..problems import Problem
@@ -53,10 +53,11 @@ def is_direct(problem: Problem) -> bool:
 
 
 def matrices(problem: Problem) -> list[np.ndarray]:
-    """Mass, stiffness, damping, constant force and crest of the forcing, solved for accelerations if reactions ask for it."""
+    """Mass, stiffness, damping, constant force and crest of each tone, solved for accelerations if reactions ask for it."""
     scene, system = problem.scene, problem.scene.system
     mass, stiffness, damping = (np.array(matrix_of(each, float)) for each in (system.mass, system.stiffness, system.damping))
-    parts = [mass, stiffness, damping, np.array(system.load), mass @ linear_push(scene, mass.tolist(), float)]
+    crests = [mass @ tone.push for tone in tones(scene, float)]
+    parts = [mass, stiffness, damping, np.array(system.load), *crests]
     return [np.linalg.solve(mass, part) for part in parts] if is_direct(problem) else parts
 
 
@@ -68,8 +69,14 @@ def plugin(problem: Problem) -> Plugin:
 
 def forcing(problem: Problem) -> list[str]:
     """The force of a linear scene in time."""
-    wave, (*_, load, crest) = harmonic(problem.scene, float), matrices(problem)
-    force = traced(lambda t: [wave(t) * b + a for a, b in zip(load.tolist(), crest.tolist(), strict=True)], ["t"])
+    driven, (_, _, _, load, *crests) = tones(problem.scene, float), matrices(problem)
+
+    def outer(t):
+        waves = [tone.wave(t) for tone in driven]
+        parts = [[wave * each for each in crest.tolist()] for wave, crest in zip(waves, crests, strict=True)]
+        return [total(terms) for terms in zip(load.tolist(), *parts, strict=True)]
+
+    force = traced(outer, ["t"])
     return [function(f"load{LOAD}", force, {}, "f")]
 
 
@@ -107,7 +114,7 @@ def body(problem: Problem):
         moving.setComputeMassFunction(plugin(problem).path, "mass")
         moving.setComputeFIntFunction(plugin(problem).path, "force")
         return moving
-    mass, stiffness, damping, load, _ = matrices(problem)
+    mass, stiffness, damping, load, *_ = matrices(problem)
     moving = sk.LagrangianLinearTIDS(q0, v0, mass, stiffness, damping)
     if problem.scene.forcing is None:
         moving.setFExtPtr(load)
