@@ -1,6 +1,6 @@
 //! A time, with the angle and the frequency of the forcing there.
 
-use crate::model::turns::nearest_turn;
+use crate::model::turns::{nearest_turn, two_sum};
 
 /// A time, and the forcing angle `frequency t + phase` there, which keeps its digits at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,8 +35,11 @@ impl Moment {
     /// A time later, in the same step.
     #[inline]
     pub fn after(self, span: f64) -> Self {
+        let (sum, lost) = two_sum(self.time, span);
+        let (time, rest) = two_sum(sum, self.rest + lost);
         Self {
-            time: self.time + span,
+            time,
+            rest,
             angle: self.angle + self.frequency * span,
             ..self
         }
@@ -46,5 +49,20 @@ impl Moment {
     pub fn angle_of(self, frequency: f64) -> f64 {
         let (turn, turn_rest) = nearest_turn([self.time, self.rest], frequency);
         frequency * ((self.time - turn) + (self.rest - turn_rest))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_later_angles_of_any_frequency_keep_their_digits() {
+        let (start, span, w) = (1e9, 1.234_567_890_123, 0.7);
+        let [before, after] = [0.0, span].map(|s| Moment::new(start, 0.0, 0.0).after(s));
+        let turned = after.angle_of(w) - before.angle_of(w);
+        let whole = ((turned - w * span) / std::f64::consts::TAU).round();
+        let off = turned - w * span - whole * std::f64::consts::TAU;
+        assert!(off.abs() < 1e-15, "{off:e}");
     }
 }

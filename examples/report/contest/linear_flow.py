@@ -1,7 +1,7 @@
 """Linear flights in many digits: eigenvectors of the state matrix, with forcing and load as states of their own.
 
-The states (q, v, cos, sin of each tone, 1) of a forced linear system follow `z' = A z`; `z(s) = sum c_k w_k exp(l_k s)`. The check takes
-another way: the matrix exponential of `A s` by scaling and squaring of its series.
+The states (q, v, cos, sin of each tone, 1) of a forced linear system follow `z' = A z`; `z(s) = sum c_k w_k exp(l_k s)`.
+The check takes another way: the matrix exponential of `A s` by scaling and squaring of its series.
 """
 
 from __future__ import annotations

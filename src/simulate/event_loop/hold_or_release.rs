@@ -206,6 +206,8 @@ impl EventLoop {
             match force.release {
                 // The time of a release is known to rounding, and what is so little then to nobody.
                 _ if is_release && left <= unclear(stop) => undecided.push(i),
+                // Where the law of the forces is no end of it either, how they change decides.
+                Release::Stays if is_release && times(stop) > 2 * MOST_AT_ONCE => undecided.push(i),
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.root_orders[stop] = 2,
                 Release::Undecided => undecided.push(i),

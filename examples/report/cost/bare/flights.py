@@ -5,6 +5,7 @@ from __future__ import annotations
 from report.cost.bare.change import NEVER, Change
 
 SCENE, BLOCK = "src/flow/scene_flow.rs", "src/flow/block.rs"
+REGISTERS = "src/flow/registers.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
 LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/hold_or_release", "/strike"))
 EXACT, KEEP, NEXT = "src/hybrid/closed_form/system.rs", "src/hybrid/closed_form/arcs.rs", "src/contact/next.rs"
@@ -32,10 +33,14 @@ INPUTS = (
 # One kind of block: an oscillator that neither decays nor grows.
 DAMPING = (
     Change(PROPAGATION, "    Over {\n        w2: f64,", "", "}\n\nimpl Propagation"),
-    Change(PROPAGATION, "                if eta == 0.0 {", "                {"),
     Change(
-        PROPAGATION, "                let decay = (-eta * t).exp();", "            }\n", "        }\n    }\n\n    /// Response"
+        PROPAGATION, "            Self::Spiral { sigma, omega } => [omega, sigma],", "", "        }\n    }\n\n    /// `e^{A t}`."
     ),
+    Change(PROPAGATION, "sin_cos(turn), exp(growth))", "sin_cos(turn), 1.0)"),
+    Change(REGISTERS, "powers: exponentials(self.1),", "powers: [1.0; K],"),
+    Change(PROPAGATION, "                let c = power * cos;\n", ""),
+    Change(PROPAGATION, "[[c + eta * s, s], [-w2 * s, c - eta * s]]", "[[cos, s], [-w2 * s, cos]]"),
+    Change(PROPAGATION, "            Self::Over {\n                w2,\n", "", "        }\n    }\n\n    /// Response"),
     Change(
         PROPAGATION,
         "        let [[first, s], [cross, second]] = *exponential;",
@@ -121,7 +126,7 @@ KEPT = (
 # Nobody is asked whether to go on.
 WATCH = (
     Change(LOOP, "            observer.work(work)?;\n", ""),
-    Change(NEXT, "            if let Some(work) = made {", "", "            if self.level == first_level {"),
+    Change(NEXT, "            if let Some(work) = made {", "", "            let Gone { count, are_clear } ="),
     Change(
         NEXT,
         "                observer.work(STEPS_PER_LOOK * self.state.len())?;",
