@@ -241,10 +241,7 @@ fn by_hand(criterion: &mut Criterion) {
         DMatrix::from_row_iterator(MANY, 2, starts(MANY).flat_map(of))
     };
     let (q, v) = (column(|start| start.0), column(|start| start.1));
-    let sweep = SweepOptions {
-        threads: Some(1),
-        ..Default::default()
-    };
+    let sweep = SweepOptions { threads: Some(1) };
     let mut group = criterion.benchmark_group("2000 trajectories of 50 periods");
     group.sample_size(10);
     group.bench_function("exact flights", |bencher| {
