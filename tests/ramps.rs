@@ -1,11 +1,11 @@
 //! Numbers of a scene that drift along a run: angles go on, what is kept comes back, the laws of mechanics hold along all chapters.
 
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
-use vibroimpact::{Harmonic, Method};
 use vibroimpact::{
-    ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampCourse, RampLaw, Scene, Side,
+    Change, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampCourse, RampLaw, Scene, Side,
     SimulateOptions, Status, Stop, Trajectory, plan_under, simulate,
 };
+use vibroimpact::{Harmonic, Method};
 
 fn scene() -> Scene {
     let damping = dmatrix![0.2, 0.03; 0.05, 0.15];
@@ -109,6 +109,65 @@ fn the_state_and_the_angle_go_on_and_the_ledgers_close() {
             let (a, b) = (a.expect("inside"), b.expect("inside"));
             assert!((a.0 - b.0).amax() < 1e-13 && (a.1 - b.1).amax() < 1e-13);
         }
+    }
+}
+
+#[test]
+fn levels_are_runs_one_after_another() {
+    type Number = (Parameter, fn(f64) -> Change, [f64; 2]);
+    let numbers: [Number; 4] = [
+        (Parameter::DampingScale, Change::DampingScale, [1.0, 3.0]),
+        (Parameter::ForcingScale, Change::ForcingScale, [1.0, 2.0]),
+        (
+            Parameter::RestitutionOf(0),
+            |e| Change::RestitutionOf(0, e),
+            [0.8, 0.3],
+        ),
+        (
+            Parameter::ClearanceOf(1),
+            |c| Change::ClearanceOf(1, c),
+            [0.25, 0.1],
+        ),
+    ];
+    let dwell = 2.25 * scene().period().expect("one force");
+    for (parameter, change, [from, to]) in numbers {
+        let whole = run(vec![ramp(parameter, to, LEVELS)], Keep::Final);
+        let rest = DVector::zeros(2);
+        let (mut q, mut v, mut start) = (rest.clone(), rest, 0.0);
+        for k in 0..5 {
+            let scene = scene().replace(change(from + (to - from) * f64::from(k) / 4.0));
+            let end = (dwell * f64::from(k + 1)).min(40.0);
+            let options = SimulateOptions::default();
+            let part = simulate(&scene.expect("valid"), &q, &v, (start, end), &options);
+            let part = part.expect("a run");
+            (q, v) = (part.last().0.clone(), part.last().1.clone());
+            start = end;
+        }
+        let (q_end, v_end) = whole.last();
+        let off = (q_end - q).amax().max((v_end - v).amax());
+        assert!(off < 1e-11, "{parameter:?}: {off:e}");
+    }
+}
+
+#[test]
+fn levels_beside_a_frequency_that_drifts_last_their_turns() {
+    // `w0 t + r t^2/2` is 2.25 turns at the end of the first level, and so on.
+    let (w0, rate) = (1.2, 0.03);
+    let up = ramp(Parameter::Frequency, 9.0, RampCourse::Rate(rate));
+    let saved = run(
+        vec![up, ramp(Parameter::RestitutionOf(0), 0.3, LEVELS)],
+        Keep::Motion,
+    )
+    .save();
+    for k in 1..5 {
+        let angle = 2.25 * std::f64::consts::TAU * f64::from(k);
+        let then = 2.0 * angle / (w0 + (w0 * w0 + 2.0 * rate * angle).sqrt());
+        let is_then = |chapter: &(f64, f64, usize)| (chapter.0 - then).abs() < 1e-12 * then;
+        assert!(
+            saved.chapters.iter().any(is_then),
+            "{k}: {then} {:?}",
+            saved.chapters
+        );
     }
 }
 

@@ -50,9 +50,10 @@ from vibroimpact._core import (
 )
 from vibroimpact._files import load
 from vibroimpact.damping import rayleigh_damping
+from vibroimpact.ensemble import Ensemble, simulate_many
 from vibroimpact.errors import ConvergenceError
+from vibroimpact.existence import ExistenceMap, existence_map
 from vibroimpact.reduction import Reduction, reduce
-from vibroimpact.sweep import Ensemble, ExistenceMap, existence_map, simulate_many
 
 if TYPE_CHECKING:
     from vibroimpact import plot

@@ -18,8 +18,9 @@ import numpy as np
 
 from vibroimpact import _core
 from vibroimpact._core import NonlinearStop, NonlinearSystem, Orbit, Orbits, Scene, Trajectory
+from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
-from vibroimpact.sweep import Ensemble, ExistenceMap
+from vibroimpact.existence import ExistenceMap
 
 #: Counts what older libraries cannot read.
 FORMAT = 1

@@ -6,12 +6,15 @@ elsewhere works on to its end, but none that waits is begun.
 
 from __future__ import annotations
 
+import itertools
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, TypeVar
+
+import numpy as np
 
 Part = TypeVar("Part")
 
@@ -21,10 +24,19 @@ Workers = int | Executor | Callable[..., Iterable[Any]] | None
 #: Asks whether to go on; raises where not.
 Ask = Callable[[], None]
 
+#: Pieces handed to an executor: enough to share evenly, each long enough to be worth sending.
+_PIECES = 64
+
 _ANSWER = 0.1  # [s] between two looks for what is done
 
 #: The sweeps of this process that were broken off: what is left of their pieces is not wanted.
 _broken_off: set[str] = set()
+
+
+def bounds(total: int, pieces: int = _PIECES) -> list[tuple[int, int]]:
+    """Cut ``range(total)`` into pieces of nearly equal length."""
+    edges = np.linspace(0, total, min(total, pieces) + 1).astype(int)
+    return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]
 
 
 def threads(workers: Workers) -> int | None:

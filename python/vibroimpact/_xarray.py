@@ -9,7 +9,8 @@ import numpy as np
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Trajectory
-from vibroimpact.sweep import Ensemble, ExistenceMap
+from vibroimpact.ensemble import Ensemble
+from vibroimpact.existence import ExistenceMap
 
 #: Tables of a result, and the dimension of their rows.
 TABLES = {"impacts": "impact", "grazes": "graze", "segments": "segment"}

@@ -59,13 +59,13 @@ impl Followed {
             self.late = 0.0;
         }
         self.bracket.note(time, gap);
-        self.widen(self.model.size, gap.abs());
+        self.widen([self.model.size, gap.abs()]);
         was_falling && speed >= 0.0
     }
 
     /// Takes note of how large its terms and itself are.
     #[inline]
-    pub fn widen(&mut self, size: f64, gap: f64) {
+    pub fn widen(&mut self, [size, gap]: [f64; 2]) {
         let [widest, farthest] = &mut self.extent;
         if size > *widest {
             *widest = size;

@@ -76,11 +76,11 @@ pub(crate) struct ContactSearch<'f, F: LinearFlow> {
     /// The stops within reach.
     pub(super) active: Vec<usize>,
     norms: Vec<f64>,
-    /// The state at the looks ahead, and the gaps of the stops within reach with their extents there.
+    /// The state at the looks ahead, and the gaps of the stops within reach there.
     pub(super) looks: Vec<LookDerivatives>,
-    pub(super) models: Vec<(LookModels, [f64; 2])>,
-    /// The look one step beyond the state, and the level of that step, where there is one.
-    pub(super) beyond: Option<(usize, usize)>,
+    pub(super) models: Vec<LookModels>,
+    /// The look next after the state, and the time to it, where there is one.
+    pub(super) beyond: Option<(usize, f64)>,
     pub(super) state: Vec<Pair>,
     /// Evaluations of a gap so far.
     pub n_gap_evaluations: usize,
@@ -204,6 +204,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         self.active.extend(0..self.gaps.len());
         self.state.clear();
         self.state.extend_from_slice(start);
+        self.beyond = None;
         self.leave_out();
         let mut time = 0.0;
         let mut steps = 0usize;
@@ -225,7 +226,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 }
             };
             if let Some((stop, at)) = reached {
-                let at = self.seen_from_beyond(stop, at).unwrap_or(at);
+                let at = self.between_looks(stop, at, step);
                 grazes.retain(|g| g.time < time + at);
                 let root = FirstRoot::Crossing {
                     at: time + at,
@@ -281,25 +282,30 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 
     /// Leaves out the stops that are beyond reach for all times to come, but for those in contact.
     fn leave_out(&mut self) {
-        self.beyond = None;
         let Self {
             flow,
             norms,
             state,
             gaps,
             active,
+            beyond,
             ..
         } = self;
         if active.iter().all(|&stop| gaps[stop].order_here > 0) {
             return;
         }
         flow.norms(state, norms);
+        let count = active.len();
         active.retain(|&stop| {
             let gap = &gaps[stop];
             let (least, size) = gap.row.least(norms);
             let is_beyond_reach = least > GAP_ROUNDING * size && gap.order_here == 0;
             !is_beyond_reach
         });
+        if active.len() < count {
+            // The looks ahead are at all of them.
+            *beyond = None;
+        }
     }
 
     /// The earliest contact in one step, none if every gap is clear; the stop that could not be decided otherwise. The flight
@@ -378,7 +384,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             // A flight of few steps is farthest from its stop half-way.
             let followed = &mut self.gaps[stop];
             let far = followed.model.value(0.5 * at).abs();
-            followed.widen(far, far);
+            followed.widen([far, far]);
         }
         Ok(earliest)
     }

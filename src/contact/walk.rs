@@ -17,8 +17,8 @@ const MOST_BETWEEN: f64 = 900.0;
 const DOUBLINGS: usize = 60;
 /// Halvings of a step over which the fastest motion changes as a whole, after which there are no digits left to halve.
 const HALVINGS: usize = 52;
-/// Levels for which there is room from the start.
-const USUAL_DEPTH: usize = 12;
+/// Places of levels for which there is room from the start.
+const USUAL_PLACES: usize = 24;
 /// Shortest steps without a proof after which nothing more is expected to be proved.
 const MOST_UNPROVED: usize = 64;
 /// Steps after which a stop out of reach is looked for: damping takes stops out of reach during a flight.
@@ -32,10 +32,8 @@ pub(crate) struct PropagatorLevels<F: LinearFlow> {
     top: usize,
     /// The last level, where a search gives up proving.
     pub deepest: usize,
-    /// The levels from the flow's longest step on, those that were asked for.
-    within: Vec<Option<Level<F>>>,
-    /// Longer steps, from the longest step up.
-    longer: Vec<Option<Level<F>>>,
+    /// Those that were asked for, each at its place.
+    made: Vec<Option<Level<F>>>,
 }
 
 /// What moves a state forward by one step.
@@ -56,8 +54,7 @@ impl<F: LinearFlow> PropagatorLevels<F> {
             longest,
             top: if flow.holds_for_ever() { 0 } else { DOUBLINGS },
             deepest: DOUBLINGS + between + HALVINGS,
-            within: Vec::with_capacity(USUAL_DEPTH),
-            longer: Vec::new(),
+            made: Vec::with_capacity(USUAL_PLACES),
         }
     }
 
@@ -91,21 +88,16 @@ impl<F: LinearFlow> PropagatorLevels<F> {
     /// state of so many pairs.
     #[inline]
     pub fn prepare(&mut self, flow: &F, level: usize, n_pairs: usize) -> Option<usize> {
-        let step = self.step(level);
-        let (levels, place) = if level >= DOUBLINGS {
-            (&mut self.within, level - DOUBLINGS)
-        } else {
-            (&mut self.longer, DOUBLINGS - 1 - level)
-        };
-        if let Some(Some(_)) = levels.get(place) {
+        let place = place_of(level);
+        if let Some(Some(_)) = self.made.get(place) {
             return None;
         }
-        if levels.len() <= place {
-            levels.resize_with(place + 1, || None);
+        if self.made.len() <= place {
+            self.made.resize_with(place + 1, || None);
         }
         let mut propagator = F::Propagator::default();
-        flow.prepare(step, &mut propagator);
-        levels[place] = Some(Level {
+        flow.prepare(self.step(level), &mut propagator);
+        self.made[place] = Some(Level {
             propagator,
             strides: OnceCell::new(),
         });
@@ -115,22 +107,15 @@ impl<F: LinearFlow> PropagatorLevels<F> {
     /// What was made for a level.
     #[inline]
     fn made(&self, level: usize) -> Option<&Level<F>> {
-        let known = if level >= DOUBLINGS {
-            self.within.get(level - DOUBLINGS)
-        } else {
-            self.longer.get(DOUBLINGS - 1 - level)
-        };
-        known?.as_ref()
+        self.made.get(place_of(level))?.as_ref()
     }
 
-    /// Moves a state forward by the step of a level. Where its propagator had to be made: the work of that.
+    /// Moves a state forward by the step of a level that is prepared.
     #[inline]
-    pub fn advance(&mut self, flow: &F, level: usize, state: &mut [Pair]) -> Option<usize> {
-        let work = self.prepare(flow, level, state.len());
+    pub fn advance(&self, flow: &F, level: usize, state: &mut [Pair]) {
         if let Some(Level { propagator, .. }) = self.made(level) {
             flow.advance(propagator, state);
         }
-        work
     }
 
     /// What carries a state over one to eight steps of a level that is prepared, if the flow has that.
@@ -141,6 +126,16 @@ impl<F: LinearFlow> PropagatorLevels<F> {
             .strides
             .get_or_init(|| flow.strides(&level.propagator));
         made.as_deref()
+    }
+}
+
+/// Where a level is kept: from the longest step on, the shorter and the longer ones in turn.
+#[inline]
+fn place_of(level: usize) -> usize {
+    if level >= DOUBLINGS {
+        2 * (level - DOUBLINGS)
+    } else {
+        2 * (DOUBLINGS - 1 - level) + 1
     }
 }
 
@@ -321,7 +316,8 @@ pub(crate) fn check_flight<F: LinearFlow>(
         if time + step >= span {
             return Ok(check);
         }
-        let made = levels.advance(flow, level, state);
+        let made = levels.prepare(flow, level, state.len());
+        levels.advance(flow, level, state);
         observer.work(made.unwrap_or(state.len()))?;
         time += step;
         if !refined {
@@ -366,6 +362,14 @@ mod tests {
             &mut Observer::new(go_on),
         )
         .expect("not interrupted")
+    }
+
+    #[test]
+    fn every_level_has_a_place_of_its_own() {
+        let mut places: Vec<usize> = (0..2 * DOUBLINGS).map(place_of).collect();
+        places.sort_unstable();
+        assert!(places.into_iter().eq(0..2 * DOUBLINGS));
+        assert_eq!(place_of(DOUBLINGS), 0);
     }
 
     #[test]

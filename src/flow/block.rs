@@ -180,13 +180,13 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut Vec<LookDerivatives>) {
-        looks.clear();
+    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut [LookDerivatives]) {
         // Not by an iterator's own loop, which is compiled for other registers.
-        for (j, ((part, stride), &z)) in self.parts.iter().zip(strides).zip(state).enumerate() {
+        let parts = self.parts.iter().zip(strides).zip(state);
+        for (j, (look, ((part, stride), &z))) in looks.iter_mut().zip(parts).enumerate() {
             let [input, ..] = self.drive.inputs(j, D::read(&[]));
             let block = (&part.matrix, input, part.scale);
-            looks.push(LookDerivatives::of(block, stride, z));
+            *look = LookDerivatives::of(block, stride, z);
         }
     }
 
@@ -393,6 +393,34 @@ mod tests {
         contract::check(&BlockFlow::new(&pairs, Loaded { load, drive }), 2, 0.8);
     }
 
+    /// Where nothing moves but by the signal, its rates bound what gaps and speeds do to the end of its piece.
+    fn check_from_rest(flow: &BlockFlow<ManyDrive>, end: f64) {
+        let longest = (if flow.holds_for_ever() {
+            end
+        } else {
+            flow.longest_step()
+        })
+        .min(end);
+        let (mut start, mut derivatives) = (Vec::new(), Vec::new());
+        let at = Moment::new(-1.0, 0.0, 0.0);
+        flow.state_from_modal(&vec![[0.0, 0.0]].into(), at, &mut start);
+        for row in [[1.0, 0.0], [0.0, 1.0]] {
+            let row = flow.gap_row(&Quantity::gap(0.0, &[row]));
+            flow.derivatives(&start, &mut derivatives);
+            let model = row.model(&derivatives);
+            for s in (1..=50).map(|k| 0.02 * longest * f64::from(k)) {
+                let (mut propagator, mut state) = (BlockPropagator::default(), start.clone());
+                flow.prepare(s, &mut propagator);
+                flow.advance(&propagator, &mut state);
+                flow.derivatives(&state, &mut derivatives);
+                let there = row.model(&derivatives);
+                let miss = (there.c[0] - model.value(s)).abs();
+                let bound = model.remainder(s) + 1e-13 * there.size;
+                assert!(miss <= bound, "{s} of {longest}: {miss:e} {bound:e}");
+            }
+        }
+    }
+
     #[test]
     fn bounds_hold_along_a_signal_to_the_end_of_its_piece() {
         let blocks = [
@@ -405,23 +433,55 @@ mod tests {
         for (end, degree) in [(300.0, 3), (300.0, 5), (300.0, 8), (40.0, 4)] {
             let coefficient =
                 |k: usize| (1.3 - 0.7 * k as f64) / f64::powf(end, (degree - k) as f64);
-            let coefficients = DMatrix::from_fn(degree + 1, 1, |k, _| coefficient(k));
-            let signal = Signal::pieces(&[-1.0, end], &coefficients).expect("valid");
-            for block in blocks {
+            let flow = |block: Block, coefficients: &DMatrix<f64>| {
+                let signal = Signal::pieces(&[-1.0, end], coefficients).expect("valid");
                 let directions = vec![[0.0, 0.8]];
                 let drive = ManyDrive {
-                    signals: vec![SignalInput {
-                        signal: signal.clone(),
-                        directions,
-                    }],
+                    signals: vec![SignalInput { signal, directions }],
                     ..ManyDrive::default()
                 };
-                let flow = BlockFlow::new(&[block], drive);
-                if end > 200.0 * flow.longest_step() || !flow.holds_for_ever() {
-                    contract::check(&flow, 1, 0.0);
+                BlockFlow::new(&[block], drive)
+            };
+            let mixed = DMatrix::from_fn(degree + 1, 1, |k, _| coefficient(k));
+            // Of which a body at rest notices nothing at first.
+            let power = DMatrix::from_fn(
+                degree + 1,
+                1,
+                |k, _| if k == 0 { coefficient(0) } else { 0.0 },
+            );
+            for block in blocks {
+                let along = flow(block, &mixed);
+                if end > 200.0 * along.longest_step() || !along.holds_for_ever() {
+                    contract::check(&along, 1, 0.0);
                 }
+                check_from_rest(&flow(block, &power), end);
             }
         }
+    }
+
+    #[test]
+    fn the_speed_of_a_body_pushed_by_a_signal_is_bounded_by_the_signal() {
+        // `v' = 2 t^3`, whose fourth derivative of v is 12.
+        let coefficients = DMatrix::from_column_slice(4, 1, &[2.0, 0.0, 0.0, 0.0]);
+        let signal = Signal::pieces(&[0.0, 10.0], &coefficients).expect("valid");
+        let drive = ManyDrive {
+            signals: vec![SignalInput {
+                signal,
+                directions: vec![[0.0, 1.0]],
+            }],
+            ..ManyDrive::default()
+        };
+        let flow = BlockFlow::new(&[Block::Oscillator { w2: 0.0, eta: 0.0 }], drive);
+        let speed = flow.gap_row(&Quantity::gap(0.0, &[[0.0, 1.0]]));
+        let (mut state, mut derivatives) = (Vec::new(), Vec::new());
+        flow.state_from_modal(
+            &vec![[0.0, 0.0]].into(),
+            Moment::new(0.0, 0.0, 0.0),
+            &mut state,
+        );
+        flow.derivatives(&state, &mut derivatives);
+        let bound = 24.0 * speed.model(&derivatives).quartic;
+        assert!((12.0..12.1).contains(&bound), "{bound}");
     }
 
     #[test]

@@ -290,6 +290,7 @@ impl GapRow {
             quartic: eight(|k| quartic[k] * (1.0 / 24.0)),
             quintic: self.forced_growth * (1.0 / 120.0),
             size,
+            extent: [0.0; 2],
         }
     }
 

@@ -25,10 +25,10 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     fn strides(&self, _propagator: &Self::Propagator) -> Option<Vec<Stride>> {
         None
     }
-    /// The derivatives of a state one to eight steps later, of a flow that has strides.
+    /// The derivatives of a state one to eight steps later, of a flow that has strides; `looks` has a place for each pair.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn look(&self, _strides: &[Stride], _state: &[Pair], _looks: &mut Vec<LookDerivatives>) {}
+    fn look(&self, _strides: &[Stride], _state: &[Pair], _looks: &mut [LookDerivatives]) {}
     /// Moves a state forward.
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]);
 }
@@ -143,7 +143,8 @@ pub(crate) mod contract {
         let Some(strides) = flow.strides(&propagator) else {
             return;
         };
-        let (mut looks, mut derivatives) = (Vec::new(), Vec::new());
+        let (mut looks, mut derivatives) =
+            (vec![LookDerivatives::default(); state.len()], Vec::new());
         flow.look(&strides, state, &mut looks);
         let (models, mut there) = (gap.models(&looks), state.to_vec());
         let numbers = |m: GapModel| [m.c[0], m.c[1], m.c[2], m.c[3], m.quartic, m.quintic, m.size];

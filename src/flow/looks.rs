@@ -23,11 +23,14 @@ pub(crate) fn eight(of: impl Fn(usize) -> f64) -> Eight {
     all
 }
 
-/// The largest of the numbers at the looks up to a last one, none of them negative.
+/// Which looks, one bit each, the lowest for the first.
+pub(crate) type WhichLooks = u8;
+
+/// The largest of the numbers at looks, none of them negative; `is_seen` is one for the looks that count, zero for the others.
 #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
 #[inline(always)]
-fn largest_up_to(last: usize, of: impl Fn(usize) -> f64) -> f64 {
-    let mut all = eight(|k| if k <= last { of(k) } else { 0.0 });
+fn largest_of(numbers: &Eight, is_seen: &Eight) -> f64 {
+    let mut all = eight(|k| numbers[k].abs() * is_seen[k]);
     for half in [LOOKS / 2, LOOKS / 4, LOOKS / 8] {
         for k in 0..half {
             all[k] = larger(all[k], all[k + half]);
@@ -78,7 +81,7 @@ impl Stride {
 }
 
 /// One pair of a state and its first three time derivatives at each look, as [`crate::flow::Derivatives`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct LookDerivatives {
     pub z: [Eight; 2],
     pub d1: [Eight; 2],
@@ -120,12 +123,14 @@ impl LookDerivatives {
 }
 
 /// The model of a gap at each look, as [`GapModel`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct LookModels {
     pub c: [Eight; 4],
     pub quartic: Eight,
     pub quintic: f64,
     pub size: Eight,
+    /// The largest size of the terms and the largest gap, at the looks that count.
+    pub extent: [f64; 2],
 }
 
 impl LookModels {
@@ -141,24 +146,22 @@ impl LookModels {
         }
     }
 
-    /// The largest size of the terms at the looks up to a last one, and the largest gap.
+    /// Takes note of the largest size of the terms, and of the largest gap, at the looks that count.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    pub fn extent(&self, last: usize) -> [f64; 2] {
-        [
-            largest_up_to(last, |k| self.size[k]),
-            largest_up_to(last, |k| self.c[0][k].abs()),
-        ]
+    pub fn note_extent(&mut self, is_seen: &Eight) {
+        self.extent = [&self.size, &self.c[0]].map(|numbers| largest_of(numbers, is_seen));
     }
 
     /// At which looks the gap, counted from a floor, is provably above a part of the size of its terms for a step.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    pub fn are_above(&self, part: f64, floor: f64, step: f64) -> [bool; LOOKS] {
-        let mut above = [false; LOOKS];
-        for (k, is_above) in above.iter_mut().enumerate() {
+    pub fn above(&self, part: f64, floor: f64, step: f64) -> WhichLooks {
+        let mut above = 0;
+        for k in 0..LOOKS {
             let model = self.at(k);
-            *is_above = model.above(floor).is_above(part * model.size, step);
+            let is_above = model.above(floor).is_above(part * model.size, step);
+            above |= WhichLooks::from(is_above) << k;
         }
         above
     }

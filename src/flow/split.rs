@@ -155,7 +155,7 @@ impl LinearFlow for SplitFlow {
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut Vec<LookDerivatives>) {
+    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut [LookDerivatives]) {
         self.flow.look(strides, state, looks);
     }
 

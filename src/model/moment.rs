@@ -64,5 +64,9 @@ mod tests {
         let whole = ((turned - w * span) / std::f64::consts::TAU).round();
         let off = turned - w * span - whole * std::f64::consts::TAU;
         assert!(off.abs() < 1e-15, "{off:e}");
+        // In as many short spans too, each of which rounding takes from a time so large.
+        let short = (0..1024).fold(before, |at, _| at.after(span / 1024.0));
+        let off = short.angle_of(w) - after.angle_of(w);
+        assert!(off.abs() < 1e-15, "{off:e}");
     }
 }

@@ -328,13 +328,16 @@ impl EventLoop {
         *count > MOST_EVENTS_AT_ONCE
     }
 
+    /// The time since the present flight began.
+    fn flight_time<Y: HybridSystem + ?Sized>(&self, system: &Y) -> f64 {
+        let then = self.departure;
+        then.map_or(0.0, |then| then.until(system.clock()))
+    }
+
     /// Whether a gap is closed, as far as the rounding of its terms and of the time of the flight tells.
     fn is_closed<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
-        let state = system.gap(stop);
-        let flight = self
-            .departure
-            .map_or(0.0, |then| then.until(system.clock()));
-        state.gap <= system.rounding(stop) + TIME_ROUNDING * flight * state.speed.abs()
+        let flight = self.flight_time(system);
+        is_closed_at(system.gap(stop), system.rounding(stop), flight)
     }
 
     /// A stop that is reached at the instant of a release, as far as that is known: what is let go may be so after its impact alone.
@@ -360,6 +363,7 @@ impl EventLoop {
         let arrived = system.gap(reached);
         // How many roundings may be left of the gap that was reached, and of others at that instant.
         let most_left = (arrived.gap / system.rounding(reached)).clamp(1.0, MOST_LEFT);
+        let flight = self.flight_time(system);
         for stop in 0..system.n_stops() {
             let GapSizes { terms, reach } = system.flight_sizes(stop);
             self.sizes[stop] = larger(self.sizes[stop], terms);
@@ -370,9 +374,11 @@ impl EventLoop {
             if faces {
                 self.still.push(stop);
             }
-            let is_left = || system.gap(stop).gap / system.rounding(stop) <= most_left;
-            let is_reached = system.is_at_place_of(stop, reached);
-            if faces || is_held || is_reached || self.is_closed(system, stop) || is_left() {
+            let is_left = || {
+                let (gap, rounding) = (system.gap(stop), system.rounding(stop));
+                is_closed_at(gap, rounding, flight) || gap.gap / rounding <= most_left
+            };
+            if faces || is_held || system.is_at_place_of(stop, reached) || is_left() {
                 self.touching.push(stop);
             }
         }
@@ -478,6 +484,11 @@ fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChat
         speed: state.speed,
         acceleration: state.acceleration,
     }
+}
+
+/// Whether a gap of some rounding is closed at the end of a flight of some time.
+fn is_closed_at(state: GapState, rounding: f64, flight: f64) -> bool {
+    state.gap <= rounding + TIME_ROUNDING * flight * state.speed.abs()
 }
 
 /// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion

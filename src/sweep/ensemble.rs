@@ -129,7 +129,18 @@ pub fn simulate_many<'a>(
     sweep: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Ensemble> {
-    let scenes = scenes.into();
+    simulate_rows(scenes.into(), (q0, v0), t_span, options, sweep, observer)
+}
+
+/// The same of scenes of one type: what makes the runs is compiled once, here, not by whoever calls.
+fn simulate_rows(
+    scenes: Scenes<'_>,
+    (q0, v0): (&DMatrix<f64>, &DMatrix<f64>),
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+    sweep: SweepOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Ensemble> {
     let n = scenes.n_dof()?;
     let counts = [scenes.len(), Some(q0.nrows()), Some(v0.nrows())];
     let is_one = |count: &usize| *count == 1;

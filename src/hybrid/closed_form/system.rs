@@ -53,8 +53,8 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     pub(super) search: ContactSearch<'a, F>,
     /// The rows of the normal velocities on the flow's state.
     pub(super) velocity_rows: Vec<Vec<Pair>>,
-    /// The opening speed of each stop now, once it has been asked for.
-    opening: Vec<Cell<Option<f64>>>,
+    /// The gap of each stop now, once it has been asked for.
+    known: Vec<Cell<Option<GapState>>>,
     /// `(1 + e)/(n.b)` of each stop.
     pub(super) rebounds: Vec<f64>,
     pub(super) clock: Clock,
@@ -112,7 +112,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
                 .iter()
                 .map(|row| flow.velocity_row(row))
                 .collect(),
-            opening: vec![Cell::new(None); scene.n_stops()],
+            known: vec![Cell::new(None); scene.n_stops()],
             rebounds: stops.map(rebound).collect(),
             clock: Clock::new(0.0, scene.frequency),
             state: Vec::new(),
@@ -156,21 +156,11 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     }
 
     /// Forgets what was asked of a state that has changed.
-    fn changed(&mut self) {
-        for speed in &mut self.opening {
-            speed.set(None);
-        }
-    }
-
-    /// The opening speed of a stop.
     #[inline]
-    fn opening_speed(&self, stop: usize) -> f64 {
-        let known = &self.opening[stop];
-        known.get().unwrap_or_else(|| {
-            let speed = self.stop_speed(stop) - along(&self.velocity_rows[stop], &self.state);
-            known.set(Some(speed));
-            speed
-        })
+    fn changed(&mut self) {
+        for gap in &mut self.known {
+            gap.set(None);
+        }
     }
 
     /// The speed at which a stop recedes by its own motion.
@@ -210,20 +200,27 @@ pub(super) fn is_before(graze: &Grazed, from: Clock, (stop, time): (Option<usize
 
 impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
     fn evaluate_gaps(&mut self) -> Result<()> {
+        self.changed();
         self.search.evaluate(&self.state);
         Ok(())
     }
 
+    #[inline]
     fn gap(&self, stop: usize) -> GapState {
-        let model = self.search.model(stop);
-        GapState {
-            gap: model.c[0],
-            // Of the terms that an impact takes it from: those of the model are others, and larger where modes are complex.
-            speed: self.opening_speed(stop),
-            acceleration: 2.0 * model.c[2],
-            jerk: Some(6.0 * model.c[3]),
-            size: model.size,
-        }
+        let known = &self.known[stop];
+        known.get().unwrap_or_else(|| {
+            let model = self.search.model(stop);
+            let gap = GapState {
+                gap: model.c[0],
+                // Of the terms that an impact takes it from: those of the model are others, and larger where modes are complex.
+                speed: self.stop_speed(stop) - along(&self.velocity_rows[stop], &self.state),
+                acceleration: 2.0 * model.c[2],
+                jerk: Some(6.0 * model.c[3]),
+                size: model.size,
+            };
+            known.set(Some(gap));
+            gap
+        })
     }
 
     fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap> {

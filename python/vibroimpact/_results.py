@@ -1,0 +1,34 @@
+"""What results that are made of arrays have in common: their arrays are looked at, they are pickled and saved."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+
+class ArrayResult:
+    """A frozen dataclass of arrays."""
+
+    def _check(self, arrays: dict[str, tuple[str, tuple[int, ...]]]) -> None:
+        """Refuse what is no array of the kind (a letter of NumPy) and shape that it must have."""
+        for name, (kind, shape) in arrays.items():
+            array = getattr(self, name)
+            if not isinstance(array, np.ndarray) or array.shape != shape:
+                message = f"{name} has shape {np.shape(array)}, but an array of shape {shape} is needed"
+                raise ValueError(message)
+            if array.dtype.kind != kind:
+                message = f"{name} has dtype {array.dtype}, but one of kind {kind!r} is needed"
+                raise ValueError(message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments, which are looked at again."""
+        return type(self), tuple(getattr(self, own.name) for own in fields(self))  # type: ignore[arg-type]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the result to a file, an ``.npz`` archive with a header in JSON, from which ``load`` reads it again."""
+        from vibroimpact import _files
+
+        _files.save(self, path)
