@@ -444,19 +444,19 @@ impl EventLoop {
         let chatter = chatter_at(system, reached);
         let (e, speed, pull) = (chatter.restitution, chatter.speed, chatter.acceleration);
         let is_alone = self.touching.len() == 1;
-        if !(is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
+        let regular = self.last_impact.is_some_and(|(stop, before)| {
+            stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
+        });
+        if !(regular && is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
             return Ok(false);
         }
         let residual = chatter.residual();
         let tolerance = system.tolerance(reached, self.reaches[reached]);
-        let regular = self.last_impact.is_some_and(|(stop, before)| {
-            stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
-        });
         // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
         let is_low = chatter.height_by_acceleration()
             < LOST_FLIGHT * GAP_ROUNDING * self.sizes[reached] * -pull;
         let span = chatter.span();
-        let is_due = (CHATTER_SAFETY * residual < tolerance || is_low) && regular;
+        let is_due = CHATTER_SAFETY * residual < tolerance || is_low;
         if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
             return Ok(false);
         }

@@ -4,7 +4,7 @@
 use super::{EventLoop, Resolved, Unresolved, least_speed};
 
 use crate::error::Result;
-use crate::hybrid::{HybridSystem, NormalImpact};
+use crate::hybrid::{GapState, HybridSystem, NormalImpact};
 use crate::impact::{Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
@@ -85,6 +85,19 @@ impl EventLoop {
     /// their flight rose by no more than rounding, which then feeds it, and flights from these would rise by no more than rounding;
     /// or by what rounding leaves of that, whatever came before.
     pub(super) fn are_spent<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Result<bool> {
+        // From most impacts flights rise by more than rounding, whatever came before.
+        let may_rest = |&stop: &usize| {
+            let GapState {
+                speed,
+                acceleration,
+                ..
+            } = system.gap(stop);
+            let departure = system.restitution(stop) * speed;
+            self.is_low((stop, departure), -acceleration, GAP_ROUNDING)
+        };
+        if self.held.is_empty() && !self.touching.iter().any(may_rest) {
+            return Ok(false);
+        }
         let mut any = false;
         for &stop in &self.touching {
             let state = system.gap(stop);
