@@ -104,7 +104,7 @@ def two_tones() -> Problem:
     foot, top = vi.Harmonic([0.6, 0.0, 0.0], 0.7, 0.3), vi.Harmonic([0.0, 0.0, 0.4], 0.7 * 5**0.5, 1.1)
     stops = [vi.Stop(2, 0.5, 0.7), vi.Stop(1, 0.3, 0.6, side="lower")]
     title = "Mast of three masses under two tones, two stops"
-    return Problem("two_tones", title, vi.Scene(system, [foot, top], stops), (0.0, 0.1, 0.2), (0.0, 0.0, 0.0), 100.0)
+    return Problem("two_tones", title, vi.Scene(system, [foot, top], stops), (0.0, 0.1, 0.2), (0.0, 0.0, 0.0), 90.0)
 
 
 def pendulum() -> Problem:
