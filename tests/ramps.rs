@@ -126,7 +126,7 @@ fn levels_are_runs_one_after_another() {
         (
             Parameter::ClearanceOf(1),
             |c| Change::ClearanceOf(1, c),
-            [0.25, 0.1],
+            [0.25, 0.35],
         ),
     ];
     let dwell = 2.25 * scene().period().expect("one force");
