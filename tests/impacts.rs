@@ -5,7 +5,10 @@ mod random;
 
 use nalgebra::{Cholesky, DMatrix, DVector, dmatrix, dvector};
 use random::{Cases, Random};
-use vibroimpact::{Release, ResolvedImpacts, contact_forces, resolve_impacts};
+use vibroimpact::{
+    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Release, ResolvedImpacts, Scene,
+    SimulateOptions, Stop, StopMotion, contact_forces, resolve_impacts, simulate,
+};
 
 /// A mass, and normals of stops as columns, each with `b = M^-1 n`.
 struct Body {
@@ -262,4 +265,61 @@ fn stuck_motion_is_the_nearest_the_stops_allow() {
             }
         }
     }
+}
+
+/// Stops that move through their places of rest at some speeds at t = 0, each a number of a body; the speeds after both are hit at once
+/// are those of the law for the speeds relative to the stops.
+#[test]
+fn stops_that_move_are_hit_at_once_by_their_relative_speeds() {
+    let mut random = Random::new(61);
+    let (mut together, mut one_by_one) = (0, 0);
+    for case in 0..200 {
+        let root = random.matrix(2);
+        let mass = &root * root.transpose() + DMatrix::identity(2, 2) * 0.3;
+        let normals = dmatrix![1.0, random.between(-0.9, 0.9); random.between(-0.9, 0.9), 1.0];
+        let body = Body::new(mass.clone(), normals.clone());
+        let e = dvector![random.between(0.1, 1.0), random.between(0.1, 1.0)];
+        let q = dvector![random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+        let v = dvector![random.between(-2.0, 2.0), random.between(-2.0, 2.0)];
+        let moved = dvector![random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+        // `c cos(w t - pi/2)` has the speed `c w` at t = 0.
+        let (w, quarter) = (1.3, -std::f64::consts::FRAC_PI_2);
+        let stop = |i: usize| {
+            let normal = normals.column(i).into_owned();
+            let motion = Harmonic::new(dvector![(moved[i] / w).into()], w, quarter).expect("valid");
+            let stop = Stop::new(normal.clone(), normal.dot(&q), e[i]).expect("valid");
+            stop.with_motion(Some(StopMotion::harmonic(motion).expect("valid")))
+        };
+        let system =
+            LinearSystem::new(mass, DMatrix::zeros(2, 2), DMatrix::identity(2, 2)).expect("valid");
+        let scene = Scene::new(system, Forcing::Unforced, [stop(0), stop(1)]).expect("valid");
+        let opening = &moved - normals.tr_mul(&v);
+        let slack = DVector::from_element(2, 1e-13);
+        let expected = match (opening[0] < 0.0, opening[1] < 0.0) {
+            (false, false) => continue,
+            // One that is not approached is in contact all the same: it may be pushed into.
+            _ => resolve_impacts(&body.delassus(), &e, &opening, &slack).expect("resolved"),
+        };
+        let after = &v - &body.reactions * &expected.impulses;
+        for method in [Method::Exact, Method::Dop853, Method::Radau] {
+            let options = SimulateOptions {
+                method,
+                ..SimulateOptions::default()
+            };
+            let run = simulate(&scene, &q, &v, (0.0, 1e-6), &options).expect("a run");
+            let (_, found) = run.state(0.0, ImpactSide::After).expect("kept");
+            let off = (&found - &after).amax();
+            assert!(
+                off < 1e-9 * v.amax().max(1.0),
+                "{case} {method:?}: {found} {after}"
+            );
+        }
+        let pushed = expected.impulses.iter().filter(|&&p| p > 0.0).count();
+        *(if pushed == 2 {
+            &mut together
+        } else {
+            &mut one_by_one
+        }) += 1;
+    }
+    assert!(together > 40 && one_by_one > 20, "{together} {one_by_one}");
 }
