@@ -3,7 +3,7 @@
 
 use crate::contact::lowest::Lowest;
 use crate::error::Result;
-use crate::flow::gap_model::Shape;
+use crate::flow::gap_model::{GapModel, Shape};
 use crate::flow::looks::Stride;
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
@@ -201,6 +201,64 @@ pub(crate) struct Sought {
     pub effort: StopDepth,
 }
 
+/// A gap at a time of a flight.
+struct Looked<'a, F: LinearFlow> {
+    flow: &'a F,
+    gap: &'a GapRow,
+    state: &'a [Pair],
+    model: &'a GapModel,
+    time: f64,
+}
+
+impl<F: LinearFlow> Looked<'_, F> {
+    /// Whether it is known what the gap does in a step; a minimum that is not clear is noted.
+    fn tells(
+        &self,
+        step: f64,
+        (margin, effort): (f64, StopDepth),
+        check: &mut FlightCheck,
+    ) -> bool {
+        let &Self { model, time, .. } = self;
+        match model.shape(step) {
+            // A gap that does not move by more than the margin has its value there as its lowest.
+            Shape::Unknown if model.spread(step) <= margin => {
+                if model.c[0] <= margin {
+                    let gap = model.c[0];
+                    check.note(Lowest { time, gap }, margin);
+                }
+                true
+            }
+            Shape::Unknown => false,
+            Shape::Minimum { at, value, error } => {
+                // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
+                let is_contact = time == 0.0
+                    && model.c[0] <= margin
+                    && model.c[0] - value <= GAP_ROUNDING * model.size;
+                let is_clear = is_contact || value - error > margin;
+                // Of a motion of no size the margin is none: no value is known better than to rounding.
+                let (fine, rounding) = (effort.fineness(margin, value), GAP_ROUNDING * model.size);
+                let margin = if error > fine {
+                    margin.max(rounding)
+                } else {
+                    margin
+                };
+                let is_sharp = is_clear || error <= fine.max(rounding);
+                if is_sharp && !is_clear {
+                    let found = Lowest {
+                        time: at,
+                        gap: value,
+                    };
+                    let Lowest { time: at, gap } = found.sharpened(self.flow, self.gap, self.state);
+                    let time = time + at;
+                    check.note(Lowest { time, gap }, margin);
+                }
+                is_sharp
+            }
+            Shape::Falling | Shape::LowestAtEnd => true,
+        }
+    }
+}
+
 /// Searches a flight of a known span for the lowest value of one gap; every value above the margin is passed over by
 /// proof, and where there is none the search ends and says from when on. An end at which the stop is hit has gap zero and is
 /// judged by the sign of the slope, not by its rounding.
@@ -254,50 +312,15 @@ pub(crate) fn check_flight<F: LinearFlow>(
         let mut refined = false;
         loop {
             step = levels.step(level).min(span - time);
-            let proved = model.is_above(floor, step)
-                || match model.shape(step) {
-                    // A gap that does not move by more than the margin has its value there as its lowest.
-                    Shape::Unknown if model.spread(step) <= margin => {
-                        if model.c[0] <= margin {
-                            check.note(
-                                Lowest {
-                                    time,
-                                    gap: model.c[0],
-                                },
-                                margin,
-                            );
-                        }
-                        true
-                    }
-                    Shape::Unknown => false,
-                    Shape::Minimum { at, value, error } => {
-                        // A stop left at zero speed has its minimum at the start, but for rounding: the contact itself.
-                        let is_contact = time == 0.0
-                            && model.c[0] <= margin
-                            && model.c[0] - value <= GAP_ROUNDING * model.size;
-                        let is_clear = is_contact || value - error > margin;
-                        // Of a motion of no size the margin is none: no value is known better than to rounding.
-                        let (fine, rounding) =
-                            (effort.fineness(margin, value), GAP_ROUNDING * model.size);
-                        let margin = if error > fine {
-                            margin.max(rounding)
-                        } else {
-                            margin
-                        };
-                        let is_sharp = is_clear || error <= fine.max(rounding);
-                        if is_sharp && !is_clear {
-                            let found = Lowest {
-                                time: at,
-                                gap: value,
-                            };
-                            let Lowest { time: at, gap } = found.sharpened(flow, gap, state);
-                            let time = time + at;
-                            check.note(Lowest { time, gap }, margin);
-                        }
-                        is_sharp
-                    }
-                    Shape::Falling | Shape::LowestAtEnd => true,
-                };
+            let here = Looked {
+                flow,
+                gap,
+                state,
+                model: &model,
+                time,
+            };
+            let proved =
+                model.is_above(floor, step) || here.tells(step, (margin, effort), &mut check);
             if proved {
                 break;
             }
