@@ -5,8 +5,8 @@
 //! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
 //! `observer`: whether a long computation goes on; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
 //! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: how a scene with stops
-//! moves from event to event, in closed form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`sweep`]:
-//! maps and ensembles. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
+//! moves from event to event, in closed form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`section`]: a
+//! motion looked at once in a while; [`sweep`]: maps, ensembles, diagrams. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
 //! `docs/theory.md`: "theory 5" in a comment is its section 5; the words in `docs/glossary.md`; which files a new system, stop, excitation or
 //! integrator touches in `docs/extending.md`.
 
@@ -24,6 +24,7 @@ mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod quantity;
+pub mod section;
 pub mod simulate;
 pub mod sweep;
 mod tolerance;
@@ -34,5 +35,6 @@ pub use modal::{Modes, Spectrum, modes, spectrum};
 pub use model::*;
 pub use nalgebra;
 pub use orbit::*;
+pub use section::*;
 pub use simulate::*;
 pub use sweep::*;

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 14] = [
+const LAYERS: [&[&str]; 15] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["model"],
@@ -18,6 +18,7 @@ const LAYERS: [&[&str]; 14] = [
     &["path"],
     &["simulate"],
     &["orbit"],
+    &["section"],
     &["sweep"],
     &["python"],
     &["lib"],

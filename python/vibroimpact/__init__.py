@@ -50,6 +50,7 @@ from vibroimpact._core import (
 )
 from vibroimpact._files import load
 from vibroimpact.damping import rayleigh_damping
+from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap, existence_map
@@ -67,6 +68,7 @@ __all__ = [
     "KINDS",
     "BaseAcceleration",
     "BaseMotion",
+    "BifurcationDiagram",
     "Coefficients",
     "ConvergenceError",
     "DoublePendulum",
@@ -84,6 +86,7 @@ __all__ = [
     "Orbit",
     "Orbits",
     "PendulumChain",
+    "PoincarePoints",
     "Ramp",
     "RecoveryAudit",
     "Reduction",
@@ -97,6 +100,7 @@ __all__ = [
     "Wall",
     "__version__",
     "audit_recovery",
+    "bifurcation_diagram",
     "existence_map",
     "find_orbit",
     "load",
@@ -105,6 +109,7 @@ __all__ = [
     "paper_system",
     "periodic_orbits",
     "plot",
+    "poincare_points",
     "rayleigh_damping",
     "recovery_matrix",
     "reduce",

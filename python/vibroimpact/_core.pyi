@@ -33,10 +33,12 @@ __all__ = [
     "Violation",
     "Wall",
     "__version__",
+    "_bifurcation_diagram",
     "_existence_at",
     "_existence_cells",
     "_existence_tile",
     "_numbers",
+    "_poincare_points",
     "_rayleigh_coefficients",
     "_restore_orbit",
     "_restore_orbits",
@@ -731,3 +733,36 @@ def _simulate_rows(
     first: int,
     ask: Callable[[], None] | None,
 ) -> tuple[_FloatArray, _FloatArray, NDArray[np.int64], list[str], NDArray[np.void]]: ...
+
+_Points: TypeAlias = tuple[_FloatArray, NDArray[np.int64], _FloatArray, _FloatArray, _FloatArray, _FloatArray]
+
+def _poincare_points(motion: Trajectory | Orbit, phase: float | None, stops: int | Iterable[int] | None) -> _Points: ...
+def _bifurcation_diagram(
+    scene: Scene | Iterable[Scene],
+    name: str | None,
+    values: ArrayLike,
+    direction: str,
+    q0: ArrayLike | None,
+    v0: ArrayLike | None,
+    transient: int,
+    periods: int,
+    section: str,
+    phase: float,
+    stops: int | Iterable[int] | None,
+    carry: bool,
+    method: str,
+    rtol: float,
+    atol: float,
+    threads: int | None,
+    progress: bool,
+    ask: Callable[[], None] | None,
+) -> tuple[
+    _FloatArray,
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.int64],
+    list[list[int | tuple[int, ...]]],
+    list[str],
+    NDArray[np.int64],
+    _Points,
+]: ...

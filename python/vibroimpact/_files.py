@@ -18,6 +18,7 @@ import numpy as np
 
 from vibroimpact import _core
 from vibroimpact._core import NonlinearStop, NonlinearSystem, Orbit, Orbits, Scene, Trajectory
+from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap
@@ -31,7 +32,7 @@ _LONG = 8
 #: What reading a file that is none of ours may raise.
 _UNREADABLE = (ValueError, KeyError, EOFError, AttributeError, TypeError, RecursionError, NotImplementedError, zipfile.BadZipFile)
 
-Result = Trajectory | Orbit | Orbits | ExistenceMap | Ensemble
+Result = Trajectory | Orbit | Orbits | ExistenceMap | Ensemble | PoincarePoints | BifurcationDiagram
 
 #: What makes a result again from its saved arguments.
 _RESULTS: dict[str, Callable[..., Any]] = {
@@ -40,6 +41,8 @@ _RESULTS: dict[str, Callable[..., Any]] = {
     "Orbits": _core._restore_orbits,
     "ExistenceMap": ExistenceMap,
     "Ensemble": Ensemble,
+    "PoincarePoints": PoincarePoints,
+    "BifurcationDiagram": BifurcationDiagram,
 }
 
 
@@ -76,7 +79,7 @@ def load(path: str | os.PathLike[str]) -> Result:
 
     Returns
     -------
-    Trajectory, Orbit, Orbits, ExistenceMap or Ensemble
+    Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints or BifurcationDiagram
         What was saved, equal to the bit.
 
     Raises

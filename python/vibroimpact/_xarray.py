@@ -1,4 +1,7 @@
-"""Results as labelled arrays of xarray, with named dimensions: time, dof, impact, graze, segment; x and y of a map; run."""
+"""Results as labelled arrays of xarray, with named dimensions.
+
+Those of trajectories: time, dof, impact, graze, segment; of maps x and y; of ensembles run; of diagrams value and point.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import numpy as np
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Trajectory
+from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.existence import ExistenceMap
 
@@ -16,14 +20,13 @@ from vibroimpact.existence import ExistenceMap
 TABLES = {"impacts": "impact", "grazes": "graze", "segments": "segment"}
 
 
-def to_xarray(result: Trajectory | Orbit | ExistenceMap | Ensemble) -> Any:
+def to_xarray(result: Trajectory | Orbit | ExistenceMap | Ensemble | PoincarePoints | BifurcationDiagram) -> Any:
     """Return a result as an ``xarray.Dataset``."""
     try:
         import xarray
     except ImportError as error:
         raise ImportError('to_xarray needs xarray: pip install "vibroimpact[xarray]"') from error
-    make = {"Trajectory": _trajectory, "Orbit": _orbit, "ExistenceMap": _map, "Ensemble": _ensemble}[type(result).__name__]
-    variables, coordinates, attributes = make(result)
+    variables, coordinates, attributes = _MAKE[type(result).__name__](result)
     return xarray.Dataset(variables, coordinates, attributes | {"vibroimpact": _core.__version__})
 
 
@@ -70,3 +73,27 @@ def _ensemble(ends: Any) -> _Parts:
     variables: dict[str, Any] = {name: (dimensions, getattr(ends, name)) for name in "qv"}
     variables |= {name: ("run", getattr(ends, name)) for name in ("n_impacts", "status")}
     return variables | ({} if ends.impacts is None else _table("impacts", ends.impacts)), {}, {}
+
+
+def _points(points: Any) -> _Parts:
+    columns = [name for name in ("t", "index", "stop", "speed_before", "phase") if hasattr(points, name)]
+    variables: dict[str, Any] = {name: ("point", getattr(points, name)) for name in columns}
+    return variables | {name: (("point", "dof"), getattr(points, name)) for name in "qv"}, {}, {}
+
+
+def _diagram(diagram: Any) -> _Parts:
+    variables, coordinates, attributes = _points(diagram)
+    arrays = diagram.to_arrays()
+    variables |= {name: ("value", arrays[name]) for name in ("direction", "n_periods", "n_impacts", "pattern", "status")}
+    named = {} if diagram.name is None else {"name": diagram.name}
+    return variables, coordinates | {"parameter": ("value", diagram.parameter)}, attributes | named
+
+
+_MAKE = {
+    "Trajectory": _trajectory,
+    "Orbit": _orbit,
+    "ExistenceMap": _map,
+    "Ensemble": _ensemble,
+    "PoincarePoints": _points,
+    "BifurcationDiagram": _diagram,
+}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact import _core, _workers
+from vibroimpact import _axis, _core, _workers
 from vibroimpact._core import Scene
 from vibroimpact._results import ArrayResult
 
@@ -103,25 +103,6 @@ def _called_cells(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[NDArray[An
     return tuple(np.array([cell[k] for cell in cells], dtype=kind) for k, kind in enumerate(kinds))
 
 
-def _grid(values: ArrayLike, argument: str) -> NDArray[np.float64]:
-    grid = _core._numbers(argument, values)
-    if grid.ndim != 1 or grid.size == 0:
-        message = f"{argument} has shape {grid.shape}, but (m,) with at least one value is needed"
-        raise ValueError(message)
-    return grid
-
-
-def _named(axis: Any, argument: str) -> tuple[str, NDArray[np.float64]]:
-    try:
-        name, values = axis
-    except (TypeError, ValueError):
-        name = None
-    if not isinstance(name, str):
-        message = f"{argument} is {axis!r}, but (name of Scene.replace, values) is needed"
-        raise ValueError(message)
-    return name, _grid(values, argument)
-
-
 def existence_map(
     scene: Scene | Callable[[float, float], Scene],
     pattern: Pattern,
@@ -174,12 +155,12 @@ def existence_map(
     """
     pattern = list(pattern)
     if callable(scene):
-        x_values, y_values = _grid(x, "x"), _grid(y, "y")  # type: ignore[arg-type]
+        x_values, y_values = _axis.grid(x, "x"), _axis.grid(y, "y")  # type: ignore[arg-type]
         points = [(float(a), float(b)) for b in y_values for a in x_values]
         pieces = [(scene, pattern, n_periods, points[i:j]) for i, j in _workers.bounds(len(points), _CALLED_PIECES)]
         parts = _workers.run(_called_cells, pieces, workers if _workers.is_elsewhere(workers) else map, progress=progress)
         return _assemble(parts, (None, x_values), (None, y_values))
-    x_axis, y_axis = _named(x, "x"), _named(y, "y")
+    x_axis, y_axis = _axis.named(x, "x"), _axis.named(y, "y")
     if not _workers.is_elsewhere(workers):
         cells = _core._existence_cells(scene, pattern, x_axis, y_axis, n_periods, _workers.threads(workers), progress)
         return _assemble([cells], x_axis, y_axis)

@@ -80,7 +80,7 @@ macro_rules! arguments {
 }
 
 arguments! {
-    atol between clearance curvature damping derivative dwell free frequency gravity keep kind law length_ratio levels linear
-    mass_ratio max_impacts method n_dof name n_harmonics n_periods over parameter phase position progress rate restitution rtol scene side
-    span t to
+    atol between carry clearance curvature damping derivative direction dwell free frequency gravity keep kind law length_ratio levels linear
+    mass_ratio max_impacts method n_dof name n_harmonics n_periods over parameter periods phase position progress rate restitution rtol scene
+    section side span t to transient
 }

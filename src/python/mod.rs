@@ -10,6 +10,7 @@ mod argument;
 mod array;
 mod c_function;
 mod callable;
+mod diagram;
 mod error;
 mod files;
 mod find;
@@ -36,6 +37,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::array::_numbers;
+    #[pymodule_export]
+    use super::diagram::{_bifurcation_diagram, _poincare_points};
     #[pymodule_export]
     use super::find::find_orbit;
     #[pymodule_export]

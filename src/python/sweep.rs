@@ -60,7 +60,7 @@ fn single(base: &BaseMotion) -> Option<f64> {
 }
 
 /// An axis of a map. The amplitude of a base motion, one number, is varied as the factor on it.
-fn axis(
+pub(super) fn axis(
     argument: &str,
     scene: &Scene,
     (name, values): (&str, &Bound<'_, PyAny>),
@@ -135,7 +135,7 @@ fn question(
     })
 }
 
-fn fraction(p: Progress) -> f64 {
+pub(super) fn fraction(p: Progress) -> f64 {
     if p.total == 0 {
         1.0
     } else {
@@ -229,7 +229,7 @@ type Ends<'py> = (
 );
 
 /// One scene, or as many as there are runs.
-fn scenes(value: &Bound<'_, PyAny>) -> PyResult<(Vec<Scene>, bool)> {
+pub(super) fn scenes(value: &Bound<'_, PyAny>) -> PyResult<(Vec<Scene>, bool)> {
     if let Ok(one) = value.extract::<PyRef<'_, PyScene>>() {
         return Ok((vec![one.0.clone()], true));
     }

@@ -1,11 +1,15 @@
 //! Sweeps over parameters: many small computations in pieces, on any number of threads.
 
 mod candidate;
+mod diagram;
 mod ensemble;
 mod existence;
 mod parametric_scene;
 mod tiles;
 
+pub use diagram::{
+    BifurcationDiagram, DiagramOptions, Direction, bifurcation_diagram, bifurcation_diagram_of,
+};
 pub use ensemble::{Ensemble, Scenes, simulate_many};
 pub use existence::{
     Axis, ExistenceCell, ExistenceMap, existence_at, existence_at_observed, existence_map,

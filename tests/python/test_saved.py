@@ -71,6 +71,8 @@ def objects():
     yield "Energy", vi.simulate(PAIR, [0, 0], [0, 0.1], (0, 3)).energy
     yield "ExistenceMap", vi.existence_map(PAIR, [1], ("frequency", [1.4, 1.5]), ("clearance", [0.1, 0.2, 0.3]), 2)
     yield "Ensemble", vi.simulate_many(PAIR, np.zeros((3, 2)), np.ones((3, 2)), (0, 3))
+    yield "PoincarePoints", vi.poincare_points(vi.simulate(PAIR, [0, 0], [1, 1], (0, 9)))
+    yield "BifurcationDiagram", vi.bifurcation_diagram(PAIR, ("frequency", [0.9, 1.0]), transient=3, periods=5)
 
 
 OBJECTS = dict(objects())

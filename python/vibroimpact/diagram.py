@@ -1,0 +1,314 @@
+"""Poincare sections, and bifurcation diagrams: what a motion settles on, over the values of a number of its scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact import _axis, _core, _workers
+from vibroimpact._core import Orbit, Scene, Trajectory
+from vibroimpact._results import ArrayResult
+
+__all__ = ["BifurcationDiagram", "PoincarePoints", "bifurcation_diagram", "poincare_points"]
+
+Pattern = list[int | tuple[int, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class PoincarePoints(ArrayResult):
+    """A motion looked at once in a while: p points of n coordinates.
+
+    Attributes
+    ----------
+    t : ndarray, shape (p,)
+        Times [s].
+    stop : ndarray of int, shape (p,)
+        The stop that was hit, -1 at a phase.
+    speed_before : ndarray, shape (p,)
+        The speed at which it was approached: zero at the end of impacts that accumulate, nan at a phase.
+    phase : ndarray, shape (p,)
+        Phases of the forcing [rad], in [0, 2 pi); nan where it has no period.
+    q, v : ndarray, shape (p, n)
+        Positions and velocities, after impacts.
+    """
+
+    t: NDArray[np.float64]
+    stop: NDArray[np.int64]
+    speed_before: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one section."""
+        p = np.shape(self.t)[:1]
+        states = p + np.shape(self.q)[1:2]
+        columns = {"t": "f", "stop": "i", "speed_before": "f", "phase": "f"}
+        self._check({name: (kind, p) for name, kind in columns.items()} | {"q": ("f", states), "v": ("f", states)})
+
+    def to_xarray(self) -> Any:
+        """Return the section as an ``xarray.Dataset``; needs xarray, the extra "xarray".
+
+        Returns
+        -------
+        xarray.Dataset
+            Times, stops, speeds, phases over point; ``q`` and ``v`` over point and dof.
+
+        Raises
+        ------
+        ImportError
+            Without xarray.
+        """
+        from vibroimpact import _xarray
+
+        return _xarray.to_xarray(self)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the section, for ``numpy.savez``."""
+        return {name: getattr(self, name) for name in ("t", "stop", "speed_before", "phase", "q", "v")}
+
+    def __repr__(self) -> str:
+        """Say how many points there are."""
+        where = f"of {self.q.shape[1]} coordinates"
+        return f"PoincarePoints({len(self.t)} points {where}, {np.count_nonzero(self.stop >= 0)} of them after impacts)"
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationDiagram(ArrayResult):
+    """What a motion of n coordinates settles on at m values of a number of its scene: p points.
+
+    Attributes
+    ----------
+    name : str or None
+        The number, None of a diagram made by a callable.
+    parameter, direction : ndarray, shape (m,)
+        Its values in the order in which they were gone through, and whether upwards, +1, or downwards, -1.
+    n_periods : ndarray of int, shape (m,)
+        After how many periods of the forcing the motion repeats itself, up to 32 and half of those looked at; 0: never.
+    n_impacts : ndarray of int, shape (m,)
+        Impacts in the periods looked at; those that accumulate until a stop is at rest count as one.
+    pattern : tuple of list, length m
+        The stops hit in one period of the motion, a tuple at one instant, as of an orbit; empty where it has none.
+    status : ndarray of str, shape (m,)
+        How the run ended, "finished" but where something went wrong.
+    index : ndarray of int, shape (p,)
+        The place of the value that each point belongs to: ``parameter[index]`` is the abscissa.
+    stop, speed_before, phase : ndarray, shape (p,)
+        As of ``PoincarePoints``.
+    q, v : ndarray, shape (p, n)
+        Positions and velocities, after impacts.
+    """
+
+    name: str | None
+    parameter: NDArray[np.float64]
+    direction: NDArray[np.int64]
+    n_periods: NDArray[np.int64]
+    n_impacts: NDArray[np.int64]
+    pattern: tuple[Pattern, ...]
+    status: NDArray[np.str_]
+    index: NDArray[np.int64]
+    stop: NDArray[np.int64]
+    speed_before: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one diagram."""
+        m, p = np.shape(self.parameter)[:1], np.shape(self.index)[:1]
+        states = p + np.shape(self.q)[1:2]
+        values = {"parameter": "f", "direction": "i", "n_periods": "i", "n_impacts": "i", "status": "U"}
+        points = {"index": "i", "stop": "i", "speed_before": "f", "phase": "f"}
+        self._check({name: (kind, m) for name, kind in values.items()} | {name: (kind, p) for name, kind in points.items()})
+        self._check({"q": ("f", states), "v": ("f", states)})
+        if (len(self.pattern),) != m:
+            message = f"pattern has {len(self.pattern)} entries, but {m[0]} are needed"
+            raise ValueError(message)
+
+    def to_xarray(self) -> Any:
+        """Return the diagram as an ``xarray.Dataset``; needs xarray, the extra "xarray".
+
+        Returns
+        -------
+        xarray.Dataset
+            Periods, impacts, patterns, status over value; columns of the points over point, ``q`` and ``v`` over point and dof.
+
+        Raises
+        ------
+        ImportError
+            Without xarray.
+        """
+        from vibroimpact import _xarray
+
+        return _xarray.to_xarray(self)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the diagram, for ``numpy.savez``; patterns as text."""
+        names = ("parameter", "direction", "n_periods", "n_impacts", "status", "index", "stop", "speed_before", "phase", "q", "v")
+        return {name: getattr(self, name) for name in names} | {
+            "pattern": np.array([str(own) for own in self.pattern], dtype=np.str_)
+        }
+
+    def __repr__(self) -> str:
+        """Say what the diagram is over and which periods were found."""
+        periods, counts = np.unique(self.n_periods, return_counts=True)
+        found = ", ".join(f"{count} of period {period or '?'}" for period, count in zip(periods, counts, strict=True))
+        return f"BifurcationDiagram({self.name or 'callable'}, {len(self.parameter)} values: {found}; {len(self.index)} points)"
+
+
+def poincare_points(
+    motion: Trajectory | Orbit,
+    *,
+    phase: float | None = None,
+    stops: int | Sequence[int] | None = None,
+) -> PoincarePoints:
+    """Look at a motion at a phase of the forcing, or after its impacts.
+
+    Parameters
+    ----------
+    motion : Trajectory or Orbit
+        A trajectory that keeps its motion, or one period of an orbit.
+    phase : float, optional
+        The phase [rad].
+    stops : int or sequence of int, optional
+        Look after the impacts on these stops; without ``phase`` and ``stops``, after all. Impacts that accumulate until a stop is
+        at rest are one, at their end.
+
+    Returns
+    -------
+    PoincarePoints
+        Times, stops, speeds, phases and states.
+
+    Raises
+    ------
+    ValueError
+        Both; a stop that the scene does not have; a phase without a forcing period, or along ramps; a trajectory that does not
+        keep its motion.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> orbit = vi.periodic_orbits(vi.paper_scene(kind=3), [1], n_periods=2)[0]
+    >>> vi.poincare_points(orbit, phase=0.0)
+    PoincarePoints(2 points of 2 coordinates, 0 of them after impacts)
+    """
+    return PoincarePoints(*_core._poincare_points(motion, phase, stops))
+
+
+def _piece(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:
+    arguments: tuple[Any, ...] = (*piece, ask)
+    return _core._bifurcation_diagram(*arguments)
+
+
+def bifurcation_diagram(
+    scene: Scene | Callable[[float], Scene],
+    axis: tuple[str, ArrayLike] | ArrayLike,
+    *,
+    direction: str = "up",
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    transient: int = 200,
+    periods: int = 50,
+    section: str = "phase",
+    phase: float = 0.0,
+    stops: int | Sequence[int] | None = None,
+    carry: bool = True,
+    method: str = "auto",
+    rtol: float = 1e-9,
+    atol: float = 1e-12,
+    workers: _workers.Workers = None,
+    progress: bool = False,
+) -> BifurcationDiagram:
+    """Follow a motion over the values of a number of its scene, its transients left out.
+
+    Parameters
+    ----------
+    scene : Scene or callable
+        A scene whose forcing has a period, or ``value -> Scene``, called for all values before anything is simulated.
+    axis : (str, array_like) or array_like, shape (m,)
+        A name of ``Scene.replace`` as for ``existence_map`` and its values, in any order; for a callable the values alone.
+    direction : {"up", "down", "both"}, default "up"
+        From the smallest value up, from the largest down, or up and then down.
+    q0, v0 : array_like, shape (n,), optional
+        Where the first value begins, and without ``carry`` each: default at rest at zero. What lies behind a stop is put onto it.
+    transient, periods : int, default 200 and 50
+        Periods of the forcing that are left out at each value, and that are looked at.
+    section : {"phase", "impact"}, default "phase"
+        Whether the motion is looked at once in each period, at ``phase``, or after the impacts on ``stops``.
+    phase : float, default 0.0
+        The phase of the forcing [rad].
+    stops : int or sequence of int, optional
+        Default all.
+    carry : bool, default True
+        Whether the motion goes on from value to value. A state behind a stop that has moved is put onto it.
+    method, rtol, atol
+        As for ``simulate``.
+    workers : int, Executor or callable, optional
+        As for ``simulate_many``: both directions side by side, without ``carry`` all values. The bits are the same with any.
+    progress : bool, default False
+        Show a progress bar (needs tqdm).
+
+    Returns
+    -------
+    BifurcationDiagram
+        The points, and of each value the period and the pattern.
+
+    Raises
+    ------
+    ValueError
+        No values, values that are not finite or may not be taken, a name that does not exist, a scene without a forcing period.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.4), vi.Stop(0, 1.0, 0.8))
+    >>> vi.bifurcation_diagram(scene, ("forcing_scale", [3.0, 9.0]), transient=500, section="impact")
+    BifurcationDiagram(forcing_scale, 2 values: 2 of period 1; 50 points)
+    """
+    if callable(scene):
+        name, values = None, _axis.grid(axis, "axis")
+    else:
+        name, values = _axis.named(axis, "axis")
+    ways = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}.get(direction, [direction])
+    rest = (q0, v0, transient, periods, section, phase, stops, carry, method, rtol, atol)
+
+    def made(own: NDArray[np.float64]) -> Any:
+        return [_scene(scene, float(value)) for value in own] if callable(scene) else scene
+
+    if not _workers.is_elsewhere(workers):
+        parts = [
+            _core._bifurcation_diagram(made(values), name, values, direction, *rest, _workers.threads(workers), progress, None)
+        ]
+    else:
+        ordered = np.sort(values)
+        bounds = [(0, values.size)] if carry else _workers.bounds(values.size)
+        cuts = [(way, ordered[i:j]) for way in ways for i, j in (bounds if way == "up" else bounds[::-1])]
+        pieces = [(made(own), name, own, way, *rest, 1, False) for way, own in cuts]
+        parts = _workers.run(_piece, pieces, workers, progress=progress)
+    return _assembled(name, parts)
+
+
+def _scene(make: Callable[[float], Scene], value: float) -> Scene:
+    scene = make(value)
+    if not isinstance(scene, Scene):
+        message = f"scene({value!r}) is {scene!r}, but a Scene is needed"
+        raise TypeError(message)
+    return scene
+
+
+def _assembled(name: str | None, parts: Sequence[tuple[Any, ...]]) -> BifurcationDiagram:
+    """Put the values of all pieces together."""
+    parameter, direction, n_periods, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(4))
+    pattern = tuple(own for part in parts for own in part[4])
+    status = np.concatenate([np.array(part[5], dtype=np.str_) for part in parts])
+    before = np.cumsum([0] + [len(part[0]) for part in parts])
+    index = np.concatenate([part[6] + first for part, first in zip(parts, before[:-1], strict=True)])
+    stop, speed_before, phase, q, v = (np.concatenate([part[7][k] for part in parts]) for k in range(1, 6))
+    return BifurcationDiagram(
+        name, parameter, direction, n_periods, n_impacts, pattern, status, index, stop, speed_before, phase, q, v
+    )

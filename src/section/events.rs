@@ -1,0 +1,96 @@
+//! The impacts of a motion as events: those that accumulate until a stop is at rest are one, at their end.
+
+use crate::hybrid::SegmentKind;
+use crate::impact::Impact;
+use crate::path::Stretch;
+
+/// An impact, or many that have accumulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Event {
+    pub time: f64,
+    pub stop: usize,
+    /// The speed at which the stop was approached: none at the end of impacts that accumulate.
+    pub speed_before: f64,
+}
+
+/// The events of impacts, in order of time, and of the parts of a motion, of which those with impacts that accumulate count. These begin
+/// with the impacts before them on the same stop, each slower than the one before.
+pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Event> {
+    let mut all: Vec<Event> = Vec::with_capacity(impacts.len());
+    let mut rest = impacts.iter().peekable();
+    let event = |impact: &Impact| Event {
+        time: impact.time,
+        stop: impact.stop,
+        speed_before: impact.approach,
+    };
+    for part in stretches
+        .iter()
+        .filter(|part| part.kind == SegmentKind::Chatter)
+    {
+        while let Some(impact) = rest.next_if(|impact| impact.time <= part.start) {
+            all.push(event(impact));
+        }
+        for &stop in part.stops {
+            let mut last = 0.0;
+            while let Some(before) = all.pop_if(|e| e.stop == stop && e.speed_before > last) {
+                last = before.speed_before;
+            }
+            all.push(Event {
+                time: part.end,
+                stop,
+                speed_before: 0.0,
+            });
+        }
+    }
+    all.extend(rest.map(event));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn impact(time: f64, stop: usize, approach: f64) -> Impact {
+        Impact {
+            time,
+            stop,
+            approach,
+            departure: 0.5 * approach,
+            impulse: 1.5 * approach,
+            phase: 0.0,
+        }
+    }
+
+    #[test]
+    fn impacts_that_accumulate_are_one_event() {
+        let speeds = [
+            (1.0, 1, 0.1),
+            (2.0, 0, 0.3),
+            (3.0, 0, 0.8),
+            (3.5, 0, 0.4),
+            (3.7, 0, 0.2),
+            (6.0, 1, 0.7),
+        ];
+        let impacts = speeds.map(|(time, stop, speed)| impact(time, stop, speed));
+        let chatter = Stretch {
+            segment: 0,
+            kind: SegmentKind::Chatter,
+            stops: &[0],
+            start: 3.7,
+            end: 3.9,
+        };
+        let times = |events: Vec<Event>| -> Vec<(f64, f64)> {
+            events.iter().map(|e| (e.time, e.speed_before)).collect()
+        };
+        let found = times(events(&impacts, &[chatter]));
+        assert_eq!(found, [(1.0, 0.1), (2.0, 0.3), (3.9, 0.0), (6.0, 0.7)]);
+        assert_eq!(events(&impacts, &[]).len(), 6);
+        // Two that follow each other are two.
+        let again = Stretch {
+            start: 5.0,
+            end: 5.1,
+            ..chatter
+        };
+        assert_eq!(events(&impacts, &[chatter, again]).len(), 5);
+    }
+}

@@ -1,0 +1,12 @@
+//! Poincare sections: a motion looked at once in a while, and what it has settled on.
+
+mod events;
+mod motion;
+mod period;
+mod points;
+mod settled;
+
+pub use motion::Motion;
+pub(crate) use points::points_of;
+pub use points::{PoincarePoints, Section, poincare_points};
+pub(crate) use settled::{Settled, settled};

@@ -1,0 +1,106 @@
+//! What a section is taken of: a trajectory, or one period of an orbit.
+
+use crate::error::Result;
+use crate::hybrid::clock::Clock;
+use crate::impact::{Impact, wrapped};
+use crate::model::{PhysicalState, Scene};
+use crate::orbit::PeriodicOrbit;
+use crate::path::{ImpactSide, Stretch};
+use crate::simulate::Trajectory;
+
+/// A motion of which a section is taken.
+#[derive(Debug, Clone, Copy)]
+pub enum Motion<'a> {
+    /// A trajectory that keeps its motion.
+    Trajectory(&'a Trajectory),
+    /// One period of an orbit.
+    Orbit(&'a PeriodicOrbit),
+}
+
+impl<'a> From<&'a Trajectory> for Motion<'a> {
+    fn from(trajectory: &'a Trajectory) -> Self {
+        Self::Trajectory(trajectory)
+    }
+}
+
+impl<'a> From<&'a PeriodicOrbit> for Motion<'a> {
+    fn from(orbit: &'a PeriodicOrbit) -> Self {
+        Self::Orbit(orbit)
+    }
+}
+
+/// What a section asks of a motion.
+pub(crate) trait Sectioned {
+    fn scene(&self) -> &Scene;
+    /// Start and end.
+    fn span(&self) -> (f64, f64);
+    fn impacts(&self) -> &[Impact];
+    /// Its parts, with the stops in contact.
+    fn stretches(&self) -> Result<Vec<Stretch<'_>>>;
+    /// Position and velocity at a time.
+    fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState>;
+    /// The phase of the forcing at a time.
+    fn phase(&self, t: f64) -> f64;
+    /// Whether that runs steadily.
+    fn has_steady_phase(&self) -> bool;
+    /// Whether its end is its start again.
+    fn is_closed(&self) -> bool;
+}
+
+impl Sectioned for Motion<'_> {
+    fn scene(&self) -> &Scene {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.scene(),
+            Self::Orbit(orbit) => orbit.scene(),
+        }
+    }
+
+    fn span(&self) -> (f64, f64) {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.span(),
+            Self::Orbit(orbit) => (0.0, orbit.period()),
+        }
+    }
+
+    fn impacts(&self) -> &[Impact] {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.impacts(),
+            Self::Orbit(orbit) => orbit.impacts(),
+        }
+    }
+
+    fn stretches(&self) -> Result<Vec<Stretch<'_>>> {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.stretches(),
+            Self::Orbit(orbit) => Ok(orbit.stretches().collect()),
+        }
+    }
+
+    fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.state(t, side),
+            Self::Orbit(orbit) => Ok(orbit.state(t, side == ImpactSide::Before)),
+        }
+    }
+
+    fn phase(&self, t: f64) -> f64 {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.forcing_phase(t),
+            Self::Orbit(orbit) => {
+                let frequency = orbit.scene().frequency().unwrap_or(0.0);
+                wrapped(Clock::new(t, frequency).angle() + orbit.phase())
+            }
+        }
+    }
+
+    fn has_steady_phase(&self) -> bool {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.ramps().is_empty(),
+            Self::Orbit(_) => true,
+        }
+    }
+
+    fn is_closed(&self) -> bool {
+        matches!(self, Self::Orbit(_))
+    }
+}

@@ -1,0 +1,192 @@
+//! The points of a section.
+
+use crate::error::{Error, Result};
+use crate::model::PhysicalState;
+use crate::path::ImpactSide;
+use crate::quantity::{finite, room_for};
+use crate::section::events::{Event, events};
+use crate::section::motion::{Motion, Sectioned};
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
+
+/// When a motion is looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Section {
+    /// At a phase of the forcing \[rad\].
+    Phase(f64),
+    /// After the impacts on these stops, on any where the list is empty. Impacts that accumulate until the stop is at rest are one, at
+    /// their end.
+    Impacts(Vec<usize>),
+}
+
+/// What is seen of a motion of n coordinates: p points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoincarePoints {
+    /// Times \[s\], shape `(p,)`.
+    pub t: Vec<f64>,
+    /// The stop that was hit; `None` at a phase.
+    pub stop: Vec<Option<usize>>,
+    /// The speed at which it was approached; zero after impacts that accumulate, NaN at a phase.
+    pub speed_before: Vec<f64>,
+    /// Phases of the forcing \[rad\], in [0, 2 pi), shape `(p,)`.
+    pub phase: Vec<f64>,
+    /// Positions, shape `(p, n)`.
+    pub q: DMatrix<f64>,
+    /// Velocities, after impacts, shape `(p, n)`.
+    pub v: DMatrix<f64>,
+}
+
+impl PoincarePoints {
+    /// None yet of a motion of n coordinates, with room for some.
+    pub(crate) fn with_room(count: usize, n: usize) -> Self {
+        Self {
+            t: Vec::with_capacity(count),
+            stop: Vec::with_capacity(count),
+            speed_before: Vec::with_capacity(count),
+            phase: Vec::with_capacity(count),
+            q: DMatrix::zeros(count, n),
+            v: DMatrix::zeros(count, n),
+        }
+    }
+
+    /// Leaves the first of them.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        if count < self.t.len() {
+            self.t.truncate(count);
+            self.stop.truncate(count);
+            self.speed_before.truncate(count);
+            self.phase.truncate(count);
+            self.q = self.q.rows(0, count).into_owned();
+            self.v = self.v.rows(0, count).into_owned();
+        }
+    }
+
+    /// Adds points, for which there is room.
+    pub(crate) fn append(&mut self, mut others: Self) {
+        let (first, count) = (self.t.len(), others.t.len());
+        self.q.rows_mut(first, count).copy_from(&others.q);
+        self.v.rows_mut(first, count).copy_from(&others.v);
+        self.t.append(&mut others.t);
+        self.stop.append(&mut others.stop);
+        self.speed_before.append(&mut others.speed_before);
+        self.phase.append(&mut others.phase);
+    }
+}
+
+/// Looks at a motion at a phase of the forcing, or after its impacts.
+///
+/// # Errors
+/// A trajectory that does not keep its motion; a phase that is not finite; of a phase, a scene without a forcing period or a run along
+/// ramps; a stop that the scene does not have.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::{Kind, OrbitOptions, PaperOptions, Pattern, Section, paper_scene, periodic_orbits, poincare_points};
+/// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
+/// let orbits = periodic_orbits(&scene, &Pattern::single(1), &OrbitOptions { n_periods: 2, ..Default::default() })?;
+/// // Once in each of its two periods of the forcing, and after its one impact.
+/// assert_eq!(poincare_points(&orbits[0], &Section::Phase(0.0))?.t.len(), 2);
+/// let after = poincare_points(&orbits[0], &Section::Impacts(vec![]))?;
+/// assert_eq!(after.stop, [Some(1)]);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn poincare_points<'a>(
+    motion: impl Into<Motion<'a>>,
+    section: &Section,
+) -> Result<PoincarePoints> {
+    points_of(&motion.into(), section)
+}
+
+/// The same of a motion of any kind.
+pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<PoincarePoints> {
+    match section {
+        Section::Phase(phase) => at_times(motion, &strobe_times(motion, *phase)?),
+        Section::Impacts(stops) => {
+            let all = motion.scene().stops().len();
+            if let Some(&stop) = stops.iter().find(|&&stop| stop >= all) {
+                let rule = format!("the scene has {all} stops");
+                return Err(Error::bad_value("stops", stop, rule));
+            }
+            let mut events = events(motion.impacts(), &motion.stretches()?);
+            events.retain(|event| stops.is_empty() || stops.contains(&event.stop));
+            let times: Vec<f64> = events.iter().map(|event| event.time).collect();
+            let mut points = at_times(motion, &times)?;
+            for (
+                k,
+                Event {
+                    stop, speed_before, ..
+                },
+            ) in events.into_iter().enumerate()
+            {
+                (points.stop[k], points.speed_before[k]) = (Some(stop), speed_before);
+            }
+            Ok(points)
+        }
+    }
+}
+
+/// The times of a motion at which the forcing has a phase: from its start on, up to its end; but for one that closes, which has its end
+/// at its start.
+pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64>> {
+    finite("phase", phase)?;
+    let refused = |reason: &str| {
+        Error::bad_value(
+            "phase",
+            phase,
+            format!("a section at a phase needs a steady forcing with a period: {reason}"),
+        )
+    };
+    let Some(period) = motion.scene().period() else {
+        return Err(refused("the scene has none"));
+    };
+    if !motion.has_steady_phase() {
+        return Err(refused("the run goes along ramps"));
+    }
+    let (start, end) = motion.span();
+    // What is the phase at the start, but for rounding, is that.
+    let rounding = f64::EPSILON * (start.abs().max(end.abs()) + period);
+    let wait = period * ((phase - motion.phase(start)) / TAU).rem_euclid(1.0);
+    let first = if period - wait <= 4.0 * rounding {
+        0.0
+    } else {
+        wait
+    };
+    let last = if motion.is_closed() {
+        end - start - 4.0 * rounding
+    } else {
+        end - start + 4.0 * rounding
+    };
+    let count = if last < first {
+        0
+    } else {
+        1 + ((last - first) / period).floor() as usize
+    };
+    room_for("the points of the section", count, 1)?;
+    let time = |k: usize| (start + (first + k as f64 * period)).min(end);
+    Ok((0..count).map(time).collect())
+}
+
+/// The motion at some times, after what happens there.
+pub(crate) fn at_times(motion: &dyn Sectioned, times: &[f64]) -> Result<PoincarePoints> {
+    let n = motion.scene().n_dof();
+    let (mut q, mut v) = (
+        DMatrix::zeros(times.len(), n),
+        DMatrix::zeros(times.len(), n),
+    );
+    let is_forced = motion.scene().period().is_some();
+    let mut phase = Vec::with_capacity(times.len());
+    for (k, &t) in times.iter().enumerate() {
+        let (positions, velocities): PhysicalState = motion.state(t, ImpactSide::After)?;
+        q.set_row(k, &positions.transpose());
+        v.set_row(k, &velocities.transpose());
+        phase.push(if is_forced { motion.phase(t) } else { f64::NAN });
+    }
+    Ok(PoincarePoints {
+        t: times.to_vec(),
+        stop: vec![None; times.len()],
+        speed_before: vec![f64::NAN; times.len()],
+        phase,
+        q,
+        v,
+    })
+}

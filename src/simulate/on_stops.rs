@@ -1,0 +1,61 @@
+//! A state put onto the stops that it lies behind: where a stop was moved over it.
+
+use crate::error::Result;
+use crate::hybrid::AnyLoop;
+use crate::hybrid::HybridFlow;
+use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
+use crate::model::{PhysicalState, Scene};
+use crate::path::Evaluator;
+use crate::simulate::by_method::{RunVisitor, visit_runs};
+use crate::simulate::options::SimulateOptions;
+use crate::simulate::run::Run;
+
+/// The state at a time, moved along the reactions of the stops that it lies behind onto them; as it is, where it lies behind none.
+///
+/// # Errors
+/// What the gap functions of nonlinear stops report; stops that cannot be reached together.
+pub(crate) fn put_onto(
+    scene: &Scene,
+    state: PhysicalState,
+    t: f64,
+    options: &SimulateOptions,
+) -> Result<PhysicalState> {
+    if scene.gaps_at(&state.0, t)?.iter().all(|gap| *gap >= 0.0) {
+        return Ok(state);
+    }
+    visit_runs(scene, options, OntoStops { state, t })
+}
+
+struct OntoStops {
+    state: PhysicalState,
+    t: f64,
+}
+
+impl RunVisitor for OntoStops {
+    type Output = PhysicalState;
+
+    const BY_EXACT_FLIGHTS: &'static str = "a state put onto stops with method=\"exact\"";
+
+    fn visit<'a, M: AnyLoop>(
+        self,
+        make: impl Fn() -> Run<'a, M> + Sync,
+        _: Evaluator,
+    ) -> Result<PhysicalState> {
+        let (q, v) = self.state;
+        let mut run = make();
+        let flow = run.flow.taken();
+        flow.start(&q, &v, self.t);
+        let system = flow.system();
+        // One stop may lead behind another.
+        for _ in 0..=system.n_stops() {
+            system.evaluate_gaps()?;
+            let is_behind = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
+            let behind: Vec<usize> = (0..system.n_stops()).filter(is_behind).collect();
+            if behind.is_empty() {
+                break;
+            }
+            system.put_on(&behind)?;
+        }
+        Ok(system.physical())
+    }
+}

@@ -1,0 +1,334 @@
+//! Bifurcation diagrams: what a motion settles on, over the values of a number of its scene (theory 15).
+
+use crate::error::{Error, Result};
+use crate::model::{PhysicalState, Scene};
+use crate::observer::ObserverFn;
+use crate::orbit::Pattern;
+use crate::quantity::finite_vector;
+use crate::section::{Motion, PoincarePoints, Section, Settled, points_of, settled};
+use crate::simulate::{Keep, Method, SimulateOptions, Status, put_onto, simulate_observed};
+use crate::sweep::existence::Axis;
+use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use nalgebra::DVector;
+use std::ops::ControlFlow;
+
+/// In which order the values are gone through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Direction {
+    /// From the smallest up.
+    #[default]
+    Up,
+    /// From the largest down.
+    Down,
+    /// Up, then down.
+    Both,
+}
+
+/// Options of [`bifurcation_diagram`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiagramOptions {
+    /// In which order the values are gone through.
+    pub direction: Direction,
+    /// Position and velocity at the first value, and without `carry` at each; `None`: at rest at zero. What lies behind a stop is put
+    /// onto it.
+    pub start: Option<(DVector<f64>, DVector<f64>)>,
+    /// Periods of the forcing that are left out at each value, default 200.
+    pub transient: usize,
+    /// Periods that are looked at, default 50, at least 1.
+    pub periods: usize,
+    /// When the motion is looked at, default at phase 0.
+    pub section: Section,
+    /// Whether the motion goes on from value to value, default true.
+    pub carry: bool,
+    /// As for [`simulate`](crate::simulate()).
+    pub method: Method,
+    /// As for [`simulate`](crate::simulate()).
+    pub rtol: f64,
+    /// As for [`simulate`](crate::simulate()).
+    pub atol: f64,
+    /// Threads: for both directions side by side, without `carry` for all values.
+    pub sweep: SweepOptions,
+}
+
+impl Default for DiagramOptions {
+    fn default() -> Self {
+        let SimulateOptions {
+            method, rtol, atol, ..
+        } = SimulateOptions::default();
+        Self {
+            direction: Direction::Up,
+            start: None,
+            transient: 200,
+            periods: 50,
+            section: Section::Phase(0.0),
+            carry: true,
+            method,
+            rtol,
+            atol,
+            sweep: SweepOptions::default(),
+        }
+    }
+}
+
+/// What a motion settles on at m values, p points in all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BifurcationDiagram {
+    /// The values in the order in which they were gone through, shape `(m,)`: up, then down.
+    pub parameter: Vec<f64>,
+    /// Whether each was gone through upwards, shape `(m,)`.
+    pub is_up: Vec<bool>,
+    /// After how many periods of the forcing the motion repeats itself, up to 32 and half of those that are looked at; zero where it
+    /// does not. Shape `(m,)`.
+    pub n_periods: Vec<usize>,
+    /// Impacts in the periods that are looked at; those that accumulate until a stop is at rest count as one. Shape `(m,)`.
+    pub n_impacts: Vec<usize>,
+    /// The stops hit in one period of the motion, from the smallest on; empty where it has none. Shape `(m,)`.
+    pub pattern: Vec<Pattern>,
+    /// How the run ended, shape `(m,)`.
+    pub status: Vec<Status>,
+    /// The place of the value that each point belongs to, shape `(p,)`.
+    pub index: Vec<usize>,
+    /// The points.
+    pub points: PoincarePoints,
+}
+
+/// What one value gives, and the state at its end.
+#[derive(Clone)]
+struct AtValue {
+    settled: Settled,
+    points: PoincarePoints,
+    status: Status,
+    last: PhysicalState,
+}
+
+/// Follows a motion over the values of a number of a scene: at each value `transient` periods of the forcing are left out and
+/// `periods` looked at, at a phase or after impacts.
+///
+/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+///
+/// # Errors
+/// Values that are none, or that the number may not take; no periods to look at; a scene without a forcing period; as
+/// [`simulate`](crate::simulate()).
+///
+/// # References
+/// Theory section 15; S. W. Shaw and P. J. Holmes, J. Sound Vib. 90 (1983) 129.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Axis, DiagramOptions, Harmonic, LinearSystem, Parameter, Scene, Stop, bifurcation_diagram};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![5.0.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let axis = Axis::new(Parameter::ForcingScale, [1.0, 1.3, 2.0]);
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let diagram = bifurcation_diagram(&scene, &axis, &DiagramOptions::default(), go_on)?;
+/// // Chaos, and beyond the doubling at 7.73/5 one impact in each period.
+/// assert_eq!(diagram.n_periods[2], 1);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn bifurcation_diagram(
+    scene: &Scene,
+    axis: &Axis,
+    options: &DiagramOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<BifurcationDiagram> {
+    let made = |(i, &value): (usize, &f64)| {
+        let checked = axis.parameter.check(value);
+        let made = checked.and_then(|()| scene.replace(axis.parameter.change(value)));
+        made.map_err(|error| of_value(i, error))
+    };
+    let scenes: Vec<Scene> = (axis.values.iter().enumerate())
+        .map(made)
+        .collect::<Result<_>>()?;
+    bifurcation_diagram_of(&axis.values, &scenes, options, observer)
+}
+
+/// The same of scenes, one for each value.
+///
+/// # Errors
+/// As [`bifurcation_diagram`]; scenes that are not as many as values.
+pub fn bifurcation_diagram_of(
+    values: &[f64],
+    scenes: &[Scene],
+    options: &DiagramOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<BifurcationDiagram> {
+    check(values, scenes, options)?;
+    let mut up: Vec<usize> = (0..values.len()).collect();
+    up.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let down: Vec<usize> = up.iter().rev().copied().collect();
+    let ways: Vec<(bool, Vec<usize>)> = match options.direction {
+        Direction::Up => vec![(true, up)],
+        Direction::Down => vec![(false, down)],
+        Direction::Both => vec![(true, up), (false, down)],
+    };
+    // Runs that go on from value to value are one piece of work.
+    let pieces: Vec<&[usize]> = if options.carry {
+        ways.iter().map(|(_, way)| way.as_slice()).collect()
+    } else {
+        ways.iter().flat_map(|(_, way)| way.chunks(1)).collect()
+    };
+    let mut parts: Vec<Vec<AtValue>> = vec![Vec::new(); pieces.len()];
+    let work = |(): &mut (), piece: usize, go_on: ObserverFn<'_>| {
+        along(pieces[piece].iter().map(|&k| &scenes[k]), options, go_on)
+    };
+    fill(&mut parts, 1, options.sweep, || Ok(()), work, observer)?;
+    let all: Vec<AtValue> = parts.into_iter().flatten().collect();
+    let each = ways
+        .iter()
+        .flat_map(|(is_up, way)| way.iter().map(move |&k| (*is_up, values[k])));
+    let (is_up, parameter) = each.unzip();
+    Ok(gathered(all, is_up, parameter, scenes[0].n_dof()))
+}
+
+/// An error of a value, with its place.
+fn of_value(i: usize, error: Error) -> Error {
+    match error {
+        Error::BadValue {
+            argument,
+            value,
+            rule,
+        } => Error::bad_value(format!("axis[{i}]: {argument}"), value, rule),
+        other => other,
+    }
+}
+
+fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<()> {
+    if values.is_empty() {
+        return Err(Error::bad_value(
+            "axis",
+            "without values",
+            "at least one is needed",
+        ));
+    }
+    if scenes.len() != values.len() {
+        let (found, wanted) = (
+            format!("({},)", scenes.len()),
+            format!("({},)", values.len()),
+        );
+        return Err(Error::bad_shape("scenes", found, wanted));
+    }
+    if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+        return Err(Error::bad_value(
+            format!("axis[{i}]"),
+            values[i],
+            "it must be finite",
+        ));
+    }
+    if options.periods == 0 {
+        return Err(Error::bad_value("periods", 0, "it must be at least 1"));
+    }
+    let n = scenes[0].n_dof();
+    for scene in scenes {
+        if scene.period().is_none() {
+            let rule = "a diagram counts periods of the forcing: every scene must have one";
+            return Err(Error::bad_value("scene", "without a forcing period", rule));
+        }
+        if scene.n_dof() != n {
+            let rule = format!("all must have as many as the first, {n}");
+            let value = format!("of {} degrees of freedom", scene.n_dof());
+            return Err(Error::bad_value("scene", value, rule));
+        }
+        if let Section::Impacts(stops) = &options.section
+            && let Some(&stop) = stops.iter().find(|&&stop| stop >= scene.stops().len())
+        {
+            let rule = format!("the scene has {} stops", scene.stops().len());
+            return Err(Error::bad_value("stops", stop, rule));
+        }
+    }
+    if let Some((q0, v0)) = &options.start {
+        finite_vector("q0", q0, n)?;
+        finite_vector("v0", v0, n)?;
+    }
+    Ok(())
+}
+
+/// One value after the other, each from where the one before has ended.
+fn along<'s>(
+    scenes: impl Iterator<Item = &'s Scene>,
+    options: &DiagramOptions,
+    go_on: ObserverFn<'_>,
+) -> Result<Vec<AtValue>> {
+    let mut state = options.start.clone();
+    let mut all = Vec::new();
+    for scene in scenes {
+        let rest = || (DVector::zeros(scene.n_dof()), DVector::zeros(scene.n_dof()));
+        let found = at_value(scene, state.unwrap_or_else(rest), options, go_on)?;
+        state = Some(found.last.clone());
+        all.push(found);
+    }
+    Ok(all)
+}
+
+/// What a motion from a state settles on.
+fn at_value(
+    scene: &Scene,
+    state: PhysicalState,
+    options: &DiagramOptions,
+    go_on: ObserverFn<'_>,
+) -> Result<AtValue> {
+    let run = SimulateOptions {
+        method: options.method,
+        rtol: options.rtol,
+        atol: options.atol,
+        keep: Keep::Final,
+        ..SimulateOptions::default()
+    };
+    let period = scene.period().unwrap_or_default();
+    let (q, v) = put_onto(scene, state, 0.0, &run)?;
+    let observer = &mut |_: f64| go_on();
+    let span = (0.0, options.transient as f64 * period);
+    let transient = simulate_observed(scene, &q, &v, span, &run, observer)?;
+    let seen = SimulateOptions {
+        keep: Keep::Motion,
+        ..run
+    };
+    // One that broke off before is looked at from there.
+    let start = transient.t_end();
+    let span = (start, start + options.periods as f64 * period);
+    let (q, v) = transient.last();
+    let seen = simulate_observed(scene, q, v, span, &seen, observer)?;
+    let motion = Motion::Trajectory(&seen);
+    let mut points = points_of(&motion, &options.section)?;
+    if let Section::Phase(_) = options.section {
+        // Of a phase that is that of the start, the end is the start of the next value.
+        points.truncate(options.periods);
+    }
+    Ok(AtValue {
+        settled: settled(&motion)?,
+        points,
+        status: if transient.status() == Status::Finished {
+            seen.status()
+        } else {
+            transient.status()
+        },
+        last: (seen.last().0.clone(), seen.last().1.clone()),
+    })
+}
+
+/// One diagram of what all values gave.
+fn gathered(
+    all: Vec<AtValue>,
+    is_up: Vec<bool>,
+    parameter: Vec<f64>,
+    n: usize,
+) -> BifurcationDiagram {
+    let count = all.iter().map(|at| at.points.t.len()).sum();
+    let mut diagram = BifurcationDiagram {
+        parameter,
+        is_up,
+        n_periods: all.iter().map(|at| at.settled.n_periods).collect(),
+        n_impacts: all.iter().map(|at| at.settled.n_impacts).collect(),
+        pattern: all.iter().map(|at| at.settled.pattern.clone()).collect(),
+        status: all.iter().map(|at| at.status).collect(),
+        index: Vec::with_capacity(count),
+        points: PoincarePoints::with_room(count, n),
+    };
+    for (k, AtValue { points, .. }) in all.into_iter().enumerate() {
+        diagram.index.extend(std::iter::repeat_n(k, points.t.len()));
+        diagram.points.append(points);
+    }
+    diagram
+}

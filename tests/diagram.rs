@@ -1,0 +1,330 @@
+//! Sections and bifurcation diagrams against orbits in closed form, and laws that any diagram obeys.
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
+use vibroimpact::{
+    Axis, BifurcationDiagram, DiagramOptions, Direction, Harmonic, Kind, LinearSystem,
+    OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Section, SimulateOptions, Status, Stop,
+    SweepOptions, bifurcation_diagram, paper_scene, periodic_orbits, poincare_points, simulate,
+};
+
+/// `x'' + 0.1 x' + x = F cos w t` before a stop, restitution 0.8.
+fn oscillator(force: f64, frequency: f64, clearance: f64) -> Scene {
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![force.into()], frequency, 0.0).expect("valid");
+    Scene::new(
+        system,
+        force,
+        [Stop::new(0, clearance, 0.8).expect("valid")],
+    )
+    .expect("valid")
+}
+
+fn diagram(
+    scene: &Scene,
+    (parameter, values): (Parameter, &[f64]),
+    options: &DiagramOptions,
+) -> BifurcationDiagram {
+    let axis = Axis::new(parameter, values.iter().copied());
+    let go_on = &mut |_| ControlFlow::Continue(());
+    bifurcation_diagram(scene, &axis, options, go_on).expect("a diagram")
+}
+
+fn refused(scene: &Scene, values: &[f64], options: &DiagramOptions) -> String {
+    let axis = Axis::new(Parameter::ForcingScale, values.iter().copied());
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let error = bifurcation_diagram(scene, &axis, options, go_on).expect_err("refused");
+    error.to_string()
+}
+
+#[test]
+fn a_diagram_settles_on_the_orbits_of_the_closed_form() {
+    // One impact in each period is stable from the doubling at F = 7.73325782164 on; below the graze at 4.766046580 nothing is hit.
+    let (values, after) = ([1.0, 3.0, 7.8, 9.0, 12.0], Section::Impacts(vec![0]));
+    let options = DiagramOptions {
+        transient: 1500,
+        section: after,
+        ..DiagramOptions::default()
+    };
+    let found = diagram(
+        &oscillator(1.0, 2.4, 1.0),
+        (Parameter::ForcingScale, &values),
+        &options,
+    );
+    assert_eq!(found.n_periods, [1; 5]);
+    assert_eq!(found.n_impacts, [0, 0, 50, 50, 50]);
+    for (k, &force) in values.iter().enumerate() {
+        let rows: Vec<usize> = (0..found.index.len())
+            .filter(|&i| found.index[i] == k)
+            .collect();
+        assert_eq!(rows.len(), found.n_impacts[k]);
+        if rows.is_empty() {
+            assert_eq!(found.pattern[k], Pattern::none());
+            continue;
+        }
+        assert_eq!(found.pattern[k], Pattern::single(0));
+        let scene = oscillator(force, 2.4, 1.0);
+        let orbits =
+            periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default()).expect("solved");
+        let impact = orbits[0].impacts()[0];
+        for i in rows {
+            assert!(
+                (found.points.speed_before[i] - impact.approach).abs() < 1e-6 * impact.approach
+            );
+            let apart = (found.points.phase[i] - impact.phase + 3.0).rem_euclid(TAU) - 3.0;
+            assert!(apart.abs() < 1e-6, "{apart:e}");
+            assert!((found.points.q[(i, 0)] - 1.0).abs() < 1e-9);
+        }
+    }
+    // Beyond the doubling two impacts in two periods; between them chaos.
+    let (values, options) = (
+        [7.6, 5.0],
+        DiagramOptions {
+            transient: 3000,
+            ..DiagramOptions::default()
+        },
+    );
+    let found = diagram(
+        &oscillator(1.0, 2.4, 1.0),
+        (Parameter::ForcingScale, &values),
+        &options,
+    );
+    assert_eq!(found.parameter, [5.0, 7.6]);
+    assert_eq!(found.n_periods, [0, 2]);
+    assert_eq!(found.index.len(), 2 * 50);
+    assert_eq!(found.pattern[1].instants(), [[0], [0]]);
+}
+
+#[test]
+fn a_diagram_is_one_run_after_another() {
+    let scene = oscillator(5.0, 2.4, 1.0);
+    let values = [0.9, 1.0, 1.1];
+    let phase = Section::Phase(1.3);
+    let start = Some((dvector![0.2], dvector![-0.1]));
+    let options = DiagramOptions {
+        transient: 20,
+        periods: 7,
+        section: phase,
+        start,
+        ..DiagramOptions::default()
+    };
+    let found = diagram(&scene, (Parameter::ForcingScale, &values), &options);
+    let (mut q, mut v) = (dvector![0.2], dvector![-0.1]);
+    for (k, &factor) in values.iter().enumerate() {
+        let scene = scene
+            .replace(vibroimpact::Change::ForcingScale(factor))
+            .expect("valid");
+        let period = scene.period().expect("forced");
+        let run = |q: &DVector<f64>, v: &DVector<f64>, start: f64, end: f64| {
+            simulate(
+                &scene,
+                q,
+                v,
+                (start * period, end * period),
+                &SimulateOptions::default(),
+            )
+            .expect("a run")
+        };
+        let transient = run(&q, &v, 0.0, 20.0);
+        let seen = run(transient.last().0, transient.last().1, 20.0, 27.0);
+        for j in 0..7 {
+            let i = 7 * k + j;
+            assert_eq!(found.index[i], k);
+            let time = (20.0 + 1.3 / TAU + j as f64) * period;
+            assert!((found.points.t[i] - time).abs() < 1e-12);
+            let (q, _) = seen
+                .state(time, vibroimpact::ImpactSide::After)
+                .expect("inside");
+            assert!((found.points.q[(i, 0)] - q[0]).abs() < 1e-9);
+        }
+        (q, v) = (seen.last().0.clone(), seen.last().1.clone());
+    }
+}
+
+#[test]
+fn directions_and_threads_change_no_bit() {
+    let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
+    let values = [0.9, 0.7, 1.2, 1.0];
+    for carry in [true, false] {
+        let with = |direction, threads| {
+            let sweep = SweepOptions {
+                threads: Some(threads),
+            };
+            let options = DiagramOptions {
+                direction,
+                carry,
+                transient: 30,
+                periods: 10,
+                sweep,
+                ..DiagramOptions::default()
+            };
+            diagram(&scene, (Parameter::ForcingScale, &values), &options)
+        };
+        let both = with(Direction::Both, 1);
+        assert_eq!(both.parameter, [0.7, 0.9, 1.0, 1.2, 1.2, 1.0, 0.9, 0.7]);
+        assert_eq!(
+            both.is_up,
+            [true, true, true, true, false, false, false, false]
+        );
+        let bits = |d: &BifurcationDiagram| {
+            d.points
+                .q
+                .iter()
+                .chain(&d.points.v)
+                .map(|x| x.to_bits())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(bits(&both), bits(&with(Direction::Both, 2)));
+        let (up, down) = (with(Direction::Up, 2), with(Direction::Down, 1));
+        let parts = [&up, &down].map(|d| d.points.q.column(0).iter().copied().collect::<Vec<_>>());
+        assert_eq!(
+            both.points.q.column(0).iter().copied().collect::<Vec<_>>(),
+            parts.concat()
+        );
+    }
+}
+
+#[test]
+fn a_stop_that_moves_over_the_state_takes_it_along() {
+    let scene = oscillator(0.5, 0.7, 1.0);
+    let values = [0.9, 0.2, -0.3, -1.5];
+    let options = DiagramOptions {
+        direction: Direction::Down,
+        ..DiagramOptions::default()
+    };
+    let found = diagram(&scene, (Parameter::Clearance, &values), &options);
+    assert!(
+        found
+            .status
+            .iter()
+            .all(|status| *status == Status::Finished)
+    );
+    for (k, &i) in found.index.iter().enumerate() {
+        assert!(found.points.q[(k, 0)] <= found.parameter[i] + 1e-9);
+    }
+    // At rest at zero, from behind the stop.
+    let alone = diagram(
+        &scene,
+        (Parameter::Clearance, &[-1.5]),
+        &DiagramOptions::default(),
+    );
+    assert_eq!(alone.status, [Status::Finished]);
+}
+
+#[test]
+fn impacts_that_accumulate_are_one_point() {
+    // At rest on the stop for 0.18 of a period; released where the force draws at a quarter turn.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.0.into()], 0.3, 0.0).expect("valid");
+    let scene = Scene::new(system, force, [Stop::new(0, 0.0, 0.8).expect("valid")]).expect("valid");
+    let options = DiagramOptions {
+        transient: 40,
+        periods: 10,
+        section: Section::Impacts(vec![]),
+        ..DiagramOptions::default()
+    };
+    let found = diagram(&scene, (Parameter::ForcingScale, &[1.0]), &options);
+    assert_eq!(found.n_periods, [1]);
+    let at_rest: Vec<usize> = (0..found.index.len())
+        .filter(|&i| found.points.speed_before[i] == 0.0)
+        .collect();
+    assert_eq!(at_rest.len(), 10);
+    let released = TAU / 4.0;
+    for i in at_rest {
+        assert_eq!((found.points.q[(i, 0)], found.points.v[(i, 0)]), (0.0, 0.0));
+        let stuck = (released - found.points.phase[i]).rem_euclid(TAU) / TAU;
+        assert!((stuck - 0.183_411_669_2).abs() < 1e-6, "{stuck}");
+    }
+}
+
+#[test]
+fn sections_of_an_orbit_and_of_its_motion_are_the_same() {
+    let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
+    let options = OrbitOptions {
+        n_periods: 2,
+        ..OrbitOptions::default()
+    };
+    let orbit = &periodic_orbits(&scene, &Pattern::single(1), &options).expect("solved")[0];
+    let end = 3.0 * orbit.period();
+    let run = simulate(
+        orbit.scene(),
+        &orbit.q0(),
+        &orbit.v0(),
+        (0.0, end),
+        &SimulateOptions::default(),
+    )
+    .expect("a run");
+    for (section, of_orbit, of_run) in [
+        (Section::Phase(2.0), 2, 6),
+        (Section::Impacts(vec![1]), 1, 3),
+    ] {
+        let [one, three] = [
+            poincare_points(orbit, &section),
+            poincare_points(&run, &section),
+        ]
+        .map(|p| p.expect("looked at"));
+        assert_eq!((one.t.len(), three.t.len()), (of_orbit, of_run));
+        for i in 0..of_run {
+            let off = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
+            // The run begins right after the impact with which the orbit begins.
+            let k = i % of_orbit;
+            (0..2).for_each(|j| off(three.q[(i, j)], one.q[(k, j)]));
+            (0..2).for_each(|j| off(three.v[(i, j)], one.v[(k, j)]));
+            off(three.phase[i], one.phase[k]);
+        }
+    }
+}
+
+#[test]
+fn what_is_asked_wrongly_is_refused_by_name() {
+    let scene = oscillator(5.0, 2.4, 1.0);
+    let usual = DiagramOptions::default();
+    assert!(refused(&scene, &[], &usual).contains("axis is without values"));
+    assert!(refused(&scene, &[1.0, f64::NAN], &usual).contains("axis[1]: forcing_scale is NaN"));
+    let never = DiagramOptions {
+        periods: 0,
+        ..usual.clone()
+    };
+    assert!(refused(&scene, &[1.0], &never).contains("periods is 0"));
+    let other = DiagramOptions {
+        section: Section::Impacts(vec![1]),
+        ..usual.clone()
+    };
+    assert!(refused(&scene, &[1.0], &other).contains("stops is 1"));
+    let start = Some((dvector![0.0, 0.0], dvector![0.0]));
+    let long = DiagramOptions {
+        start,
+        ..usual.clone()
+    };
+    assert!(refused(&scene, &[1.0], &long).contains("q0"));
+    let run = simulate(
+        &scene,
+        &dvector![0.0],
+        &dvector![0.0],
+        (0.0, 9.0),
+        &SimulateOptions::default(),
+    )
+    .expect("a run");
+    assert!(poincare_points(&run, &Section::Phase(f64::INFINITY)).is_err());
+    assert!(poincare_points(&run, &Section::Impacts(vec![3])).is_err());
+    let free = Scene::new(
+        scene.system().clone(),
+        vibroimpact::Forcing::Unforced,
+        scene.stops().to_vec(),
+    )
+    .expect("valid");
+    let run = simulate(
+        &free,
+        &dvector![0.3],
+        &dvector![0.0],
+        (0.0, 9.0),
+        &SimulateOptions::default(),
+    )
+    .expect("a run");
+    let error = poincare_points(&run, &Section::Phase(0.0)).expect_err("no period");
+    assert!(
+        error.to_string().contains("forcing with a period"),
+        "{error}"
+    );
+}
