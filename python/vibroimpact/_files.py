@@ -18,6 +18,7 @@ import numpy as np
 
 from vibroimpact import _core
 from vibroimpact._core import NonlinearStop, NonlinearSystem, Orbit, Orbits, Scene, Trajectory
+from vibroimpact._results import ArrayResult
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
@@ -46,7 +47,7 @@ _RESULTS: dict[str, Callable[..., Any]] = {
 }
 
 
-def save(result: Result, path: str | os.PathLike[str]) -> None:
+def save(result: Result | ArrayResult, path: str | os.PathLike[str]) -> None:
     """Write a result to a file, whole or not at all."""
     arrays: dict[str, np.ndarray[Any, Any]] = {}
     arguments, keywords = _pieces(result)

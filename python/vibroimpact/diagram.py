@@ -271,7 +271,7 @@ def bifurcation_diagram(
     BifurcationDiagram(forcing_scale, 2 values: 2 of period 1; 50 points)
     """
     if callable(scene):
-        name, values = None, _axis.grid(axis, "axis")
+        name, values = None, _axis.grid(axis, "axis")  # type: ignore[arg-type]
     else:
         name, values = _axis.named(axis, "axis")
     ways = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}.get(direction, [direction])
