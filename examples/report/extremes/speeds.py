@@ -36,11 +36,11 @@ def wide() -> Iterator[Finding]:
     length = float(expected.parts[0][-1]) * (1 + 1e-9)
     motion, sides = Motion(v=speed, length=length), walls(1.0, 0.5)
     for method in motion.methods:
-        searched = evaluations(replace(motion, length=1e-7 * length), method) / 1e-7
+        few, more = (evaluations(replace(motion, length=part * length), method) for part in PARTS)
+        searched = (more - few) / (PARTS[1] - PARTS[0])
         if searched > PATIENCE:
-            reason = (
-                f"not waited for: {searched:.0e} evaluations of the gap, at the rate of the first {1e-7 * length:.0e} of time"
-            )
+            first = PARTS[1] * length
+            reason = f"not waited for: {searched:.0e} evaluations of the gap, at the rate of the first {first:.0e} of time"
             yield Finding(f"{name}: gap evaluations", method, "fact", reason, f"below {PATIENCE:.0e}", False)
             continue
         found = run(motion, sides, method, keep="impacts", size=speed)
@@ -48,6 +48,7 @@ def wide() -> Iterator[Finding]:
 
 
 PATIENCE = 1e9  # evaluations of a gap: minutes
+PARTS = (1e-7, 1e-6)  # of the motion, between which evaluations are counted: steps that grow make a start of their own
 
 
 def evaluations(motion: Motion, method: str) -> int:
