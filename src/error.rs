@@ -167,6 +167,18 @@ impl Error {
         }
     }
 
+    /// The same, with the place of the input among several in front of the name of the argument.
+    pub(crate) fn at(self, place: impl std::fmt::Display) -> Self {
+        match self {
+            Self::BadValue {
+                argument,
+                value,
+                rule,
+            } => Self::bad_value(format!("{place}: {argument}"), value, rule),
+            other => other,
+        }
+    }
+
     /// The error of a function given by the caller, such as the equations of motion of a nonlinear system.
     pub fn function(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::Function(FunctionError(Arc::new(error)))

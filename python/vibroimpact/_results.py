@@ -32,3 +32,21 @@ class ArrayResult:
         from vibroimpact import _files
 
         _files.save(self, path)
+
+    def to_xarray(self) -> Any:
+        """Return the result as an ``xarray.Dataset``; needs xarray, the extra "xarray".
+
+        Returns
+        -------
+        xarray.Dataset
+            The arrays over named dimensions: x and y of a map; run, time and dof of an ensemble; point and dof of a section,
+            and value of a diagram.
+
+        Raises
+        ------
+        ImportError
+            Without xarray.
+        """
+        from vibroimpact import _xarray
+
+        return _xarray.to_xarray(self)

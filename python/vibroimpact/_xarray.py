@@ -12,15 +12,13 @@ import numpy as np
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Trajectory
-from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
-from vibroimpact.ensemble import Ensemble
-from vibroimpact.existence import ExistenceMap
+from vibroimpact._results import ArrayResult
 
 #: Tables of a result, and the dimension of their rows.
 TABLES = {"impacts": "impact", "grazes": "graze", "segments": "segment"}
 
 
-def to_xarray(result: Trajectory | Orbit | ExistenceMap | Ensemble | PoincarePoints | BifurcationDiagram) -> Any:
+def to_xarray(result: Trajectory | Orbit | ArrayResult) -> Any:
     """Return a result as an ``xarray.Dataset``."""
     try:
         import xarray

@@ -50,23 +50,6 @@ class PoincarePoints(ArrayResult):
         columns = {"t": "f", "stop": "i", "speed_before": "f", "phase": "f"}
         self._check({name: (kind, p) for name, kind in columns.items()} | {"q": ("f", states), "v": ("f", states)})
 
-    def to_xarray(self) -> Any:
-        """Return the section as an ``xarray.Dataset``; needs xarray, the extra "xarray".
-
-        Returns
-        -------
-        xarray.Dataset
-            Times, stops, speeds, phases over point; ``q`` and ``v`` over point and dof.
-
-        Raises
-        ------
-        ImportError
-            Without xarray.
-        """
-        from vibroimpact import _xarray
-
-        return _xarray.to_xarray(self)
-
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the section, for ``numpy.savez``."""
         return {name: getattr(self, name) for name in ("t", "stop", "speed_before", "phase", "q", "v")}
@@ -128,23 +111,6 @@ class BifurcationDiagram(ArrayResult):
         if (len(self.pattern),) != m:
             message = f"pattern has {len(self.pattern)} entries, but {m[0]} are needed"
             raise ValueError(message)
-
-    def to_xarray(self) -> Any:
-        """Return the diagram as an ``xarray.Dataset``; needs xarray, the extra "xarray".
-
-        Returns
-        -------
-        xarray.Dataset
-            Periods, impacts, patterns, status over value; columns of the points over point, ``q`` and ``v`` over point and dof.
-
-        Raises
-        ------
-        ImportError
-            Without xarray.
-        """
-        from vibroimpact import _xarray
-
-        return _xarray.to_xarray(self)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the diagram, for ``numpy.savez``; patterns as text."""

@@ -48,24 +48,6 @@ class Ensemble(ArrayResult):
             arrays["impacts"] = ("V", np.shape(self.impacts)[:1])
         self._check(arrays)
 
-    def to_xarray(self) -> Any:
-        """Return the ensemble as an ``xarray.Dataset``; needs xarray, the extra "xarray".
-
-        Returns
-        -------
-        xarray.Dataset
-            ``q`` and ``v`` over run, time with ``t_eval``, and dof, ``n_impacts`` and ``status`` over run; columns of the
-            impacts.
-
-        Raises
-        ------
-        ImportError
-            Without xarray.
-        """
-        from vibroimpact import _xarray
-
-        return _xarray.to_xarray(self)
-
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the ensemble, for ``numpy.savez``."""
         arrays = {name: getattr(self, name) for name in ("q", "v", "n_impacts", "status", "impacts")}

@@ -55,23 +55,6 @@ class ExistenceMap(ArrayResult):
         found = {"n_orbits": "i", "is_admissible": "b", "is_stable": "b", "multiplier": "f"}
         self._check(axes | {name: (kind, cells) for name, kind in found.items()})
 
-    def to_xarray(self) -> Any:
-        """Return the map as an ``xarray.Dataset``; needs xarray, the extra "xarray".
-
-        Returns
-        -------
-        xarray.Dataset
-            ``n_orbits``, ``is_admissible``, ``is_stable`` and ``multiplier`` over y and x.
-
-        Raises
-        ------
-        ImportError
-            Without xarray.
-        """
-        from vibroimpact import _xarray
-
-        return _xarray.to_xarray(self)
-
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the map, for ``numpy.savez``."""
         names = ("x", "y", "n_orbits", "is_admissible", "is_stable", "multiplier")

@@ -6,6 +6,7 @@ pub(crate) mod bracket;
 pub(crate) mod curvature;
 pub(crate) mod first_root;
 mod followed;
+pub(crate) mod levels;
 pub(crate) mod lowest;
 pub(crate) mod next;
 pub(crate) mod polynomial;

@@ -1,7 +1,7 @@
 //! The points of a section.
 
 use crate::error::{Error, Result};
-use crate::model::PhysicalState;
+use crate::model::{PhysicalState, Scene};
 use crate::path::ImpactSide;
 use crate::quantity::{finite, room_for};
 use crate::section::events::{Event, events};
@@ -17,6 +17,23 @@ pub enum Section {
     /// After the impacts on these stops, on any where the list is empty. Impacts that accumulate until the stop is at rest are one, at
     /// their end.
     Impacts(Vec<usize>),
+}
+
+impl Section {
+    /// Refuses a stop that a scene does not have.
+    pub(crate) fn check(&self, scene: &Scene) -> Result<()> {
+        let all = scene.stops().len();
+        match self {
+            Self::Impacts(stops) => match stops.iter().find(|&&stop| stop >= all) {
+                Some(&stop) => {
+                    let rule = format!("the scene has {all} stops");
+                    Err(Error::bad_value("stops", stop, rule))
+                }
+                None => Ok(()),
+            },
+            Self::Phase(_) => Ok(()),
+        }
+    }
 }
 
 /// What is seen of a motion of n coordinates: p points.
@@ -102,11 +119,7 @@ pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<Poi
     match section {
         Section::Phase(phase) => at_times(motion, &strobe_times(motion, *phase)?),
         Section::Impacts(stops) => {
-            let all = motion.scene().stops().len();
-            if let Some(&stop) = stops.iter().find(|&&stop| stop >= all) {
-                let rule = format!("the scene has {all} stops");
-                return Err(Error::bad_value("stops", stop, rule));
-            }
+            section.check(motion.scene())?;
             let mut events = events(motion.impacts(), &motion.stretches()?);
             events.retain(|event| stops.is_empty() || stops.contains(&event.stop));
             let times: Vec<f64> = events.iter().map(|event| event.time).collect();

@@ -7,6 +7,7 @@ use crate::orbit::Pattern;
 use crate::quantity::finite_vector;
 use crate::section::{Motion, PoincarePoints, Section, Settled, points_of, settled};
 use crate::simulate::{Keep, Method, SimulateOptions, Status, put_onto, simulate_observed};
+use crate::sweep::ensemble::Scenes;
 use crate::sweep::existence::Axis;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use nalgebra::DVector;
@@ -137,7 +138,7 @@ pub fn bifurcation_diagram(
     let made = |(i, &value): (usize, &f64)| {
         let checked = axis.parameter.check(value);
         let made = checked.and_then(|()| scene.replace(axis.parameter.change(value)));
-        made.map_err(|error| of_value(i, error))
+        made.map_err(|error| error.at(format_args!("axis[{i}]")))
     };
     let scenes: Vec<Scene> = (axis.values.iter().enumerate())
         .map(made)
@@ -183,18 +184,6 @@ pub fn bifurcation_diagram_of(
     Ok(gathered(all, is_up, parameter, scenes[0].n_dof()))
 }
 
-/// An error of a value, with its place.
-fn of_value(i: usize, error: Error) -> Error {
-    match error {
-        Error::BadValue {
-            argument,
-            value,
-            rule,
-        } => Error::bad_value(format!("axis[{i}]: {argument}"), value, rule),
-        other => other,
-    }
-}
-
 fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<()> {
     if values.is_empty() {
         return Err(Error::bad_value(
@@ -220,23 +209,13 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
     if options.periods == 0 {
         return Err(Error::bad_value("periods", 0, "it must be at least 1"));
     }
-    let n = scenes[0].n_dof();
+    let n = Scenes::Each(scenes).n_dof()?;
     for scene in scenes {
         if scene.period().is_none() {
             let rule = "a diagram counts periods of the forcing: every scene must have one";
             return Err(Error::bad_value("scene", "without a forcing period", rule));
         }
-        if scene.n_dof() != n {
-            let rule = format!("all must have as many as the first, {n}");
-            let value = format!("of {} degrees of freedom", scene.n_dof());
-            return Err(Error::bad_value("scene", value, rule));
-        }
-        if let Section::Impacts(stops) = &options.section
-            && let Some(&stop) = stops.iter().find(|&&stop| stop >= scene.stops().len())
-        {
-            let rule = format!("the scene has {} stops", scene.stops().len());
-            return Err(Error::bad_value("stops", stop, rule));
-        }
+        options.section.check(scene)?;
     }
     if let Some((q0, v0)) = &options.start {
         finite_vector("q0", q0, n)?;

@@ -54,7 +54,7 @@ impl Scenes<'_> {
     }
 
     /// The number of degrees of freedom, that of every scene; zero without scenes.
-    fn n_dof(self) -> Result<usize> {
+    pub(super) fn n_dof(self) -> Result<usize> {
         let scenes = match self {
             Self::One(scene) => return Ok(scene.n_dof()),
             Self::Each(scenes) => scenes,
@@ -324,14 +324,7 @@ fn row(rows: &DMatrix<f64>, i: usize) -> DVector<f64> {
 
 /// An error of a run, with the row that it began from.
 fn of_row(i: usize, error: Error) -> Error {
-    match error {
-        Error::BadValue {
-            argument,
-            value,
-            rule,
-        } => Error::bad_value(format!("row {i}: {argument}"), value, rule),
-        other => other,
-    }
+    error.at(format_args!("row {i}"))
 }
 
 impl TrajectoryEnd {

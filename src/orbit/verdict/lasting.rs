@@ -1,8 +1,9 @@
 //! What the rules of contact say of lasting contact: forces push; and of the low flights between impacts that accumulate,
 //! whose extremum is a maximum and no touch.
 
+use crate::contact::levels::PropagatorLevels;
 use crate::contact::polynomial::Quartic;
-use crate::contact::walk::{FlightCheck, PropagatorLevels, Sought, StopDepth, check_flight};
+use crate::contact::walk::{FlightCheck, Sought, StopDepth, check_flight};
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
