@@ -24,7 +24,6 @@ EXAMPLES = Path(__file__).parents[2]
 # Functions of the C library by what they are for, whose calls are counted; the processor's variants have suffixes.
 CALLS = {
     "sine, cosine": re.compile(r"^(__)?(sin|cos|sincos)(_[a-z0-9]+)?(@.*)?$"),
-    "exponential": re.compile(r"^(__)?(exp|exp2|expm1)(@.*)?$"),
     "allocation": re.compile(r"^(malloc|calloc|realloc|posix_memalign|aligned_alloc)$"),
 }
 # Functions of the library by what they are for, whose instructions are counted. Code that the compiler has put into its
