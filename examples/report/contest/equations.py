@@ -21,7 +21,7 @@ Vector = Sequence[Any]
 
 @dataclass(frozen=True)
 class Equations:
-    """Formulas of a scene: accelerations of (t, q, v), the gap of each stop of (q), velocities after its impact of (q, v)."""
+    """Formulas of a scene: accelerations of (t, q, v), the gap of each stop of (t, q), velocities after impact of (t, q, v)."""
 
     n_dof: int
     acceleration: Traced
@@ -136,7 +136,7 @@ class Tone:
 
 
 def harmonic(forcing: vi.Harmonic | vi.BaseMotion, number: Number) -> Callable[[Any], Any]:
-    """`cos(frequency t + phase)` of a forcing."""
+    """`cos(frequency t + phase)` of a forcing, or of a stop's motion."""
     frequency, phase = number(forcing.frequency), number(forcing.phase)
     return lambda t: cos(t * frequency + phase)
 
@@ -145,6 +145,12 @@ def forcings(scene: vi.Scene) -> tuple[Any, ...]:
     """What drives a scene, one or several or nothing."""
     forcing = scene.forcing
     return forcing if isinstance(forcing, tuple) else () if forcing is None else (forcing,)
+
+
+def frequencies(scene: vi.Scene) -> list[float]:
+    """Frequencies of what drives a scene and of what moves its stops."""
+    motions = [stop.motion for stop in scene.stops if stop.motion is not None]
+    return [each.frequency for each in (*forcings(scene), *motions)]
 
 
 def tones(scene: vi.Scene, number: Number) -> list[Tone]:
@@ -219,25 +225,48 @@ def normal(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Vector], lis
     return lambda _: [number(sign * each) for each in fixed]
 
 
-def gap(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Vector], Any]:
-    """Signed distance to a stop, of (q)."""
+def shift(stop: Any, number: Number) -> Callable[[Any], Any]:
+    """What a stop's own motion adds to its gap, of (t): a harmonic, or nothing."""
+    if stop.motion is None:
+        return lambda _: 0
+    wave, size = harmonic(stop.motion, number), number(outward(stop) * stop.motion.amplitude.item())
+    return lambda t: wave(t) * size
+
+
+def shift_rate(stop: Any, number: Number) -> Callable[[Any], Any]:
+    """Speed at which a stop's own motion opens its gap, of (t)."""
+    if stop.motion is None:
+        return lambda _: 0
+    frequency, phase = number(stop.motion.frequency), number(stop.motion.phase)
+    size = number(-outward(stop) * stop.motion.amplitude.item()) * frequency
+    return lambda t: sin(t * frequency + phase) * size
+
+
+def outward(stop: Any) -> int:
+    """Sign with which a stop's motion opens its gap: a plane's is added to its clearance, a wall's to its position."""
+    return -1 if isinstance(stop, vi.Wall) and stop.side == "left" else 1
+
+
+def gap(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Any, Vector], Any]:
+    """Signed distance to a stop, of (t, q)."""
+    moved = shift(stop, number)
     if isinstance(stop, vi.Wall):
         lengths = pendulum(scene.system, number).lengths
         sign = 1 if stop.side == "right" else -1
         start = number(sign * stop.position)
-        return lambda q: total([start, *(sin(q[i]) * (lengths[i] * -sign) for i in range(stop.bob + 1))])
-    return lambda q: number(stop.clearance) - dot(q, normal(stop, scene, number)(q))
+        return lambda t, q: total([start, moved(t), *(sin(q[i]) * (lengths[i] * -sign) for i in range(stop.bob + 1))])
+    return lambda t, q: number(stop.clearance) + moved(t) - dot(q, normal(stop, scene, number)(q))
 
 
-def impact(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Vector, Vector], list[Any]]:
-    """Velocities after the impact on one stop, of (q, v): `v - (1 + e) b (n . v) / (n . b)`."""
-    direction, share = normal(stop, scene, number), number(1) + number(stop.restitution)
+def impact(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
+    """Velocities after the impact on one stop, of (t, q, v): `v - (1 + e) b (n . v - c') / (n . b)`, `c'` its `shift_rate`."""
+    direction, share, rate = normal(stop, scene, number), number(1) + number(stop.restitution), shift_rate(stop, number)
 
-    def after(q: Vector, v: Vector) -> list[Any]:
+    def after(t: Any, q: Vector, v: Vector) -> list[Any]:
         n = direction(q)
         is_direct = getattr(stop, "reaction", "inertia") == "coordinate"
         b = n if is_direct else solved(mass_at(scene, q, number), n)
-        speed = dot(v, n) * share / dot(n, b)
+        speed = total([dot(v, n)], [rate(t)]) * share / dot(n, b)
         return [total([v[i]], [speed * each]) for i, each in enumerate(b)]
 
     return after
@@ -260,6 +289,6 @@ def equations(scene: vi.Scene, number: Number = float) -> Equations:
     return Equations(
         n,
         traced(lambda t, *x: move(t, x[:n], x[n:]), ["t", *q, *v]),
-        tuple(traced(lambda *x, each=each: [each(x)], q) for each in gaps),
-        tuple(traced(lambda *x, each=each: each(x[:n], x[n:]), [*q, *v]) for each in impacts),
+        tuple(traced(lambda t, *x, each=each: [each(t, x)], ["t", *q]) for each in gaps),
+        tuple(traced(lambda t, *x, each=each: each(t, x[:n], x[n:]), ["t", *q, *v]) for each in impacts),
     )

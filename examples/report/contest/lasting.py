@@ -1,9 +1,9 @@
 """Lasting contact in many digits: the limit of impacts that accumulate, the motion while a stop holds, and its release.
 
-Linear scenes, one stop at a time. The stop holds by a force along the direction `b` of its impacts, so the accelerations are
-those of the free motion less their part along `b` that would move the gap `h`: `(1 - b d^T / (d . b)) a` with `d` the gradient
-of `h`. The coordinate that enters the gap most is eliminated by `h = 0`, and what is left is a linear system like that of a
-flight. The check takes another way: the matrix exponential of the whole projected system.
+Linear scenes, one stop at a time, stops that do not move. The stop holds by a force along the direction `b` of its impacts, so
+the accelerations are those of the free motion less their part along `b` that would move the gap `h`: `(1 - b d^T / (d . b)) a`
+with `d` the gradient of `h`. The coordinate that enters the gap most is eliminated by `h = 0`, and what is left is a linear
+system like that of a flight. The check takes another way: the matrix exponential of the whole projected system.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ class Contact:
     @classmethod
     def of(cls, functions: Functions, stop: int) -> Contact:
         """What unit positions and one impact tell."""
-        n, gap, zero = functions.n, functions.gaps[stop], [mp.mpf(0)] * functions.n
-        offset = gap(*zero)[0]
-        d = [gap(*[mp.mpf(i == j) for j in range(n)])[0] - offset for i in range(n)]
+        n, gap, now, zero = functions.n, functions.gaps[stop], mp.mpf(0), [mp.mpf(0)] * functions.n
+        offset = gap(now, *zero)[0]
+        d = [gap(now, *[mp.mpf(i == j) for j in range(n)])[0] - offset for i in range(n)]
         before, speed = [-each for each in d], -dot(d, d)
-        after = functions.impacts[stop](*zero, *before)
+        after = functions.impacts[stop](now, *zero, *before)
         restitution = -dot(d, after) / speed
         return cls(offset, d, restitution, [(u - w) / ((1 + restitution) * speed) for u, w in zip(before, after, strict=True)])
 
@@ -82,15 +82,16 @@ class HeldFlow:
         """Eliminate a coordinate and find the eigenvectors of what is left."""
         self.problem, n = problem, problem.scene.n_dof
         leading = max(range(n), key=lambda i: abs(contact.gradient[i]))
-        self.kept = [i for i in range(2 * n + 3) if i not in (leading, n + leading)]
-        whole = mp.zeros(2 * n + 3, len(self.kept))
+        held = projected(problem, contact)
+        self.kept = [i for i in range(held.cols) if i not in (leading, n + leading)]
+        whole = mp.zeros(held.cols, len(self.kept))
         for column, i in enumerate(self.kept):
             whole[i, column] = 1
             if i < 2 * n:
                 row = leading if i < n else n + leading
                 whole[row, column] = -contact.gradient[i % n] / contact.gradient[leading]
         whole[leading, len(self.kept) - 1] = -contact.offset / contact.gradient[leading]
-        rate = projected(problem, contact) * whole
+        rate = held * whole
         reduced = mp.matrix([[rate[i, j] for j in range(len(self.kept))] for i in self.kept])
         self.values, vectors = mp.eig(reduced)
         self.inverse, self.vectors = mp.inverse(vectors), whole * vectors
@@ -99,7 +100,7 @@ class HeldFlow:
         """The motion to the end, were the stop to hold for ever."""
         z = extended(self.problem, t, x)
         weights = self.inverse * mp.matrix([z[i] for i in self.kept])
-        return LinearPiece(self.values, self.vectors, weights, self.problem.scene.n_dof, mp.mpf(self.problem.end) - t)
+        return LinearPiece(self.problem, t, self.values, self.vectors, weights)
 
 
 def release(piece: LinearPiece, functions: Functions, contact: Contact, t: Any) -> Any:

@@ -15,7 +15,7 @@ from mpmath import mp
 
 import vibroimpact as vi
 
-from .equations import tones
+from .equations import frequencies, tones
 from .many_digits import Functions
 from .problems import Problem
 
@@ -51,19 +51,21 @@ def extended(problem: Problem, t: Any, x: list[Any]) -> Any:
 
 
 class LinearPiece:
-    """A flight to the end of the motion."""
+    """A flight from a time to the end of the motion."""
 
-    def __init__(self, values: list[Any], vectors: Any, weights: Any, n: int, length: Any) -> None:
+    def __init__(self, problem: Problem, start: Any, values: list[Any], vectors: Any, weights: Any) -> None:
         """Take eigenvalues, rows of the eigenvectors for positions and velocities, and the weights of the start in them."""
-        self.values, self.n, self.length = values, n, length
+        n = problem.scene.n_dof
+        self.values, self.start, self.length = values, start, mp.mpf(problem.end) - start
         self.parts = [[vectors[i, k] * weights[k] for k in range(len(values))] for i in range(2 * n)]
         self.doubles = np.array([[complex(each) for each in row] for row in self.parts[:n]])
         self.rates = np.array([complex(each) for each in values])
         self.quickest = 1.0 / max(1.0, np.abs(self.rates).max())
+        self.fastest = max(1e-2, np.abs(self.rates.imag).max(), *frequencies(problem.scene))
 
     def grid(self) -> np.ndarray:
         """Points close to the start first, a twelfth apart, then so many in each turn of the fastest oscillation."""
-        step = 2.0 * np.pi / SAMPLES / max(1e-2, np.abs(self.rates.imag).max())
+        step = 2.0 * np.pi / SAMPLES / self.fastest
         first, end = 1e-5 * min(step, self.quickest), float(self.length)
         near = np.geomspace(first, step, int(np.log(step / first) / np.log1p(1.0 / 12.0)))
         return np.concatenate([near[:-1], np.arange(step, end + step, step)])
@@ -83,11 +85,11 @@ class LinearFlow:
 
     def __init__(self, problem: Problem) -> None:
         """Find the eigenvectors once."""
-        self.problem, self.n = problem, problem.scene.n_dof
+        self.problem = problem
         self.values, self.vectors = mp.eig(state_matrix(problem))
         self.inverse = mp.inverse(self.vectors)
 
     def __call__(self, t: Any, x: list[Any]) -> Iterator[LinearPiece]:
         """One piece, to the end."""
         weights = self.inverse * extended(self.problem, t, x)
-        yield LinearPiece(self.values, self.vectors, weights, self.n, mp.mpf(self.problem.end) - t)
+        yield LinearPiece(self.problem, t, self.values, self.vectors, weights)

@@ -24,8 +24,9 @@ CLOSE = 1.3  # ratio of the times at which a return to the stop is looked for in
 
 
 class Piece(Protocol):
-    """A span of a flight; `quickest` is the shortest time in which its motion changes."""
+    """A span of a flight, from its start in time; `quickest` is the shortest time in which its motion changes."""
 
+    start: Any
     length: Any
     quickest: float
 
@@ -112,17 +113,17 @@ def lowest(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
 
 def gap_along(piece: Piece, functions: Functions, stop: int) -> Callable[[Any], Any]:
     """A gap in many digits, of the time on a piece."""
-    return lambda s: functions.gaps[stop](*piece.state(s)[: functions.n])[0]
+    return lambda s: functions.gaps[stop](piece.start + s, *piece.state(s)[: functions.n])[0]
 
 
 def first_contact(piece: Piece, functions: Functions, calm: float) -> tuple[Any, int] | None:
     """First time on a piece, a calm one at its start left out, at which a gap falls through zero, and whose it is."""
     s = piece.grid()
     s = s[s >= calm]
-    columns = piece.positions(s).T
+    times, columns = float(piece.start) + s, piece.positions(s).T
     found = []
     for stop, gap in enumerate(functions.arrays):
-        h = np.asarray(gap(*columns)[0])
+        h = np.asarray(gap(times, *columns)[0])
         exact = gap_along(piece, functions, stop)
         crossing = np.flatnonzero((h[:-1] > 0) & (h[1:] <= 0))
         size = np.ptp(h) + 1e-300

@@ -82,7 +82,7 @@ def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str
     own_time = reference.scale[0] / reference.scale[-1]
     state_error = float(np.abs((outcome.state - reference.state) / reference.scale).max())
     late = np.abs(np.asarray(outcome.times)[:common] - reference.times[:common]) / own_time
-    depth = -min(problem.scene.gaps(outcome.state[: problem.scene.n_dof])) / reference.scale[0]
+    depth = -min(problem.scene.gaps(outcome.state[: problem.scene.n_dof], problem.end)) / reference.scale[0]
     errors = {"n_impacts": found, "state_error": state_error, "time_error": float(late.max(initial=0.0))}
     if not np.all(np.isfinite(outcome.state)):
         return {"n_impacts": found, "verdict": "not finite"}

@@ -60,7 +60,7 @@ def motion(problem: Problem, flow: Flow) -> list[Flight]:
         flights.append(one_flight(flow, functions, t, x, end, hit, contact, calm))
         t, x, hit = flights[-1].end, flights[-1].before, flights[-1].stop
         if hit >= 0:
-            x = [*x[:n], *functions.impacts[hit](*x)]
+            x = [*x[:n], *functions.impacts[hit](t, *x)]
     return flights
 
 

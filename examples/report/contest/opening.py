@@ -15,8 +15,9 @@ OPEN = 1e-14  # gap after an impact, in the units of the problems
 
 
 def opening(problem: Problem, stop: int) -> tuple[int, Traced]:
-    """A coordinate, and its change that sets the gap to `OPEN` (of a curved gap: up to a product of two small numbers)."""
+    """A coordinate, and its change, of (t, q), that sets the gap to `OPEN` (a curved one up to a product of small numbers)."""
     scene = problem.scene
     to_gap, to_normal = gap(scene.stops[stop], scene, float), normal(scene.stops[stop], scene, float)
     leading = next(i for i, each in enumerate(to_normal(problem.q0)) if each != 0.0)
-    return leading, traced(lambda *q: [(to_gap(q) - OPEN) / to_normal(q)[leading]], [f"q{i}" for i in range(scene.n_dof)])
+    names = ["t", *(f"q{i}" for i in range(scene.n_dof))]
+    return leading, traced(lambda t, *q: [(to_gap(t, q) - OPEN) / to_normal(q)[leading]], names)

@@ -107,6 +107,21 @@ def two_tones() -> Problem:
     return Problem("two_tones", title, vi.Scene(system, [foot, top], stops), (0.0, 0.1, 0.2), (0.0, 0.0, 0.0), 90.0)
 
 
+def gear_pair() -> Problem:
+    """A loose gear between the flanks of another that turns unevenly: two stops that move, what opens one closes the other.
+
+    Its drag, a constant part and one of its speed, leaves it faster than the flanks: none that a solver steps over overtakes it
+    again within that step.
+    """
+    gear = vi.LinearSystem([1.0], [0.1], [0.0], load=[-0.05])
+    flanks = [
+        vi.Stop(0, 0.6, 0.8, motion=vi.Harmonic([0.3], 2.5)),
+        vi.Stop(0, 0.6, 0.8, side="lower", motion=vi.Harmonic([-0.3], 2.5)),
+    ]
+    scene = vi.Scene(gear, None, flanks)
+    return Problem("gear_pair", "Loose gear between flanks that move", scene, (0.3,), (0.8,), 60.0)
+
+
 def pendulum() -> Problem:
     """The double pendulum of eq. (3) with angles up to half a radian and a stop for each."""
     scene = vi.paper_scene(kind=3, linear=False).replace(forcing_scale=3.0, clearance=0.5)
@@ -223,6 +238,7 @@ def problems() -> list[Problem]:
         second_kind(),
         third_kind(),
         two_tones(),
+        gear_pair(),
         pendulum(),
         chain(),
         duffing(),

@@ -13,6 +13,7 @@ from mpmath import mp
 import vibroimpact as vi
 
 from . import collocation, extrapolation, lasting, linear_flow, many_digits, taylor_flow
+from .equations import matrix_of
 from .motion import motion
 from .problems import Ensemble, problems
 from .reference import FOLDER, fingerprint
@@ -28,11 +29,16 @@ def largest(flights, n: int) -> list[float]:
     return [q] * n + [v] * n
 
 
+def is_held(system: vi.LinearSystem) -> bool:
+    """Whether springs hold every mass: without them a constant force has no part in the eigenvectors of the state matrix."""
+    return int(np.linalg.matrix_rank(matrix_of(system.stiffness, float))) == system.n_dof
+
+
 def followed(problem):
     """Flights of a problem in many digits, and the name of the way."""
     if problem.name == "ball":
         return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of the parabola"
-    if isinstance(problem.scene.system, vi.LinearSystem):
+    if isinstance(problem.scene.system, vi.LinearSystem) and is_held(problem.scene.system):
         return motion(problem, linear_flow.LinearFlow(problem)), "eigenvectors of the state matrix"
     return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of order 44"
 

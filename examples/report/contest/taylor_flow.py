@@ -19,7 +19,7 @@ from .problems import Problem
 BITS = 300  # of the fixed point, 90 digits
 ORDER = 44
 ACCURACY = 45  # digits of a step
-SAMPLES = 400  # in a step
+SAMPLES = 400  # in a step, which is at most 2 long: stops that move do so slowly beside that
 
 
 def fixed(value: Any) -> int:
@@ -107,9 +107,9 @@ class Recurrence:
 class TaylorPiece:
     """One step."""
 
-    def __init__(self, series: list[list[int]], after_impact: bool) -> None:
+    def __init__(self, start: Any, series: list[list[int]], after_impact: bool) -> None:
         """Choose the step from the last coefficients."""
-        self.after_impact = after_impact
+        self.start, self.after_impact = start, after_impact
         self.series = [[mp.ldexp(mp.mpf(each), -BITS) for each in row] for row in series]
         self.n = len(series) // 2
         last = max(max(abs(row[-1]), abs(row[-2]) ** (mp.mpf(ORDER) / (ORDER - 1)), mp.mpf("1e-60")) for row in self.series)
@@ -143,6 +143,6 @@ class TaylorFlow:
         """Step after step, without end."""
         after_impact = True
         while True:
-            piece = TaylorPiece(self.recurrence.series(t, x), after_impact)
+            piece = TaylorPiece(t, self.recurrence.series(t, x), after_impact)
             yield piece
             t, x, after_impact = t + piece.length, piece.state(piece.length), False

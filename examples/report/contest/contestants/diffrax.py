@@ -43,16 +43,16 @@ def pieces(problem: Problem):
     def rate(t, x, _):
         return jnp.concatenate([x[n:], jnp.stack([jnp.asarray(a, x.dtype) for a in acceleration(t, *x)])])
 
-    def distances(x):
-        return jnp.stack([gap(*x[:n])[0] for gap in gaps])
+    def distances(t, x):
+        return jnp.stack([gap(t, *x[:n])[0] for gap in gaps])
 
     openings = [opening(problem, k) for k in range(len(impacts))]
     leading = jnp.array([i for i, _ in openings])
     changes = [change.function(functions) for _, change in openings]
 
-    def turned(k, x):
-        q = x[:n].at[leading[k]].add(jnp.stack([change(*x[:n])[0] for change in changes])[k])
-        return jnp.concatenate([q, jnp.stack([jnp.stack(impact(*x)) for impact in impacts])[k]])
+    def turned(k, t, x):
+        q = x[:n].at[leading[k]].add(jnp.stack([change(t, *x[:n])[0] for change in changes])[k])
+        return jnp.concatenate([q, jnp.stack([jnp.stack(impact(t, *x)) for impact in impacts])[k]])
 
     return rate, distances, turned
 
@@ -62,7 +62,7 @@ def loop(problem: Problem, method: str, most: int = MOST):
     rate, distances, turned = pieces(problem)
     term, end = dx.ODETerm(rate), problem.end
     event = dx.Event(
-        lambda t, y, args, **_: jnp.min(distances(y)),
+        lambda t, y, args, **_: jnp.min(distances(t, y)),
         root_finder=optx.Bisection(rtol=ROOT, atol=ROOT, flip=True),  # the gap falls
         direction=False,
     )
@@ -77,7 +77,7 @@ def loop(problem: Problem, method: str, most: int = MOST):
             found = dx.diffeqsolve(term, SOLVERS[method](), start, end, None, x, **options, stepsize_controller=controller)
             t, x = found.ts[0], found.ys[0]
             is_hit = found.result == dx.RESULTS.event_occurred
-            after = turned(jnp.argmin(distances(x)), x)
+            after = turned(jnp.argmin(distances(t, x)), t, x)
             times = times.at[count].set(jnp.where(is_hit, t, times[count]), mode="drop")
             done = jnp.where(is_hit | dx.is_okay(found.result), t, jnp.nan)
             return done, jnp.where(is_hit, after, x), times, count + is_hit

@@ -29,8 +29,9 @@ class Impact:
 
     def __call__(self, integrator, _) -> bool:
         """Turn the velocities and go on."""
-        self.velocities[:] = self.formula(*self.state.tolist())
-        self.times.append(integrator.time)
+        time = integrator.time
+        self.velocities[:] = self.formula(time, *self.state.tolist())
+        self.times.append(time)
         return True
 
 
@@ -42,7 +43,7 @@ def system(problem: Problem):
     accelerations = formulas.acceleration.function(functions)(hy.time, *names)
     rates = [(name, rate if isinstance(rate, hy.expression) else hy.expression(float(rate))) for name, rate in
              zip(names, [*names[n:], *accelerations], strict=True)]  # fmt: skip
-    return formulas, rates, [each.function(functions)(*names[:n])[0] for each in formulas.gaps]
+    return formulas, rates, [each.function(functions)(hy.time, *names[:n])[0] for each in formulas.gaps]
 
 
 def prepare(problem: Problem, _: str, tolerances: Tolerances) -> Run:

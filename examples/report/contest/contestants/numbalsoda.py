@@ -2,8 +2,8 @@
 
 `solve_ivp` (DOP853) ends at a change of sign of an event (of several in one step, the first of its list: so there is one, the
 smallest gap), located to 1e-8; one Taylor step takes the state onto the stop, another off it by 1e-9 of time. LSODA has no
-events: it gives states at 24 points in each period of the forcing, or in each unit of time where that is shorter, and the point
-of contact is found by restarts from the one before it.
+events: it gives states at 24 points in each period of a forcing or a stop, or in each unit of time where that is shorter, and the
+point of contact is found by restarts from the one before it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numba as nb
 import numpy as np
 from numbalsoda import lsoda, lsoda_sig, solve_ivp
 
-from ..equations import equations, forcings
+from ..equations import equations, frequencies
 from ..problems import Problem
 from . import Outcome, Run, Tolerances
 
@@ -37,14 +37,14 @@ def compiled_formulas(problem: Problem):
     space = {"nb": nb, "sin": math.sin, "cos": math.cos, "signature": lsoda_sig}
     exec(formulas.acceleration.source("acceleration_of"), space)
     space["acceleration"] = nb.njit(space["acceleration_of"])
-    q, state = ", ".join(f"x[{i}]" for i in range(n)), ", ".join(f"x[{i}]" for i in range(2 * n))
-    text = ["def rate(t, x, dx, data):", f"    a = acceleration(t, {state})"]
+    place, state = (", ".join(["t", *(f"x[{i}]" for i in range(k))]) for k in (n, 2 * n))
+    text = ["def rate(t, x, dx, data):", f"    a = acceleration({state})"]
     text += [f"    dx[{i}] = x[{n + i}]\n    dx[{n + i}] = a[{i}]" for i in range(n)]
     text += ["def distances(t, x, out, data):"]
-    text += [f"    out[{k}] = gap{k}({q})[0]" for k in range(len(formulas.gaps))]
-    closest = ", ".join(f"gap{k}({q})[0]" for k in range(len(formulas.gaps)))
+    text += [f"    out[{k}] = gap{k}({place})[0]" for k in range(len(formulas.gaps))]
+    closest = ", ".join(f"gap{k}({place})[0]" for k in range(len(formulas.gaps)))
     text += ["def smallest(t, x, out, data):", f"    out[0] = min(({closest},))"]
-    text += ["def turn(k, x):"]
+    text += ["def turn(k, t, x):"]
     for k, (gap, impact) in enumerate(zip(formulas.gaps, formulas.impacts, strict=True)):
         exec(gap.source(f"gap_of_{k}") + impact.source(f"impact_of_{k}"), space)
         space[f"gap{k}"], space[f"impact{k}"] = nb.njit(space[f"gap_of_{k}"]), nb.njit(space[f"impact_of_{k}"])
@@ -60,7 +60,7 @@ def loops(problem: Problem):
     """The compiled loops of both methods."""
     n, rate, distances, turn, rate_pointer, event_pointer = compiled_formulas(problem)
     n_stops, f, g = len(problem.scene.stops), rate_pointer.address, event_pointer.address
-    fastest = max((each.frequency for each in forcings(problem.scene)), default=1.0)
+    fastest = max(frequencies(problem.scene), default=1.0)
     spacing = min(2.0 * np.pi / fastest, 1.0) / 24.0
 
     @nb.njit
@@ -81,13 +81,13 @@ def loops(problem: Problem):
 
     @nb.njit
     def speed(t, x, k):
-        """Rate of change of a gap, by a difference that is exact for flat stops."""
+        """Rate of change of a gap, by a difference that is exact for flat stops at rest."""
         h = 1e-6
         ahead, behind = x.copy(), x.copy()
         for i in range(n):
             ahead[i] += h * x[n + i]
             behind[i] -= h * x[n + i]
-        return (distance(t, ahead, k) - distance(t, behind, k)) / (2.0 * h)
+        return (distance(t + h, ahead, k) - distance(t - h, behind, k)) / (2.0 * h)
 
     @nb.njit
     def by_dop853(start, end, rtol, atol):
@@ -106,7 +106,7 @@ def loops(problem: Problem):
             if v < 0.0:
                 s = -distance(t, x, k) / v
                 t, x = t + s, moved(t, x, s)
-                turn(k, x)
+                turn(k, t, x)
                 times[count] = t
                 count += 1
             t, x = t + OFF, moved(t, x, OFF)
@@ -149,7 +149,7 @@ def loops(problem: Problem):
                     again, success = lsoda(f, low, np.array([t0, t0 + s]), none, rtol, atol, STEPS)
                     y = again[1].copy()
             t, x = t0 + s, y
-            turn(hit, x)
+            turn(hit, t, x)
             times[count] = t
             count += 1
             t, x = t + OFF, moved(t, x, OFF)

@@ -30,10 +30,10 @@ def after_impact(problem: Problem, k: int, impact):
     n, (leading, change) = problem.scene.n_dof, opening(problem, k)
     moved = change.function()
 
-    def act(x: np.ndarray) -> None:
+    def act(t: float, x: np.ndarray) -> None:
         values = x.tolist()
-        x[n:] = impact(*values)
-        x[leading] += moved(*values[:n])[0]
+        x[n:] = impact(t, *values)
+        x[leading] += moved(t, *values[:n])[0]
 
     return act
 
@@ -62,8 +62,8 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
         return [*x[n:], *acceleration(t, *x)]
 
     def event(gap):
-        def distance(_, x):
-            return gap(*x[:n].tolist())[0]
+        def distance(t, x):
+            return gap(t, *x[:n].tolist())[0]
 
         distance.terminal, distance.direction = True, -1
         return distance
@@ -84,7 +84,7 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
             t, x = flight.t[-1], flight.y[:, -1].copy()
             for stop, hits in zip(stops, flight.t_events, strict=True):
                 if len(hits):
-                    stop(x)
+                    stop(t, x)
                     times.append(t)
         return Outcome(x, np.array(times))
 

@@ -5,7 +5,8 @@ LSODAR has one tolerance (Siconos sets the absolute one to the relative one); ne
 lasts. Siconos makes these forces from the accelerations evaluated last, so the driver evaluates them at each event: with the
 velocities before the impact, and where damping is so strong that this matters, an exception ends the run. *Time-stepping*: the
 scheme of Moreau and Jean (theta 1/2), of first order; the tolerance is its step, in spans; an impact is a step with an impulse
-after one without, and its time the end of the step. For its impulses a spring that is stiff within a step is rigid. Where
+after one without, and its time the end of the step. For its impulses a spring that is stiff within a step is rigid. Stops that
+move are followed by time-stepping alone: event-driven, Siconos has no impulses for them, and raises an exception. Where
 reactions are along the coordinates, the equations are solved for the accelerations first, for Siconos makes reactions by the
 mass matrix. Nonlinear scenes come without Jacobians, so each of their steps is iterated. A run makes its model anew, as nothing
 takes one back to its start. Many starts are not tried, for each would be a model of its own.
@@ -14,13 +15,14 @@ takes one back to its start. Many starts are not tried, for each would be a mode
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import siconos.kernel as sk
 
 import vibroimpact as vi
 
-from ..equations import accelerations, dot, gap, mass_at, matrix_of, normal, tones, total
+from ..equations import accelerations, dot, gap, mass_at, matrix_of, normal, shift_rate, tones, total
 from ..formulas import traced
 from ..plugin import Plugin, function, loaded
 from ..problems import Problem
@@ -35,11 +37,13 @@ LOAD = "(double t, unsigned int n, double *f, unsigned int m, double *z)"
 FORCE = "(double t, unsigned int n, double *q, double *v, double *f, unsigned int m, double *z)"
 MASS = "(unsigned int n, double *q, double *mass, unsigned int m, double *z)"
 GAP = "(unsigned int n, double *q, unsigned int k, double *y, unsigned int m, double *z)"
+MOVING_GAP = "(unsigned int n, double *q, double t, unsigned int k, double *y, unsigned int m, double *z)"
 
 
-def methods(_: Problem) -> list[str]:
-    """Both ways."""
-    return list(FOLLOWED)
+def methods(problem: Problem) -> list[str]:
+    """Both ways; time-stepping where stops move."""
+    is_moving = any(stop.motion is not None for stop in problem.scene.stops)
+    return ["time-stepping"] if is_moving else list(FOLLOWED)
 
 
 def is_linear(problem: Problem) -> bool:
@@ -64,7 +68,7 @@ def matrices(problem: Problem) -> list[np.ndarray]:
 @lru_cache(maxsize=4)
 def plugin(problem: Problem) -> Plugin:
     """What a problem's motion needs at each moment, compiled."""
-    return loaded(forcing(problem) if is_linear(problem) else nonlinear(problem))
+    return loaded([*(forcing(problem) if is_linear(problem) else nonlinear(problem)), *distances(problem)])
 
 
 def forcing(problem: Problem) -> list[str]:
@@ -81,7 +85,7 @@ def forcing(problem: Problem) -> list[str]:
 
 
 def nonlinear(problem: Problem) -> list[str]:
-    """Mass matrix and forces of a nonlinear scene, gaps and normals of its stops."""
+    """Mass matrix and forces of a nonlinear scene."""
     scene, n = problem.scene, problem.scene.n_dof
     q, v, move = [f"q{i}" for i in range(n)], [f"v{i}" for i in range(n)], accelerations(scene, float)
     places = {f"{x}{i}": f"{x}[{i}]" for x in "qv" for i in range(n)}
@@ -93,17 +97,33 @@ def nonlinear(problem: Problem) -> list[str]:
         rates = move(t, x[:n], x[n:])
         return [dot(row, rates) * -1.0 for row in mass(*x[:n])]
 
-    functions = [
+    return [
         function(f"mass{MASS}", traced(lambda *x: [each for row in mass(*x) for each in row], q), places, "mass"),
         function(f"force{FORCE}", traced(force, ["t", *q, *v]), places, "f"),
     ]
+
+
+def distances(problem: Problem) -> list[str]:
+    """Gap and normal of each stop that is no plane at rest, and the speed at which its own motion opens its gap."""
+    scene, q = problem.scene, [f"q{i}" for i in range(problem.scene.n_dof)]
+    places, functions = {name: f"q[{i}]" for i, name in enumerate(q)}, []
     for k, stop in enumerate(scene.stops):
-        to_gap, to_normal = gap(stop, scene, float), normal(stop, scene, float)
-        functions += [
-            function(f"gap{k}{GAP}", traced(lambda *x, to_gap=to_gap: [to_gap(x)], q), places, "y"),
-            function(f"slope{k}{GAP}", traced(lambda *x, to=to_normal: [each * -1.0 for each in to(x)], q), places, "y"),
-        ]
+        if is_fixed_plane(stop):
+            continue
+        to_gap, to_normal, to_speed = gap(stop, scene, float), normal(stop, scene, float), shift_rate(stop, float)
+        formulas = {
+            "gap": lambda t, *x, to=to_gap: [to(t, x)],
+            "slope": lambda _, *x, to=to_normal: [each * -1.0 for each in to(x)],
+            "speed": lambda t, *_, to=to_speed: [to(t)],
+        }
+        head = GAP if stop.motion is None else MOVING_GAP
+        functions += [function(f"{name}{k}{head}", traced(each, ["t", *q]), places, "y") for name, each in formulas.items()]
     return functions
+
+
+def is_fixed_plane(stop: Any) -> bool:
+    """Whether a gap is linear, and constant in time."""
+    return isinstance(stop, vi.Stop) and stop.motion is None
 
 
 def body(problem: Problem):
@@ -126,10 +146,12 @@ def body(problem: Problem):
 def relation(problem: Problem, k: int):
     """Gap of a stop as Siconos takes it."""
     stop, scene = problem.scene.stops[k], problem.scene
-    if isinstance(stop, vi.Wall):
-        path = plugin(problem).path
+    if is_fixed_plane(stop):
+        return sk.LagrangianLinearTIR([[-each for each in normal(stop, scene, float)(problem.q0)]], [stop.clearance])
+    path = plugin(problem).path
+    if stop.motion is None:
         return sk.LagrangianScleronomousR(f"{path}:gap{k}", f"{path}:slope{k}")
-    return sk.LagrangianLinearTIR([[-each for each in normal(stop, scene, float)(problem.q0)]], [stop.clearance])
+    return sk.LagrangianRheonomousR(f"{path}:gap{k}", f"{path}:slope{k}", f"{path}:speed{k}")
 
 
 def model(problem: Problem):

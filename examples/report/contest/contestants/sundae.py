@@ -34,10 +34,10 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
         dx[:n] = x[n:]
         dx[n:] = acceleration(t, *x)
 
-    def distances(_, x, out):
+    def distances(t, x, out):
         q = x[:n].tolist()
         for k, gap in enumerate(gaps):
-            out[k] = gap(*q)[0]
+            out[k] = gap(t, *q)[0]
 
     slopes = jacobian(formulas)
 
@@ -59,7 +59,7 @@ def prepare(problem: Problem, method: str, tolerances: Tolerances) -> Run:
                 break
             for stop, hit in zip(stops, np.atleast_2d(flight.i_events)[-1], strict=True):
                 if hit:
-                    stop(x)
+                    stop(t, x)
                     times.append(t)
         return Outcome(x, np.array(times))
 

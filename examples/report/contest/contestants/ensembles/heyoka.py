@@ -22,12 +22,12 @@ class Impact:
     """The impact on one stop in one lane, counted."""
 
     def __init__(self, formula, n: int) -> None:
-        """Take the formula of the velocities afterwards; `state` and `counts` are set when there is an integrator."""
+        """Take the formula of the velocities afterwards; `time`, `state`, `counts` are set when there is an integrator."""
         self.formula, self.n = formula, n
 
     def __call__(self, _, __, lane: int) -> bool:
         """Turn the velocities and go on."""
-        self.state[self.n :, lane] = self.formula(*self.state[:, lane].tolist())
+        self.state[self.n :, lane] = self.formula(self.time[lane], *self.state[:, lane].tolist())
         self.counts[lane] += 1
         return True
 
@@ -44,9 +44,9 @@ def prepare(problem: Ensemble, _: str, tolerances: Tolerances) -> Callable[[], E
     integrator = hy.taylor_adaptive_batch(
         rates, np.ascontiguousarray(problem.starts[:lanes].T), tol=tolerances.relative, t_events=events
     )
-    state, counts = integrator.state, np.zeros(lanes, int)  # the state is a view
+    time, state, counts = integrator.time, integrator.state, np.zeros(lanes, int)  # times and state are views
     for event in integrator.t_events:  # callbacks are copied with the events
-        event.callback.state, event.callback.counts = state, counts
+        event.callback.time, event.callback.state, event.callback.counts = time, state, counts
     k = len(problem.starts)
     batches = [np.arange(i, i + lanes) % k for i in range(0, k, lanes)]
 
