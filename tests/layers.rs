@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 15] = [
+const LAYERS: [&[&str]; 18] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["model"],
@@ -19,7 +19,10 @@ const LAYERS: [&[&str]; 15] = [
     &["simulate"],
     &["orbit"],
     &["section"],
+    &["exponents"],
     &["sweep"],
+    &["attractor"],
+    &["basin"],
     &["python"],
     &["lib"],
 ];

@@ -49,11 +49,14 @@ from vibroimpact._core import (
     simulate,
 )
 from vibroimpact._files import load
+from vibroimpact.attractors import Attractor, Attractors, find_attractors
+from vibroimpact.basins import BasinFractions, Basins, Fit, basin_fractions, basins
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap, existence_map
+from vibroimpact.exponents import LyapunovExponents, lyapunov_exponents
 from vibroimpact.reduction import Reduction, reduce
 
 if TYPE_CHECKING:
@@ -66,8 +69,12 @@ KINDS: dict[int, list[int | tuple[int, ...]]] = {1: [(0, 1)], 2: [0], 3: [1], 4:
 
 __all__ = [
     "KINDS",
+    "Attractor",
+    "Attractors",
     "BaseAcceleration",
     "BaseMotion",
+    "BasinFractions",
+    "Basins",
     "BifurcationDiagram",
     "Coefficients",
     "ConvergenceError",
@@ -76,10 +83,12 @@ __all__ = [
     "Ensemble",
     "ExistenceMap",
     "Family",
+    "Fit",
     "Fourier",
     "Harmonic",
     "LinearSystem",
     "Load",
+    "LyapunovExponents",
     "Modes",
     "NonlinearStop",
     "NonlinearSystem",
@@ -100,10 +109,14 @@ __all__ = [
     "Wall",
     "__version__",
     "audit_recovery",
+    "basin_fractions",
+    "basins",
     "bifurcation_diagram",
     "existence_map",
+    "find_attractors",
     "find_orbit",
     "load",
+    "lyapunov_exponents",
     "modes",
     "paper_scene",
     "paper_system",

@@ -33,16 +33,20 @@ __all__ = [
     "Violation",
     "Wall",
     "__version__",
+    "_basin_cells",
     "_bifurcation_diagram",
     "_existence_at",
     "_existence_cells",
     "_existence_tile",
+    "_group_attractors",
+    "_lyapunov_exponents",
     "_numbers",
     "_poincare_points",
     "_rayleigh_coefficients",
     "_restore_orbit",
     "_restore_orbits",
     "_restore_trajectory",
+    "_settle_seeds",
     "_simulate_rows",
     "audit_recovery",
     "find_orbit",
@@ -736,7 +740,55 @@ def _simulate_rows(
 
 _Points: TypeAlias = tuple[_FloatArray, NDArray[np.int64], _FloatArray, _FloatArray, _FloatArray, _FloatArray]
 
-def _poincare_points(motion: Trajectory | Orbit, phase: float | None, stops: int | Iterable[int] | None) -> _Points: ...
+def _poincare_points(
+    motion: Trajectory | Orbit, phase: float | None, stops: int | Iterable[int] | None, plane: tuple[ArrayLike, float] | None
+) -> _Points: ...
+def _basin_cells(
+    scene: Scene,
+    attractors: Sequence[tuple[str, Orbit | None, int, ArrayLike]],
+    box: ArrayLike,
+    states: ArrayLike,
+    phases: ArrayLike,
+    phase: float,
+    max_periods: int,
+    hits: int | None,
+    method: str,
+    rtol: float,
+    atol: float,
+    threads: int | None,
+    progress: bool,
+    ask: Callable[[], None] | None,
+) -> tuple[NDArray[np.int16], NDArray[np.int32]]: ...
+def _settle_seeds(
+    scene: Scene,
+    box: ArrayLike,
+    seeds: ArrayLike,
+    phase: float,
+    longest_period: int,
+    transient: int,
+    max_periods: int,
+    method: str,
+    rtol: float,
+    atol: float,
+    threads: int | None,
+    progress: bool,
+    ask: Callable[[], None] | None,
+) -> list[Any]: ...
+def _group_attractors(
+    seen: Sequence[tuple[str, int, ArrayLike] | None], box: ArrayLike, scene: Scene
+) -> tuple[list[int], list[int]]: ...
+def _lyapunov_exponents(
+    scene: Scene,
+    q0: ArrayLike,
+    v0: ArrayLike,
+    t_span: ArrayLike,
+    skip: float,
+    n_exponents: int | None,
+    method: str,
+    rtol: float,
+    atol: float,
+    progress: bool,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], int, int, int, int, str, str]: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

@@ -19,10 +19,13 @@ import numpy as np
 from vibroimpact import _core
 from vibroimpact._core import NonlinearStop, NonlinearSystem, Orbit, Orbits, Scene, Trajectory
 from vibroimpact._results import ArrayResult
+from vibroimpact.attractors import Attractor, Attractors
+from vibroimpact.basins import BasinFractions, Basins, Fit
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap
+from vibroimpact.exponents import LyapunovExponents
 
 #: Counts what older libraries cannot read.
 FORMAT = 1
@@ -33,7 +36,21 @@ _LONG = 8
 #: What reading a file that is none of ours may raise.
 _UNREADABLE = (ValueError, KeyError, EOFError, AttributeError, TypeError, RecursionError, NotImplementedError, zipfile.BadZipFile)
 
-Result = Trajectory | Orbit | Orbits | ExistenceMap | Ensemble | PoincarePoints | BifurcationDiagram
+Result = (
+    Trajectory
+    | Orbit
+    | Orbits
+    | ExistenceMap
+    | Ensemble
+    | PoincarePoints
+    | BifurcationDiagram
+    | LyapunovExponents
+    | Attractor
+    | Attractors
+    | Basins
+    | BasinFractions
+    | Fit
+)
 
 #: What makes a result again from its saved arguments.
 _RESULTS: dict[str, Callable[..., Any]] = {
@@ -44,6 +61,12 @@ _RESULTS: dict[str, Callable[..., Any]] = {
     "Ensemble": Ensemble,
     "PoincarePoints": PoincarePoints,
     "BifurcationDiagram": BifurcationDiagram,
+    "LyapunovExponents": LyapunovExponents,
+    "Attractor": Attractor,
+    "Attractors": Attractors,
+    "Basins": Basins,
+    "BasinFractions": BasinFractions,
+    "Fit": Fit,
 }
 
 
@@ -80,7 +103,8 @@ def load(path: str | os.PathLike[str]) -> Result:
 
     Returns
     -------
-    Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints or BifurcationDiagram
+    Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor or
+    Attractors
         What was saved, equal to the bit.
 
     Raises

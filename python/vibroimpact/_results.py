@@ -23,6 +23,14 @@ class ArrayResult:
                 message = f"{name} has dtype {array.dtype}, but one of kind {kind!r} is needed"
                 raise ValueError(message)
 
+    def _check_types(self, types: dict[str, type | tuple[type, ...]]) -> None:
+        """Refuse what is of another type."""
+        for name, kind in types.items():
+            value = getattr(self, name)
+            if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+                message = f"{name} is {value!r}, but it must be of type {kind}"
+                raise TypeError(message)
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments, which are looked at again."""
         return type(self), tuple(getattr(self, own.name) for own in fields(self))  # type: ignore[arg-type]
@@ -40,7 +48,7 @@ class ArrayResult:
         -------
         xarray.Dataset
             The arrays over named dimensions: x and y of a map; run, time and dof of an ensemble; point and dof of a section,
-            and value of a diagram.
+            and value of a diagram; exponent and batch of exponents.
 
         Raises
         ------

@@ -1,6 +1,7 @@
 """Results as labelled arrays of xarray, with named dimensions.
 
-Those of trajectories: time, dof, impact, graze, segment; of maps x and y; of ensembles run; of diagrams value and point.
+Those of trajectories: time, dof, impact, graze, segment; of maps x and y; of ensembles run; of diagrams value and point; of
+exponents exponent and batch.
 """
 
 from __future__ import annotations
@@ -87,6 +88,43 @@ def _diagram(diagram: Any) -> _Parts:
     return variables, coordinates | {"parameter": ("value", diagram.parameter)}, attributes | named
 
 
+def _exponents(found: Any) -> _Parts:
+    variables: dict[str, Any] = {name: ("exponent", getattr(found, name)) for name in ("exponents", "errors")}
+    names = ("sum", "expected_sum", "n_impacts", "n_landings", "n_grazes", "n_clashes", "verdict", "status")
+    attributes = {name: getattr(found, name) for name in names}
+    return variables | {"history": (("batch", "exponent"), found.history)}, {}, attributes
+
+
+def _attractor(one: Any) -> _Parts:
+    attributes = {"kind": one.kind, "n_periods": one.n_periods, "pattern": str(one.pattern), "fraction": one.fraction}
+    variables: dict[str, Any] = {"points": (("point", "state"), one.points), "exponents": ("exponent", one.exponents)}
+    return variables, {}, attributes
+
+
+def _attractors(found: Any) -> _Parts:
+    columns = {name: ("attractor", [getattr(one, name) for one in found]) for name in ("kind", "n_periods", "fraction")}
+    variables: dict[str, Any] = {"seeds": (("seed", "state"), found.seeds), "of_seed": ("seed", found.of_seed)}
+    return variables | columns | {"pattern": ("attractor", [str(one.pattern) for one in found])}, {}, {"phase": found.phase}
+
+
+def _basins(plane: Any) -> _Parts:
+    variables: dict[str, Any] = {name: (("y", "x"), getattr(plane, name)) for name in ("labels", "iterations")}
+    named = {"x_name": plane.x_name, "y_name": plane.y_name}
+    return variables | {"fractions": ("attractor", plane.fractions)}, {"x": plane.x, "y": plane.y}, named
+
+
+def _fractions(sampled: Any) -> _Parts:
+    dimensions = ("attractor",) if sampled.fractions.ndim == 1 else ("value", "attractor")
+    variables: dict[str, Any] = {name: (dimensions, getattr(sampled, name)) for name in ("fractions", "errors")}
+    named = {} if sampled.name is None else {"name": sampled.name}
+    coordinates = {} if sampled.values is None else {"parameter": ("value", sampled.values)}
+    return variables | {"undecided": (dimensions[:-1], sampled.undecided)}, coordinates, named
+
+
+def _fit(fit: Any) -> _Parts:
+    return {"counts": ("size", fit.counts)}, {"size": fit.sizes}, {"value": fit.value, "error": fit.error}
+
+
 _MAKE = {
     "Trajectory": _trajectory,
     "Orbit": _orbit,
@@ -94,4 +132,10 @@ _MAKE = {
     "Ensemble": _ensemble,
     "PoincarePoints": _points,
     "BifurcationDiagram": _diagram,
+    "LyapunovExponents": _exponents,
+    "Attractor": _attractor,
+    "Attractors": _attractors,
+    "Basins": _basins,
+    "BasinFractions": _fractions,
+    "Fit": _fit,
 }

@@ -131,8 +131,9 @@ def poincare_points(
     *,
     phase: float | None = None,
     stops: int | Sequence[int] | None = None,
+    plane: tuple[ArrayLike, float] | None = None,
 ) -> PoincarePoints:
-    """Look at a motion at a phase of the forcing, or after its impacts.
+    """Look at a motion at a phase of the forcing, after its impacts, or where it passes through a plane of its states.
 
     Parameters
     ----------
@@ -141,8 +142,11 @@ def poincare_points(
     phase : float, optional
         The phase [rad].
     stops : int or sequence of int, optional
-        Look after the impacts on these stops; without ``phase`` and ``stops``, after all. Impacts that accumulate until a stop is
-        at rest are one, at their end.
+        Look after the impacts on these stops; without ``phase``, ``stops`` and ``plane``, after all. Impacts that accumulate
+        until a stop is at rest are one, at their end.
+    plane : (array_like, float), shape (2n,) and a number, optional
+        A row and a value: look where ``row @ (q, v)`` rises through the value, at an impact too. None is missed: on each arc of
+        the motion the quantity is followed by polynomials to its rounding, which have all their roots found.
 
     Returns
     -------
@@ -152,8 +156,8 @@ def poincare_points(
     Raises
     ------
     ValueError
-        Both; a stop that the scene does not have; a phase without a forcing period, or along ramps; a trajectory that does not
-        keep its motion.
+        Several of them; a stop that the scene does not have; a phase without a forcing period, or along ramps; a row of another
+        length than 2n, or of zeros; a trajectory that does not keep its motion.
 
     Examples
     --------
@@ -161,8 +165,10 @@ def poincare_points(
     >>> orbit = vi.periodic_orbits(vi.paper_scene(kind=3), [1], n_periods=2)[0]
     >>> vi.poincare_points(orbit, phase=0.0)
     PoincarePoints(2 points of 2 coordinates, 0 of them after impacts)
+    >>> vi.poincare_points(orbit, plane=([0, 0, 0, 1], 0.0))  # where the lower pendulum turns back
+    PoincarePoints(3 points of 2 coordinates, 0 of them after impacts)
     """
-    return PoincarePoints(*_core._poincare_points(motion, phase, stops))
+    return PoincarePoints(*_core._poincare_points(motion, phase, stops, plane))
 
 
 def _piece(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:

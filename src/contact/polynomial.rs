@@ -85,7 +85,7 @@ impl Judgement {
 
 /// Where a polynomial is lowest between 0 and 1, and its value there.
 fn lowest(c: &[f64]) -> (f64, f64) {
-    let (d, size) = derivative(c);
+    let (d, size) = derivative::<SIZE>(c);
     let turning = roots(&d[..size]);
     let places = turning.slice().iter().copied().chain([0.0, 1.0]);
     let values = places.map(|x| (x, value(c, x)));
@@ -129,7 +129,7 @@ impl Quartic {
 
     /// Where it first falls from above zero to below it; a touch of zero from above is no fall.
     pub fn first_fall(&self) -> Option<f64> {
-        let (d, size) = derivative(&self.c);
+        let (d, size) = derivative::<SIZE>(&self.c);
         let slope = |x: f64| value(&d[..size], x);
         roots(&self.c)
             .slice()
@@ -178,7 +178,7 @@ impl Quintic {
         let order = order.min(SIZE - 1);
         let rounding = judgement.rounding;
         let c = &self.c[order..];
-        let (d, size) = derivative(c);
+        let (d, size) = derivative::<SIZE>(c);
         let mut left = 0.0;
         for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
             let (before, there) = (value(c, left), value(c, right));

@@ -1,16 +1,21 @@
 //! The roots of a polynomial of low order: its derivative's part it into monotone pieces.
 
-/// Coefficients of the longest polynomial, a quintic.
+/// Coefficients of the longest polynomial of a gap, a quintic.
 pub(crate) const SIZE: usize = 6;
 
-/// Real numbers in ascending order, at most five.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Few {
-    values: [f64; SIZE],
+/// Real numbers in ascending order, fewer than N.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Few<const N: usize = SIZE> {
+    values: [f64; N],
     count: usize,
 }
 
-impl Few {
+impl<const N: usize> Few<N> {
+    const NONE: Self = Self {
+        values: [0.0; N],
+        count: 0,
+    };
+
     fn push(&mut self, x: f64) {
         self.values[self.count] = x;
         self.count += 1;
@@ -26,8 +31,8 @@ pub(crate) fn value(c: &[f64], x: f64) -> f64 {
     c.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-pub(crate) fn derivative(c: &[f64]) -> ([f64; SIZE], usize) {
-    let mut d = [0.0; SIZE];
+pub(crate) fn derivative<const N: usize>(c: &[f64]) -> ([f64; N], usize) {
+    let mut d = [0.0; N];
     for (k, c) in c.iter().enumerate().skip(1) {
         d[k - 1] = k as f64 * c;
     }
@@ -36,8 +41,12 @@ pub(crate) fn derivative(c: &[f64]) -> ([f64; SIZE], usize) {
 
 /// The root in an interval over whose ends a monotone polynomial changes its sign: Newton's method inside the bracket; a
 /// step of bisection is never taken for a converged one.
-pub(crate) fn bracketed_root(c: &[f64], mut low: f64, mut high: f64) -> f64 {
-    let (d, size) = derivative(c);
+pub(crate) fn bracketed_root(c: &[f64], low: f64, high: f64) -> f64 {
+    bracketed::<SIZE>(c, low, high)
+}
+
+fn bracketed<const N: usize>(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let (d, size) = derivative::<N>(c);
     let falls = value(c, low) > 0.0;
     let mut x = 0.5 * (low + high);
     for _ in 0..200 {
@@ -63,16 +72,21 @@ pub(crate) fn bracketed_root(c: &[f64], mut low: f64, mut high: f64) -> f64 {
 
 /// The roots of a polynomial inside (0, 1) at which it changes its sign, by way of those of its derivative.
 pub(crate) fn roots(c: &[f64]) -> Few {
-    let mut found = Few::default();
+    roots_of::<SIZE>(c)
+}
+
+/// The same of one of at most N coefficients.
+pub(crate) fn roots_of<const N: usize>(c: &[f64]) -> Few<N> {
+    let mut found = Few::NONE;
     if c.len() < 2 {
         return found;
     }
-    let (d, size) = derivative(c);
-    let turning = roots(&d[..size]);
+    let (d, size) = derivative::<N>(c);
+    let turning = roots_of::<N>(&d[..size]);
     let mut left = 0.0;
     for &right in turning.slice().iter().chain(&[1.0]) {
         if (value(c, left) > 0.0) != (value(c, right) > 0.0) && right > left {
-            found.push(bracketed_root(c, left, right));
+            found.push(bracketed::<N>(c, left, right));
         }
         left = right;
     }

@@ -1,6 +1,7 @@
 //! A scene with its stops as a hybrid system (theory 8, 9): smooth motion, contacts, impacts, stops that are held; in closed form or
 //! integrated. Whoever moves a scene uses this.
 
+mod across;
 pub(crate) mod chatter_map;
 pub(crate) mod clock;
 mod closed_form;
@@ -13,7 +14,10 @@ pub(crate) mod recorder;
 mod segment;
 pub(crate) mod system;
 
-pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, constrained_motions, joined};
+pub(crate) use across::{ImpactAt, across_impact, across_rest};
+pub(crate) use closed_form::{
+    ClosedForm, ClosedFormMaps, ModalImpacts, constrained_motions, joined,
+};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
 pub(crate) use integrated::{
     InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum, SeriesStep, Taylor,

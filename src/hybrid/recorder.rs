@@ -69,6 +69,10 @@ pub(crate) trait Recorder {
     fn wants_arc(&self, span: &ArcSpan) -> bool;
     /// An arc of the motion.
     fn arc(&mut self, span: &ArcSpan, motion: &mut dyn ArcMotion);
+    /// Whether it has seen enough: the run may end.
+    fn is_satisfied(&self) -> bool {
+        false
+    }
     /// A touch.
     fn graze(&mut self, graze: Graze);
 }

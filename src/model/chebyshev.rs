@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 /// The degree of the pieces.
 pub(super) const DEGREE: usize = 8;
-const NODES: usize = DEGREE + 1;
+pub(crate) const NODES: usize = DEGREE + 1;
 /// Pieces up to this part of the span, where halves of it have led to a corner, are straight lines: high powers would have no digits.
 const CORNER: f64 = 1.0 / 67_108_864.0;
 /// What the last place of the time may make of a function, in parts of its largest value: more is a jump.
@@ -105,11 +105,38 @@ impl Piece {
     }
 }
 
+/// A piece of a function: its coefficients in powers of the part of it that has passed.
+pub(crate) struct PolynomialPiece {
+    pub start: f64,
+    pub end: f64,
+    pub powers: [f64; NODES],
+}
+
 /// The breakpoints of the pieces of a function on a span, and their derivatives of orders 0 to the degree where each begins.
 pub(super) fn pieces(
     function: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>>,
-    (start, end): (f64, f64),
+    span: (f64, f64),
 ) -> Result<(Vec<f64>, Vec<f64>)> {
+    let all = polynomial_pieces(function, span, 0.0)?;
+    let mut breaks: Vec<f64> = all.iter().map(|piece| piece.start).collect();
+    breaks.push(span.1);
+    let mut derivatives = Vec::with_capacity(NODES * all.len());
+    for PolynomialPiece { start, end, powers } in &all {
+        let mut factor = 1.0;
+        for (m, power) in powers.iter().enumerate() {
+            derivatives.push(factor * power);
+            factor *= (m + 1) as f64 / (end - start);
+        }
+    }
+    Ok((breaks, derivatives))
+}
+
+/// The pieces of a function on a span, in order; it is known to so much, if not to its own rounding.
+pub(crate) fn polynomial_pieces(
+    function: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>>,
+    (start, end): (f64, f64),
+    known_to: f64,
+) -> Result<Vec<PolynomialPiece>> {
     let mut open = vec![(start, end)];
     let mut done: Vec<(f64, f64, [f64; NODES])> = Vec::new();
     let mut largest = 0.0f64;
@@ -128,7 +155,8 @@ pub(super) fn pieces(
             };
             let (miss, slope) = piece.miss(&c);
             let by_time = 4.0 * f64::EPSILON * a.abs().max(b.abs()) * slope;
-            if miss <= FUNCTION_TOL * largest + by_time.min(MOST_BY_TIME * largest) {
+            let allowed = known_to.max(FUNCTION_TOL * largest);
+            if miss <= allowed + by_time.min(MOST_BY_TIME * largest) {
                 done.push((a, b, c));
             } else {
                 worst = worst.max(miss);
@@ -153,17 +181,12 @@ pub(super) fn pieces(
         }
     }
     done.sort_by(|x, y| x.0.total_cmp(&y.0));
-    let mut breaks: Vec<f64> = done.iter().map(|piece| piece.0).collect();
-    breaks.push(end);
-    let mut derivatives = Vec::with_capacity(NODES * done.len());
-    for (a, b, c) in &done {
-        let mut factor = 1.0;
-        for (m, power) in powers(c).into_iter().enumerate() {
-            derivatives.push(factor * power);
-            factor *= (m + 1) as f64 / (b - a);
-        }
-    }
-    Ok((breaks, derivatives))
+    let piece = |(start, end, c): (f64, f64, _)| PolynomialPiece {
+        start,
+        end,
+        powers: powers(&c),
+    };
+    Ok(done.into_iter().map(piece).collect())
 }
 
 /// The function at all places of some pieces, asked for at once.

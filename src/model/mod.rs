@@ -4,7 +4,7 @@ mod acceleration_terms;
 mod base_acceleration;
 mod base_motion;
 mod change;
-mod chebyshev;
+pub(crate) mod chebyshev;
 mod constraint;
 mod contact;
 mod contact_geometry;

@@ -231,7 +231,7 @@ impl PeriodicOrbit {
     }
 
     /// One period as a path.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         self.path
             .get_or_init(|| self.motion.path(self.phase, &self.flights))
     }

@@ -80,7 +80,7 @@ macro_rules! arguments {
 }
 
 arguments! {
-    atol between carry clearance curvature damping derivative direction dwell free frequency gravity keep kind law length_ratio levels linear
-    mass_ratio max_impacts method n_dof name n_harmonics n_periods over parameter periods phase position progress rate restitution rtol scene
-    section side span t to transient
+    atol between carry clearance curvature damping derivative direction dwell free frequency gravity keep kind law length_ratio levels linear longest_period
+    mass_ratio max_impacts max_periods method n_dof name n_exponents n_harmonics n_periods over parameter periods phase position progress rate restitution rtol scene
+    section side skip span t to transient
 }

@@ -51,6 +51,19 @@ fn stops(value: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<usize>> {
     value.map_or_else(|| Ok(Vec::new()), |value| stop_set("stops", value))
 }
 
+/// A row of numbers for each position and velocity, and the value through which it rises.
+fn plane(value: &Bound<'_, PyAny>) -> PyResult<Section> {
+    let Ok((row, value)) = value.extract::<(Bound<'_, PyAny>, f64)>() else {
+        let message = format!(
+            "plane is {}, but a pair (row, value) is needed",
+            shown(value)
+        );
+        return Err(PyTypeError::new_err(message));
+    };
+    let row = vector("plane", &row)?;
+    Ok(Section::Plane { row, value })
+}
+
 /// The points of a section of a trajectory or an orbit.
 #[pyfunction]
 pub(crate) fn _poincare_points<'py>(
@@ -58,12 +71,15 @@ pub(crate) fn _poincare_points<'py>(
     motion: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = argument::phase)] phase: Option<f64>,
     stops: Option<&Bound<'py, PyAny>>,
+    plane: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Points<'py>> {
-    let section = match (phase, stops) {
-        (Some(phase), None) => Section::Phase(phase),
-        (None, stops) => Section::Impacts(self::stops(stops)?),
-        (Some(_), Some(_)) => {
-            let message = "phase and stops are given both, but a section is at one of them";
+    let section = match (phase, stops, plane) {
+        (Some(phase), None, None) => Section::Phase(phase),
+        (None, None, Some(plane)) => self::plane(plane)?,
+        (None, stops, None) => Section::Impacts(self::stops(stops)?),
+        _ => {
+            let message =
+                "several of phase, stops and plane are given, but a section is at one of them";
             return Err(PyValueError::new_err(message));
         }
     };
@@ -82,7 +98,7 @@ pub(crate) fn _poincare_points<'py>(
 }
 
 /// A whole number that counts something.
-fn count(argument: &str, value: i64, least: i64) -> PyResult<usize> {
+pub(crate) fn count(argument: &str, value: i64, least: i64) -> PyResult<usize> {
     usize::try_from(value)
         .ok()
         .filter(|_| value >= least)

@@ -8,10 +8,13 @@
 
 mod argument;
 mod array;
+mod attractor;
+mod basin;
 mod c_function;
 mod callable;
 mod diagram;
 mod error;
+mod exponents;
 mod files;
 mod find;
 mod interrupt;
@@ -38,7 +41,13 @@ mod _core {
     #[pymodule_export]
     use super::array::_numbers;
     #[pymodule_export]
+    use super::attractor::{_group_attractors, _settle_seeds};
+    #[pymodule_export]
+    use super::basin::_basin_cells;
+    #[pymodule_export]
     use super::diagram::{_bifurcation_diagram, _poincare_points};
+    #[pymodule_export]
+    use super::exponents::_lyapunov_exponents;
     #[pymodule_export]
     use super::find::find_orbit;
     #[pymodule_export]

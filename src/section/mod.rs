@@ -3,10 +3,13 @@
 mod events;
 mod motion;
 mod period;
+mod plane;
 mod points;
 mod settled;
 
 pub use motion::Motion;
+pub(crate) use motion::Sectioned;
+pub(crate) use period::repeats_after;
 pub(crate) use points::points_of;
 pub use points::{PoincarePoints, Section, poincare_points};
-pub(crate) use settled::{Settled, settled};
+pub(crate) use settled::{Settled, farthest_from, settled};

@@ -5,7 +5,7 @@ use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;
-use crate::path::{ImpactSide, Stretch};
+use crate::path::{ImpactSide, Path, Stretch};
 use crate::simulate::Trajectory;
 
 /// A motion of which a section is taken.
@@ -37,10 +37,12 @@ pub(crate) trait Sectioned {
     fn impacts(&self) -> &[Impact];
     /// Its parts, with the stops in contact.
     fn stretches(&self) -> Result<Vec<Stretch<'_>>>;
+    /// The motion in paths that follow each other.
+    fn paths(&self) -> Result<Vec<&Path>>;
     /// Position and velocity at a time.
     fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState>;
-    /// The phase of the forcing at a time.
-    fn phase(&self, t: f64) -> f64;
+    /// What gives the phase of the forcing at a time.
+    fn phase(&self) -> Box<dyn Fn(f64) -> f64 + '_>;
     /// Whether that runs steadily.
     fn has_steady_phase(&self) -> bool;
     /// Whether its end is its start again.
@@ -76,6 +78,13 @@ impl Sectioned for Motion<'_> {
         }
     }
 
+    fn paths(&self) -> Result<Vec<&Path>> {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.paths(),
+            Self::Orbit(orbit) => Ok(vec![orbit.path()]),
+        }
+    }
+
     fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
         match self {
             Self::Trajectory(trajectory) => trajectory.state(t, side),
@@ -83,12 +92,15 @@ impl Sectioned for Motion<'_> {
         }
     }
 
-    fn phase(&self, t: f64) -> f64 {
+    fn phase(&self) -> Box<dyn Fn(f64) -> f64 + '_> {
         match self {
-            Self::Trajectory(trajectory) => trajectory.forcing_phase(t),
+            Self::Trajectory(trajectory) => Box::new(trajectory.forcing_phase()),
             Self::Orbit(orbit) => {
-                let frequency = orbit.scene().frequency().unwrap_or(0.0);
-                wrapped(Clock::new(t, frequency).angle() + orbit.phase())
+                let (clock, phase) = (
+                    Clock::new(0.0, orbit.scene().frequency().unwrap_or(0.0)),
+                    orbit.phase(),
+                );
+                Box::new(move |t| wrapped(clock.at(t).angle() + phase))
             }
         }
     }

@@ -3,10 +3,11 @@
 use crate::error::{Error, Result};
 use crate::model::{PhysicalState, Scene};
 use crate::path::ImpactSide;
-use crate::quantity::{finite, room_for};
+use crate::quantity::{finite, finite_vector, room_for};
 use crate::section::events::{Event, events};
 use crate::section::motion::{Motion, Sectioned};
-use nalgebra::DMatrix;
+use crate::section::plane::crossings;
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// When a motion is looked at.
@@ -17,10 +18,17 @@ pub enum Section {
     /// After the impacts on these stops, on any where the list is empty. Impacts that accumulate until the stop is at rest are one, at
     /// their end.
     Impacts(Vec<usize>),
+    /// Where `row.(q, v)` rises through a value, by an impact too.
+    Plane {
+        /// The row, shape `(2n,)`.
+        row: DVector<f64>,
+        /// The value.
+        value: f64,
+    },
 }
 
 impl Section {
-    /// Refuses a stop that a scene does not have.
+    /// Refuses a stop that a scene does not have, and a plane that is none of its states.
     pub(crate) fn check(&self, scene: &Scene) -> Result<()> {
         let all = scene.stops().len();
         match self {
@@ -32,6 +40,15 @@ impl Section {
                 None => Ok(()),
             },
             Self::Phase(_) => Ok(()),
+            Self::Plane { row, value } => {
+                finite_vector("plane", row, 2 * scene.n_dof())?;
+                finite("plane", *value)?;
+                if row.amax() == 0.0 {
+                    let rule = "some number of it must not be zero";
+                    return Err(Error::bad_value("plane", "a row of zeros", rule));
+                }
+                Ok(())
+            }
         }
     }
 }
@@ -90,11 +107,11 @@ impl PoincarePoints {
     }
 }
 
-/// Looks at a motion at a phase of the forcing, or after its impacts.
+/// Looks at a motion at a phase of the forcing, after its impacts, or where it passes through a plane of its states upwards.
 ///
 /// # Errors
 /// A trajectory that does not keep its motion; a phase that is not finite; of a phase, a scene without a forcing period or a run along
-/// ramps; a stop that the scene does not have.
+/// ramps; a stop that the scene does not have; a row that is none of its states, or zero.
 ///
 /// # Examples
 /// ```
@@ -117,6 +134,12 @@ pub fn poincare_points<'a>(
 /// The same of a motion of any kind.
 pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<PoincarePoints> {
     match section {
+        Section::Plane { row, value } => {
+            section.check(motion.scene())?;
+            let found = crossings(motion, row, *value)?;
+            let (times, states): (Vec<f64>, Vec<PhysicalState>) = found.into_iter().unzip();
+            Ok(points(motion, times, &states))
+        }
         Section::Phase(phase) => at_times(motion, &strobe_times(motion, *phase)?),
         Section::Impacts(stops) => {
             section.check(motion.scene())?;
@@ -158,7 +181,7 @@ pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64
     let (start, end) = motion.span();
     // What is the phase at the start, but for rounding, is that.
     let rounding = f64::EPSILON * (start.abs().max(end.abs()) + period);
-    let wait = period * ((phase - motion.phase(start)) / TAU).rem_euclid(1.0);
+    let wait = period * ((phase - motion.phase()(start)) / TAU).rem_euclid(1.0);
     let first = if period - wait <= 4.0 * rounding {
         0.0
     } else {
@@ -181,25 +204,25 @@ pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64
 
 /// The motion at some times, after what happens there.
 pub(crate) fn at_times(motion: &dyn Sectioned, times: &[f64]) -> Result<PoincarePoints> {
+    let states = times
+        .iter()
+        .map(|&t| motion.state(t, ImpactSide::After))
+        .collect::<Result<Vec<_>>>()?;
+    Ok(points(motion, times.to_vec(), &states))
+}
+
+/// Points at which nothing is hit.
+fn points(motion: &dyn Sectioned, t: Vec<f64>, states: &[PhysicalState]) -> PoincarePoints {
     let n = motion.scene().n_dof();
-    let (mut q, mut v) = (
-        DMatrix::zeros(times.len(), n),
-        DMatrix::zeros(times.len(), n),
-    );
     let is_forced = motion.scene().period().is_some();
-    let mut phase = Vec::with_capacity(times.len());
-    for (k, &t) in times.iter().enumerate() {
-        let (positions, velocities): PhysicalState = motion.state(t, ImpactSide::After)?;
-        q.set_row(k, &positions.transpose());
-        v.set_row(k, &velocities.transpose());
-        phase.push(if is_forced { motion.phase(t) } else { f64::NAN });
+    let at = motion.phase();
+    let phase = |&t: &f64| if is_forced { at(t) } else { f64::NAN };
+    PoincarePoints {
+        stop: vec![None; t.len()],
+        speed_before: vec![f64::NAN; t.len()],
+        phase: t.iter().map(phase).collect(),
+        t,
+        q: DMatrix::from_fn(states.len(), n, |k, j| states[k].0[j]),
+        v: DMatrix::from_fn(states.len(), n, |k, j| states[k].1[j]),
     }
-    Ok(PoincarePoints {
-        t: times.to_vec(),
-        stop: vec![None; times.len()],
-        speed_before: vec![f64::NAN; times.len()],
-        phase,
-        q,
-        v,
-    })
 }

@@ -8,9 +8,6 @@ use crate::section::period::repeats_after;
 use crate::section::points::{at_times, strobe_times};
 use std::f64::consts::TAU;
 
-/// The longest period that is looked for.
-const LONGEST: usize = 32;
-
 /// What a motion has settled on.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Settled {
@@ -22,19 +19,17 @@ pub(crate) struct Settled {
     pub pattern: Pattern,
 }
 
-/// What a motion under a forcing with a period has settled on. It is looked at where no impact is near: next to one, two motions that are
+/// What a motion under a forcing with a period has settled on, up to a longest period. It is looked at where no impact is near: next to one, two motions that are
 /// close look far apart.
-pub(crate) fn settled(motion: &dyn Sectioned) -> Result<Settled> {
+pub(crate) fn settled(motion: &dyn Sectioned, longest: usize) -> Result<Settled> {
     let events = events(motion.impacts(), &motion.stretches()?);
-    let phases = events
-        .iter()
-        .map(|event| motion.phase(event.time))
-        .collect();
-    let phase = farthest_from(phases).unwrap_or_else(|| motion.phase(motion.span().0));
+    let phase_at = motion.phase();
+    let phases = events.iter().map(|event| phase_at(event.time)).collect();
+    let phase = farthest_from(phases).unwrap_or_else(|| phase_at(motion.span().0));
     let times = strobe_times(motion, phase)?;
     let points = at_times(motion, &times)?;
     let period = motion.scene().period().unwrap_or_default();
-    let n_periods = repeats_after(&points.q, &points.v, TAU / period, LONGEST);
+    let n_periods = repeats_after(&points.q, &points.v, TAU / period, longest);
     let end = times.last().copied().unwrap_or_default();
     let in_one = |event: &&Event| event.time <= end && event.time > end - n_periods as f64 * period;
     Ok(Settled {
@@ -45,7 +40,7 @@ pub(crate) fn settled(motion: &dyn Sectioned) -> Result<Settled> {
 }
 
 /// The angle in the middle of the widest gap between angles in [0, 2 pi).
-fn farthest_from(mut angles: Vec<f64>) -> Option<f64> {
+pub(crate) fn farthest_from(mut angles: Vec<f64>) -> Option<f64> {
     angles.sort_by(f64::total_cmp);
     let (&first, &last) = (angles.first()?, angles.last()?);
     let across = (last, first + TAU - last);

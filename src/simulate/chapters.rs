@@ -146,6 +146,6 @@ impl Trajectory {
     /// A time outside the span.
     pub fn phase(&self, t: f64) -> Result<f64> {
         check_time(t, self.span)?;
-        Ok(self.forcing_phase(t))
+        Ok(self.forcing_phase()(t))
     }
 }

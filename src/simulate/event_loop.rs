@@ -116,6 +116,9 @@ impl EventLoop {
             if let Some(ending) = self.arrive(system, arrival, t_end, record)? {
                 return Ok(ending);
             }
+            if record.watch.is_done {
+                return Ok(self.ended(now.get(), Status::Finished));
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use crate::impact::Impact;
 use crate::observer::is_broken_off;
 use crate::path::{PathParts, PathSegment, Samples};
 use crate::simulate::options::{Keep, SimulateOptions};
+use crate::simulate::watch::Watch;
 use nalgebra::DMatrix;
 
 /// What is kept of a run.
@@ -15,6 +16,7 @@ pub(crate) struct Record {
     grazes: Vec<Graze>,
     kept: Option<PathParts>,
     samples: Option<Sampler>,
+    pub watch: Watch,
     /// Whether the next segment is a part of the last one.
     goes_on: bool,
 }
@@ -42,6 +44,7 @@ impl Record {
             grazes: Vec::new(),
             kept: (options.keep == Keep::Motion).then(PathParts::default),
             samples: options.t_eval.as_ref().map(sampler),
+            watch: Watch::default(),
             goes_on: false,
         }
     }
@@ -79,6 +82,19 @@ impl Record {
         }
     }
 
+    /// Lets the watcher look at a piece of the motion as often as it wants to.
+    fn watch(&mut self, &ArcSpan { start, span, .. }: &ArcSpan, motion: &mut dyn ArcMotion) {
+        let Watch { watcher, is_done } = &mut self.watch;
+        let Some(watcher) = watcher else {
+            return;
+        };
+        let end = start.after(span).time();
+        while span > 0.0 && !*is_done && watcher.next() < end {
+            let local = start.until(start.at(watcher.next())).clamp(0.0, span);
+            *is_done = watcher.look(&motion.state(local)).is_break();
+        }
+    }
+
     /// The samples taken, fewer than asked for where the run ended early.
     pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>, Option<PathParts>) {
         let taken = |mut s: Sampler| {
@@ -102,7 +118,7 @@ impl Recorder for Record {
     fn wanted(&self) -> Wanted {
         Wanted {
             events: self.keep != Keep::Final,
-            arcs: self.kept.is_some() || self.samples.is_some(),
+            arcs: self.kept.is_some() || self.samples.is_some() || self.watch.watcher.is_some(),
         }
     }
 
@@ -120,7 +136,9 @@ impl Recorder for Record {
         let next = || self.samples.as_ref().and_then(|s| s.times.get(s.next));
         let is_sampled =
             |&t: &f64| t < start.after(*span).time() || last.is_some_and(|last| t <= last);
-        self.kept.is_some() || next().is_some_and(is_sampled)
+        self.kept.is_some()
+            || next().is_some_and(is_sampled)
+            || self.watch.wants_before(start.after(*span).time())
     }
 
     fn arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
@@ -128,6 +146,11 @@ impl Recorder for Record {
             kept.push(arc, motion);
         }
         self.sample(arc, motion);
+        self.watch(arc, motion);
+    }
+
+    fn is_satisfied(&self) -> bool {
+        self.watch.is_done
     }
 
     fn graze(&mut self, graze: Graze) {

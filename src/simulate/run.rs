@@ -7,6 +7,7 @@ use crate::model::PhysicalState;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
+use crate::simulate::watch::Watcher;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -60,6 +61,43 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         let ending = match events.start(flow, (q0, v0, t_span.0), &mut record)? {
             Some(ending) => ending,
             None => events.go_on(flow, t_span.1, options, &mut record, observer)?,
+        };
+        self.finish(ending, record)
+    }
+
+    /// The same while somebody looks at it, who may end it: in parts of some time, so that no contact is sought long after that.
+    pub fn watched(
+        &mut self,
+        (q0, v0): (&DVector<f64>, &DVector<f64>),
+        (start, end): (f64, f64),
+        (watcher, every): (Box<dyn Watcher>, f64),
+        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Done> {
+        let Self {
+            flow,
+            events,
+            options,
+            n_dof,
+        } = self;
+        let mut record = Record::new(options, *n_dof);
+        record.watch.watcher = Some(watcher);
+        let flow = flow.taken();
+        flow.start(q0, v0, start);
+        let mut ending = events.start(flow, (q0, v0, start), &mut record)?;
+        let mut parts = 1;
+        let ending = loop {
+            if let Some(ending) = ending {
+                break ending;
+            }
+            let to = end.min(start + every * f64::from(parts));
+            let ended = events.go_on(flow, to, options, &mut record, observer)?;
+            let goes_on = ended.status == Status::Finished && !record.watch.is_done && to < end;
+            ending = if goes_on {
+                events.go_past(flow.system(), to, &mut record)?
+            } else {
+                Some(ended)
+            };
+            parts += 1;
         };
         self.finish(ending, record)
     }

@@ -6,7 +6,7 @@ use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::{PhysicalState, Scene};
 use crate::observer::Observer;
-use crate::path::{Energy, ImpactSide, Samples, Segment, Stretch, check_time, energy_along};
+use crate::path::{Energy, ImpactSide, Path, Samples, Segment, Stretch, check_time, energy_along};
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
@@ -61,14 +61,19 @@ impl Trajectory {
         self.span.1
     }
 
-    /// The forcing phase at a time, zero without forcing.
-    pub(crate) fn forcing_phase(&self, t: f64) -> f64 {
-        if let Some(ramped) = &self.ramped {
-            let chapter = self.chapter_at(t, ImpactSide::After);
-            return wrapped(ramped.schedule.chapters[chapter].angle(t));
+    /// What gives the forcing phase at a time, zero without forcing.
+    pub(crate) fn forcing_phase(&self) -> impl Fn(f64) -> f64 {
+        let (clock, phase) = (
+            Clock::new(0.0, self.scene.frequency().unwrap_or(0.0)),
+            self.scene.phase(),
+        );
+        move |t| match &self.ramped {
+            Some(ramped) => {
+                let chapter = self.chapter_at(t, ImpactSide::After);
+                wrapped(ramped.schedule.chapters[chapter].angle(t))
+            }
+            None => wrapped(clock.at(t).angle() + phase),
         }
-        let frequency = self.scene.frequency().unwrap_or(0.0);
-        wrapped(Clock::new(t, frequency).angle() + self.scene.phase())
     }
 
     /// How the run ended.
@@ -101,6 +106,12 @@ impl Trajectory {
             rows.extend(parts.into_iter().flat_map(of_part));
         }
         Ok(rows)
+    }
+
+    /// The motion, chapter after chapter.
+    pub(crate) fn paths(&self) -> Result<Vec<&Path>> {
+        let each = 0..self.chapters.len();
+        each.map(|chapter| Ok(self.kept(chapter)?.0)).collect()
     }
 
     /// The parts of the trajectory, each once, with the stops in contact.

@@ -13,6 +13,9 @@ use crate::sweep::tiles::{Progress, SweepOptions, fill};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 
+/// The longest period that is looked for.
+const LONGEST: usize = 32;
+
 /// In which order the values are gone through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Direction {
@@ -276,7 +279,7 @@ fn at_value(
         points.truncate(options.periods);
     }
     Ok(AtValue {
-        settled: settled(&motion)?,
+        settled: settled(&motion, LONGEST)?,
         points,
         status: if transient.status() == Status::Finished {
             seen.status()

@@ -5,7 +5,7 @@ mod diagram;
 mod ensemble;
 mod existence;
 mod parametric_scene;
-mod tiles;
+pub(crate) mod tiles;
 
 pub use diagram::{
     BifurcationDiagram, DiagramOptions, Direction, bifurcation_diagram, bifurcation_diagram_of,

@@ -47,7 +47,11 @@ class TestPoincarePoints:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ({"phase": 0.0, "stops": 0}, "phase and stops are given both"),
+            ({"phase": 0.0, "stops": 0}, "several of phase, stops and plane are given"),
+            ({"plane": ([1, 0], 0.0), "stops": 0}, "several of phase, stops and plane are given"),
+            ({"plane": ([1], 0.0)}, r"plane has shape \(1,\), but \(2,\) is needed"),
+            ({"plane": ([0, 0], 0.0)}, "plane is a row of zeros, but some number of it must not be zero"),
+            ({"plane": ([1, 0], np.nan)}, "plane is NaN, but it must be finite"),
             ({"phase": np.inf}, "phase is inf, but it must be finite"),
             ({"stops": 1}, "stops is 1, but the scene has 1 stops"),
             ({"stops": -1}, "stops is -1, but indices count from 0"),
@@ -57,6 +61,17 @@ class TestPoincarePoints:
         run = vi.simulate(SCENE, 0.0, 0.0, (0.0, 9.0))
         with pytest.raises(ValueError, match=message):
             vi.poincare_points(run, **arguments)
+
+    def test_a_plane_is_passed_upwards(self):
+        free = vi.Scene(vi.LinearSystem(1, 0, 1), None, ())
+        run = vi.simulate(free, 1.0, 0.0, (0.0, 100.0))
+        points = vi.poincare_points(run, plane=([1, 0], 0.5))  # cos t
+        assert np.allclose(points.t, (5 / 6 + np.arange(16)) * 2 * np.pi, rtol=1e-13)
+        assert np.allclose(points.q, 0.5, atol=1e-13)
+        assert (points.v > 0).all()
+        assert (points.stop == -1).all()
+        with pytest.raises(TypeError, match=r"plane is 3, but a pair \(row, value\) is needed"):
+            vi.poincare_points(run, plane=3)
 
     def test_what_has_no_motion_or_no_period_is_refused(self):
         with pytest.raises(TypeError, match="a Trajectory or an Orbit is needed"):

@@ -22,6 +22,11 @@ def swept():
     return vi.simulate(scene, 0.0, 0.0, (0, 60), ramp=vi.Ramp("frequency", 1.2, over=50.0))
 
 
+OSCILLATOR = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.4), vi.Stop(0, 1.0, 0.8))
+DIAGRAM = vi.bifurcation_diagram(OSCILLATOR, ("forcing_scale", [5.0, 9.0]), direction="both", transient=9, periods=4)
+EXPONENTS = vi.lyapunov_exponents(OSCILLATOR.replace(forcing_scale=5.0), 0.0, 0.0, (0, 400))
+PLANE = vi.basins(OSCILLATOR.replace(forcing_scale=9.0), q=(-3, 1.4, 5), v=(-5, 5, 4))
+
 CALLS = {
     "time_history": lambda **k: plot.time_history(BouncingOrbit(), **k),
     "phase_portrait": lambda **k: plot.phase_portrait(BouncingOrbit(), **k),
@@ -35,6 +40,9 @@ CALLS = {
     "contact_force": lambda **k: plot.contact_force(BouncingOrbit(), 0, **k),
     "spectrum": lambda **k: plot.spectrum(BouncingTrajectory(), **k),
     "sweep": lambda **k: plot.sweep(swept(), **k),
+    "bifurcation_diagram": lambda **k: plot.bifurcation_diagram(DIAGRAM, **k),
+    "lyapunov": lambda **k: plot.lyapunov(EXPONENTS, **k),
+    "basins": lambda **k: plot.basins(PLANE, **k),
 }
 DATA = {
     "mode_shapes": modes(),
@@ -43,6 +51,9 @@ DATA = {
     "energy": LedgerOfABall(),
     "spectrum": BouncingTrajectory(),
     "sweep": swept(),
+    "bifurcation_diagram": DIAGRAM,
+    "lyapunov": EXPONENTS,
+    "basins": PLANE,
 }
 BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,), "sweep": (0,)}  # the stop, or what is drawn along
 
@@ -111,7 +122,7 @@ class TestEveryFigure:
             getattr(plot, name)(BouncingOrbit(), stop)
         assert plt.get_fignums() == []
 
-    @pytest.mark.parametrize("name", [name for name in CALLS if name not in ("multipliers", "existence_map")])
+    @pytest.mark.parametrize("name", [name for name in CALLS if name not in ("multipliers", "existence_map", "basins")])
     def test_passes_options_to_the_line_under_any_alias(self, name):
         ax = CALLS[name](lw=3.5, c="red", ls=":", marker="d")
         drawn = next(line for line in ax.lines if line.get_linewidth() == 3.5)

@@ -72,6 +72,14 @@ def objects():
     yield "ExistenceMap", vi.existence_map(PAIR, [1], ("frequency", [1.4, 1.5]), ("clearance", [0.1, 0.2, 0.3]), 2)
     yield "Ensemble", vi.simulate_many(PAIR, np.zeros((3, 2)), np.ones((3, 2)), (0, 3))
     yield "PoincarePoints", vi.poincare_points(vi.simulate(PAIR, [0, 0], [1, 1], (0, 9)))
+    found = vi.find_attractors(PAIR, [(-1, 0), (-1, 1), (-1, 1), (-1, 1)], seeds=2, transient=20, max_periods=20)
+    yield "Attractors", found
+    yield "Attractor", found[0]
+    plane = vi.basins(PAIR, q={0: (-0.1, 0.1, 9), 1: 0.0}, v={0: (-0.1, 0.1, 8), 1: 0.0}, attractors=found, max_periods=10)
+    yield "Basins", plane
+    yield "Fit", plane.boundary_dimension()
+    yield "BasinFractions", vi.basin_fractions(PAIR, found.box, samples=3, attractors=found, max_periods=5)
+    yield "LyapunovExponents", vi.lyapunov_exponents(PAIR, [0, 0], [0, 0], (0, 30))
     yield "BifurcationDiagram", vi.bifurcation_diagram(PAIR, ("frequency", [0.9, 1.0]), transient=3, periods=5)
 
 

@@ -11,8 +11,11 @@ except ImportError as _error:
     raise ImportError('vibroimpact.plot needs matplotlib: pip install "vibroimpact[plot]"') from _error
 
 from vibroimpact.plot.animation import animate
+from vibroimpact.plot.basins import basins
 from vibroimpact.plot.contact_force import contact_force
+from vibroimpact.plot.diagram import bifurcation_diagram
 from vibroimpact.plot.existence import existence_map
+from vibroimpact.plot.exponents import lyapunov
 from vibroimpact.plot.gap import gap
 from vibroimpact.plot.impacts import impact_speeds
 from vibroimpact.plot.ledger import energy
@@ -25,11 +28,14 @@ from vibroimpact.plot.sweep import sweep
 
 __all__ = [
     "animate",
+    "basins",
+    "bifurcation_diagram",
     "contact_force",
     "energy",
     "existence_map",
     "gap",
     "impact_speeds",
+    "lyapunov",
     "mode_shapes",
     "multipliers",
     "phase_portrait",

@@ -12,7 +12,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from numpy.typing import NDArray
 
 from vibroimpact.plot._axes import axes_or_new, label_axis
-from vibroimpact.plot._data import ExistenceMap, FloatArray, require
+from vibroimpact.plot._cells import edges
+from vibroimpact.plot._data import ExistenceMap, require
 
 # From light to dark; the lightness in L* falls from category to category.
 CATEGORIES = (
@@ -23,8 +24,6 @@ CATEGORIES = (
     ("admissible,\nstable", "#1d3a66"),
 )
 NO_ORBIT, INADMISSIBLE, UNDECIDED, UNSTABLE, STABLE = range(len(CATEGORIES))
-
-LONE_HALF_WIDTH = 0.05  # of a cell without neighbours, in its value (in 1 where that is zero)
 
 
 def existence_map(existence: ExistenceMap, ax: Axes | None = None, *, colourbar: bool = True, **options: Any) -> Axes:
@@ -76,8 +75,8 @@ def existence_map(existence: ExistenceMap, ax: Axes | None = None, *, colourbar:
         "norm": BoundaryNorm(np.arange(len(shown) + 1) - 0.5, len(shown)),
     }
     columns, rows = np.argsort(x, kind="stable"), np.argsort(y, kind="stable")
-    x_edges = _edges(x[columns], ax.get_xscale() == "log")
-    y_edges = _edges(y[rows], ax.get_yscale() == "log")
+    x_edges = edges(x[columns], ax.get_xscale() == "log")
+    y_edges = edges(y[rows], ax.get_yscale() == "log")
     mesh = ax.pcolormesh(x_edges, y_edges, place[categories][np.ix_(rows, columns)], **(colours | options))
     if colourbar:
         assert ax.figure is not None  # axes_or_new refuses Axes without a figure
@@ -99,14 +98,3 @@ def _categories(existence: ExistenceMap, shape: tuple[int, int]) -> NDArray[np.i
     admissible = np.where(is_undecided, UNDECIDED, np.where(stability == 0.0, UNSTABLE, STABLE))
     found = np.where(arrays["is_admissible"] == 1.0, admissible, INADMISSIBLE)
     return np.where(arrays["n_orbits"] > 0.0, found, NO_ORBIT)
-
-
-def _edges(values: FloatArray, is_logarithmic: bool) -> FloatArray:
-    """Return the bounds of cells around ascending values: half-way between neighbours, the outer cells symmetric."""
-    if is_logarithmic and np.all(values > 0.0):
-        return np.exp(_edges(np.log(values), False))
-    if len(values) == 1:
-        half = LONE_HALF_WIDTH * (abs(values[0]) or 1.0)
-        return np.array([values[0] - half, values[0] + half])
-    middles = 0.5 * (values[1:] + values[:-1])
-    return np.concatenate([[2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]])

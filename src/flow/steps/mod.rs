@@ -16,7 +16,6 @@ mod stepper;
 mod tableau;
 
 pub(crate) use dense_output::{Dense, DenseOutput};
-#[cfg(test)]
 pub(crate) use dop853::Dop853;
 pub(crate) use dormand_prince::DormandPrince;
 #[cfg(test)]

@@ -47,6 +47,11 @@ impl<'a> ClosedFormMaps<'a> {
         }
     }
 
+    /// Takes other motions while stops are held.
+    pub fn hold(&mut self, held: &[Arc<ConstrainedMotion>]) {
+        self.held = held.to_vec();
+    }
+
     /// A state in modal pairs.
     pub fn modal(&self, state: &DVector<f64>) -> ModalState {
         let (q, v) = halves(state);

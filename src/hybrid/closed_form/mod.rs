@@ -2,8 +2,10 @@
 
 mod arcs;
 mod held;
+mod impacts;
 mod maps;
 mod system;
 
+pub(crate) use impacts::ModalImpacts;
 pub(crate) use maps::{ClosedFormMaps, constrained_motions, joined};
 pub(crate) use system::ClosedForm;

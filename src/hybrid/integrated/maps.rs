@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
-use crate::flow::steps::{DormandPrince, Stepper, Tolerance};
+use crate::flow::steps::{Dop853, DormandPrince, Stepper, Tolerance};
 use crate::hybrid::maps::{GapAt, HybridMaps, project_onto};
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
@@ -74,6 +74,41 @@ impl IntegratedMaps {
         Ok(steps)
     }
 
+    /// Goes on like `flow`, to a tolerance of a run.
+    pub fn flow_to(
+        &self,
+        tolerance: Tolerance,
+        held: &[usize],
+        span: (f64, f64),
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<()> {
+        self.flow_by::<Dop853<Vec<f64>>>(tolerance, (held, span), state, deviations)
+    }
+
+    /// Carries a state and deviations from it over a span by a method, to a tolerance.
+    fn flow_by<P: Stepper<Vec<f64>, Choice: Default>>(
+        &self,
+        tolerance: Tolerance,
+        (held, (start, end)): (&[usize], (f64, f64)),
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<()> {
+        let (at, span) = (self.moment(start), end - start);
+        if !held.is_empty() {
+            differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
+        }
+        let mut x = joined(state.as_slice(), deviations.as_slice());
+        let motion = self.constrained(held);
+        let dynamics = Variational {
+            dynamics: &motion,
+            count: deviations.ncols(),
+        };
+        integrate::<P, _>(&dynamics, at, span, tolerance, &mut x, None)?;
+        parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
+        Ok(())
+    }
+
     pub fn rate_of(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(x.len() / 2);
         let mut a = vec![0.0; q.len()];
@@ -129,23 +164,11 @@ impl HybridMaps for IntegratedMaps {
     fn flow(
         &self,
         held: &[usize],
-        (start, end): (f64, f64),
+        span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
-        let (at, span) = (self.moment(start), end - start);
-        if !held.is_empty() {
-            differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
-        }
-        let mut x = joined(state.as_slice(), deviations.as_slice());
-        let motion = self.constrained(held);
-        let dynamics = Variational {
-            dynamics: &motion,
-            count: deviations.ncols(),
-        };
-        integrate::<OrbitMethod, _>(&dynamics, at, span, TOLERANCE, &mut x, None)?;
-        parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
-        Ok(())
+        self.flow_by::<OrbitMethod>(TOLERANCE, (held, span), state, deviations)
     }
 
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {

@@ -81,6 +81,9 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
             if let Some(arrival) = arrival {
                 return Ok(arrival);
             }
+            if recorder.is_satisfied() {
+                return Ok(Arrival::End);
+            }
         }
     }
 

@@ -455,7 +455,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             self.advance_gaps();
             self.go_on(dynamics)?;
             orders = None;
-            if is_last {
+            if is_last || is_recorded && recorder.is_satisfied() {
                 break Arrival::End;
             }
             if IS_HELD && self.has_strayed() {

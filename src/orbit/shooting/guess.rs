@@ -362,7 +362,7 @@ fn without_instants(
     let instant = Instant {
         time: end,
         start: end,
-        phase: trajectory.forcing_phase(end),
+        phase: trajectory.forcing_phase()(end),
         event: Event::Nothing,
         held: held.to_vec(),
         approach: 0.0,

@@ -56,6 +56,7 @@ pub(in crate::orbit) fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>>
 
 /// What happens along a trajectory with lasting contact, segment by segment.
 pub(in crate::orbit) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+    let phase_at = trajectory.forcing_phase();
     let stretches = trajectory.stretches()?;
     let is_part = |s: &&Stretch<'_>| s.end > s.start || s.kind == SegmentKind::Chatter;
     let flown = stretches.iter().filter(is_part);
@@ -89,7 +90,7 @@ pub(in crate::orbit) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>>
                 found.push(Instant {
                     time,
                     start,
-                    phase: trajectory.forcing_phase(time),
+                    phase: phase_at(time),
                     event: Event::Chatter(stop),
                     held: stops.to_vec(),
                     approach,
@@ -116,7 +117,7 @@ pub(in crate::orbit) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>>
             found.push(Instant {
                 time: start,
                 start,
-                phase: trajectory.forcing_phase(start),
+                phase: phase_at(start),
                 event,
                 held: stops.to_vec(),
                 approach,

@@ -1,14 +1,8 @@
-//! The monodromy matrix of motions that shooting found (theory 7; that of free flights in modes is in `multipliers.rs`): flow Jacobians and saltation matrices, from the flights and impacts as the
-//! shooting has them.
-//!
-//! Where a stop is held behind an impact with e = 0, f+ is the rate of the held motion. At a release the rates before and
-//! after agree, its contact force being zero, and the saltation matrix is the identity. The rest of impacts that accumulate has
-//! the Jacobian of its map, between fixed times: `dx* - f_held dt*` (`hybrid/chatter_map.rs`).
+//! The monodromy matrix of motions that shooting found (theory 7; that of free flights in modes is in `multipliers.rs`): flow Jacobians and
+//! saltation matrices, from the flights and impacts as the shooting has them.
 
 use crate::error::Result;
-use crate::hybrid::chatter_map::{Timed, finish};
-use crate::hybrid::{HybridMaps, SegmentKind};
-use crate::impact::{GapRate, saltation};
+use crate::hybrid::{HybridMaps, ImpactAt, SegmentKind, across_impact, across_rest};
 use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};
 
@@ -39,8 +33,8 @@ pub(crate) fn monodromy<M: HybridMaps>(
         let mode = flight.mode;
         if mode.kind == SegmentKind::Chatter {
             let from = (flight.start, &before);
-            let stops = (mode.stops[0], next.held());
-            deviations = finished(motion, stops, size, from, deviations)?;
+            let rest = across_rest(motion, mode.stops[0], size, from, deviations)?;
+            deviations = rest.held(motion, next.held())?;
             continue;
         }
         let held = mode.held();
@@ -63,78 +57,15 @@ pub(crate) fn monodromy<M: HybridMaps>(
             let after: &[usize] = if is_last { next.held() } else { &[] };
             let single = [stop];
             let struck: &[usize] = if is_joint { all } else { &single };
-            let salted = ImpactAt {
+            let struck_at = ImpactAt {
                 gap_of: stop,
                 struck,
                 held: (rates_from, after),
                 time: flight.end,
             };
-            salt(motion, &salted, &mut before, &mut deviations)?;
+            across_impact(motion, &struck_at, &mut before, &mut deviations)?;
             rates_from = after;
         }
     }
     Ok(deviations)
-}
-
-/// The rest of impacts on a stop, between fixed times.
-fn finished<M: HybridMaps>(
-    motion: &M,
-    (stop, held): (usize, &[usize]),
-    size: f64,
-    (time, state): (f64, &DVector<f64>),
-    deviations: DMatrix<f64>,
-) -> Result<DMatrix<f64>> {
-    let at = motion.gap(stop, time, state)?;
-    let rate = motion.rate(&[], time, state)?;
-    let speed = at.speed(rate.rows(0, at.gradient.len()));
-    let delays = at.deviations(&deviations) / -speed;
-    let mut y = Timed {
-        time,
-        state: state.clone(),
-        deviations: deviations + rate * delays.transpose(),
-        delays,
-    };
-    finish(motion, stop, size, &mut y)?;
-    let rate = motion.rate(held, y.time, &y.state)?;
-    Ok(y.deviations - rate * y.delays.transpose())
-}
-
-/// One impact: the stop that is reached, the stops that receive an impulse with it, those held before and after.
-struct ImpactAt<'a> {
-    gap_of: usize,
-    struck: &'a [usize],
-    held: (&'a [usize], &'a [usize]),
-    time: f64,
-}
-
-/// The impact on a state and on deviations from it.
-fn salt<M: HybridMaps>(
-    motion: &M,
-    instant: &ImpactAt<'_>,
-    state: &mut DVector<f64>,
-    deviations: &mut DMatrix<f64>,
-) -> Result<()> {
-    let at = motion.gap(instant.gap_of, instant.time, state)?;
-    let before = motion.rate(instant.held.0, instant.time, state)?;
-    let recoil = motion.recoil(instant.struck, instant.time, state)?;
-    let (mut dh, n) = (DVector::zeros(before.len()), at.gradient.len());
-    dh.rows_mut(0, n).copy_from(&at.gradient);
-    let closing = GapRate {
-        by_state: dh.as_view(),
-        total: at.speed(before.rows(0, n)),
-    };
-    let reset = |deviations: &mut DMatrix<f64>| {
-        // The rate is carried through the impact beside the deviations.
-        let count = deviations.ncols();
-        let mut columns = std::mem::take(deviations).insert_column(count, 0.0);
-        columns.set_column(count, &before);
-        motion.impact(instant.struck, instant.time, state, &mut columns)?;
-        let mut slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
-        if let Some(recoil) = &recoil {
-            slip -= recoil;
-        }
-        *deviations = columns.remove_column(count);
-        Ok(slip)
-    };
-    saltation(closing, reset, deviations)
 }

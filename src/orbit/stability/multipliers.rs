@@ -2,16 +2,15 @@
 //! eigenvalues (Floquet multipliers), both orders where stops are hit together, and the reason where there are none.
 
 use crate::error::Result;
-use crate::flow::{ModalScene, along};
-use crate::impact::{GapRate, saltation};
+use crate::flow::ModalScene;
+use crate::hybrid::ModalImpacts;
 use crate::linalg::eigen;
-use crate::modal::Pair;
 use crate::model::Moment;
 use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
 use crate::tolerance::MARGINAL;
-use nalgebra::{Complex, DMatrix, DVector, DVectorView};
+use nalgebra::{Complex, DMatrix, DVector};
 
 /// Stops hit together whose orders are all followed; their number grows as the factorial.
 const MOST_TOGETHER: usize = 5;
@@ -46,11 +45,6 @@ impl OrderMultipliers {
             .map(|z| z.norm())
             .fold(0.0, f64::max)
     }
-}
-
-/// The numbers of modal pairs, one after the other.
-fn flat(pairs: &[Pair]) -> DVectorView<'_, f64> {
-    DVectorView::from_slice(pairs.as_flattened(), 2 * pairs.len())
 }
 
 /// Every order of the given stops.
@@ -266,7 +260,7 @@ fn monodromy(
 ) -> Result<DMatrix<f64>> {
     let n = scene.form.n_dof();
     let mut deviations = DMatrix::identity(2 * n, 2 * n);
-    let (mut before, mut after) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
+    let mut impacts = ModalImpacts::new(scene);
     for (k, flight) in flights.iter().enumerate() {
         scene.form.propagate(flight.span, &mut deviations);
         if order.is_empty() {
@@ -275,29 +269,9 @@ fn monodromy(
         let end = flight.start + flight.span;
         let at = Moment::new(end, scene.frequency * end + phase, scene.frequency);
         let mut state = flight.before_next.clone();
-        scene.rate(&state, at, &mut before);
+        impacts.begin(&state, at);
         for &stop in &order[(k + 1) % order.len()] {
-            let g = &scene.geometry;
-            let (velocity, jump) = (&scene.velocity_rows[stop], &scene.jumps[stop]);
-            let factor = (1.0 + g.restitutions[stop])
-                / g.normals.column(stop).dot(&g.reactions.column(stop));
-            let [_, receding, bend] = scene.stop_motion(stop, at);
-            let impulse = factor * (along(velocity, &state) - receding);
-            for (z, jump) in state.iter_mut().zip(jump) {
-                *z = [z[0] - jump[0] * impulse, z[1] - jump[1] * impulse];
-            }
-            scene.rate(&state, at, &mut after);
-            let reset = |deviations: &mut DMatrix<f64>| {
-                let impulses = deviations.tr_mul(&flat(velocity));
-                deviations.ger(-factor, &flat(jump), &impulses, 1.0);
-                let kick = factor * (along(velocity, &before) - bend);
-                Ok(flat(&after) - flat(&before) + flat(jump) * kick)
-            };
-            // Both of minus the gap.
-            let by_state = flat(&scene.position_rows[stop]);
-            let total = by_state.dot(&flat(&before)) - receding;
-            saltation(GapRate { by_state, total }, reset, &mut deviations)?;
-            std::mem::swap(&mut before, &mut after);
+            impacts.strike(stop, &mut state, &mut deviations)?;
         }
     }
     Ok(deviations)

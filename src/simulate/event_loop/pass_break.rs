@@ -1,12 +1,23 @@
 //! Where a signal passes from one polynomial to the next (theory 11): the state goes on, the acceleration may jump. What is held is
 //! judged anew, and so is what is in contact.
 
-use super::{EventLoop, Resolved};
+use super::{Ending, EventLoop, Resolved};
 use crate::error::Result;
 use crate::hybrid::HybridSystem;
 use crate::simulate::record::Record;
 
 impl EventLoop {
+    /// Goes on behind the end of a part of a run, as at a break; the end of the run, if it cannot.
+    pub fn go_past<Y: HybridSystem + ?Sized>(
+        &mut self,
+        system: &mut Y,
+        at: f64,
+        record: &mut Record,
+    ) -> Result<Option<Ending>> {
+        let resolved = self.pass_break(system, at, record)?;
+        Ok(resolved.err().map(|unresolved| unresolved.at(at)))
+    }
+
     /// Goes on at the time from which something else acts.
     pub(super) fn pass_break<Y: HybridSystem + ?Sized>(
         &mut self,

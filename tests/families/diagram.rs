@@ -1,25 +1,14 @@
 //! Sections and bifurcation diagrams against orbits in closed form, and laws that any diagram obeys.
 
+use crate::scenes::oscillator_at;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Axis, BifurcationDiagram, DiagramOptions, Direction, Harmonic, Kind, LinearSystem,
+    Axis, BifurcationDiagram, DiagramOptions, Direction, Harmonic, Kind, LinearSystem, Method,
     OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Section, SimulateOptions, Status, Stop,
     SweepOptions, bifurcation_diagram, paper_scene, periodic_orbits, poincare_points, simulate,
 };
-
-/// `x'' + 0.1 x' + x = F cos w t` before a stop, restitution 0.8.
-fn oscillator(force: f64, frequency: f64, clearance: f64) -> Scene {
-    let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![force.into()], frequency, 0.0).expect("valid");
-    Scene::new(
-        system,
-        force,
-        [Stop::new(0, clearance, 0.8).expect("valid")],
-    )
-    .expect("valid")
-}
 
 fn diagram(
     scene: &Scene,
@@ -48,7 +37,7 @@ fn a_diagram_settles_on_the_orbits_of_the_closed_form() {
         ..DiagramOptions::default()
     };
     let found = diagram(
-        &oscillator(1.0, 2.4, 1.0),
+        &oscillator_at(1.0, 2.4, 1.0),
         (Parameter::ForcingScale, &values),
         &options,
     );
@@ -64,7 +53,7 @@ fn a_diagram_settles_on_the_orbits_of_the_closed_form() {
             continue;
         }
         assert_eq!(found.pattern[k], Pattern::single(0));
-        let scene = oscillator(force, 2.4, 1.0);
+        let scene = oscillator_at(force, 2.4, 1.0);
         let orbits =
             periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default()).expect("solved");
         let impact = orbits[0].impacts()[0];
@@ -86,7 +75,7 @@ fn a_diagram_settles_on_the_orbits_of_the_closed_form() {
         },
     );
     let found = diagram(
-        &oscillator(1.0, 2.4, 1.0),
+        &oscillator_at(1.0, 2.4, 1.0),
         (Parameter::ForcingScale, &values),
         &options,
     );
@@ -98,7 +87,7 @@ fn a_diagram_settles_on_the_orbits_of_the_closed_form() {
 
 #[test]
 fn a_diagram_is_one_run_after_another() {
-    let scene = oscillator(5.0, 2.4, 1.0);
+    let scene = oscillator_at(5.0, 2.4, 1.0);
     let values = [0.9, 1.0, 1.1];
     let phase = Section::Phase(1.3);
     let start = Some((dvector![0.2], dvector![-0.1]));
@@ -187,7 +176,7 @@ fn directions_and_threads_change_no_bit() {
 
 #[test]
 fn a_stop_that_moves_over_the_state_takes_it_along() {
-    let scene = oscillator(0.5, 0.7, 1.0);
+    let scene = oscillator_at(0.5, 0.7, 1.0);
     let values = [0.9, 0.2, -0.3, -1.5];
     let options = DiagramOptions {
         direction: Direction::Down,
@@ -278,7 +267,7 @@ fn sections_of_an_orbit_and_of_its_motion_are_the_same() {
 
 #[test]
 fn what_is_asked_wrongly_is_refused_by_name() {
-    let scene = oscillator(5.0, 2.4, 1.0);
+    let scene = oscillator_at(5.0, 2.4, 1.0);
     let usual = DiagramOptions::default();
     assert!(refused(&scene, &[], &usual).contains("axis is without values"));
     assert!(refused(&scene, &[1.0, f64::NAN], &usual).contains("axis[1]: forcing_scale is NaN"));
@@ -327,4 +316,177 @@ fn what_is_asked_wrongly_is_refused_by_name() {
         error.to_string().contains("forcing with a period"),
         "{error}"
     );
+}
+
+/// Where a plane is passed by dense looks: between which times.
+fn by_looks(
+    run: &vibroimpact::Trajectory,
+    row: &DVector<f64>,
+    value: f64,
+    looks: usize,
+) -> Vec<(f64, f64)> {
+    let (start, end) = run.span();
+    let at = |t: f64| {
+        let (q, v) = run
+            .state(t, vibroimpact::ImpactSide::After)
+            .expect("inside");
+        let x = DVector::from_iterator(row.len(), q.iter().chain(v.iter()).copied());
+        row.dot(&x) - value
+    };
+    let time = |k: usize| start + (end - start) * k as f64 / looks as f64;
+    let above: Vec<bool> = (0..=looks).map(|k| at(time(k)) > 0.0).collect();
+    let rises = (0..looks).filter(|&k| !above[k] && above[k + 1]);
+    rises.map(|k| (time(k), time(k + 1))).collect()
+}
+
+#[test]
+fn a_plane_is_passed_where_dense_looks_see_it() {
+    let pair = LinearSystem::new(
+        dmatrix![1.0, 0.2; 0.2, 0.7],
+        dmatrix![0.02, 0.0; 0.0, 0.05],
+        dmatrix![3.0, -1.0; -1.0, 60.0],
+    );
+    let force = Harmonic::new(dvector![1.0.into(), 2.0.into()], 1.3, 0.4).expect("valid");
+    let stop = Stop::new(0, 0.4, 0.8).expect("valid");
+    let scene = Scene::new(pair.expect("valid"), force, [stop]).expect("valid");
+    let pendulum = PaperOptions {
+        linear: false,
+        ..PaperOptions::default()
+    };
+    let pendulum = paper_scene(Kind::Three, &pendulum).expect("valid");
+    for (scene, method) in [
+        (&scene, Method::Exact),
+        (&scene, Method::Dop853),
+        (&scene, Method::Rk45),
+        (&pendulum, Method::Taylor),
+    ] {
+        let options = SimulateOptions {
+            method,
+            ..SimulateOptions::default()
+        };
+        let start = (dvector![0.1, -0.2], dvector![0.3, 0.1]);
+        let run = simulate(scene, &start.0, &start.1, (0.0, 60.0), &options).expect("a run");
+        assert!(run.impacts().len() > 5);
+        for (row, value) in [
+            (dvector![0.0, 1.0, 0.0, 0.0], 0.01),
+            (dvector![0.0, 0.0, 1.0, 0.0], 0.0),
+            (dvector![0.3, -1.0, 0.2, 0.05], -0.02),
+        ] {
+            let plane = Section::Plane {
+                row: row.clone(),
+                value,
+            };
+            let found = poincare_points(&run, &plane).expect("a section");
+            let seen = by_looks(&run, &row, value, 20_000);
+            assert!(seen.len() > 5);
+            // Those between two looks too, which they do not see.
+            let passed = |&(from, to): &(f64, f64)| found.t.iter().any(|t| (from..=to).contains(t));
+            assert!(seen.iter().all(passed), "{seen:?} {:?}", found.t);
+            let hits: Vec<f64> = run.impacts().iter().map(|impact| impact.time).collect();
+            for (k, &t) in found.t.iter().enumerate() {
+                let x = dvector![
+                    found.q[(k, 0)],
+                    found.q[(k, 1)],
+                    found.v[(k, 0)],
+                    found.v[(k, 1)]
+                ];
+                let off = row.dot(&x) - value;
+                // At an impact the state is the one behind it.
+                assert!(
+                    off.abs() < 1e-10 || (off > 0.0 && hits.contains(&t)),
+                    "{t}: {off:e}"
+                );
+            }
+            let by_one = found.t.windows(2).all(|pair| pair[0] < pair[1]);
+            assert!(
+                by_one && found.t.len() - seen.len() <= 2,
+                "{} {}",
+                found.t.len(),
+                seen.len()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_plane_of_a_free_motion_has_its_closed_form() {
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let none: [Stop; 0] = [];
+    let scene = Scene::new(system, vibroimpact::Forcing::Unforced, none).expect("valid");
+    let run = simulate(
+        &scene,
+        &dvector![1.0],
+        &dvector![0.0],
+        (0.0, 1000.0),
+        &SimulateOptions::default(),
+    );
+    let run = run.expect("a run");
+    let plane = |row: DVector<f64>, value: f64| {
+        let found = poincare_points(&run, &Section::Plane { row, value });
+        found.expect("a section")
+    };
+    // cos t rises through a half at 5 pi/3, its speed through zero at pi; a hair below its crest twice as near to it as the root says.
+    let found = plane(dvector![1.0, 0.0], 0.5);
+    assert_eq!(found.t.len(), 159);
+    for (k, t) in found.t.iter().enumerate() {
+        assert!(
+            (t - (5.0 / 6.0 + k as f64) * TAU).abs() < 1e-12 * (1.0 + t),
+            "{t}"
+        );
+    }
+    let found = plane(dvector![0.0, 1.0], 0.0);
+    assert_eq!(found.t.len(), 159);
+    for (k, t) in found.t.iter().enumerate() {
+        assert!(
+            (t - (0.5 + k as f64) * TAU).abs() < 1e-12 * (1.0 + t),
+            "{t}"
+        );
+    }
+    let found = plane(dvector![1.0, 0.0], 1.0 - 1e-8);
+    assert_eq!(found.t.len(), 159);
+    assert!((found.t[0] - (TAU - 2e-8f64.sqrt())).abs() < 1e-7);
+    assert!(plane(dvector![1.0, 0.0], 1.1).t.is_empty());
+    // A start on it counts.
+    let found = plane(dvector![0.0, -1.0], 0.0);
+    assert_eq!((found.t[0], found.t.len()), (0.0, 160));
+    // Rest in the plane is no passage.
+    let rest = simulate(
+        &scene,
+        &dvector![0.0],
+        &dvector![0.0],
+        (0.0, 10.0),
+        &SimulateOptions::default(),
+    );
+    let section = Section::Plane {
+        row: dvector![1.0, 1.0],
+        value: 0.0,
+    };
+    let found = poincare_points(&rest.expect("a run"), &section).expect("a section");
+    assert!(found.t.is_empty());
+}
+
+#[test]
+fn a_plane_of_an_orbit_is_passed_once_in_a_round() {
+    let scene = oscillator_at(9.0, 2.4, 1.0);
+    let orbits =
+        periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default()).expect("solved");
+    let orbit = &orbits[0];
+    // The impact makes the speed negative, and it rises through zero once; backwards it does so by the impact.
+    for (row, at_impact) in [(dvector![0.0, 1.0], false), (dvector![0.0, -1.0], true)] {
+        let found = poincare_points(orbit, &Section::Plane { row, value: 0.0 }).expect("a section");
+        assert_eq!(found.t.len(), 1);
+        assert_eq!(found.v[(0, 0)].abs() > 0.1, at_impact, "{found:?}");
+    }
+    for (row, word) in [
+        (dvector![1.0], "(1,)"),
+        (dvector![0.0, 0.0], "zeros"),
+        (dvector![f64::NAN, 0.0], "finite"),
+    ] {
+        let error =
+            poincare_points(orbit, &Section::Plane { row, value: 0.0 }).expect_err("refused");
+        assert!(
+            error.to_string().contains("plane") && error.to_string().contains(word),
+            "{error}"
+        );
+    }
 }

@@ -1,0 +1,254 @@
+"""Attractors: what the motions of a scene settle on, found from many starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact import _core, _workers
+from vibroimpact._core import Orbit, Scene
+from vibroimpact._results import ArrayResult
+from vibroimpact.diagram import Pattern
+
+__all__ = ["Attractor", "Attractors", "find_attractors"]
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor(ArrayResult):
+    """An attractor of a scene of n degrees of freedom.
+
+    Attributes
+    ----------
+    kind : {"periodic", "torus", "chaotic", "rest"}
+        What it is.
+    orbit : Orbit or None
+        The orbit; None of what does not repeat itself, and of what Newton's method does not close.
+    n_periods : int
+        Periods of the forcing in one of its own; 0 where it has none up to the longest that was looked for.
+    points : ndarray, shape (p, 2n)
+        Its states (q, v) at the phase, one after the other; of what does not repeat itself a thousand.
+    exponents : ndarray, shape (2n,)
+        Its Lyapunov exponents [1/s]; empty where an orbit has no multipliers.
+    pattern : list
+        The stops hit in one of its periods, a tuple at one instant; empty where it has none.
+    reason : str
+        Why it has no orbit; empty where it has.
+    fraction : float
+        The part of the starts outside every stop that led to it.
+    """
+
+    kind: str
+    orbit: Orbit | None
+    n_periods: int
+    points: NDArray[np.float64]
+    exponents: NDArray[np.float64]
+    pattern: Pattern
+    reason: str
+    fraction: float
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of an attractor."""
+        self._check_types(
+            {"kind": str, "orbit": (Orbit, type(None)), "n_periods": int, "pattern": list, "reason": str, "fraction": float}
+        )
+        self._check({"points": ("f", np.shape(self.points)[:2]), "exponents": ("f", np.shape(self.exponents)[:1])})
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return its arrays, for ``numpy.savez``."""
+        return {"points": self.points, "exponents": self.exponents}
+
+    def __repr__(self) -> str:
+        """Say what it is."""
+        period = f", {self.n_periods} periods" if self.n_periods else ""
+        hits = f", pattern {self.pattern}" if self.pattern else ""
+        return f"Attractor({self.kind}{period}{hits}, {self.fraction:.3g} of the seeds)"
+
+
+@dataclass(frozen=True, eq=False)
+class Attractors(ArrayResult, Sequence[Attractor]):
+    """The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
+
+    Attributes
+    ----------
+    all : tuple of Attractor
+        The attractors.
+    seeds : ndarray, shape (k, 2n)
+        The starts.
+    of_seed : ndarray of int, shape (k,)
+        Of each start the place of its attractor; -1: undecided, -2: lost, -3: inside a stop.
+    box : ndarray, shape (2n, 2)
+        Low and high of each position, then of each velocity.
+    phase : float
+        The phase of the forcing [rad] at which motions began and points were taken.
+    scene : Scene
+        The scene.
+    """
+
+    scene: Scene
+    all: tuple[Attractor, ...]
+    seeds: NDArray[np.float64]
+    of_seed: NDArray[np.int64]
+    box: NDArray[np.float64]
+    phase: float
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that are none of one search; a list of attractors becomes a tuple."""
+        object.__setattr__(self, "all", tuple(self.all))
+        self._check_types({"scene": Scene, "phase": float})
+        _check_all(self.all)
+        k, width = np.shape(self.seeds)[:1], (2 * self.scene.n_dof,)
+        self._check({"seeds": ("f", k + width), "of_seed": ("i", k), "box": ("f", (*width, 2))})
+
+    def __len__(self) -> int:
+        """Count the attractors."""
+        return len(self.all)
+
+    @overload
+    def __getitem__(self, index: int) -> Attractor: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Attractor, ...]: ...
+    def __getitem__(self, index: int | slice) -> Attractor | tuple[Attractor, ...]:
+        """Return an attractor, or several."""
+        return self.all[index]
+
+    def __iter__(self) -> Iterator[Attractor]:
+        """Go through the attractors."""
+        return iter(self.all)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the search, for ``numpy.savez``."""
+        return {"seeds": self.seeds, "of_seed": self.of_seed, "box": self.box}
+
+    def __repr__(self) -> str:
+        """List the attractors, and the starts that led to none."""
+        left = [(name, int((self.of_seed == code).sum())) for name, code in _LEFT.items()]
+        others = "".join(f", {count} {name}" for name, count in left if count)
+        return f"Attractors({len(self.seeds)} seeds{others}: [{', '.join(map(repr, self.all))}])"
+
+
+def _check_all(attractors: Sequence[Any]) -> None:
+    """Refuse what is no attractor among others."""
+    for k, one in enumerate(attractors):
+        if not isinstance(one, Attractor):
+            message = f"attractors[{k}] is {one!r}, but an Attractor is needed"
+            raise TypeError(message)
+
+
+#: Starts that led to no attractor, as `of_seed` has them.
+_LEFT = {"undecided": -1, "lost": -2, "inside": -3}
+
+
+def _settle(piece: tuple[Any, ...], ask: _workers.Ask) -> list[Any]:
+    arguments: tuple[Any, ...] = (*piece, 1, False, ask)
+    return _core._settle_seeds(*arguments)
+
+
+def find_attractors(
+    scene: Scene,
+    box: ArrayLike,
+    *,
+    seeds: int | ArrayLike = 200,
+    phase: float = 0.0,
+    longest_period: int = 32,
+    transient: int = 200,
+    max_periods: int = 2000,
+    rng: int | np.random.Generator = 0,
+    method: str = "auto",
+    rtol: float = 1e-9,
+    atol: float = 1e-12,
+    workers: _workers.Workers = None,
+    progress: bool = False,
+) -> Attractors:
+    """Find what the motions of a scene settle on, from many starts.
+
+    Each start is followed until it repeats itself, looked at where no impact is near; its orbit is then closed by ``find_orbit``.
+    What does not repeat itself in ``max_periods`` is told by its Lyapunov exponents. Two motions are on one attractor if their
+    points are the same, or, of sets, as near to each other as those of each are among themselves (theory 17).
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene whose forcing has a period.
+    box : array_like, shape (2n, 2)
+        Low and high of each position, then of each velocity.
+    seeds : int or array_like, shape (k, 2n), default 200
+        How many random states of the box are tried, or the states.
+    phase : float, default 0.0
+        The phase of the forcing [rad] at which motions begin and points are taken.
+    longest_period : int, default 32
+        The longest period that is looked for, in periods of the forcing.
+    transient, max_periods : int, default 200 and 2000
+        Periods that are left out, and after which a motion that has not settled is told by its exponents.
+    rng : int or numpy.random.Generator, default 0
+        What random states are drawn with.
+    method, rtol, atol
+        As for ``simulate``.
+    workers : int, Executor or callable, optional
+        As for ``simulate_many``. The bits are the same with any.
+    progress : bool, default False
+        Show a progress bar (needs tqdm).
+
+    Returns
+    -------
+    Attractors
+        A sequence of ``Attractor``, the one that most starts led to first.
+
+    Raises
+    ------
+    ValueError
+        A box of another shape, upside down, not finite or without width; seeds of another shape or not finite; a scene without a
+        forcing period; counts below what they must be.
+
+    Notes
+    -----
+    What is found depends on the starts: an attractor that none of them leads to is not. A motion that stays chaotic up to the end
+    is called so; of one degree of freedom it may still come to rest on a stop later, and be periodic then.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
+    >>> found = vi.find_attractors(scene, [(-3, 1), (-5, 5)], seeds=40)
+    >>> [(one.kind, one.n_periods) for one in found]
+    [('periodic', 1), ('periodic', 3)]
+    """
+    sides = np.array(box, dtype=np.float64)
+    starts = _starts(scene, sides, seeds, rng)
+    rest = (phase, longest_period, transient, max_periods, method, rtol, atol)
+    if not _workers.is_elsewhere(workers):
+        found = _core._settle_seeds(scene, sides, starts, *rest, _workers.threads(workers), progress, None)
+    else:
+        pieces = [(scene, sides, starts[i:j], *rest) for i, j in _workers.bounds(len(starts))]
+        found = [one for part in _workers.run(_settle, pieces, workers, progress=progress) for one in part]
+    seen = [None if isinstance(one, str) else (one[0], one[2], one[3]) for one in found]
+    places, first = _core._group_attractors(seen, sides, scene)
+    of_seed = np.array([place if place >= 0 else _LEFT[one] for place, one in zip(places, found, strict=True)], dtype=np.int64)
+    outside = max(int((of_seed != _LEFT["inside"]).sum()), 1)
+    fractions = [float((of_seed == k).sum() / outside) for k in range(len(first))]
+    all_found = tuple(_attractor(found[i], fraction) for i, fraction in zip(first, fractions, strict=True))
+    return Attractors(scene, all_found, starts, of_seed, sides, float(phase))
+
+
+def _attractor(parts: tuple[Any, ...], fraction: float) -> Attractor:
+    kind, orbit, n_periods, points, exponents, pattern, reason = parts
+    return Attractor(kind, orbit, n_periods, points, exponents, pattern, reason, fraction)
+
+
+def _starts(
+    scene: Scene, sides: NDArray[np.float64], seeds: int | ArrayLike, rng: int | np.random.Generator
+) -> NDArray[np.float64]:
+    """Return the states to begin from, drawn where a number is asked for."""
+    if not isinstance(seeds, (int, np.integer)) or isinstance(seeds, bool):
+        return np.array(seeds, dtype=np.float64)
+    if seeds < 0:
+        message = f"seeds is {seeds}, but it must be at least 0, or states"
+        raise ValueError(message)
+    if sides.shape != (2 * scene.n_dof, 2):
+        message = f"box has shape {sides.shape}, but ({2 * scene.n_dof}, 2) is needed"
+        raise ValueError(message)
+    drawn = np.random.default_rng(rng).random((seeds, len(sides)))
+    return sides[:, 0] + drawn * (sides[:, 1] - sides[:, 0])

@@ -1,0 +1,323 @@
+//! What one motion settles on: it is looked at until it repeats itself, and then closed by Newton's method; what does not is told by its
+//! exponents.
+
+use crate::attractor::attractors::{Attractor, AttractorOptions, StateBox};
+use crate::attractor::kind::AttractorKind;
+use crate::attractor::same::are_points_within;
+use crate::error::{Error, Result};
+use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents_observed};
+use crate::model::{PhysicalState, Scene};
+use crate::observer::ObserverFn;
+use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed};
+use crate::section::{Motion, Section, Sectioned, points_of, repeats_after, settled};
+use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Points that are kept of what does not repeat itself.
+const KEPT: usize = 1000;
+/// A motion this many boxes away from the box has left.
+const FAR: f64 = 1e3;
+/// A motion is on an orbit that is known if its points are, to this part of the box.
+const CLOSE: f64 = 1e-5;
+/// An orbit is that of a motion if it is no farther from it than this part of the motion, over what is left of a deviation in a round.
+const NEAR: f64 = 1e-6;
+
+/// What one motion settles on.
+#[derive(Debug, Clone)]
+pub(crate) enum Found {
+    /// It begins inside a stop.
+    Inside,
+    /// It leaves the surroundings of the box.
+    Lost,
+    /// It was not decided.
+    Undecided,
+    /// An attractor.
+    Attractor(Box<Attractor>),
+}
+
+/// Goes along a motion from a state at a phase of the forcing.
+pub(crate) struct Search<'s> {
+    pub scene: &'s Scene,
+    pub around: &'s StateBox,
+    pub options: &'s AttractorOptions,
+    pub period: f64,
+    /// The time at which the forcing has the phase.
+    pub start: f64,
+    /// Orbits that other starts have led to.
+    pub known: Vec<Attractor>,
+}
+
+impl Search<'_> {
+    /// Whether an orbit is known.
+    pub fn knows(&self, own: &Attractor) -> bool {
+        let widths = self.around.widths();
+        let is_same = |one: &Attractor| are_points_within(&one.points, &own.points, &widths, CLOSE);
+        self.known.iter().any(is_same)
+    }
+
+    /// What the motion from a state settles on.
+    pub fn settle(&self, state: &PhysicalState, go_on: ObserverFn<'_>) -> Result<Found> {
+        let periods = self.options.transient;
+        let run = self.run(state, 0, periods, Keep::Final, go_on);
+        let mut run = match run {
+            Err(error) if error.is_about("q0") => return Ok(Found::Inside),
+            run => run?,
+        };
+        let mut reason = String::new();
+        let mut done = periods;
+        let window = 3 * self.options.longest_period + 4;
+        loop {
+            if self.is_far(&run) {
+                return Ok(Found::Lost);
+            }
+            if run.status() != Status::Finished {
+                return Ok(Found::Undecided);
+            }
+            if done >= self.options.max_periods.max(periods + 1) {
+                break;
+            }
+            run = self.run(&owned(&run), done, window, Keep::Motion, go_on)?;
+            done += window;
+            if run.status() != Status::Finished {
+                continue;
+            }
+            let now = settled(&Motion::Trajectory(&run), self.options.longest_period)?;
+            if now.n_periods == 0 {
+                continue;
+            }
+            if let Some(known) = self.known_one(&run, now.n_periods)? {
+                return Ok(attractor(known.clone()));
+            }
+            match self.polished(&run, now.n_periods, go_on) {
+                Ok(Some(orbit)) => return Ok(attractor(self.periodic(orbit, now.pattern)?)),
+                // It comes nearer slowly: further on it is told again.
+                Ok(None) => {}
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(error) => {
+                    reason = error.to_string();
+                    if done + window > self.options.max_periods {
+                        return Ok(attractor(self.repeating(
+                            &run,
+                            now.n_periods,
+                            now.pattern,
+                            reason,
+                        )?));
+                    }
+                }
+            }
+        }
+        self.by_exponents(&run, done, reason, go_on)
+    }
+
+    /// A run of some periods, from so many after the start.
+    fn run(
+        &self,
+        (q, v): &PhysicalState,
+        first: usize,
+        periods: usize,
+        keep: Keep,
+        go_on: ObserverFn<'_>,
+    ) -> Result<Trajectory> {
+        let options = SimulateOptions {
+            keep,
+            ..self.options.run()
+        };
+        let time = |periods: usize| self.start + self.period * periods as f64;
+        let span = (time(first), time(first + periods));
+        simulate_observed(self.scene, q, v, span, &options, &mut |_| go_on())
+    }
+
+    /// Whether a motion has left the surroundings of the box.
+    fn is_far(&self, run: &Trajectory) -> bool {
+        let StateBox { low, high } = self.around;
+        let widths = self.around.widths();
+        let (q, v) = run.last();
+        let beyond = |(i, x): (usize, &f64)| (low[i] - x).max(x - high[i]) / widths[i];
+        let mut each = q.iter().chain(v.iter()).enumerate().map(beyond);
+        each.any(|beyond| beyond > FAR || beyond.is_nan())
+    }
+
+    /// The orbit that is known of a motion of some periods.
+    fn known_one(&self, run: &Trajectory, n_periods: usize) -> Result<Option<&Attractor>> {
+        let mut known = self
+            .known
+            .iter()
+            .filter(|one| one.n_periods == n_periods)
+            .peekable();
+        if known.peek().is_none() {
+            return Ok(None);
+        }
+        let all = self.points(&Motion::Trajectory(run))?;
+        let last = all.nrows().saturating_sub(n_periods);
+        let points = all.rows_range(last..).into_owned();
+        let widths = self.around.widths();
+        Ok(known.find(|one| are_points_within(&one.points, &points, &widths, CLOSE)))
+    }
+
+    /// The orbit that a motion is near; none where it is another, or unstable.
+    fn polished(
+        &self,
+        run: &Trajectory,
+        n_periods: usize,
+        go_on: ObserverFn<'_>,
+    ) -> Result<Option<PeriodicOrbit>> {
+        let orbit = find_orbit_observed(self.scene, run, Some(n_periods), go_on)?;
+        let stability = orbit.stability_observed(go_on)?;
+        if stability.is_stable == Some(false) {
+            return Ok(None);
+        }
+        let largest = stability
+            .orders
+            .first()
+            .map_or(0.0, OrderMultipliers::spectral_radius);
+        let allowed = NEAR / (1.0 - largest).max(NEAR);
+        // At the phase at which the period begins, between impacts.
+        let (t, period) = (run.t_end(), orbit.period());
+        let late = (run.forcing_phase()(t) - orbit.phase()).rem_euclid(TAU) / TAU * self.period;
+        let (q, v) = run.last();
+        let mut apart = f64::INFINITY;
+        let mut size: f64 = 0.0;
+        for k in 0..n_periods {
+            let (p, u) = orbit.state((late + k as f64 * self.period).rem_euclid(period), true);
+            size = size.max(p.amax()).max(u.amax() * self.period / TAU);
+            let off = (q - p).amax().max((v - u).amax() * self.period / TAU);
+            apart = apart.min(off);
+        }
+        Ok((apart <= allowed * size).then_some(orbit))
+    }
+
+    /// The points of a motion at the phase.
+    fn points(&self, motion: &dyn Sectioned) -> Result<DMatrix<f64>> {
+        let found = points_of(motion, &Section::Phase(self.options.phase))?;
+        Ok(states((&found.q, &found.v)))
+    }
+
+    fn periodic(&self, orbit: PeriodicOrbit, pattern: Pattern) -> Result<Attractor> {
+        let multipliers = &orbit.stability()?.orders;
+        let rates = multipliers.first().map(|order| {
+            let each = order.multipliers.iter();
+            each.map(|mu| mu.norm().ln() / orbit.period()).collect()
+        });
+        let points = self.points(&Motion::Orbit(&orbit))?;
+        let mean = points.row_mean();
+        let moves = points.row_iter().any(|row| row != mean) || !orbit.impacts().is_empty();
+        let is_at_rest = !moves
+            && (0..8).all(|k| {
+                let (q, v) = orbit.state(orbit.period() * f64::from(k) / 8.0, false);
+                let size = q.amax().max(f64::MIN_POSITIVE);
+                v.amax() * self.period <= NEAR * size
+            });
+        Ok(Attractor {
+            kind: if is_at_rest {
+                AttractorKind::Rest
+            } else {
+                AttractorKind::Periodic
+            },
+            n_periods: orbit.n_periods(),
+            points,
+            exponents: rates.unwrap_or_default(),
+            pattern,
+            reason: String::new(),
+            orbit: Some(orbit),
+            fraction: 0.0,
+        })
+    }
+
+    /// What repeats itself and has no orbit, for a reason.
+    fn repeating(
+        &self,
+        run: &Trajectory,
+        n_periods: usize,
+        pattern: Pattern,
+        reason: String,
+    ) -> Result<Attractor> {
+        let all = self.points(&Motion::Trajectory(run))?;
+        let first = all.nrows().saturating_sub(n_periods + 1);
+        let points = all.rows(first, n_periods.min(all.nrows())).into_owned();
+        Ok(Attractor {
+            kind: AttractorKind::Periodic,
+            n_periods,
+            points,
+            exponents: Vec::new(),
+            pattern,
+            reason,
+            orbit: None,
+            fraction: 0.0,
+        })
+    }
+
+    /// What does not repeat itself within the periods looked for.
+    fn by_exponents(
+        &self,
+        run: &Trajectory,
+        done: usize,
+        reason: String,
+        go_on: ObserverFn<'_>,
+    ) -> Result<Found> {
+        let (q, v) = run.last();
+        let time = |periods: usize| self.start + self.period * (done + periods) as f64;
+        let periods = self.options.max_periods.max(KEPT);
+        let span = (time(0), time(periods));
+        let usual = self.options.run();
+        let options = LyapunovOptions {
+            method: usual.method,
+            rtol: usual.rtol,
+            atol: usual.atol,
+            ..LyapunovOptions::default()
+        };
+        let found =
+            lyapunov_exponents_observed(self.scene, q, v, span, &options, &mut |_| go_on())?;
+        let kind = match found.verdict {
+            Attraction::Chaotic => AttractorKind::Chaotic,
+            Attraction::Torus => AttractorKind::Torus,
+            Attraction::Periodic => AttractorKind::Periodic,
+            Attraction::Undecided => return Ok(Found::Undecided),
+        };
+        let sampled = SimulateOptions {
+            keep: Keep::Final,
+            t_eval: Some((periods - KEPT..periods).map(time).collect()),
+            ..usual
+        };
+        let kept = simulate_observed(self.scene, q, v, span, &sampled, &mut |_| go_on())?;
+        let (_, q, v) = kept.samples()?;
+        // What sticks repeats itself, if after more periods than were looked for.
+        let loops = match kind {
+            AttractorKind::Periodic => repeats_after(&q, &v, TAU / self.period, KEPT / 2),
+            _ => 0,
+        };
+        let first = if loops > 0 { q.nrows() - loops } else { 0 };
+        let points = states((&q, &v)).rows_range(first..).into_owned();
+        let longest = self.options.longest_period;
+        let long = || format!("it has no period up to {longest}");
+        let reason = if reason.is_empty() { long() } else { reason };
+        Ok(attractor(Attractor {
+            kind,
+            n_periods: 0,
+            points,
+            exponents: found.exponents,
+            pattern: Pattern::none(),
+            reason,
+            orbit: None,
+            fraction: 0.0,
+        }))
+    }
+}
+
+fn attractor(found: Attractor) -> Found {
+    Found::Attractor(Box::new(found))
+}
+
+/// Rows of positions and of velocities as rows of states.
+fn states((q, v): (&DMatrix<f64>, &DMatrix<f64>)) -> DMatrix<f64> {
+    let n = q.ncols();
+    DMatrix::from_fn(q.nrows(), 2 * n, |k, j| {
+        if j < n { q[(k, j)] } else { v[(k, j - n)] }
+    })
+}
+
+/// The last state of a run.
+fn owned(run: &Trajectory) -> (DVector<f64>, DVector<f64>) {
+    let (q, v) = run.last();
+    (q.clone(), v.clone())
+}

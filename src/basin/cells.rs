@@ -1,0 +1,254 @@
+//! Cells of a basin: each is a function of its state and of the attractors alone.
+
+use crate::attractor::{Attractor, StateBox};
+use crate::basin::label::Label;
+use crate::basin::targets::{Course, Targets};
+use crate::error::{Error, Result};
+use crate::hybrid::AnyLoop;
+use crate::model::{PhysicalState, Scene};
+use crate::observer::ObserverFn;
+use crate::path::Evaluator;
+use crate::quantity::finite;
+use crate::simulate::{Keep, Method, Run, RunVisitor, SimulateOptions, Watcher, visit_runs};
+use crate::sweep::tiles::fill;
+use crate::sweep::{Progress, SweepOptions};
+use nalgebra::DMatrix;
+use std::any::Any;
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Periods for which contacts are sought at once.
+const PERIODS_AT_ONCE: f64 = 24.0;
+/// Cells that a thread takes at a time.
+const TILE: usize = 32;
+
+/// Options of [`basin_cells`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct BasinOptions {
+    /// The phase of the forcing at which the attractors have their points, default 0 \[rad\].
+    pub phase: f64,
+    /// Periods after which a state is left undecided, default 2000.
+    pub max_periods: usize,
+    /// Periods for which a motion must follow an attractor; `None`: three of an orbit's own, 20 of a set.
+    pub hits: Option<usize>,
+    /// As for [`simulate`](crate::simulate()).
+    pub method: Method,
+    /// As for [`simulate`](crate::simulate()).
+    pub rtol: f64,
+    /// As for [`simulate`](crate::simulate()).
+    pub atol: f64,
+    /// Threads.
+    pub sweep: SweepOptions,
+}
+
+impl Default for BasinOptions {
+    fn default() -> Self {
+        let usual = SimulateOptions::default();
+        Self {
+            phase: 0.0,
+            max_periods: 2000,
+            hits: None,
+            method: usual.method,
+            rtol: usual.rtol,
+            atol: usual.atol,
+            sweep: SweepOptions::default(),
+        }
+    }
+}
+
+/// Where states lead to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BasinCells {
+    /// Of each state.
+    pub labels: Vec<Label>,
+    /// Periods until it was decided.
+    pub iterations: Vec<usize>,
+}
+
+/// Where the motions of a scene lead to, from states, one a row, shape `(k, 2n)`, each at a phase of the forcing of its own \[rad\], shape
+/// `(k,)`: to which of some attractors, whose points are at the phase of the options. A motion is on one if it follows it, within a part of
+/// the box and of the distance to the others, for some periods.
+///
+/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+///
+/// # Errors
+/// A scene without a forcing period; states, phases or attractors that do not fit or are not finite; as [`simulate`](crate::simulate()).
+///
+/// # References
+/// Theory section 18.
+pub fn basin_cells(
+    scene: &Scene,
+    attractors: &[Attractor],
+    around: &StateBox,
+    (states, phases): (&DMatrix<f64>, &[f64]),
+    options: &BasinOptions,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<BasinCells> {
+    let width = 2 * scene.n_dof();
+    let shape = |argument: &str, found: (usize, usize), wanted: String| {
+        Err(Error::bad_shape(argument, format!("{found:?}"), wanted))
+    };
+    if states.ncols() != width {
+        return shape("states", states.shape(), format!("(k, {width})"));
+    }
+    if phases.len() != states.nrows() {
+        return shape(
+            "phases",
+            (phases.len(), 1),
+            format!("({}, 1)", states.nrows()),
+        );
+    }
+    for (i, &phase) in phases.iter().enumerate() {
+        finite(&format!("phases[{i}]"), phase)?;
+        if states.row(i).iter().any(|x| !x.is_finite()) {
+            let rule = "every state must be finite";
+            return Err(Error::bad_value(format!("states[{i}]"), f64::NAN, rule));
+        }
+    }
+    if around.low().len() != width {
+        return shape("box", (around.low().len(), 2), format!("({width}, 2)"));
+    }
+    for (k, one) in attractors.iter().enumerate() {
+        if one.points.ncols() != width {
+            return shape(
+                &format!("attractors[{k}].points"),
+                one.points.shape(),
+                format!("(p, {width})"),
+            );
+        }
+    }
+    let Some(period) = scene.period() else {
+        let rule = "motions are looked at once in each period of the forcing: it must have one";
+        return Err(Error::bad_value("scene", "without a forcing period", rule));
+    };
+    let run = SimulateOptions {
+        method: options.method,
+        rtol: options.rtol,
+        atol: options.atol,
+        keep: Keep::Final,
+        ..SimulateOptions::default()
+    };
+    let phase = finite("phase", options.phase)?;
+    let targets = Targets::new(scene, attractors, around, phase, options.hits, &run)?;
+    let mut found = vec![(Label::Undecided, 0); states.nrows()];
+    let cells = Cells {
+        scene,
+        targets: Arc::new(targets),
+        starts: (states, phases),
+        period,
+        options,
+        found: &mut found,
+        observer,
+    };
+    visit_runs(scene, &run, cells)?;
+    let (labels, iterations) = found.into_iter().unzip();
+    Ok(BasinCells { labels, iterations })
+}
+
+/// All cells, by runs of the scene.
+struct Cells<'s> {
+    scene: &'s Scene,
+    targets: Arc<Targets>,
+    starts: (&'s DMatrix<f64>, &'s [f64]),
+    period: f64,
+    options: &'s BasinOptions,
+    found: &'s mut [(Label, usize)],
+    observer: &'s mut dyn FnMut(Progress) -> ControlFlow<()>,
+}
+
+impl RunVisitor for Cells<'_> {
+    type Output = ();
+
+    const BY_EXACT_FLIGHTS: &'static str = "basins with method=\"exact\"";
+
+    fn visit<'a, M: AnyLoop>(
+        self,
+        make: impl Fn() -> Run<'a, M> + Sync,
+        _: Evaluator,
+    ) -> Result<()> {
+        let Self {
+            scene,
+            targets,
+            starts: (states, phases),
+            period,
+            options,
+            found,
+            observer,
+        } = self;
+        let n = scene.n_dof();
+        let own_phase = scene.phase();
+        let turns = |from: f64, to: f64| ((to - from) / TAU).rem_euclid(1.0);
+        let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
+            let row = states.row(i);
+            let part = |first: usize| row.columns(first, n).transpose();
+            let start: f64 = period * turns(own_phase, phases[i]);
+            let first = start + period * turns(phases[i], targets.phase);
+            let looks = Looks {
+                course: Course::new(&targets),
+                targets: Arc::clone(&targets),
+                first,
+                period,
+                count: 0,
+                most: options.max_periods,
+                label: Label::Undecided,
+            };
+            let end = match options.max_periods {
+                0 => start,
+                most => first + period * most as f64,
+            };
+            let done = run.watched(
+                (&part(0), &part(n)),
+                (start, end),
+                (Box::new(looks), PERIODS_AT_ONCE * period),
+                &mut |_| go_on(),
+            );
+            match done {
+                Err(error) if error.is_about("q0") => Ok((Label::Inside, 0)),
+                // It has grown beyond the doubles.
+                Err(error) if error.is_about("t_span") => Ok((Label::Lost, 0)),
+                Err(error) => Err(error.at(format_args!("states[{i}]"))),
+                Ok(done) => {
+                    let looks = done.record.watch.watcher.map(Watcher::into_any);
+                    let looks = looks.and_then(|looks| looks.downcast::<Looks>().ok());
+                    Ok(looks.map_or((Label::Undecided, 0), |looks| (looks.label, looks.count)))
+                }
+            }
+        };
+        fill(found, TILE, options.sweep, || Ok(make()), work, observer)
+    }
+}
+
+/// Looks at one motion until it is decided.
+struct Looks {
+    targets: Arc<Targets>,
+    course: Course,
+    first: f64,
+    period: f64,
+    count: usize,
+    most: usize,
+    label: Label,
+}
+
+impl Watcher for Looks {
+    fn next(&self) -> f64 {
+        self.first + self.period * self.count as f64
+    }
+
+    fn look(&mut self, state: &PhysicalState) -> ControlFlow<()> {
+        self.count += 1;
+        if let Some(label) = self.course.look(&self.targets, state) {
+            self.label = label;
+            return ControlFlow::Break(());
+        }
+        if self.count < self.most {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    }
+
+    fn into_any(self: Box<Self>) -> Box<dyn Any> {
+        self
+    }
+}

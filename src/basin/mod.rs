@@ -1,0 +1,8 @@
+//! Basins: which states of a scene lead to which attractor (theory 18).
+
+mod cells;
+mod label;
+mod targets;
+
+pub use cells::{BasinCells, BasinOptions, basin_cells};
+pub use label::Label;

@@ -1,0 +1,233 @@
+//! Attractors as what motions are held against, once in each period, at a phase that is far from their impacts.
+
+use crate::attractor::{Attractor, AttractorKind, StateBox, spacing};
+use crate::basin::label::Label;
+use crate::error::Result;
+use crate::model::{PhysicalState, Scene};
+use crate::orbit::PeriodicOrbit;
+use crate::section::farthest_from;
+use crate::simulate::{Keep, SimulateOptions, simulate};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Rounds for which a motion must follow an orbit, and periods for which it must stay on a set, by default.
+const ROUNDS: usize = 3;
+const PERIODS: usize = 20;
+/// A motion is on an attractor within this part of the box, if no other is nearer than five times that.
+const NEAR: f64 = 1e-2;
+const OF_OTHERS: f64 = 0.2;
+/// On a set: within so many times the distance at which its points have their neighbours.
+const OF_SPACING: f64 = 4.0;
+/// A motion this many boxes away for so many periods has left.
+const FAR: f64 = 1e3;
+const PERIODS_AWAY: usize = 10;
+
+/// An attractor's points, in parts of the box.
+#[derive(Debug, Clone)]
+struct Target {
+    /// In their order, or of a set in that of the first coordinate.
+    points: Vec<Vec<f64>>,
+    is_set: bool,
+    radius: f64,
+    hits: usize,
+}
+
+/// All attractors at one phase.
+#[derive(Debug, Clone)]
+pub(crate) struct Targets {
+    all: Vec<Target>,
+    low: DVector<f64>,
+    widths: DVector<f64>,
+    /// The phase at which motions are looked at.
+    pub phase: f64,
+}
+
+/// The phase farthest from the impacts of all orbits.
+fn quiet_phase(attractors: &[Attractor], usual: f64) -> f64 {
+    let orbits = attractors.iter().filter_map(|one| one.orbit.as_ref());
+    let impacts = orbits.flat_map(|orbit| orbit.impacts().iter().map(|impact| impact.phase));
+    farthest_from(impacts.collect()).unwrap_or(usual)
+}
+
+/// The points of an attractor at a phase, which it has at another.
+fn points_at(
+    scene: &Scene,
+    one: &Attractor,
+    (from, to): (f64, f64),
+    options: &SimulateOptions,
+) -> Result<DMatrix<f64>> {
+    let (n, period) = (scene.n_dof(), scene.period().unwrap_or_default());
+    let late = |from: f64| ((to - from) / TAU).rem_euclid(1.0) * period;
+    let state = |k: usize| -> Result<PhysicalState> {
+        if let Some(orbit) = &one.orbit {
+            let t = late(orbit.phase()) + k as f64 * period;
+            return Ok(orbit.state(t.rem_euclid(orbit.period()), false));
+        }
+        let row = one.points.row(k);
+        let part = |first: usize| row.columns(first, n).transpose();
+        let start = ((from - scene.phase()) / TAU).rem_euclid(1.0) * period;
+        let keep = SimulateOptions {
+            keep: Keep::Final,
+            ..options.clone()
+        };
+        let run = simulate(
+            scene,
+            &part(0),
+            &part(n),
+            (start, start + late(from)),
+            &keep,
+        )?;
+        Ok((run.last().0.clone(), run.last().1.clone()))
+    };
+    let count = one
+        .orbit
+        .as_ref()
+        .map_or(one.points.nrows(), PeriodicOrbit::n_periods);
+    let states = (0..count).map(state).collect::<Result<Vec<_>>>()?;
+    Ok(DMatrix::from_fn(count, 2 * n, |k, j| {
+        let (q, v) = &states[k];
+        if j < n { q[j] } else { v[j - n] }
+    }))
+}
+
+/// The largest difference.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(x, y)| (x - y).abs())
+        .fold(0.0, f64::max)
+}
+
+impl Targets {
+    /// Attractors whose points are at a phase; so many hits decide, if they are given.
+    pub fn new(
+        scene: &Scene,
+        attractors: &[Attractor],
+        around: &StateBox,
+        phase: f64,
+        hits: Option<usize>,
+        options: &SimulateOptions,
+    ) -> Result<Self> {
+        let (low, widths) = (around.low().clone(), around.widths());
+        let quiet = quiet_phase(attractors, phase);
+        let scaled = |points: &DMatrix<f64>, k: usize| -> Vec<f64> {
+            let places = points.row(k).into_iter().zip(low.iter().zip(widths.iter()));
+            places.map(|(x, (low, width))| (x - low) / width).collect()
+        };
+        let mut all = Vec::with_capacity(attractors.len());
+        for one in attractors {
+            let points = points_at(scene, one, (phase, quiet), options)?;
+            let is_set = one.n_periods == 0 && one.kind != AttractorKind::Rest;
+            let usual = if is_set {
+                PERIODS
+            } else {
+                ROUNDS * points.nrows()
+            };
+            let mut own: Vec<Vec<f64>> = (0..points.nrows()).map(|k| scaled(&points, k)).collect();
+            if is_set {
+                own.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            }
+            all.push(Target {
+                radius: if is_set {
+                    OF_SPACING * spacing(&points, &widths)
+                } else {
+                    NEAR
+                },
+                points: own,
+                is_set,
+                hits: hits.unwrap_or(usual).max(1),
+            });
+        }
+        let nearest = |i: usize| {
+            let others = all.iter().enumerate().filter(|(j, _)| *j != i);
+            let pairs = others.flat_map(|(_, other)| {
+                let own = &all[i].points;
+                own.iter()
+                    .flat_map(move |a| other.points.iter().map(move |b| apart(a, b)))
+            });
+            pairs.fold(f64::INFINITY, f64::min)
+        };
+        let least: Vec<f64> = (0..all.len()).map(nearest).collect();
+        for (target, least) in all.iter_mut().zip(least) {
+            target.radius = target.radius.min(OF_OTHERS * least);
+        }
+        Ok(Self {
+            all,
+            low,
+            widths,
+            phase: quiet,
+        })
+    }
+}
+
+impl Target {
+    /// Whether a point is where the motion must be after it was at another, and where that is; from nowhere, anywhere.
+    fn place(&self, x: &[f64], before: Option<usize>) -> Option<usize> {
+        let is_near = |k: &usize| apart(&self.points[*k], x) <= self.radius;
+        if self.is_set {
+            let from = self
+                .points
+                .partition_point(|point| point[0] < x[0] - self.radius);
+            let to = self
+                .points
+                .partition_point(|point| point[0] <= x[0] + self.radius);
+            return (from..to).find(is_near);
+        }
+        let after = before.map(|k| (k + 1) % self.points.len());
+        after
+            .filter(is_near)
+            .or_else(|| (0..self.points.len()).find(is_near))
+    }
+
+    /// Whether the second place follows the first.
+    fn follows(&self, before: Option<usize>, now: usize) -> bool {
+        self.is_set || before.is_some_and(|k| (k + 1) % self.points.len() == now)
+    }
+}
+
+/// What is seen of one motion, looked at once in each period.
+#[derive(Debug, Clone)]
+pub(crate) struct Course {
+    /// Of each attractor the place where the motion is, and for how many periods it has followed it.
+    followed: Vec<(Option<usize>, usize)>,
+    away: usize,
+    x: Vec<f64>,
+}
+
+impl Course {
+    /// Nothing yet.
+    pub fn new(targets: &Targets) -> Self {
+        Self {
+            followed: vec![(None, 0); targets.all.len()],
+            away: 0,
+            x: Vec::with_capacity(targets.low.len()),
+        }
+    }
+
+    /// The state after another period; what is known then.
+    pub fn look(&mut self, targets: &Targets, (q, v): &PhysicalState) -> Option<Label> {
+        let sides = targets.low.iter().zip(targets.widths.iter());
+        let places = q.iter().chain(v.iter()).zip(sides);
+        self.x.clear();
+        self.x
+            .extend(places.map(|(x, (low, width))| (x - low) / width));
+        let is_away = self.x.iter().any(|x| !(-FAR..=FAR).contains(x));
+        self.away = if is_away { self.away + 1 } else { 0 };
+        if self.away >= PERIODS_AWAY {
+            return Some(Label::Lost);
+        }
+        for (k, (target, (place, hits))) in targets.all.iter().zip(&mut self.followed).enumerate() {
+            let now = target.place(&self.x, *place);
+            *hits = match now {
+                Some(now) if *hits > 0 && target.follows(*place, now) => *hits + 1,
+                Some(_) => 1,
+                None => 0,
+            };
+            *place = now;
+            if *hits >= target.hits {
+                return Some(Label::Attractor(k));
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,395 @@
+//! Follows a motion segment after segment with deviations from it: flights, impacts, impacts that accumulate, landings (theory 16). At a
+//! release nothing happens to them.
+
+use crate::error::{Error, Result};
+use crate::exponents::batches::Batches;
+use crate::exponents::frame::Frame;
+use crate::exponents::tangents::Tangents;
+use crate::hybrid::{Graze, HybridMaps, ImpactAt, SegmentKind, across_impact, across_rest};
+use crate::impact::Impact;
+use crate::linalg::rank::pseudo_inverse;
+use crate::model::DIFFERENCE;
+use crate::observer::is_broken_off;
+use crate::path::Path;
+use crate::tolerance::{AGREED, DEPENDENT, IMPULSE_ROUNDING, UNCOUPLED};
+use nalgebra::{DMatrix, DVector};
+
+/// Ratio of growths over a piece of a flight above which it is cut: the directions would lose their digits to the fastest one.
+const MOST_SPREAD: f64 = 1e8;
+/// The same below which pieces are put together again.
+const LEAST_SPREAD: f64 = 1e3;
+/// Pieces between two questions whether to go on.
+const PIECES_PER_QUESTION: usize = 256;
+
+/// What is counted of a motion while growth is.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Counted {
+    pub impacts: usize,
+    /// Stops that came to be held.
+    pub landings: usize,
+    /// Touches, and impacts too slow to have a derivative.
+    pub grazes: usize,
+    /// Instants at which the order of impacts matters.
+    pub clashes: usize,
+    /// The sum of `ln e^2` of the impacts.
+    pub log_restitution: f64,
+}
+
+/// Deviations that are carried along a motion.
+pub(crate) struct Follower<T> {
+    pub tangents: T,
+    pub frame: Frame,
+    pub batches: Batches,
+    pub counted: Counted,
+    /// Impacts since the last segment.
+    struck: Vec<Impact>,
+    /// The stops held on it.
+    held: Vec<usize>,
+    /// The fastest approach so far.
+    fastest: f64,
+    /// In how many pieces flights are followed now.
+    pieces: usize,
+    /// Pieces since the last question.
+    asked: usize,
+}
+
+impl<T: Tangents> Follower<T> {
+    /// Of a motion with deviations in k directions.
+    pub fn new(tangents: T, frame: Frame, batches: Batches) -> Self {
+        Self {
+            tangents,
+            frame,
+            batches,
+            counted: Counted::default(),
+            struck: Vec::new(),
+            held: Vec::new(),
+            fastest: 0.0,
+            pieces: 1,
+            asked: 0,
+        }
+    }
+
+    /// Follows the next part of the motion.
+    pub fn follow(&mut self, path: &Path, impacts: &[Impact], grazes: &[Graze]) -> Result<()> {
+        let mut impacts = impacts.iter().peekable();
+        for (k, segment) in path.parts.segments.iter().enumerate() {
+            let arcs = &path.parts.arcs[path.parts.arcs_of(k)];
+            let (Some(first), Some(last)) = (arcs.first(), arcs.last()) else {
+                continue;
+            };
+            let (start, end) = (first.clock.time(), last.clock.after(last.span).time());
+            while let Some(impact) = impacts.next_if(|impact| impact.time <= start) {
+                self.struck.push(*impact);
+            }
+            if segment.kind != SegmentKind::Chatter {
+                self.pass_instant(start, &segment.stops)?;
+                let range = path.parts.arcs_of(k);
+                for arcs in T::spans(range) {
+                    let (first, last) = (path.arc(arcs.start), path.arc(arcs.end - 1));
+                    self.tangents.read(path, arcs.start);
+                    let end = last.clock.after(last.span).time();
+                    self.fly(&segment.stops, (first.clock.time(), end))?;
+                    self.tangents.arrive(path, arcs.end - 1);
+                }
+            } else if end > start {
+                self.pass_instant(start, &[])?;
+                self.complete(segment.stops[0], start)?;
+            }
+        }
+        self.struck.extend(impacts);
+        let since = self.batches.start();
+        self.counted.grazes += grazes.iter().filter(|graze| graze.time >= since).count();
+        Ok(())
+    }
+
+    /// Ends the motion at a time.
+    pub fn finish(&mut self, end: f64) -> Result<()> {
+        self.pass_instant(end, &[])?;
+        self.pass_marks(end);
+        Ok(())
+    }
+
+    /// Goes along a flight, or along stops held, from one end of a batch to the next.
+    fn fly(&mut self, held: &[usize], (mut start, end): (f64, f64)) -> Result<()> {
+        loop {
+            self.pass_marks(start);
+            let to = end.min(self.batches.next_mark());
+            if !(self.frame.is_empty() && self.batches.has_begun()) {
+                self.fly_between(held, (start, to))?;
+            }
+            start = to;
+            if to >= end {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Ends the batches that end by a time.
+    fn pass_marks(&mut self, t: f64) {
+        while self.batches.next_mark() <= t {
+            if self.batches.has_begun() {
+                let growth = self.frame.growth();
+                self.batches.pass(&growth);
+            } else {
+                self.batches.begin();
+                self.frame.begin_anew();
+            }
+        }
+    }
+
+    /// Goes on in pieces so short that every direction keeps its digits.
+    fn fly_between(&mut self, held: &[usize], (start, end): (f64, f64)) -> Result<()> {
+        let before = (self.frame.clone(), self.tangents.state().clone());
+        loop {
+            let length = (end - start) / self.pieces as f64;
+            let at = |piece: usize| start + length * piece as f64;
+            let mut spread = 1.0f64;
+            for piece in 0..self.pieces {
+                self.ask()?;
+                let to = if piece + 1 == self.pieces {
+                    end
+                } else {
+                    at(piece + 1)
+                };
+                self.tangents
+                    .fly(held, (at(piece), to), &mut self.frame.columns)?;
+                spread = spread.max(self.frame.orthonormalise());
+                if spread > MOST_SPREAD {
+                    break;
+                }
+            }
+            if spread <= MOST_SPREAD || start + 0.5 * length <= start {
+                if spread < LEAST_SPREAD {
+                    self.pieces = self.pieces.div_ceil(2);
+                }
+                return Ok(());
+            }
+            self.pieces *= 2;
+            self.frame.clone_from(&before.0);
+            self.tangents.state().clone_from(&before.1);
+        }
+    }
+
+    /// Whether to go on.
+    fn ask(&mut self) -> Result<()> {
+        self.asked += 1;
+        if self.asked.is_multiple_of(PIECES_PER_QUESTION) && is_broken_off() {
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    }
+
+    /// What happens between two segments, on the second of which some stops are held.
+    fn pass_instant(&mut self, t: f64, held: &[usize]) -> Result<()> {
+        if !self.struck.is_empty() {
+            let struck = std::mem::take(&mut self.struck);
+            self.strike(&struck, t, held)?;
+            self.struck = struck;
+            self.struck.clear();
+        }
+        let landed = held.iter().filter(|stop| !self.held.contains(stop)).count();
+        if landed > 0 {
+            self.land(t, held, landed)?;
+        }
+        self.held.clear();
+        self.held.extend_from_slice(held);
+        Ok(())
+    }
+
+    /// The impacts of an instant, in their order.
+    fn strike(&mut self, struck: &[Impact], t: f64, held: &[usize]) -> Result<()> {
+        let maps = self.tangents.maps();
+        let is_dead = struck
+            .iter()
+            .any(|impact| maps.restitution(impact.stop) == 0.0);
+        let squares = struck
+            .iter()
+            .map(|impact| maps.restitution(impact.stop).powi(2).ln());
+        let log_restitution: f64 = squares.sum();
+        if self.batches.has_begun() {
+            self.counted.impacts += struck.len();
+            self.counted.log_restitution += log_restitution;
+        }
+        let fastest = struck.iter().map(|impact| impact.approach);
+        self.fastest = fastest.fold(self.fastest, f64::max);
+        if self.frame.is_empty() {
+            return Ok(());
+        }
+        let is_slow = |impact: &Impact| impact.approach <= IMPULSE_ROUNDING * self.fastest;
+        if struck.iter().any(is_slow) {
+            self.counted.grazes += usize::from(self.batches.has_begun());
+            return Ok(());
+        }
+        match struck {
+            [impact] if held.is_empty() && self.held.is_empty() => {
+                self.tangents
+                    .strike(impact.stop, t, &mut self.frame.columns)?;
+            }
+            _ => self.strike_several(struck, t, held)?,
+        }
+        if is_dead {
+            self.frame.collapse(self.frame.columns.nrows() - 1);
+        } else {
+            self.frame.orthonormalise();
+        }
+        Ok(())
+    }
+
+    /// Impacts of several stops, or beside stops held.
+    fn strike_several(&mut self, struck: &[Impact], t: f64, held: &[usize]) -> Result<()> {
+        let before = &self.held;
+        let stops: Vec<usize> = struck.iter().map(|impact| impact.stop).collect();
+        let is_clash = self
+            .tangents
+            .physically(&mut self.frame.columns, |maps, state, own| {
+                let hit: Vec<usize> = (stops.iter().copied())
+                    .filter(|stop| !before.contains(stop))
+                    .collect();
+                let order = Order::of(maps, &hit, t, state)?;
+                let is_joint = order == Order::Coupled || hit.len() < stops.len();
+                let rounds: Vec<usize> = if is_joint {
+                    hit.first().or(stops.first()).copied().into_iter().collect()
+                } else {
+                    hit.clone()
+                };
+                for (i, stop) in rounds.iter().enumerate() {
+                    let single = [*stop];
+                    let instant = ImpactAt {
+                        gap_of: *stop,
+                        struck: if is_joint { &stops } else { &single },
+                        held: (
+                            if i == 0 { before } else { &[] },
+                            if i + 1 == rounds.len() { held } else { &[] },
+                        ),
+                        time: t,
+                    };
+                    across_impact(maps, &instant, state, own)?;
+                }
+                Ok(order != Order::Free)
+            })?;
+        self.counted.clashes += usize::from(is_clash && self.batches.has_begun());
+        Ok(())
+    }
+
+    /// The rest of impacts that accumulate on a stop, from a time on; it is held behind them.
+    fn complete(&mut self, stop: usize, t: f64) -> Result<()> {
+        if self.frame.is_empty() {
+            self.counted.landings += usize::from(self.batches.has_begun());
+        } else {
+            let columns = &mut self.frame.columns;
+            self.tangents.physically(columns, |maps, state, own| {
+                let rest = across_rest(maps, stop, state.amax(), (t, state), own.clone())?;
+                state.clone_from(&rest.state);
+                *own = rest.held(maps, &[stop])?;
+                Ok(())
+            })?;
+            self.land(t, &[stop], 1)?;
+        }
+        self.held = vec![stop];
+        Ok(())
+    }
+
+    /// Some stops are held from now on: what would leave them is gone, along their reactions.
+    fn land(&mut self, t: f64, held: &[usize], landed: usize) -> Result<()> {
+        self.counted.landings += if self.batches.has_begun() { landed } else { 0 };
+        if self.frame.is_empty() {
+            return Ok(());
+        }
+        let columns = &mut self.frame.columns;
+        let gone = self.tangents.physically(columns, |maps, state, own| {
+            let (rows, reactions) = contact_directions(maps, held, t, state)?;
+            let give = &rows * &reactions;
+            let inverse = pseudo_inverse(&give, DEPENDENT * give.amax())?;
+            let taken = reactions * (inverse * rows);
+            *own -= &taken * &*own;
+            Ok(taken.trace().round() as usize)
+        })?;
+        self.frame
+            .collapse(self.frame.columns.nrows().saturating_sub(gone));
+        Ok(())
+    }
+}
+
+/// What the order of impacts on several stops at one instant means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Order {
+    /// Nothing.
+    Free,
+    /// An impact on one changes the speed at another: the outcome jumps.
+    Coupled,
+    /// Each is by itself, but what becomes of deviations depends on it.
+    Matters,
+}
+
+impl Order {
+    fn of<M: HybridMaps>(maps: &M, stops: &[usize], t: f64, state: &DVector<f64>) -> Result<Self> {
+        let mut found = Self::Free;
+        for (i, &one) in stops.iter().enumerate() {
+            for &other in &stops[i + 1..] {
+                let (b, n) = (
+                    maps.reaction(one, state)?,
+                    maps.gap(other, t, state)?.gradient,
+                );
+                let (c, m) = (
+                    maps.reaction(other, state)?,
+                    maps.gap(one, t, state)?.gradient,
+                );
+                if b.dot(&n).abs() > UNCOUPLED * b.norm() * n.norm()
+                    || c.dot(&m).abs() > UNCOUPLED * c.norm() * m.norm()
+                {
+                    return Ok(Self::Coupled);
+                }
+                let both = |pair: [usize; 2]| -> Result<DMatrix<f64>> {
+                    let (mut x, mut own) =
+                        (state.clone(), DMatrix::identity(state.len(), state.len()));
+                    for stop in pair {
+                        let instant = ImpactAt {
+                            gap_of: stop,
+                            struck: &[stop],
+                            held: (&[], &[]),
+                            time: t,
+                        };
+                        across_impact(maps, &instant, &mut x, &mut own)?;
+                    }
+                    Ok(own)
+                };
+                let (first, second) = (both([one, other])?, both([other, one])?);
+                if (&first - second).amax() > AGREED * first.amax() {
+                    found = Self::Matters;
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The rows that gaps and their speeds are by (q, v), and the directions in which contact moves these, of stops that are held.
+fn contact_directions<M: HybridMaps>(
+    maps: &M,
+    held: &[usize],
+    t: f64,
+    state: &DVector<f64>,
+) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+    let (count, n) = (held.len(), state.len() / 2);
+    let mut rows = DMatrix::zeros(2 * count, 2 * n);
+    let mut reactions = DMatrix::zeros(2 * n, 2 * count);
+    for (k, &stop) in held.iter().enumerate() {
+        let gradient = maps.gap(stop, t, state)?.gradient;
+        let reaction = maps.reaction(stop, state)?;
+        let reach = state.rows(0, n).amax();
+        let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 };
+        for j in 0..n {
+            let speed = |step: f64| -> Result<f64> {
+                let mut there = state.clone();
+                there[j] += step;
+                Ok(maps.gap(stop, t, &there)?.gradient.dot(&state.rows(n, n)))
+            };
+            rows[(count + k, j)] = (speed(step)? - speed(-step)?) / (2.0 * step);
+            rows[(k, j)] = gradient[j];
+            rows[(count + k, n + j)] = gradient[j];
+            reactions[(j, k)] = reaction[j];
+            reactions[(n + j, count + k)] = reaction[j];
+        }
+    }
+    Ok((rows, reactions))
+}

@@ -1,0 +1,175 @@
+//! An orthonormal frame of deviations that is carried along a motion, and how its columns grow.
+
+use nalgebra::DMatrix;
+
+/// What is left of a direction below this part of the largest is rounding: there is none.
+const NOTHING: f64 = 1e-12;
+
+/// Products of lengths stay within these, so that few logarithms are taken.
+const USUAL: std::ops::Range<f64> = 1e-100..1e100;
+
+/// Deviations from a motion, one a column, each the one that an exponent belongs to; those that contact has taken away are gone.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
+    pub columns: DMatrix<f64>,
+    /// The exponent of each column.
+    owner: Vec<usize>,
+    /// How much the direction of each exponent has grown: a logarithm, minus infinity where it is gone, and a factor beside it.
+    growth: Vec<(f64, f64)>,
+}
+
+impl Frame {
+    /// The first k directions of so many dimensions.
+    pub fn new(dimensions: usize, k: usize) -> Self {
+        Self {
+            columns: DMatrix::identity(dimensions, k),
+            owner: (0..k).collect(),
+            growth: vec![(0.0, 1.0); k],
+        }
+    }
+
+    /// Logarithms of how much the direction of each exponent has grown: minus infinity where it is gone.
+    pub fn growth(&self) -> Vec<f64> {
+        let each = self.growth.iter();
+        each.map(|(log, factor)| log + factor.ln()).collect()
+    }
+
+    /// Whether nothing is left that could grow.
+    pub fn is_empty(&self) -> bool {
+        self.owner.is_empty()
+    }
+
+    /// Counts growth from here on, of all directions: those that are gone are given back, at right angles to those that are left.
+    pub fn begin_anew(&mut self) {
+        let dimensions = self.columns.nrows();
+        let k = self.growth.len();
+        let mut all: Vec<_> = self
+            .columns
+            .column_iter()
+            .map(nalgebra::Matrix::into_owned)
+            .collect();
+        let mut units = (0..dimensions).map(|i| {
+            DMatrix::<f64>::identity(dimensions, dimensions)
+                .column(i)
+                .into_owned()
+        });
+        while all.len() < k
+            && let Some(mut unit) = units.next()
+        {
+            for _ in 0..2 {
+                for known in &all {
+                    unit -= known * known.dot(&unit);
+                }
+            }
+            // Of as many unit vectors as there are dimensions enough are this far from what is known.
+            let norm = unit.norm();
+            if norm > 0.5 / (dimensions as f64).sqrt() {
+                all.push(unit / norm);
+            }
+        }
+        self.columns = DMatrix::from_columns(&all);
+        self.owner = (0..k).collect();
+        self.growth = vec![(0.0, 1.0); k];
+    }
+
+    /// Makes the columns orthonormal again, in their order, and takes note of how they have grown. The ratio of the most to the least, up
+    /// to which digits are lost.
+    pub fn orthonormalise(&mut self) -> f64 {
+        let (mut most, mut least) = (0.0f64, f64::INFINITY);
+        for j in 0..self.owner.len() {
+            let length = self.straightened(j);
+            self.grow(j, length);
+            (most, least) = (most.max(length), least.min(length));
+        }
+        most / least
+    }
+
+    /// The same behind a contact that leaves no more than so many directions: the others are gone.
+    pub fn collapse(&mut self, left: usize) {
+        let sizes = self.columns.column_iter().map(|c| c.norm());
+        let size = sizes.fold(0.0, f64::max);
+        let mut j = 0;
+        while j < self.owner.len() {
+            let length = if j < left { self.straightened(j) } else { 0.0 };
+            if length > NOTHING * size {
+                self.grow(j, length);
+                j += 1;
+            } else {
+                let columns = std::mem::take(&mut self.columns);
+                self.columns = columns.remove_column(j);
+                self.growth[self.owner.remove(j)] = (f64::NEG_INFINITY, 1.0);
+            }
+        }
+    }
+
+    /// Makes column j, of a length, one of length one.
+    fn grow(&mut self, j: usize, length: f64) {
+        self.columns.column_mut(j).unscale_mut(length);
+        let (log, factor) = &mut self.growth[self.owner[j]];
+        *factor *= length;
+        if !USUAL.contains(factor) {
+            *log += factor.ln();
+            *factor = 1.0;
+        }
+    }
+
+    /// Takes what column j has of those before it away, and gives its length.
+    fn straightened(&mut self, j: usize) -> f64 {
+        let (before, mut rest) = self.columns.columns_range_pair_mut(..j, j..);
+        let mut column = rest.column_mut(0);
+        // Twice is enough.
+        for _ in 0..if j > 0 { 2 } else { 0 } {
+            for other in before.column_iter() {
+                let part = column.dot(&other);
+                column.axpy(-part, &other, 1.0);
+            }
+        }
+        column.norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn growth_is_that_of_areas() {
+        let mut frame = Frame::new(3, 3);
+        let map = dmatrix![2.0, 1.0, 0.0; 0.0, 0.5, 3.0; 1.0, 0.0, 0.1];
+        for _ in 0..5 {
+            frame.columns = &map * &frame.columns;
+            assert!(frame.orthonormalise() < 100.0);
+            let gram = frame.columns.tr_mul(&frame.columns);
+            assert!((gram - DMatrix::identity(3, 3)).amax() < 1e-15);
+        }
+        let whole: f64 = frame.growth().iter().sum();
+        assert!((whole - 5.0 * map.determinant().abs().ln()).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_is_gone_is_gone_until_it_is_given_back() {
+        let mut frame = Frame::new(4, 3);
+        frame.columns = DMatrix::from_fn(4, 3, |i, j| ((3 * i + 5 * j) as f64).sin());
+        frame.columns.row_mut(1).fill(0.0);
+        frame.columns.row_mut(3).fill(0.0);
+        frame.collapse(2);
+        assert_eq!(frame.columns.ncols(), 2);
+        assert_eq!(frame.growth()[2], f64::NEG_INFINITY);
+        assert!(frame.growth()[0].is_finite() && frame.growth()[1].is_finite());
+        // By rank as by rule.
+        let mut by_rank = Frame::new(4, 3);
+        by_rank.columns = DMatrix::from_fn(4, 3, |i, j| ((3 * i + 5 * j) as f64).sin());
+        by_rank.columns.row_mut(1).fill(0.0);
+        by_rank.columns.row_mut(3).fill(0.0);
+        by_rank.collapse(4);
+        assert_eq!(by_rank.growth(), frame.growth());
+        frame.begin_anew();
+        let gram = frame.columns.tr_mul(&frame.columns);
+        assert!((gram - DMatrix::identity(3, 3)).amax() < 1e-15);
+        assert_eq!(frame.growth(), [0.0; 3]);
+        frame.columns.fill(0.0);
+        frame.collapse(4);
+        assert!(frame.is_empty());
+    }
+}

@@ -1,0 +1,85 @@
+//! Deviations from a motion that is integrated: by the variational equations, to the tolerance of the run.
+
+use crate::error::Result;
+use crate::exponents::tangents::Tangents;
+use crate::flow::steps::Tolerance;
+use crate::hybrid::{ImpactAt, IntegratedMaps, across_impact, joined};
+use crate::model::Scene;
+use crate::path::{Evaluator, Path};
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// The state where the motion is.
+pub(crate) struct IntegratedTangents {
+    maps: IntegratedMaps,
+    tolerance: Tolerance,
+    state: DVector<f64>,
+}
+
+impl IntegratedTangents {
+    /// Those of a scene, to a tolerance.
+    pub fn new(scene: &Scene, tolerance: Tolerance) -> Self {
+        Self {
+            maps: IntegratedMaps::new(scene, scene.phase()),
+            tolerance,
+            state: DVector::zeros(2 * scene.n_dof()),
+        }
+    }
+}
+
+impl Tangents for IntegratedTangents {
+    type Maps = IntegratedMaps;
+    type State = DVector<f64>;
+
+    fn maps(&self) -> &IntegratedMaps {
+        &self.maps
+    }
+
+    fn state(&mut self) -> &mut DVector<f64> {
+        &mut self.state
+    }
+
+    fn hold(&mut self, _evaluator: &Evaluator) {}
+
+    /// All: the equations are integrated by steps of their own.
+    fn spans(arcs: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        std::iter::once(arcs)
+    }
+
+    fn read(&mut self, path: &Path, arc: usize) {
+        self.state = joined(&path.state_in(arc, 0.0));
+    }
+
+    /// The run knows its impacts to its tolerance.
+    fn arrive(&mut self, path: &Path, arc: usize) {
+        self.state = joined(&path.state_in(arc, path.arc(arc).span));
+    }
+
+    fn fly(
+        &mut self,
+        held: &[usize],
+        span: (f64, f64),
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<()> {
+        self.maps
+            .flow_to(self.tolerance, held, span, &mut self.state, deviations)
+    }
+
+    fn strike(&mut self, stop: usize, time: f64, deviations: &mut DMatrix<f64>) -> Result<()> {
+        let instant = ImpactAt {
+            gap_of: stop,
+            struck: &[stop],
+            held: (&[], &[]),
+            time,
+        };
+        across_impact(&self.maps, &instant, &mut self.state, deviations)
+    }
+
+    fn physically<R>(
+        &mut self,
+        deviations: &mut DMatrix<f64>,
+        work: impl FnOnce(&IntegratedMaps, &mut DVector<f64>, &mut DMatrix<f64>) -> Result<R>,
+    ) -> Result<R> {
+        work(&self.maps, &mut self.state, deviations)
+    }
+}

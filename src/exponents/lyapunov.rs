@@ -1,0 +1,311 @@
+//! Lyapunov exponents of a motion.
+
+use crate::error::{Error, Result};
+use crate::exponents::batches::Batches;
+use crate::exponents::follower::{Counted, Follower};
+use crate::exponents::frame::Frame;
+use crate::exponents::integrated_tangents::IntegratedTangents;
+use crate::exponents::modal_tangents::ModalTangents;
+use crate::exponents::tangents::Tangents;
+use crate::exponents::verdict::{Attraction, Drive, verdict};
+use crate::flow::TimedScene;
+use crate::hybrid::AnyLoop;
+use crate::model::{Forcing, Scene};
+use crate::path::Evaluator;
+use crate::quantity::{finite_vector, room_for};
+use crate::simulate::{Keep, Method, Piece, Run, RunVisitor, SimulateOptions, Status, visit_runs};
+use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
+
+/// Pieces in which a motion without a period is integrated.
+const PIECES: f64 = 1000.0;
+
+/// Options of [`lyapunov_exponents`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LyapunovOptions {
+    /// Time at the start that does not count, default 0 \[s\].
+    pub skip: f64,
+    /// How many exponents are wanted, the largest; default all 2n.
+    pub n_exponents: Option<usize>,
+    /// As for [`simulate`](crate::simulate()).
+    pub method: Method,
+    /// As for [`simulate`](crate::simulate()); deviations from a motion that is integrated have the same.
+    pub rtol: f64,
+    /// As for [`simulate`](crate::simulate()).
+    pub atol: f64,
+}
+
+impl Default for LyapunovOptions {
+    fn default() -> Self {
+        let usual = SimulateOptions::default();
+        Self {
+            skip: 0.0,
+            n_exponents: None,
+            method: usual.method,
+            rtol: usual.rtol,
+            atol: usual.atol,
+        }
+    }
+}
+
+/// How fast deviations from a motion grow, in k directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LyapunovExponents {
+    /// Growth per unit time, the largest first; minus infinity where contact takes a direction away. Shape `(k,)`.
+    pub exponents: Vec<f64>,
+    /// Standard errors from the means of batches; NaN where time is too short for two of them, zero of minus infinity. Shape `(k,)`.
+    pub errors: Vec<f64>,
+    /// The sum of all 2n; NaN where fewer are asked for.
+    pub sum: f64,
+    /// The sum as damping and restitution make it, of linear scenes while nothing sticks; else NaN.
+    pub expected_sum: f64,
+    /// Growth per unit time in each of b batches of equal length, at most 20, each with at least 50 returns (periods of the forcing, or
+    /// impacts without one); one where there are fewer than 100. Shape `(b, k)`.
+    pub history: DMatrix<f64>,
+    /// Impacts in the time that counts.
+    pub n_impacts: usize,
+    /// How often a stop came to be held in it.
+    pub n_landings: usize,
+    /// Touches in it, and impacts too slow to have a derivative, which deviations pass by.
+    pub n_grazes: usize,
+    /// Instants in it at which several stops were hit and their order matters: deviations have no derivative there.
+    pub n_clashes: usize,
+    /// What the motion settles on, as far as the exponents tell.
+    pub verdict: Attraction,
+    /// How the run ended.
+    pub status: Status,
+}
+
+/// How fast small deviations from a motion grow.
+///
+/// # Errors
+/// As [`simulate`](crate::simulate()); a `skip` that is negative or not shorter than the span; a number of exponents that is none of
+/// 1 to 2n.
+///
+/// # References
+/// Theory section 16; G. Benettin, L. Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9; P. Mueller, Chaos, Solitons and
+/// Fractals 5 (1995) 1671.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Attraction, Harmonic, LinearSystem, LyapunovOptions, Scene, Stop, lyapunov_exponents};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![5.0.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let options = LyapunovOptions { skip: 500.0, ..LyapunovOptions::default() };
+/// let found = lyapunov_exponents(&scene, &dvector![0.0], &dvector![0.0], (0.0, 5000.0), &options)?;
+/// assert_eq!(found.verdict, Attraction::Chaotic);
+/// assert!((found.sum - found.expected_sum).abs() < 1e-6);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn lyapunov_exponents(
+    scene: &Scene,
+    q0: &DVector<f64>,
+    v0: &DVector<f64>,
+    t_span: (f64, f64),
+    options: &LyapunovOptions,
+) -> Result<LyapunovExponents> {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    lyapunov_exponents_observed(scene, q0, v0, t_span, options, go_on)
+}
+
+/// [`lyapunov_exponents`], asking `observer` from time to time, with the time reached, whether to go on.
+///
+/// # Errors
+/// As [`lyapunov_exponents`]; `Error::Interrupted` when the observer breaks off.
+pub fn lyapunov_exponents_observed(
+    scene: &Scene,
+    q0: &DVector<f64>,
+    v0: &DVector<f64>,
+    t_span: (f64, f64),
+    options: &LyapunovOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<LyapunovExponents> {
+    let n = scene.n_dof();
+    finite_vector("q0", q0, n)?;
+    finite_vector("v0", v0, n)?;
+    let run = SimulateOptions {
+        method: options.method,
+        rtol: options.rtol,
+        atol: options.atol,
+        keep: Keep::Motion,
+        ..SimulateOptions::default()
+    };
+    run.check(t_span)?;
+    scene.check_span(t_span)?;
+    let length = t_span.1 - t_span.0;
+    if !(options.skip >= 0.0 && options.skip < length) {
+        let rule = format!("it must be at least 0 and shorter than the span of {length}");
+        return Err(Error::bad_value("skip", options.skip, rule));
+    }
+    let k = options.n_exponents.unwrap_or(2 * n);
+    if k == 0 || k > 2 * n {
+        let rule = format!("it must be at least 1 and at most {}", 2 * n);
+        return Err(Error::bad_value("n_exponents", k, rule));
+    }
+    room_for("deviations from the motion", 4 * n, 2 * n)?;
+    let exponents = Exponents {
+        scene,
+        start: (q0, v0),
+        t_span,
+        options: &run,
+        frame: Frame::new(2 * n, k),
+        batches: Batches::new((t_span.0 + options.skip, t_span.1)),
+        observer,
+    };
+    let (followed, ended) = visit_runs(scene, &run, exponents)?;
+    Ok(gathered(scene, &followed, ended))
+}
+
+/// What following a motion has left.
+struct Followed {
+    frame: Frame,
+    batches: Batches,
+    counted: Counted,
+}
+
+/// A run with deviations from it.
+struct Exponents<'s> {
+    scene: &'s Scene,
+    start: (&'s DVector<f64>, &'s DVector<f64>),
+    t_span: (f64, f64),
+    options: &'s SimulateOptions,
+    frame: Frame,
+    batches: Batches,
+    observer: &'s mut dyn FnMut(f64) -> ControlFlow<()>,
+}
+
+impl RunVisitor for Exponents<'_> {
+    type Output = (Followed, (f64, Status));
+
+    const BY_EXACT_FLIGHTS: &'static str = "lyapunov_exponents with method=\"exact\"";
+
+    fn visit<'a, M: AnyLoop>(
+        self,
+        make: impl Fn() -> Run<'a, M> + Sync,
+        evaluator: Evaluator,
+    ) -> Result<Self::Output> {
+        if matches!(evaluator, Evaluator::Exact { .. }) {
+            let timed = TimedScene::of(self.scene, Self::BY_EXACT_FLIGHTS)?;
+            let tangents = ModalTangents::new(&timed);
+            return self.along(make(), evaluator, tangents, None);
+        }
+        let tangents = IntegratedTangents::new(self.scene, self.options.tolerance());
+        let whole = (self.t_span.1 - self.t_span.0) / PIECES;
+        let every = self
+            .scene
+            .period()
+            .map_or(whole, |period| period.min(whole));
+        self.along(make(), evaluator, tangents, Some(every))
+    }
+}
+
+impl Exponents<'_> {
+    /// Follows a run, in pieces of some time where it has steps.
+    fn along<M: AnyLoop, T: Tangents>(
+        self,
+        mut run: Run<'_, M>,
+        evaluator: Evaluator,
+        tangents: T,
+        every: Option<f64>,
+    ) -> Result<(Followed, (f64, Status))> {
+        let mut follower = Follower::new(tangents, self.frame, self.batches);
+        let n_dof = run.n_dof;
+        let take = &mut |mut piece: Piece| {
+            let path = piece.path(evaluator.clone(), n_dof);
+            follower.tangents.hold(&path.evaluator);
+            follower.follow(&path, &piece.impacts, &piece.grazes)
+        };
+        let (q0, v0) = self.start;
+        let ending = run.in_pieces((q0, v0), self.t_span, every, self.observer, take)?;
+        follower.finish(ending.time)?;
+        let followed = Followed {
+            frame: follower.frame,
+            batches: follower.batches,
+            counted: follower.counted,
+        };
+        Ok((followed, (ending.time, ending.status)))
+    }
+}
+
+/// What drives a scene.
+fn drive(scene: &Scene) -> Drive {
+    let excitation = scene.excitation();
+    if !excitation.signals.is_empty() {
+        Drive::Signals
+    } else if scene.period().is_some() {
+        Drive::Periodic
+    } else if matches!(scene.forcing(), Forcing::Unforced) {
+        Drive::None
+    } else {
+        Drive::Tones
+    }
+}
+
+/// The exponents of a motion that was followed to a time.
+fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) -> LyapunovExponents {
+    let Followed {
+        frame,
+        batches,
+        counted,
+    } = followed;
+    let time = end - batches.start();
+    let returns = match scene.period() {
+        Some(period) => (time / period) as usize,
+        None => counted.impacts,
+    };
+    let means = batches.means(returns);
+    let each = frame.growth();
+    let each: Vec<f64> = each.into_iter().map(|growth| growth / time).collect();
+    let mut order: Vec<usize> = (0..each.len()).collect();
+    order.sort_by(|&a, &b| each[b].total_cmp(&each[a]));
+    let sorted = |of: &[f64]| -> Vec<f64> { order.iter().map(|&i| of[i]).collect() };
+    let exponents = sorted(&each);
+    let errors = if means.errors.is_empty() {
+        vec![f64::NAN; each.len()]
+    } else {
+        sorted(&means.errors)
+    };
+    let is_whole = exponents.len() == 2 * scene.n_dof();
+    let sum = if is_whole {
+        exponents.iter().sum()
+    } else {
+        f64::NAN
+    };
+    let found = if status == Status::Finished && counted.clashes == 0 {
+        verdict(&exponents, &errors, drive(scene), 1.0 / time)
+    } else {
+        Attraction::Undecided
+    };
+    LyapunovExponents {
+        sum,
+        expected_sum: expected_sum(scene, counted, time),
+        history: DMatrix::from_fn(means.history.len(), each.len(), |b, i| {
+            means.history[b][order[i]]
+        }),
+        exponents,
+        errors,
+        n_impacts: counted.impacts,
+        n_landings: counted.landings,
+        n_grazes: counted.grazes,
+        n_clashes: counted.clashes,
+        verdict: found,
+        status,
+    }
+}
+
+/// `-tr(M^-1 C) + sum ln e^2 / time` of a linear scene on which nothing came to be held.
+fn expected_sum(scene: &Scene, counted: &Counted, time: f64) -> f64 {
+    let Ok(system) = scene.linear_system("the sum of exponents") else {
+        return f64::NAN;
+    };
+    if counted.landings > 0 {
+        return f64::NAN;
+    }
+    let damping = system.damping().to_dense();
+    let trace: f64 = (0..system.n_dof())
+        .map(|j| system.solve_mass(&damping.column(j).into_owned())[j])
+        .sum();
+    counted.log_restitution / time - trace
+}

@@ -1,0 +1,15 @@
+//! Lyapunov exponents: how fast small deviations from a motion grow (theory 16).
+
+mod batches;
+mod follower;
+mod frame;
+mod integrated_tangents;
+mod lyapunov;
+mod modal_tangents;
+mod tangents;
+mod verdict;
+
+pub use lyapunov::{
+    LyapunovExponents, LyapunovOptions, lyapunov_exponents, lyapunov_exponents_observed,
+};
+pub use verdict::Attraction;

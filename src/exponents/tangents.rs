@@ -1,0 +1,43 @@
+//! What carries deviations along a motion that is known, in coordinates of its own.
+
+use crate::error::Result;
+use crate::hybrid::HybridMaps;
+use crate::path::{Evaluator, Path};
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// A motion, where it is, with what deviations from it become.
+pub(crate) trait Tangents {
+    /// The maps of its instants, in (q, v).
+    type Maps: HybridMaps;
+    /// What its state is.
+    type State: Clone;
+
+    fn maps(&self) -> &Self::Maps;
+    /// The state where it is.
+    fn state(&mut self) -> &mut Self::State;
+
+    /// Takes the motions while stops are held, which what reads a path knows.
+    fn hold(&mut self, evaluator: &Evaluator);
+    /// The arcs of a segment, in spans over which the motion goes on by itself from where it begins.
+    fn spans(arcs: Range<usize>) -> impl Iterator<Item = Range<usize>>;
+    /// Goes to the beginning of an arc of a path.
+    fn read(&mut self, path: &Path, arc: usize);
+    /// Is at the end of an arc of a path, to which it has flown.
+    fn arrive(&mut self, path: &Path, arc: usize);
+    /// Goes on over a span of time while some stops are held.
+    fn fly(
+        &mut self,
+        held: &[usize],
+        span: (f64, f64),
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<()>;
+    /// The impact on one stop while none is held.
+    fn strike(&mut self, stop: usize, time: f64, deviations: &mut DMatrix<f64>) -> Result<()>;
+    /// Does something to the state and to deviations from it as position and velocity.
+    fn physically<R>(
+        &mut self,
+        deviations: &mut DMatrix<f64>,
+        work: impl FnOnce(&Self::Maps, &mut DVector<f64>, &mut DMatrix<f64>) -> Result<R>,
+    ) -> Result<R>;
+}

@@ -1,0 +1,97 @@
+//! Where a motion passes through a plane of its states upwards. On each arc the quantity is followed by polynomials to its rounding, and these
+//! have all their changes of sign found: between two arcs, at an impact too, a change is one of the instant.
+
+use crate::contact::roots::{roots_of, value as value_of};
+use crate::error::Result;
+use crate::model::PhysicalState;
+use crate::model::chebyshev::{NODES, polynomial_pieces};
+use crate::path::Path;
+use crate::section::motion::Sectioned;
+use crate::tolerance::{ROOM_ROUNDING, TIME_ROUNDING};
+use nalgebra::DVector;
+
+/// The times at which `row.(q, v)` rises through a value, with the states there.
+pub(super) fn crossings(
+    motion: &dyn Sectioned,
+    row: &DVector<f64>,
+    value: f64,
+) -> Result<Vec<(f64, PhysicalState)>> {
+    let mut found: Vec<(f64, PhysicalState)> = Vec::new();
+    let mut is_above = None;
+    for path in motion.paths()? {
+        for arc in 0..path.parts.arcs.len() {
+            let clock = path.arc(arc).clock;
+            for local in rises(path, arc, (row, value), &mut is_above)? {
+                found.push((clock.after(local).time(), path.state_in(arc, local)));
+            }
+        }
+    }
+    let (start, end) = motion.span();
+    for (t, _) in &mut found {
+        *t = t.clamp(start, end);
+    }
+    // What closes has its end at its start.
+    let rounding = TIME_ROUNDING * (start.abs().max(end.abs()));
+    let is_twice = |found: &[(f64, PhysicalState)]| {
+        let [first, .., last] = found else {
+            return false;
+        };
+        first.0 - start <= rounding && end - last.0 <= rounding
+    };
+    if motion.is_closed() && is_twice(&found) {
+        found.pop();
+    }
+    Ok(found)
+}
+
+/// The times after the start of an arc at which the quantity rises through its value; whether it was above it before, and is behind.
+fn rises(
+    path: &Path,
+    arc: usize,
+    (row, value): (&DVector<f64>, f64),
+    is_above: &mut Option<bool>,
+) -> Result<Vec<f64>> {
+    let n = path.n_dof;
+    let at = |local: f64| {
+        let (q, v) = path.state_in(arc, local);
+        let terms = q.iter().chain(v.iter()).zip(row).map(|(x, r)| x * r);
+        let size = terms.clone().map(f64::abs).sum::<f64>() + value.abs();
+        (terms.sum::<f64>() - value, size)
+    };
+    debug_assert_eq!(row.len(), 2 * n);
+    let span = path.arc(arc).span;
+    let looks = if span > 0.0 { 2 * NODES } else { 1 };
+    let looks: Vec<(f64, f64)> = (0..looks)
+        .map(|k| at(span * k as f64 / (2 * NODES - 1) as f64))
+        .collect();
+    let rounding = ROOM_ROUNDING * looks.iter().fold(0.0, |most: f64, look| most.max(look.1));
+    if looks.iter().all(|look| look.0.abs() <= rounding) {
+        // It stays in the plane.
+        return Ok(Vec::new());
+    }
+    if is_above.is_none() && looks[0].0.abs() <= rounding {
+        // A start in the plane is one below it.
+        *is_above = Some(false);
+    }
+    let mut rises = Vec::new();
+    let mut pass = |local: f64, above: bool| {
+        if above && *is_above == Some(false) {
+            rises.push(local);
+        }
+        *is_above = Some(above);
+    };
+    if looks.len() == 1 {
+        pass(0.0, looks[0].0 > 0.0);
+        return Ok(rises);
+    }
+    let mut function = |times: &[f64]| Ok(times.iter().map(|&t| at(t).0).collect());
+    for piece in polynomial_pieces(&mut function, (0.0, span), rounding)? {
+        let mut above = value_of(&piece.powers, 0.0) > 0.0;
+        pass(piece.start, above);
+        for x in roots_of::<NODES>(&piece.powers).slice() {
+            above = !above;
+            pass(piece.start + x * (piece.end - piece.start), above);
+        }
+    }
+    Ok(rises)
+}

@@ -1,0 +1,104 @@
+//! A run that is handed on in pieces while it goes on, so that a motion of any length takes the room of one.
+
+use crate::error::Result;
+use crate::hybrid::{AnyLoop, Graze, HybridFlow};
+use crate::impact::Impact;
+use crate::path::{Evaluator, Path, PathParts};
+use crate::simulate::event_loop::Ending;
+use crate::simulate::options::{SimulateOptions, Status};
+use crate::simulate::record::Record;
+use crate::simulate::run::Run;
+use nalgebra::DVector;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Impacts in a piece.
+const IMPACTS: usize = 1024;
+
+/// A piece of a run.
+pub(crate) struct Piece {
+    pub impacts: Vec<Impact>,
+    pub grazes: Vec<Graze>,
+    parts: PathParts,
+    held: Vec<Arc<crate::flow::ConstrainedMotion>>,
+    span: (f64, f64),
+}
+
+impl Piece {
+    /// Its motion, that n coordinates make.
+    pub fn path(&mut self, mut evaluator: Evaluator, n_dof: usize) -> Path {
+        if let Evaluator::Exact { held, .. } = &mut evaluator {
+            held.clone_from(&self.held);
+        }
+        Path {
+            evaluator,
+            parts: std::mem::take(&mut self.parts),
+            span: self.span,
+            n_dof,
+        }
+    }
+}
+
+impl<M: AnyLoop> Run<'_, M> {
+    /// A run over a span that hands on its motion after so many impacts, and after a time where one is given, at which flights end then.
+    pub fn in_pieces(
+        &mut self,
+        (q0, v0): (&DVector<f64>, &DVector<f64>),
+        (start, end): (f64, f64),
+        every: Option<f64>,
+        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+        take: &mut dyn FnMut(Piece) -> Result<()>,
+    ) -> Result<Ending> {
+        let Self {
+            flow,
+            events,
+            options,
+            n_dof,
+        } = self;
+        let mut record = Record::new(options, *n_dof);
+        let flow = flow.taken();
+        flow.start(q0, v0, start);
+        let mut from = start;
+        let mut ending = events.start(flow, (q0, v0, start), &mut record)?;
+        let mut goal = 1;
+        loop {
+            let is_over = ending.is_some();
+            let to = every.map_or(end, |every| end.min(start + every * f64::from(goal)));
+            let ended = if let Some(ended) = ending.take() {
+                ended
+            } else {
+                let some = SimulateOptions {
+                    max_impacts: Some(events.stats.n_impacts + IMPACTS),
+                    ..(*options).clone()
+                };
+                events.go_on(flow, to, &some, &mut record, observer)?
+            };
+            let is_last = is_over
+                || match ended.status {
+                    Status::MaxImpacts => false,
+                    Status::Finished => to >= end,
+                    _ => true,
+                };
+            if is_last && ended.status != Status::Finished {
+                flow.record_instant(Some(ended.time), &mut record)?;
+            }
+            let whole = std::mem::replace(&mut record, Record::new(options, *n_dof));
+            let (impacts, grazes, _, parts) = whole.finish();
+            take(Piece {
+                impacts,
+                grazes,
+                parts: parts.unwrap_or_default(),
+                held: flow.constrained_motions(),
+                span: (from, ended.time),
+            })?;
+            if is_last {
+                return Ok(ended);
+            }
+            from = ended.time;
+            if ended.status == Status::Finished {
+                goal += 1;
+                ending = events.go_past(flow.system(), from, &mut record)?;
+            }
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Attractors of scenes of which they are known.
+
+use crate::scenes::{between_stops, double_well, grid, oscillator};
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix};
+use vibroimpact::{
+    Attraction, AttractorKind, AttractorOptions, Attractors, OrbitOptions, Pattern, Scene,
+    StateBox, find_attractors, periodic_orbits,
+};
+
+fn attractors(
+    scene: &Scene,
+    (around, seeds): &(StateBox, DMatrix<f64>),
+    options: &AttractorOptions,
+) -> Attractors {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    find_attractors(scene, around, seeds, options, go_on).expect("attractors")
+}
+
+#[test]
+fn two_orbits_attract_all() {
+    let scene = oscillator(9.0);
+    let around = grid([-3.0, 2.0], [-5.0, 5.0], 5);
+    let found = attractors(&scene, &around, &AttractorOptions::default());
+    let counts = (found.n_inside, found.n_lost, found.n_undecided);
+    assert_eq!((found.all.len(), counts), (2, (5, 0, 0)));
+    let whole: f64 = found.all.iter().map(|one| one.fraction).sum();
+    assert!((whole - 1.0).abs() < 1e-15);
+    // That of one impact in each period, and one of three in three.
+    for one in &found.all {
+        let m = one.n_periods;
+        assert!(one.kind == AttractorKind::Periodic && (m == 1 || m == 3));
+        assert_eq!(one.pattern.instants(), vec![[0]; m]);
+        assert_eq!(one.points.shape(), (m, 2));
+        assert!(one.exponents.len() == 2 && one.exponents[0] < 0.0 && one.reason.is_empty());
+        let orbit = one.orbit.as_ref().expect("an orbit");
+        let options = OrbitOptions::default();
+        if m == 1 {
+            let known = periodic_orbits(&scene, &Pattern::single(0), &options).expect("solved");
+            assert!((orbit.phase() - known[0].phase()).abs() < 1e-10);
+        } else {
+            assert_eq!(orbit.is_admissible(), Some(true));
+        }
+    }
+    for (k, seed) in found.of_seed.iter().enumerate() {
+        assert_eq!(seed.is_none(), around.1[(k, 0)] > 1.0);
+    }
+}
+
+#[test]
+fn chaos_is_a_set() {
+    let around = grid([-3.0, 1.0], [-5.0, 5.0], 3);
+    let options = AttractorOptions {
+        max_periods: 500,
+        ..AttractorOptions::default()
+    };
+    let found = attractors(&oscillator(5.0), &around, &options);
+    assert_eq!(found.all.len(), 1);
+    let only = &found.all[0];
+    assert_eq!((only.kind, only.n_periods), (AttractorKind::Chaotic, 0));
+    assert_eq!(only.points.shape(), (1000, 2));
+    assert!(only.exponents[0] > 0.08 && only.orbit.is_none());
+    assert_eq!(only.reason, "it has no period up to 32");
+}
+
+#[test]
+fn what_sticks_is_periodic_however_long() {
+    let around = grid([-1.0, 1.0], [-1.0, 1.0], 2);
+    let found = attractors(&oscillator(6.0), &around, &AttractorOptions::default());
+    assert!(
+        found
+            .all
+            .iter()
+            .all(|one| one.kind == AttractorKind::Periodic),
+        "{found:?}"
+    );
+    assert!(
+        found.all[0]
+            .exponents
+            .iter()
+            .all(|la| *la == f64::NEG_INFINITY)
+    );
+}
+
+#[test]
+fn each_well_has_its_orbit() {
+    let scene = double_well();
+    let around = grid([-2.2, 2.2], [-2.2, 2.2], 5);
+    let found = attractors(&scene, &around, &AttractorOptions::default());
+    assert_eq!(found.all.len(), 2, "{found:?}");
+    let whole: f64 = found.all.iter().map(|one| one.fraction).sum();
+    assert!((whole - 1.0).abs() < 1e-15);
+    assert!(
+        found
+            .all
+            .iter()
+            .all(|one| one.n_periods == 1 && one.orbit.is_some())
+    );
+    // Half a period later and mirrored, one is the other.
+    let [a, b] = [0, 1].map(|k| found.all[k].orbit.as_ref().expect("an orbit"));
+    let (q, v) = a.state(0.5 * a.period(), false);
+    let late = (a.phase() - b.phase()).rem_euclid(TAU);
+    let (p, u) = b.state(late, false);
+    assert!((q + p).amax() < 1e-8 && (v + u).amax() < 1e-8);
+}
+
+#[test]
+fn mirrored_starts_lead_to_mirrored_attractors() {
+    let scene = between_stops();
+    let around = grid([-0.5, 0.5], [-2.0, 2.0], 4);
+    let found = attractors(&scene, &around, &AttractorOptions::default());
+    let mirrored = AttractorOptions {
+        phase: std::f64::consts::PI,
+        ..AttractorOptions::default()
+    };
+    let seeds: DMatrix<f64> = -&around.1;
+    let mirror = attractors(&scene, &(around.0, seeds), &mirrored);
+    assert_eq!(found.all.len(), mirror.all.len());
+    assert_eq!(found.of_seed, mirror.of_seed);
+    for (a, b) in found.all.iter().zip(&mirror.all) {
+        assert_eq!(a.n_periods, b.n_periods);
+        assert!((&a.points + &b.points).amax() < 1e-6, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn threads_change_no_bit_and_wrong_calls_are_refused() {
+    let scene = oscillator(5.0);
+    let around = grid([-3.0, 2.0], [-5.0, 5.0], 3);
+    let of = |threads| {
+        let options = AttractorOptions {
+            max_periods: 300,
+            sweep: vibroimpact::SweepOptions {
+                threads: Some(threads),
+            },
+            ..AttractorOptions::default()
+        };
+        attractors(&scene, &around, &options)
+    };
+    let (one, many) = (of(1), of(3));
+    assert_eq!(one.of_seed, many.of_seed);
+    assert_eq!(one.all[0].points, many.all[0].points);
+    let refused = |scene: &Scene, seeds: &DMatrix<f64>, options: &AttractorOptions| {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let found = find_attractors(scene, &around.0, seeds, options, go_on);
+        found.expect_err("refused").to_string()
+    };
+    let usual = AttractorOptions::default();
+    assert!(refused(&scene, &dmatrix![0.0], &usual).contains("seeds"));
+    assert!(refused(&scene, &dmatrix![0.0, f64::NAN], &usual).contains("seeds[0]"));
+    let none = AttractorOptions {
+        longest_period: 0,
+        ..usual.clone()
+    };
+    assert!(refused(&scene, &around.1, &none).contains("longest_period"));
+    let free = scene.replace(vibroimpact::Change::Forcing(vibroimpact::Forcing::Unforced));
+    if let Ok(free) = free {
+        assert!(refused(&free, &around.1, &usual).contains("forcing period"));
+    }
+    for (low, high) in [
+        ([0.0, 1.0], [1.0, 0.0]),
+        ([0.0, 0.0], [1.0, f64::NAN]),
+        ([0.0, 0.0], [0.0, 1.0]),
+    ] {
+        let vector = |x: [f64; 2]| DVector::from_row_slice(&x);
+        let error = StateBox::new(vector(low), vector(high)).expect_err("refused");
+        assert!(error.to_string().contains("box"), "{error}");
+    }
+    assert_eq!(Attraction::Torus.name(), AttractorKind::Torus.name());
+}

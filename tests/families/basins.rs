@@ -1,0 +1,237 @@
+//! Basins against motions that are followed to their end, and laws that any basins obey.
+
+use crate::scenes::{between_stops, double_well, grid, oscillator};
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+use vibroimpact::nalgebra::{DMatrix, dmatrix};
+use vibroimpact::{
+    Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Label, Scene,
+    SimulateOptions, StateBox, SweepOptions, basin_cells, find_attractors, simulate,
+};
+
+fn attractors(
+    scene: &Scene,
+    around: &StateBox,
+    seeds: &DMatrix<f64>,
+    phase: f64,
+) -> Vec<Attractor> {
+    let options = AttractorOptions {
+        phase,
+        ..AttractorOptions::default()
+    };
+    let go_on = &mut |_| ControlFlow::Continue(());
+    find_attractors(scene, around, seeds, &options, go_on)
+        .expect("attractors")
+        .all
+}
+
+fn cells(
+    scene: &Scene,
+    known: &[Attractor],
+    (around, states): (&StateBox, &DMatrix<f64>),
+    options: &BasinOptions,
+) -> BasinCells {
+    let phases = vec![options.phase; states.nrows()];
+    let go_on = &mut |_| ControlFlow::Continue(());
+    basin_cells(scene, known, around, (states, &phases), options, go_on).expect("cells")
+}
+
+#[test]
+fn a_label_is_where_the_motion_ends() {
+    let scene = oscillator(9.0);
+    let (around, states) = grid([-3.0, 1.5], [-5.0, 5.0], 10);
+    let known = attractors(&scene, &around, &states, 0.0);
+    assert_eq!(known.len(), 2);
+    let found = cells(&scene, &known, (&around, &states), &BasinOptions::default());
+    let period = scene.period().expect("forced");
+    let mut counts = [0; 2];
+    for (k, label) in found.labels.iter().enumerate() {
+        let row = states.row(k);
+        if row[0] > 1.0 {
+            assert_eq!((*label, found.iterations[k]), (Label::Inside, 0));
+            continue;
+        }
+        let part = |j: usize| row.columns(j, 1).transpose();
+        let run = simulate(
+            &scene,
+            &part(0),
+            &part(1),
+            (0.0, 900.0 * period),
+            &SimulateOptions::default(),
+        );
+        let run = run.expect("a run");
+        let (q, v) = run.last();
+        let near = |one: &Attractor| {
+            let mut points = one.points.row_iter();
+            points.any(|point| (point[0] - q[0]).abs().max((point[1] - v[0]).abs()) < 1e-6)
+        };
+        let place = known.iter().position(near).expect("on one of them");
+        assert_eq!(*label, Label::Attractor(place), "{row}");
+        assert!(found.iterations[k] >= 3);
+        counts[place] += 1;
+    }
+    assert!(counts[0] > 5 && counts[1] > 5, "{counts:?}");
+    // Elsewhere in the period the same states lead elsewhere; their motions a while later do not.
+    let later = simulate(
+        &scene,
+        &states.row(3).columns(0, 1).transpose(),
+        &states.row(3).columns(1, 1).transpose(),
+        (0.0, 0.3 * period),
+        &SimulateOptions::default(),
+    );
+    let later = later.expect("a run");
+    let state = dmatrix![later.last().0[0], later.last().1[0]];
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let phases = [0.3 * 2.0 * PI];
+    let moved = basin_cells(
+        &scene,
+        &known,
+        &around,
+        (&state, &phases),
+        &BasinOptions::default(),
+        go_on,
+    );
+    assert_eq!(moved.expect("cells").labels[0], found.labels[3]);
+}
+
+#[test]
+fn mirrored_states_have_mirrored_labels() {
+    let scene = between_stops();
+    let (around, states) = grid([-0.5, 0.5], [-2.0, 2.0], 8);
+    let known = attractors(&scene, &around, &states, 0.0);
+    let found = cells(&scene, &known, (&around, &states), &BasinOptions::default());
+    let mirrored: DMatrix<f64> = -&states;
+    let others = attractors(&scene, &around, &mirrored, PI);
+    let options = BasinOptions {
+        phase: PI,
+        ..BasinOptions::default()
+    };
+    let mirror = cells(&scene, &others, (&around, &mirrored), &options);
+    assert_eq!(found.labels, mirror.labels);
+    assert!(
+        found
+            .labels
+            .iter()
+            .all(|label| matches!(label, Label::Attractor(_)))
+    );
+    // Of wells too, half of the box each but for the force.
+    let scene = double_well();
+    let (around, states) = grid([-2.2, 2.2], [-2.2, 2.2], 12);
+    let known = attractors(&scene, &around, &states, 0.0);
+    assert_eq!(known.len(), 2);
+    let found = cells(&scene, &known, (&around, &states), &BasinOptions::default());
+    let count = |k: usize| {
+        found
+            .labels
+            .iter()
+            .filter(|label| **label == Label::Attractor(k))
+            .count()
+    };
+    assert_eq!(count(0) + count(1), 144);
+    assert!(
+        count(0).abs_diff(count(1)) < 30,
+        "{} {}",
+        count(0),
+        count(1)
+    );
+}
+
+#[test]
+fn chaos_is_told_from_what_leaves_and_from_nothing() {
+    let scene = oscillator(5.0);
+    let (around, states) = grid([-3.0, 1.0], [-5.0, 5.0], 4);
+    let known = attractors(&scene, &around, &states, 0.0);
+    assert_eq!((known.len(), known[0].kind), (1, AttractorKind::Chaotic));
+    let found = cells(&scene, &known, (&around, &states), &BasinOptions::default());
+    assert!(
+        found
+            .labels
+            .iter()
+            .all(|label| *label == Label::Attractor(0)),
+        "{found:?}"
+    );
+    let none = cells(
+        &scene,
+        &[],
+        (&around, &states),
+        &BasinOptions {
+            max_periods: 40,
+            ..BasinOptions::default()
+        },
+    );
+    assert!(none.labels.iter().all(|label| *label == Label::Undecided));
+    assert!(none.iterations.iter().all(|count| *count == 40));
+    let none = cells(
+        &scene,
+        &known,
+        (&around, &states),
+        &BasinOptions {
+            max_periods: 0,
+            ..BasinOptions::default()
+        },
+    );
+    assert!(none.labels.iter().all(|label| *label == Label::Undecided));
+    let inside = dmatrix![1.5, 0.0];
+    let none = cells(
+        &scene,
+        &known,
+        (&around, &inside),
+        &BasinOptions {
+            max_periods: 0,
+            ..BasinOptions::default()
+        },
+    );
+    assert_eq!(none.labels, [Label::Inside]);
+    let growing = {
+        use vibroimpact::nalgebra::dvector;
+        use vibroimpact::{Harmonic, LinearSystem, Stop};
+        let system =
+            LinearSystem::new(dvector![1.0], dmatrix![-0.2], dmatrix![1.0]).expect("valid");
+        let force = Harmonic::new(dvector![1.0.into()], 2.4, 0.0).expect("valid");
+        let none: [Stop; 0] = [];
+        Scene::new(system, force, none).expect("valid")
+    };
+    let lost = cells(&growing, &[], (&around, &states), &BasinOptions::default());
+    assert!(
+        lost.labels.iter().all(|label| *label == Label::Lost),
+        "{lost:?}"
+    );
+}
+
+#[test]
+fn threads_change_no_label_and_wrong_calls_are_refused() {
+    let scene = oscillator(9.0);
+    let (around, states) = grid([-3.0, 1.5], [-5.0, 5.0], 9);
+    let known = attractors(&scene, &around, &states, 0.0);
+    let of = |threads| {
+        let sweep = SweepOptions {
+            threads: Some(threads),
+        };
+        cells(
+            &scene,
+            &known,
+            (&around, &states),
+            &BasinOptions {
+                sweep,
+                ..BasinOptions::default()
+            },
+        )
+    };
+    assert_eq!(of(1), of(7));
+    let refused = |states: &DMatrix<f64>, phases: &[f64]| {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let found = basin_cells(
+            &scene,
+            &known,
+            &around,
+            (states, phases),
+            &BasinOptions::default(),
+            go_on,
+        );
+        found.expect_err("refused").to_string()
+    };
+    assert!(refused(&dmatrix![0.0], &[0.0]).contains("states"));
+    assert!(refused(&dmatrix![0.0, 0.0], &[]).contains("phases"));
+    assert!(refused(&dmatrix![0.0, f64::NAN], &[0.0]).contains("states[0]"));
+    assert!(refused(&dmatrix![0.0, 0.0], &[f64::NAN]).contains("phases[0]"));
+}

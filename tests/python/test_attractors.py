@@ -1,0 +1,97 @@
+"""Attractors: scenes of which they are known, the same bits whoever finds them, wrong calls."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+SCENE = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
+BOX = [(-3.0, 2.0), (-5.0, 5.0)]
+
+
+def same(a, b):
+    pairs = zip(a, b, strict=True)
+    return np.array_equal(a.of_seed, b.of_seed) and all(np.array_equal(x.points, y.points) for x, y in pairs)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return vi.find_attractors(SCENE, BOX, seeds=24, workers=1)
+
+
+def test_two_orbits_are_found_and_named(found):
+    assert {(one.kind, one.n_periods) for one in found} == {("periodic", 1), ("periodic", 3)}
+    assert len(found) == 2
+    assert sum(one.fraction for one in found) == pytest.approx(1.0)
+    assert [one.pattern for one in found] == [[0] * one.n_periods for one in found]
+    for one in found:
+        assert one.orbit.is_admissible
+        assert one.orbit.is_stable
+        assert one.points.shape == (one.n_periods, 2)
+        assert (one.exponents < 0).all()
+    inside = found.seeds[:, 0] > 1.0
+    assert np.array_equal(found.of_seed == -3, inside)
+    assert inside.any()
+    assert f"{inside.sum()} inside" in repr(found)
+    assert found[0].fraction >= found[1].fraction
+    assert found[:1] == (found[0],)
+
+
+def test_a_motion_from_a_seed_ends_on_the_points_of_its_attractor(found):
+    for seed, place in zip(found.seeds, found.of_seed, strict=True):
+        if place < 0:
+            continue
+        run = vi.simulate(SCENE, seed[:1], seed[1:], (0, 600 * SCENE.period), keep="final")
+        state = np.concatenate(run.final)
+        assert np.abs(found[place].points - state).max(axis=1).min() < 1e-6
+
+
+def test_the_bits_are_the_same_with_any_workers(found):
+    with ProcessPoolExecutor(2) as processes, ThreadPoolExecutor(3) as threads:
+        for workers in (2, processes, threads, map):
+            assert same(found, vi.find_attractors(SCENE, BOX, seeds=24, workers=workers))
+    assert same(found, vi.find_attractors(SCENE, BOX, seeds=found.seeds))
+    other = vi.find_attractors(SCENE, BOX, seeds=24, rng=1)
+    assert not np.array_equal(other.seeds, found.seeds)
+
+
+def test_no_seeds_find_nothing():
+    none = vi.find_attractors(SCENE, BOX, seeds=0)
+    assert len(none) == 0
+    assert repr(none) == "Attractors(0 seeds: [])"
+
+
+def test_what_grows_is_lost():
+    growing = vi.Scene(vi.LinearSystem(1, -0.2, 1), vi.Harmonic([1.0], 2.4), ())
+    found = vi.find_attractors(growing, BOX, seeds=3)
+    assert (found.of_seed == -2).all()
+
+
+@pytest.mark.parametrize(
+    ("box", "arguments", "message"),
+    [
+        ([(0, 1)], {}, r"box has shape \(1, 2\), but \(2, 2\) is needed"),
+        ([(0, 1), (1, 0)], {}, "the first must be the lower one"),
+        ([(0, 1), (0, np.nan)], {}, "box"),
+        ([(0, 1), (1, 1)], {}, "box is without width"),
+        (BOX, {"seeds": -1}, "seeds is -1"),
+        (BOX, {"seeds": [[0.0]]}, r"seeds has shape \(1, 1\)"),
+        (BOX, {"seeds": [[0.0, np.inf]]}, r"seeds"),
+        (BOX, {"longest_period": 0}, "longest_period is 0, but it must be at least 1"),
+        (BOX, {"transient": -1}, "transient is -1, but it must be at least 0"),
+        (BOX, {"max_periods": -1}, "max_periods is -1"),
+        (BOX, {"phase": np.inf}, "phase is inf"),
+        (BOX, {"workers": 0}, "workers is 0"),
+    ],
+)
+def test_wrong_calls_are_refused(box, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        vi.find_attractors(SCENE, box, **arguments)
+
+
+def test_a_scene_without_a_period_is_refused():
+    free = vi.Scene(SCENE.system, None, SCENE.stops)
+    with pytest.raises(ValueError, match="without a forcing period"):
+        vi.find_attractors(free, BOX, seeds=1)
