@@ -1,143 +1,22 @@
 //! The attractors of a scene, found from many starts.
 
 use crate::attractor::finding::{Found, Search};
-use crate::attractor::kind::AttractorKind;
+use crate::attractor::one::Attractor;
+use crate::attractor::options::AttractorOptions;
 use crate::attractor::same::{Group, groups};
+use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::observer::ObserverFn;
-use crate::orbit::{Pattern, PeriodicOrbit};
-use crate::quantity::{finite, finite_vector};
-use crate::simulate::{Method, SimulateOptions};
+use crate::quantity::finite;
+use crate::sweep::Progress;
 use crate::sweep::tiles::fill;
-use crate::sweep::{Progress, SweepOptions};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// Starts that know nothing of each other; those after them know the orbits that they have led to. The result does not depend on it.
 const SIDE_BY_SIDE: usize = 16;
-
-/// An attractor of a scene of n degrees of freedom.
-#[derive(Debug, Clone)]
-pub struct Attractor {
-    /// What it is.
-    pub kind: AttractorKind,
-    /// The orbit, where there is one; `None` of what does not repeat itself, and of what Newton's method does not close.
-    pub orbit: Option<PeriodicOrbit>,
-    /// Periods of the forcing in one of its own; zero where it has none up to the longest that was looked for.
-    pub n_periods: usize,
-    /// Its states (q, v) at the phase, one after the other, of what does not repeat itself a thousand; shape `(p, 2n)`.
-    pub points: DMatrix<f64>,
-    /// Its Lyapunov exponents; empty where it has no multipliers.
-    pub exponents: Vec<f64>,
-    /// The stops hit in one of its periods; empty where it has none.
-    pub pattern: Pattern,
-    /// Why it has no orbit; empty where it has.
-    pub reason: String,
-    /// The part of the starts outside every stop that led to it.
-    pub fraction: f64,
-}
-
-/// A box of states (q, v).
-#[derive(Debug, Clone, PartialEq)]
-pub struct StateBox {
-    pub(crate) low: DVector<f64>,
-    pub(crate) high: DVector<f64>,
-}
-
-impl StateBox {
-    /// From the lowest to the highest of each position, then of each velocity; shape `(2n,)` each.
-    ///
-    /// # Errors
-    /// Arrays that do not fit, are not finite or upside down; a box without width in every position, or in every velocity.
-    pub fn new(low: DVector<f64>, high: DVector<f64>) -> Result<Self> {
-        finite_vector("box", &high, low.len())?;
-        finite_vector("box", &low, low.len())?;
-        if let Some(i) = (0..low.len()).find(|&i| low[i] > high[i]) {
-            let value = format!("({}, {}) in row {i}", low[i], high[i]);
-            return Err(Error::bad_value(
-                "box",
-                value,
-                "the first must be the lower one",
-            ));
-        }
-        let made = Self { low, high };
-        if made.widths().iter().any(|width| *width == 0.0) {
-            let rule =
-                "some position and some velocity must have a range: distances are measured by them";
-            return Err(Error::bad_value("box", "without width", rule));
-        }
-        Ok(made)
-    }
-
-    /// The lowest of each.
-    pub(crate) fn low(&self) -> &DVector<f64> {
-        &self.low
-    }
-
-    /// The widths by which distances are measured: where a coordinate has none, the largest of its kind.
-    pub(crate) fn widths(&self) -> DVector<f64> {
-        let n = self.low.len() / 2;
-        let width = |i: usize| self.high[i] - self.low[i];
-        let largest = |half: usize| (0..n).map(|i| width(half * n + i)).fold(0.0, f64::max);
-        DVector::from_fn(2 * n, |i, _| {
-            if width(i) > 0.0 {
-                width(i)
-            } else {
-                largest(i / n)
-            }
-        })
-    }
-}
-
-/// Options of [`find_attractors`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct AttractorOptions {
-    /// The phase of the forcing at which motions begin and points are taken, default 0 \[rad\].
-    pub phase: f64,
-    /// The longest period that is looked for, in periods of the forcing, default 32.
-    pub longest_period: usize,
-    /// Periods that are left out, default 200.
-    pub transient: usize,
-    /// Periods after which a motion that has not settled is told by its exponents, default 2000.
-    pub max_periods: usize,
-    /// As for [`simulate`](crate::simulate()).
-    pub method: Method,
-    /// As for [`simulate`](crate::simulate()).
-    pub rtol: f64,
-    /// As for [`simulate`](crate::simulate()).
-    pub atol: f64,
-    /// Threads.
-    pub sweep: SweepOptions,
-}
-
-impl Default for AttractorOptions {
-    fn default() -> Self {
-        let usual = SimulateOptions::default();
-        Self {
-            phase: 0.0,
-            longest_period: 32,
-            transient: 200,
-            max_periods: 2000,
-            method: usual.method,
-            rtol: usual.rtol,
-            atol: usual.atol,
-            sweep: SweepOptions::default(),
-        }
-    }
-}
-
-impl AttractorOptions {
-    pub(crate) fn run(&self) -> SimulateOptions {
-        SimulateOptions {
-            method: self.method,
-            rtol: self.rtol,
-            atol: self.atol,
-            ..SimulateOptions::default()
-        }
-    }
-}
 
 /// The attractors of a scene that were found, the one that most starts led to first.
 #[derive(Debug, Clone)]

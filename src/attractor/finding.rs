@@ -1,9 +1,11 @@
 //! What one motion settles on: it is looked at until it repeats itself, and then closed by Newton's method; what does not is told by its
 //! exponents.
 
-use crate::attractor::attractors::{Attractor, AttractorOptions, StateBox};
 use crate::attractor::kind::AttractorKind;
+use crate::attractor::one::Attractor;
+use crate::attractor::options::AttractorOptions;
 use crate::attractor::same::are_points_within;
+use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents_observed};
 use crate::model::{PhysicalState, Scene};

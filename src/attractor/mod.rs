@@ -3,14 +3,20 @@
 mod attractors;
 mod finding;
 mod kind;
+mod one;
+mod options;
 mod same;
+mod state_box;
 
 #[cfg(feature = "python")]
 pub(crate) use attractors::settle_seeds;
-pub use attractors::{Attractor, AttractorOptions, Attractors, StateBox, find_attractors};
+pub use attractors::{Attractors, find_attractors};
 #[cfg(feature = "python")]
 pub(crate) use finding::Found;
 pub use kind::AttractorKind;
+pub use one::Attractor;
+pub use options::AttractorOptions;
 #[cfg(feature = "python")]
 pub(crate) use same::groups;
 pub(crate) use same::spacing;
+pub use state_box::StateBox;

@@ -1,0 +1,52 @@
+//! Options of the search for attractors.
+
+use crate::simulate::{Method, SimulateOptions};
+use crate::sweep::SweepOptions;
+
+/// Options of [`find_attractors`](crate::find_attractors).
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttractorOptions {
+    /// The phase of the forcing at which motions begin and points are taken, default 0 \[rad\].
+    pub phase: f64,
+    /// The longest period that is looked for, in periods of the forcing, default 32.
+    pub longest_period: usize,
+    /// Periods that are left out, default 200.
+    pub transient: usize,
+    /// Periods after which a motion that has not settled is told by its exponents, default 2000.
+    pub max_periods: usize,
+    /// As for [`simulate`](crate::simulate()).
+    pub method: Method,
+    /// As for [`simulate`](crate::simulate()).
+    pub rtol: f64,
+    /// As for [`simulate`](crate::simulate()).
+    pub atol: f64,
+    /// Threads.
+    pub sweep: SweepOptions,
+}
+
+impl Default for AttractorOptions {
+    fn default() -> Self {
+        let usual = SimulateOptions::default();
+        Self {
+            phase: 0.0,
+            longest_period: 32,
+            transient: 200,
+            max_periods: 2000,
+            method: usual.method,
+            rtol: usual.rtol,
+            atol: usual.atol,
+            sweep: SweepOptions::default(),
+        }
+    }
+}
+
+impl AttractorOptions {
+    pub(crate) fn run(&self) -> SimulateOptions {
+        SimulateOptions {
+            method: self.method,
+            rtol: self.rtol,
+            atol: self.atol,
+            ..SimulateOptions::default()
+        }
+    }
+}
