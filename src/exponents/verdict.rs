@@ -41,10 +41,10 @@ pub(crate) enum Drive {
 /// The verdict on exponents, largest first, that are zero as far as anybody can tell within three errors, and within `least`.
 pub(crate) fn verdict(exponents: &[f64], errors: &[f64], drive: Drive, least: f64) -> Attraction {
     let sign = |i: usize| -> Option<i8> {
-        let (value, bound) = (exponents[i], (3.0 * errors[i]).max(least));
-        if bound.is_nan() {
+        if errors[i].is_nan() {
             return None;
         }
+        let (value, bound) = (exponents[i], (3.0 * errors[i]).max(least));
         Some(if value > bound {
             1
         } else if value < -bound {
