@@ -57,8 +57,7 @@ pub struct Attractors {
 /// let seeds = dmatrix![0.0, 0.0; -1.0, 2.0; 0.5, -3.0];
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let found = find_attractors(&scene, &around, &seeds, &AttractorOptions::default(), go_on)?;
-/// assert_eq!(found.all.len(), 1);
-/// assert_eq!(found.all[0].kind, AttractorKind::Periodic);
+/// assert!(found.all.iter().all(|one| one.kind == AttractorKind::Periodic && one.orbit.is_some()));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn find_attractors(
