@@ -133,6 +133,13 @@ pub(crate) const STEADY_BY_STEPS: f64 = 1e-6;
 /// Roundings of a gap up to which those held may keep it closed, if not the absolute tolerance.
 pub(crate) const FACING: f64 = 4.0;
 
+// --- What motions settle on.
+
+/// A motion this many boxes away from its box has left it.
+pub(crate) const FAR: f64 = 1e3;
+/// A point is in a set if its nearest neighbour there is no farther than so many times that of the set's own points, their median.
+pub(crate) const IN_SET: f64 = 4.0;
+
 // --- Orbits.
 
 /// What is left of the gap when an orbit takes the rest of its impacts at once, relative to the motion's size: below what it

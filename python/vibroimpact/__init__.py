@@ -50,7 +50,8 @@ from vibroimpact._core import (
 )
 from vibroimpact._files import load
 from vibroimpact.attractors import Attractor, Attractors, find_attractors
-from vibroimpact.basins import BasinFractions, Basins, Fit, basin_fractions, basins
+from vibroimpact.basin_plane import Basins, Fit, basins
+from vibroimpact.basin_samples import BasinFractions, basin_fractions
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many

@@ -20,7 +20,8 @@ from vibroimpact import _core
 from vibroimpact._core import NonlinearStop, NonlinearSystem, Orbit, Orbits, Scene, Trajectory
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, Attractors
-from vibroimpact.basins import BasinFractions, Basins, Fit
+from vibroimpact.basin_plane import Basins, Fit
+from vibroimpact.basin_samples import BasinFractions
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError

@@ -99,7 +99,7 @@ class Attractors(ArrayResult, Sequence[Attractor]):
         """Refuse arrays that are none of one search; a list of attractors becomes a tuple."""
         object.__setattr__(self, "all", tuple(self.all))
         self._check_types({"scene": Scene, "phase": float})
-        _check_all(self.all)
+        check_all(self.all)
         k, width = np.shape(self.seeds)[:1], (2 * self.scene.n_dof,)
         self._check({"seeds": ("f", k + width), "of_seed": ("i", k), "box": ("f", (*width, 2))})
 
@@ -130,7 +130,7 @@ class Attractors(ArrayResult, Sequence[Attractor]):
         return f"Attractors({len(self.seeds)} seeds{others}: [{', '.join(map(repr, self.all))}])"
 
 
-def _check_all(attractors: Sequence[Any]) -> None:
+def check_all(attractors: Sequence[Any]) -> None:
     """Refuse what is no attractor among others."""
     for k, one in enumerate(attractors):
         if not isinstance(one, Attractor):
@@ -247,8 +247,13 @@ def _starts(
     if seeds < 0:
         message = f"seeds is {seeds}, but it must be at least 0, or states"
         raise ValueError(message)
+    return drawn(scene, sides, int(seeds), rng)
+
+
+def drawn(scene: Scene, sides: NDArray[np.float64], count: int, rng: int | np.random.Generator) -> NDArray[np.float64]:
+    """Draw so many states of a box, one a row."""
     if sides.shape != (2 * scene.n_dof, 2):
         message = f"box has shape {sides.shape}, but ({2 * scene.n_dof}, 2) is needed"
         raise ValueError(message)
-    drawn = np.random.default_rng(rng).random((seeds, len(sides)))
-    return sides[:, 0] + drawn * (sides[:, 1] - sides[:, 0])
+    parts = np.random.default_rng(rng).random((count, len(sides)))
+    return sides[:, 0] + parts * (sides[:, 1] - sides[:, 0])

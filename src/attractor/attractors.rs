@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::observer::ObserverFn;
 use crate::quantity::finite;
+use crate::section::wait;
 use crate::sweep::Progress;
 use crate::sweep::tiles::fill;
 use nalgebra::DMatrix;
-use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// Starts that know nothing of each other; those after them know the orbits that they have led to. The result does not depend on it.
@@ -80,10 +80,7 @@ pub(crate) fn settle_seeds(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<Found>> {
     let n = scene.n_dof();
-    if around.low.len() != 2 * n {
-        let found = format!("({}, 2)", around.low.len());
-        return Err(Error::bad_shape("box", found, format!("({}, 2)", 2 * n)));
-    }
+    around.check(n)?;
     if seeds.ncols() != 2 * n {
         let found = format!("({}, {})", seeds.nrows(), seeds.ncols());
         return Err(Error::bad_shape("seeds", found, format!("(k, {})", 2 * n)));
@@ -109,7 +106,7 @@ pub(crate) fn settle_seeds(
         around,
         options,
         period,
-        start: period * ((options.phase - scene.phase()) / TAU).rem_euclid(1.0),
+        start: wait(period, scene.phase(), options.phase),
         known: Vec::new(),
     };
     let total = seeds.nrows();

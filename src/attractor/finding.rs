@@ -13,13 +13,12 @@ use crate::observer::ObserverFn;
 use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed};
 use crate::section::{Motion, Section, Sectioned, points_of, repeats_after, settled};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
+use crate::tolerance::FAR;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Points that are kept of what does not repeat itself.
 const KEPT: usize = 1000;
-/// A motion this many boxes away from the box has left.
-const FAR: f64 = 1e3;
 /// A motion is on an orbit that is known if its points are, to this part of the box.
 const CLOSE: f64 = 1e-5;
 /// An orbit is that of a motion if it is no farther from it than this part of the motion, over what is left of a deviation in a round.
@@ -202,9 +201,7 @@ impl Search<'_> {
             each.map(|mu| mu.norm().ln() / orbit.period()).collect()
         });
         let points = self.points(&Motion::Orbit(&orbit))?;
-        let mean = points.row_mean();
-        let moves = points.row_iter().any(|row| row != mean) || !orbit.impacts().is_empty();
-        let is_at_rest = !moves
+        let is_at_rest = orbit.impacts().is_empty()
             && (0..8).all(|k| {
                 let (q, v) = orbit.state(orbit.period() * f64::from(k) / 8.0, false);
                 let size = q.amax().max(f64::MIN_POSITIVE);

@@ -1,12 +1,11 @@
 //! Which motions have settled on one attractor.
 
 use crate::attractor::kind::AttractorKind;
+use crate::tolerance::IN_SET;
 use nalgebra::{DMatrix, DVector};
 
 /// Points nearer to each other than this part of the box are one.
 const SAME: f64 = 1e-6;
-/// A point is in a set if its nearest neighbour there is no farther than so many times that of the set's own points, their median.
-const NEAR: f64 = 4.0;
 /// Sets are one if more than this part of the points of each are in the other.
 const SHARED: f64 = 0.5;
 
@@ -102,7 +101,7 @@ fn is_in(a: &DMatrix<f64>, b: &DMatrix<f64>, widths: &DVector<f64>) -> bool {
             .map(|j| apart(i, j))
             .fold(f64::INFINITY, f64::min)
     };
-    let within = NEAR * spacing(b, widths);
+    let within = IN_SET * spacing(b, widths);
     let count = (0..a.nrows()).filter(|&i| nearest(i) <= within).count();
     count as f64 > SHARED * a.nrows() as f64
 }

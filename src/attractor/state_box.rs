@@ -36,9 +36,13 @@ impl StateBox {
         Ok(made)
     }
 
-    /// The lowest of each.
-    pub(crate) fn low(&self) -> &DVector<f64> {
-        &self.low
+    /// Refuses a box of another number of degrees of freedom.
+    pub(crate) fn check(&self, n: usize) -> Result<()> {
+        let shape = |sides: usize| format!("({sides}, 2)");
+        if self.low.len() == 2 * n {
+            return Ok(());
+        }
+        Err(Error::bad_shape("box", shape(self.low.len()), shape(2 * n)))
     }
 
     /// The widths by which distances are measured: where a coordinate has none, the largest of its kind.

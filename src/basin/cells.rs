@@ -9,12 +9,12 @@ use crate::model::{PhysicalState, Scene};
 use crate::observer::ObserverFn;
 use crate::path::Evaluator;
 use crate::quantity::finite;
+use crate::section::wait;
 use crate::simulate::{Keep, Method, Run, RunVisitor, SimulateOptions, Watcher, visit_runs};
 use crate::sweep::tiles::fill;
 use crate::sweep::{Progress, SweepOptions};
 use nalgebra::DMatrix;
 use std::any::Any;
-use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -106,9 +106,7 @@ pub fn basin_cells(
             return Err(Error::bad_value(format!("states[{i}]"), f64::NAN, rule));
         }
     }
-    if around.low().len() != width {
-        return shape("box", (around.low().len(), 2), format!("({width}, 2)"));
-    }
+    around.check(scene.n_dof())?;
     for (k, one) in attractors.iter().enumerate() {
         if one.points.ncols() != width {
             return shape(
@@ -178,12 +176,11 @@ impl RunVisitor for Cells<'_> {
         } = self;
         let n = scene.n_dof();
         let own_phase = scene.phase();
-        let turns = |from: f64, to: f64| ((to - from) / TAU).rem_euclid(1.0);
         let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
             let row = states.row(i);
             let part = |first: usize| row.columns(first, n).transpose();
-            let start: f64 = period * turns(own_phase, phases[i]);
-            let first = start + period * turns(phases[i], targets.phase);
+            let start: f64 = wait(period, own_phase, phases[i]);
+            let first = start + wait(period, phases[i], targets.phase);
             let looks = Looks {
                 course: Course::new(&targets),
                 targets: Arc::clone(&targets),

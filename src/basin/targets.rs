@@ -5,10 +5,10 @@ use crate::basin::label::Label;
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;
-use crate::section::farthest_from;
+use crate::section::{farthest_from, wait};
 use crate::simulate::{Keep, SimulateOptions, simulate};
+use crate::tolerance::{FAR, IN_SET};
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::TAU;
 
 /// Rounds for which a motion must follow an orbit, and periods for which it must stay on a set, by default.
 const ROUNDS: usize = 3;
@@ -16,10 +16,7 @@ const PERIODS: usize = 20;
 /// A motion is on an attractor within this part of the box, if no other is nearer than five times that.
 const NEAR: f64 = 1e-2;
 const OF_OTHERS: f64 = 0.2;
-/// On a set: within so many times the distance at which its points have their neighbours.
-const OF_SPACING: f64 = 4.0;
-/// A motion this many boxes away for so many periods has left.
-const FAR: f64 = 1e3;
+/// A motion far away for so many periods has left.
 const PERIODS_AWAY: usize = 10;
 
 /// An attractor's points, in parts of the box.
@@ -57,7 +54,7 @@ fn points_at(
     options: &SimulateOptions,
 ) -> Result<DMatrix<f64>> {
     let (n, period) = (scene.n_dof(), scene.period().unwrap_or_default());
-    let late = |from: f64| ((to - from) / TAU).rem_euclid(1.0) * period;
+    let late = |from: f64| wait(period, from, to);
     let state = |k: usize| -> Result<PhysicalState> {
         if let Some(orbit) = &one.orbit {
             let t = late(orbit.phase()) + k as f64 * period;
@@ -65,7 +62,7 @@ fn points_at(
         }
         let row = one.points.row(k);
         let part = |first: usize| row.columns(first, n).transpose();
-        let start = ((from - scene.phase()) / TAU).rem_euclid(1.0) * period;
+        let start = wait(period, scene.phase(), from);
         let keep = SimulateOptions {
             keep: Keep::Final,
             ..options.clone()
@@ -108,7 +105,7 @@ impl Targets {
         hits: Option<usize>,
         options: &SimulateOptions,
     ) -> Result<Self> {
-        let (low, widths) = (around.low().clone(), around.widths());
+        let (low, widths) = (around.low.clone(), around.widths());
         let quiet = quiet_phase(attractors, phase);
         let scaled = |points: &DMatrix<f64>, k: usize| -> Vec<f64> {
             let places = points.row(k).into_iter().zip(low.iter().zip(widths.iter()));
@@ -129,7 +126,7 @@ impl Targets {
             }
             all.push(Target {
                 radius: if is_set {
-                    OF_SPACING * spacing(&points, &widths)
+                    IN_SET * spacing(&points, &widths)
                 } else {
                     NEAR
                 },

@@ -343,13 +343,8 @@ impl Order {
                     let (mut x, mut own) =
                         (state.clone(), DMatrix::identity(state.len(), state.len()));
                     for stop in pair {
-                        let instant = ImpactAt {
-                            gap_of: stop,
-                            struck: &[stop],
-                            held: (&[], &[]),
-                            time: t,
-                        };
-                        across_impact(maps, &instant, &mut x, &mut own)?;
+                        let alone = [stop];
+                        across_impact(maps, &ImpactAt::alone(&alone, t), &mut x, &mut own)?;
                     }
                     Ok(own)
                 };

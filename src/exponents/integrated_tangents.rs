@@ -66,12 +66,8 @@ impl Tangents for IntegratedTangents {
     }
 
     fn strike(&mut self, stop: usize, time: f64, deviations: &mut DMatrix<f64>) -> Result<()> {
-        let instant = ImpactAt {
-            gap_of: stop,
-            struck: &[stop],
-            held: (&[], &[]),
-            time,
-        };
+        let alone = [stop];
+        let instant = ImpactAt::alone(&alone, time);
         across_impact(&self.maps, &instant, &mut self.state, deviations)
     }
 

@@ -49,6 +49,18 @@ pub(crate) struct ImpactAt<'a> {
     pub time: f64,
 }
 
+impl<'a> ImpactAt<'a> {
+    /// One stop, that of a list of one, while none is held.
+    pub fn alone(stop: &'a [usize; 1], time: f64) -> Self {
+        Self {
+            gap_of: stop[0],
+            struck: stop,
+            held: (&[], &[]),
+            time,
+        }
+    }
+}
+
 /// The impact on a state and on deviations from it.
 pub(crate) fn across_impact<M: HybridMaps>(
     motion: &M,

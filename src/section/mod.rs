@@ -10,6 +10,6 @@ mod settled;
 pub use motion::Motion;
 pub(crate) use motion::Sectioned;
 pub(crate) use period::repeats_after;
-pub(crate) use points::points_of;
 pub use points::{PoincarePoints, Section, poincare_points};
+pub(crate) use points::{points_of, wait};
 pub(crate) use settled::{Settled, farthest_from, settled};

@@ -161,6 +161,11 @@ pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<Poi
     }
 }
 
+/// How long it is from a phase of the forcing to another.
+pub(crate) fn wait(period: f64, from: f64, to: f64) -> f64 {
+    period * ((to - from) / TAU).rem_euclid(1.0)
+}
+
 /// The times of a motion at which the forcing has a phase: from its start on, up to its end; but for one that closes, which has its end
 /// at its start.
 pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64>> {
@@ -181,7 +186,7 @@ pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64
     let (start, end) = motion.span();
     // What is the phase at the start, but for rounding, is that.
     let rounding = f64::EPSILON * (start.abs().max(end.abs()) + period);
-    let wait = period * ((phase - motion.phase()(start)) / TAU).rem_euclid(1.0);
+    let wait = wait(period, motion.phase()(start), phase);
     let first = if period - wait <= 4.0 * rounding {
         0.0
     } else {

@@ -49,17 +49,16 @@ impl<M: AnyLoop> Run<'_, M> {
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
         take: &mut dyn FnMut(Piece) -> Result<()>,
     ) -> Result<Ending> {
+        let mut record = Record::new(self.options, self.n_dof);
+        let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {
             flow,
             events,
             options,
             n_dof,
         } = self;
-        let mut record = Record::new(options, *n_dof);
         let flow = flow.taken();
-        flow.start(q0, v0, start);
         let mut from = start;
-        let mut ending = events.start(flow, (q0, v0, start), &mut record)?;
         let mut goal = 1;
         loop {
             let is_over = ending.is_some();

@@ -41,6 +41,17 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         }
     }
 
+    /// Puts a run at its start; a run that cannot begin has ended.
+    pub fn begin(
+        &mut self,
+        start: (&DVector<f64>, &DVector<f64>, f64),
+        record: &mut Record,
+    ) -> Result<Option<Ending>> {
+        let flow = self.flow.taken();
+        flow.start(start.0, start.1, start.2);
+        self.events.start(flow, start, record)
+    }
+
     /// A run over a span.
     pub fn run(
         &mut self,
@@ -49,18 +60,13 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         t_span: (f64, f64),
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
-        let Self {
-            flow,
-            events,
-            options,
-            n_dof,
-        } = self;
-        let mut record = Record::new(options, *n_dof);
-        let flow = flow.taken();
-        flow.start(q0, v0, t_span.0);
-        let ending = match events.start(flow, (q0, v0, t_span.0), &mut record)? {
-            Some(ending) => ending,
-            None => events.go_on(flow, t_span.1, options, &mut record, observer)?,
+        let mut record = Record::new(self.options, self.n_dof);
+        let ending = if let Some(ending) = self.begin((q0, v0, t_span.0), &mut record)? {
+            ending
+        } else {
+            let flow = self.flow.taken();
+            self.events
+                .go_on(flow, t_span.1, self.options, &mut record, observer)?
         };
         self.finish(ending, record)
     }
@@ -73,17 +79,16 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         (watcher, every): (Box<dyn Watcher>, f64),
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
+        let mut record = Record::new(self.options, self.n_dof);
+        record.watch.watcher = Some(watcher);
+        let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {
             flow,
             events,
             options,
-            n_dof,
+            ..
         } = self;
-        let mut record = Record::new(options, *n_dof);
-        record.watch.watcher = Some(watcher);
         let flow = flow.taken();
-        flow.start(q0, v0, start);
-        let mut ending = events.start(flow, (q0, v0, start), &mut record)?;
         let mut parts = 1;
         let ending = loop {
             if let Some(ending) = ending {

@@ -9,19 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact import _axis, _boundary, _core, _workers
+from vibroimpact import _axis, _boundary, _workers
 from vibroimpact._boundary import Fit
 from vibroimpact._core import Scene
+from vibroimpact._labels import INSIDE, LOST, UNDECIDED, check_attractors, labels_of
 from vibroimpact._results import ArrayResult
-from vibroimpact.attractors import Attractor, Attractors, _check_all, find_attractors
+from vibroimpact.attractors import Attractor, Attractors, check_all, find_attractors
 
-__all__ = ["BasinFractions", "Basins", "Fit", "basin_fractions", "basins"]
-
-#: Labels of states that lead to no attractor.
-UNDECIDED, LOST, INSIDE = 0, -1, -2
-
-#: Cells of a piece of work: chunks of a store are as large.
-_PIECE = 10_000
+__all__ = ["Basins", "Fit", "basins"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +48,7 @@ class Basins(ArrayResult):
         if not isinstance(self.attractors, Attractors):
             object.__setattr__(self, "attractors", tuple(self.attractors))
         self._check_types({"x_name": str, "y_name": str})
-        _check_all(self.attractors)
+        check_all(self.attractors)
         shape = (*np.shape(self.y)[:1], *np.shape(self.x)[:1])
         self._check({"labels": ("i", shape), "iterations": ("i", shape), "x": ("f", shape[1:]), "y": ("f", shape[:1])})
 
@@ -97,50 +92,6 @@ class Basins(ArrayResult):
             remedy = f", {undecided} undecided: more max_periods, or find_attractors with these states as seeds"
         plane = f"{self.x_name} x {self.y_name}, {self.labels.shape[1]} x {self.labels.shape[0]}"
         return f"Basins({plane}: fractions [{', '.join(parts)}]{others}{remedy})"
-
-
-@dataclass(frozen=True, eq=False)
-class BasinFractions(ArrayResult):
-    """How large basins are in a box, by random states: k attractors, over m values of a number where one varies.
-
-    Attributes
-    ----------
-    fractions, errors : ndarray, shape (k,) or (m, k)
-        The part of the states outside every stop that leads to each attractor, and its standard error.
-    undecided : ndarray, shape () or (m,)
-        The part that leads to none of them.
-    attractors : tuple of Attractor, or of tuples of them
-        The attractors, of each value those that it has; along the values each keeps its column.
-    name : str or None
-        What varies.
-    values : ndarray, shape (m,), or None
-        Its values.
-    """
-
-    fractions: NDArray[np.float64]
-    errors: NDArray[np.float64]
-    undecided: NDArray[np.float64]
-    attractors: tuple[Any, ...]
-    name: str | None
-    values: NDArray[np.float64] | None
-
-    def __post_init__(self) -> None:
-        """Refuse arrays that are none of one box."""
-        object.__setattr__(self, "attractors", tuple(self.attractors))
-        shape = np.shape(self.fractions)
-        self._check({"fractions": ("f", shape), "errors": ("f", shape), "undecided": ("f", shape[:-1])})
-
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays, for ``numpy.savez``."""
-        arrays = {name: np.asarray(getattr(self, name)) for name in ("fractions", "errors", "undecided")}
-        return arrays | ({} if self.values is None else {"values": self.values})
-
-    def __repr__(self) -> str:
-        """Say how large the basins are."""
-        if self.fractions.ndim == 1:
-            each = ", ".join(f"{x:.3g} +- {s:.1g}" for x, s in zip(self.fractions, self.errors, strict=True))
-            return f"BasinFractions([{each}], {float(self.undecided):.3g} to none)"
-        return f"BasinFractions({self.name}, {len(self.fractions)} values of {self.fractions.shape[1]} attractors)"
 
 
 def _axis_values(name: str, axis: Any) -> NDArray[np.float64] | float:
@@ -236,32 +187,6 @@ def _after_impact(
     return ["phase", "speed"], [phase, speed], states, grid_phase.ravel()
 
 
-def _label(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, Any]:
-    arguments: tuple[Any, ...] = (*piece, 1, False, ask)
-    return _core._basin_cells(*arguments)
-
-
-def _labels(
-    scene: Scene,
-    attractors: Sequence[Attractor],
-    box: NDArray[np.float64],
-    starts: tuple[NDArray[np.float64], NDArray[np.float64]],
-    options: tuple[Any, ...],
-    workers: _workers.Workers,
-    progress: bool,
-) -> tuple[NDArray[np.int16], NDArray[np.int32]]:
-    """Return the label of each state, and the periods until it was decided."""
-    seen = [(one.kind, one.orbit, one.n_periods, one.points) for one in attractors]
-    states, phases = starts
-    if not _workers.is_elsewhere(workers):
-        whole: tuple[Any, ...] = (scene, seen, box, states, phases, *options, _workers.threads(workers), progress, None)
-        return _core._basin_cells(*whole)
-    bounds = _workers.bounds(len(states), max(-(-len(states) // _PIECE), 1))
-    pieces = [(scene, seen, box, states[i:j], phases[i:j], *options) for i, j in bounds]
-    parts = _workers.run(_label, pieces, workers, progress=progress)
-    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
-
-
 def basins(
     scene: Scene,
     *,
@@ -346,9 +271,9 @@ def basins(
     if attractors is None:
         search = {"phase": phase, "method": method, "rtol": rtol, "atol": atol, "workers": workers, "progress": progress}
         attractors = find_attractors(scene, around, **search)  # type: ignore[arg-type]
-    _check_attractors(scene, attractors, phase)
+    check_attractors(scene, attractors, phase)
     options = (float(phase), max_periods, hits, method, rtol, atol)
-    labels, iterations = _labels(scene, attractors, around, (states, phases), options, workers, progress)
+    labels, iterations = labels_of(scene, attractors, around, (states, phases), options, workers, progress)
     shape = (len(axes[1]), len(axes[0]))
     kept = attractors if isinstance(attractors, Attractors) else tuple(attractors)
     return Basins(labels.reshape(shape), iterations.reshape(shape), axes[0], axes[1], names[0], names[1], kept)
@@ -366,151 +291,3 @@ def _box(box: ArrayLike | None, attractors: Sequence[Attractor] | None, sides: N
         )
         raise ValueError(message)
     return sides
-
-
-def _check_attractors(scene: Scene, attractors: Sequence[Attractor], phase: float) -> None:
-    """Refuse attractors of another scene, or at another phase."""
-    if isinstance(attractors, Attractors):
-        if attractors.scene != scene:
-            message = "attractors are those of another scene"
-            raise ValueError(message)
-        if attractors.phase != phase:
-            message = f"attractors have their points at phase {attractors.phase}, but phase is {phase}"
-            raise ValueError(message)
-    _check_all(attractors)
-
-
-def basin_fractions(
-    scene: Scene,
-    box: ArrayLike,
-    *,
-    samples: int = 10_000,
-    axis: tuple[str, ArrayLike] | None = None,
-    attractors: Sequence[Attractor] | None = None,
-    phase: float = 0.0,
-    max_periods: int = 2000,
-    rng: int | np.random.Generator = 0,
-    method: str = "auto",
-    rtol: float = 1e-9,
-    atol: float = 1e-12,
-    workers: _workers.Workers = None,
-    progress: bool = False,
-) -> BasinFractions:
-    """Say how large basins are in a box, by random states.
-
-    Parameters
-    ----------
-    scene : Scene
-        A scene whose forcing has a period.
-    box : array_like, shape (2n, 2)
-        Low and high of each position, then of each velocity.
-    samples : int, default 10000
-        Random states; the same at every value.
-    axis : (str, array_like), optional
-        A name of ``Scene.replace`` and its m values. The attractors are found at each value, from random states of the box and
-        from where those of the value before have their points, and matched to these: first by pattern and period, then by
-        distance.
-    attractors : sequence of Attractor, optional
-        As ``find_attractors`` finds them; without, it is called first. Not with ``axis``.
-    phase, max_periods, method, rtol, atol, workers, progress
-        As for ``basins``.
-    rng : int or numpy.random.Generator, default 0
-        What random states are drawn with.
-
-    Returns
-    -------
-    BasinFractions
-        Fractions with their standard errors ``sqrt(f (1 - f) / samples)``.
-
-    Raises
-    ------
-    ValueError
-        As ``basins``; ``samples`` below 1; attractors together with an axis.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
-    >>> vi.basin_fractions(scene, [(-3, 1), (-5, 5)], samples=400).fractions.sum().round(12)
-    np.float64(1.0)
-    """
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 1:
-        message = f"samples is {samples!r}, but it must be at least 1"
-        raise ValueError(message)
-    sides = np.array(box, dtype=np.float64)
-    if sides.shape != (2 * scene.n_dof, 2):
-        message = f"box has shape {sides.shape}, but ({2 * scene.n_dof}, 2) is needed"
-        raise ValueError(message)
-    drawn = np.random.default_rng(rng).random((samples, len(sides)))
-    states = sides[:, 0] + drawn * (sides[:, 1] - sides[:, 0])
-    search = {"phase": phase, "method": method, "rtol": rtol, "atol": atol, "workers": workers, "progress": progress}
-    options = (float(phase), max_periods, None, method, rtol, atol)
-
-    def measured(own: Scene, found: Sequence[Attractor]) -> NDArray[np.int16]:
-        starts = (states, np.full(samples, float(phase)))
-        return _labels(own, found, sides, starts, options, workers, progress)[0]
-
-    if axis is None:
-        if attractors is None:
-            attractors = find_attractors(scene, sides, **search)  # type: ignore[arg-type]
-        _check_attractors(scene, attractors, phase)
-        fractions, errors, undecided = _fractions(measured(scene, attractors), len(attractors))
-        return BasinFractions(fractions, errors, np.array(undecided), tuple(attractors), None, None)
-    if attractors is not None:
-        message = "attractors are given with an axis, but along it they are found at each value"
-        raise ValueError(message)
-    name, values = _axis.named(axis, "axis")
-    columns: list[Attractor] = []
-    rows = []
-    for value in values:
-        own = scene.replace(**{name: float(value)})
-        before = [one.points[:1] for one in columns]
-        seeds = np.vstack(
-            [*before, sides[:, 0] + np.random.default_rng(rng).random((200, len(sides))) * (sides[:, 1] - sides[:, 0])]
-        )
-        found = find_attractors(own, sides, seeds=seeds, **search)  # type: ignore[arg-type]
-        places = _matched(found, columns, sides)
-        rows.append((_fractions(measured(own, found), len(found)), places, tuple(found)))
-    width = len(columns)
-    fractions, errors = np.zeros((len(values), width)), np.zeros((len(values), width))
-    for i, ((own_fractions, own_errors, _), places, _) in enumerate(rows):
-        fractions[i, places], errors[i, places] = own_fractions, own_errors
-    undecided_rows = np.array([row[0][2] for row in rows])
-    return BasinFractions(fractions, errors, undecided_rows, tuple(row[2] for row in rows), name, values)
-
-
-def _fractions(labels: NDArray[np.int16], count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return the part of the states outside every stop of each label, its error, and the part of none."""
-    outside = max(int((labels != INSIDE).sum()), 1)
-    fractions = np.array([(labels == k + 1).sum() / outside for k in range(count)], dtype=np.float64)
-    undecided = float(((labels == UNDECIDED) | (labels == LOST)).sum() / outside)
-    return fractions, np.sqrt(fractions * (1.0 - fractions) / outside), undecided
-
-
-def _matched(found: Sequence[Attractor], columns: list[Attractor], sides: NDArray[np.float64]) -> list[int]:
-    """Return the column of each attractor: that of the last one like it, or a new one."""
-    widths = np.where(sides[:, 1] > sides[:, 0], sides[:, 1] - sides[:, 0], 1.0)
-
-    def distance(a: Attractor, b: Attractor) -> float:
-        apart = np.abs(a.points[:, None, :] - b.points[None, :, :]) / widths
-        return float(apart.max(axis=2).min())
-
-    free = set(range(len(columns)))
-    places: list[int] = []
-    for one in found:
-        like = [
-            k
-            for k in free
-            if (columns[k].kind, columns[k].n_periods, columns[k].pattern) == (one.kind, one.n_periods, one.pattern)
-        ]
-        near = [k for k in free if distance(one, columns[k]) < 0.1]
-        candidates = like or near
-        if candidates:
-            place = min(candidates, key=lambda k: distance(one, columns[k]))
-            free.discard(place)
-            columns[place] = one
-        else:
-            place = len(columns)
-            columns.append(one)
-        places.append(place)
-    return places
