@@ -35,9 +35,9 @@ __all__ = [
     "__version__",
     "_basin_cells",
     "_bifurcation_diagram",
+    "_check_existence",
     "_existence_at",
     "_existence_cells",
-    "_existence_tile",
     "_group_attractors",
     "_lyapunov_exponents",
     "_numbers",
@@ -699,6 +699,9 @@ def _restore_orbits(
 def _restore_trajectory(scene: Scene, saved: dict[str, Any]) -> Trajectory: ...
 def _numbers(argument: str, value: ArrayLike) -> _FloatArray: ...
 def _rayleigh_coefficients(first: tuple[float, float], second: tuple[float, float]) -> tuple[float, float]: ...
+def _check_existence(
+    scene: Scene, pattern: _Pattern, x: tuple[str, ArrayLike], y: tuple[str, ArrayLike], n_periods: int
+) -> None: ...
 def _existence_at(
     scene: Scene, pattern: _Pattern, n_periods: int, ask: Callable[[], None] | None
 ) -> tuple[int, bool, bool, float]: ...
@@ -710,14 +713,6 @@ def _existence_cells(
     n_periods: int,
     threads: int | None,
     progress: bool,
-) -> _Cells: ...
-def _existence_tile(
-    scene: Scene,
-    pattern: _Pattern,
-    x: tuple[str, ArrayLike],
-    y: tuple[str, ArrayLike],
-    n_periods: int,
-    cells: tuple[int, int],
     ask: Callable[[], None] | None,
 ) -> _Cells: ...
 def _simulate_rows(
@@ -732,9 +727,9 @@ def _simulate_rows(
     keep: str,
     max_impacts: int | None,
     ramp: Ramp | Sequence[Ramp] | None,
+    first: int,
     threads: int | None,
     progress: bool,
-    first: int,
     ask: Callable[[], None] | None,
 ) -> tuple[_FloatArray, _FloatArray, NDArray[np.int64], list[str], NDArray[np.void]]: ...
 
@@ -747,6 +742,7 @@ def _basin_cells(
     scene: Scene,
     attractors: Sequence[tuple[str, Orbit | None, int, ArrayLike]],
     box: ArrayLike,
+    wrap: Sequence[tuple[int, float]],
     states: ArrayLike,
     phases: ArrayLike,
     phase: float,
@@ -762,6 +758,7 @@ def _basin_cells(
 def _settle_seeds(
     scene: Scene,
     box: ArrayLike,
+    wrap: Sequence[tuple[int, float]],
     seeds: ArrayLike,
     phase: float,
     longest_period: int,
@@ -775,7 +772,7 @@ def _settle_seeds(
     ask: Callable[[], None] | None,
 ) -> list[Any]: ...
 def _group_attractors(
-    seen: Sequence[tuple[str, int, ArrayLike] | None], box: ArrayLike, scene: Scene
+    seen: Sequence[tuple[str, int, ArrayLike] | None], box: ArrayLike, wrap: Sequence[tuple[int, float]], scene: Scene
 ) -> tuple[list[int], list[int]]: ...
 def _lyapunov_exponents(
     scene: Scene,

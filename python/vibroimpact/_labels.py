@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,39 +10,33 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core, _workers
 from vibroimpact._core import Scene
-from vibroimpact.attractors import Attractor, Attractors, check_all
+from vibroimpact.attractors import Attractor, Attractors, check_all, turns
 
-#: Labels of states that lead to no attractor.
-UNDECIDED, LOST, INSIDE = 0, -1, -2
+#: Labels of states that lead to no attractor, and of those that nobody has worked out.
+UNDECIDED, LOST, INSIDE, OPEN = 0, -1, -2, -3
 
-#: Cells of a piece of work: chunks of a store are as large.
-_PIECE = 10_000
+#: States, one a row, and their phases.
+Starts = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-def _label(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, Any]:
-    arguments: tuple[Any, ...] = (*piece, 1, False, ask)
+def seen(attractors: Sequence[Attractor]) -> list[tuple[Any, ...]]:
+    """Return attractors as motions are held against them."""
+    return [(one.kind, one.orbit, one.n_periods, one.points) for one in attractors]
+
+
+def labelled(shared: tuple[Any, ...], starts: Starts, own: _workers.Own) -> tuple[NDArray[np.int16], NDArray[np.int32]]:
+    """Return the label of each state, and the periods until it was decided.
+
+    Shared are a scene, attractors as seen, a box, its angles, and options.
+    """
+    scene, attractors, box, wrap, options = shared
+    arguments: tuple[Any, ...] = (scene, attractors, box, wrap, *starts, *options, *own)
     return _core._basin_cells(*arguments)
 
 
-def labels_of(
-    scene: Scene,
-    attractors: Sequence[Attractor],
-    box: NDArray[np.float64],
-    starts: tuple[NDArray[np.float64], NDArray[np.float64]],
-    options: tuple[Any, ...],
-    workers: _workers.Workers,
-    progress: bool,
-) -> tuple[NDArray[np.int16], NDArray[np.int32]]:
-    """Return the label of each state, and the periods until it was decided."""
-    seen = [(one.kind, one.orbit, one.n_periods, one.points) for one in attractors]
-    states, phases = starts
-    if not _workers.is_elsewhere(workers):
-        whole: tuple[Any, ...] = (scene, seen, box, states, phases, *options, _workers.threads(workers), progress, None)
-        return _core._basin_cells(*whole)
-    bounds = _workers.bounds(len(states), max(-(-len(states) // _PIECE), 1))
-    pieces = [(scene, seen, box, states[i:j], phases[i:j], *options) for i, j in bounds]
-    parts = _workers.run(_label, pieces, workers, progress=progress)
-    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+def turns_of(wrap: Mapping[int, float] | None, attractors: Sequence[Attractor] | None) -> tuple[tuple[int, float], ...]:
+    """Return the positions that are angles, and their turns: those of the attractors where none are given."""
+    return attractors.wrap if wrap is None and isinstance(attractors, Attractors) else turns(wrap)
 
 
 def check_attractors(scene: Scene, attractors: Sequence[Attractor], phase: float) -> None:

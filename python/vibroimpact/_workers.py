@@ -8,21 +8,39 @@ from __future__ import annotations
 
 import itertools
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 Part = TypeVar("Part")
 
+
+@runtime_checkable
+class Client(Protocol):
+    """What gives an executor, such as a client of Dask."""
+
+    def get_executor(self, **options: Any) -> Executor:
+        """Give an executor."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, pure: bool) -> Any:
+        """Begin a call."""
+
+
 #: What ``workers=`` may be.
-Workers = int | Executor | Callable[..., Iterable[Any]] | None
+Workers = int | Executor | Client | Callable[..., Iterable[Any]] | None
 
 #: Asks whether to go on; raises where not.
 Ask = Callable[[], None]
+
+#: What the core takes in the end: threads (None: one for each core), whether it shows progress, what it asks.
+Own = tuple[int | None, bool, Ask | None]
+
+#: Takes what all pieces share, its piece, and its own.
+Work = Callable[[Any, Any, Own], Part]
 
 #: Pieces handed to an executor: enough to share evenly, each long enough to be worth sending.
 _PIECES = 64
@@ -33,10 +51,20 @@ _ANSWER = 0.1  # [s] between two looks for what is done
 _broken_off: set[str] = set()
 
 
-def bounds(total: int, pieces: int = _PIECES) -> list[tuple[int, int]]:
+def bounds(total: int, pieces: int) -> list[tuple[int, int]]:
     """Cut ``range(total)`` into pieces of nearly equal length."""
     edges = np.linspace(0, total, min(total, pieces) + 1).astype(int)
     return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]
+
+
+def pieces(total: int, workers: Workers) -> list[tuple[int, int]]:
+    """Cut ``range(total)`` into pieces for whatever runs them: the core's threads share one."""
+    return bounds(total, count(workers)) or [(0, 0)]
+
+
+def count(workers: Workers) -> int:
+    """Return the number of pieces that work is cut into at least."""
+    return _PIECES if is_elsewhere(workers) else 1
 
 
 def threads(workers: Workers) -> int | None:
@@ -60,35 +88,67 @@ def is_elsewhere(workers: Workers) -> bool:
     return workers is not None and not isinstance(workers, int)
 
 
-def run(function: Callable[[Any, Ask], Part], pieces: Sequence[Any], workers: Workers, *, progress: bool = False) -> list[Part]:
-    """Run the function on every piece, in order, by an executor or a map-like callable.
+def run(work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Workers, *, progress: bool = False) -> list[Part]:
+    """Do every piece and return the parts in order; as `completed`."""
+    parts: dict[int, Part] = {}
+    with closing(completed(work, shared, pieces, workers, progress=progress)) as done:
+        parts.update(done)
+    return [parts[place] for place in range(len(pieces))]
 
-    A piece that fails, or Ctrl-C, breaks the sweep off at once: the pieces that wait are cancelled.
+
+def completed(
+    work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Workers, *, progress: bool = False
+) -> Generator[tuple[int, Part], None, None]:
+    """Do every piece, and give each part, with the place of its piece, as soon as it is done.
+
+    Threads of the core do one piece after another, and show the progress of a single one themselves. A piece that fails,
+    Ctrl-C, or an end before all are taken breaks the sweep off at once: the pieces that wait are cancelled.
 
     Raises
     ------
     ValueError
-        ``workers`` is neither.
+        ``workers`` is nothing that runs pieces.
     """
-    sweep = uuid.uuid4().hex
-    task = partial(_piece, function, sweep)
+    if not is_elsewhere(workers) and len(pieces) == 1:
+        yield 0, work(shared, pieces[0], (threads(workers), progress, None))
+        return
     with _bar(len(pieces), progress) as advance:
-        try:
-            if isinstance(workers, Executor) or hasattr(workers, "submit"):
-                return _submitted(task, pieces, workers, advance)
-            if callable(workers):
-                return _mapped(task, pieces, workers, advance)
-        except BaseException:
-            _broken_off.add(sweep)
-            raise
-    message = f"workers is {workers!r}, but it must be an int, an executor, or a map-like callable"
-    raise ValueError(message)
+        for count, done in enumerate(_parts(work, shared, pieces, workers), start=1):
+            yield done
+            advance(count)
 
 
-def _piece(function: Callable[[Any, Ask], Part], sweep: str, piece: Any) -> Part:
+def _parts(work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Workers) -> Iterator[tuple[int, Part]]:
+    if not is_elsewhere(workers):
+        own = (threads(workers), False, None)
+        yield from ((place, work(shared, piece, own)) for place, piece in enumerate(pieces))
+        return
+    sweep = uuid.uuid4().hex
+    task = partial(_piece, work, sweep)
+    try:
+        if isinstance(workers, Client):  # what is shared goes to its workers once, and is made again if one dies
+            data = workers.submit(_itself, shared, pure=False)
+            yield from _submitted(workers.get_executor(pure=False), task, data, pieces)
+        elif isinstance(workers, Executor) or hasattr(workers, "submit"):
+            yield from _submitted(workers, task, shared, pieces)
+        elif callable(workers):
+            yield from enumerate(workers(partial(task, shared), pieces))
+        else:
+            message = f"workers is {workers!r}, but it must be an int, an executor, or a map-like callable"
+            raise ValueError(message)
+    except BaseException:
+        _broken_off.add(sweep)
+        raise
+
+
+def _itself(shared: Part) -> Part:
+    return shared
+
+
+def _piece(work: Work[Part], sweep: str, shared: Any, piece: Any) -> Part:
     ask = partial(_go_on, sweep)
     ask()
-    return function(piece, ask)
+    return work(shared, piece, (1, False, ask))
 
 
 def _go_on(sweep: str) -> None:
@@ -97,37 +157,24 @@ def _go_on(sweep: str) -> None:
         raise RuntimeError(message)
 
 
-def _mapped(task: Any, pieces: Sequence[Any], workers: Any, advance: Callable[[int], None]) -> list[Any]:
-    parts = []
-    for part in workers(task, pieces):
-        parts.append(part)
-        advance(len(parts))
-    return parts
-
-
-def _submitted(task: Any, pieces: Sequence[Any], workers: Any, advance: Callable[[int], None]) -> list[Any]:
-    futures: list[Any] = []
+def _submitted(executor: Any, task: Any, shared: Any, pieces: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    """Give the parts of the pieces as they are done."""
+    places: dict[Future[Any], int] = {}
     try:
-        for piece in pieces:
-            futures.append(workers.submit(task, piece))
-        if all(isinstance(future, Future) for future in futures):
-            _await(futures, advance)
-        return [future.result() for future in futures]
+        for place, piece in enumerate(pieces):
+            places[executor.submit(task, shared, piece)] = place
+        if not all(isinstance(future, Future) for future in places):
+            for future in list(places):
+                yield places.pop(future), future.result()
+        waiting = set(places)
+        while waiting:
+            done, waiting = wait(waiting, timeout=_ANSWER, return_when=FIRST_COMPLETED)
+            for future in sorted(done, key=places.__getitem__):
+                yield places.pop(future), future.result()
     except BaseException:
-        for future in futures:
+        for future in places:
             future.cancel()
         raise
-
-
-def _await(futures: list[Future[Any]], advance: Callable[[int], None]) -> None:
-    """Wait until all are done, or raise what one of them raised."""
-    waiting = set(futures)
-    while waiting:
-        done, waiting = wait(waiting, timeout=_ANSWER, return_when=FIRST_COMPLETED)
-        for future in futures:
-            if future in done:
-                future.result()
-        advance(len(futures) - len(waiting))
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, overload
 
@@ -84,6 +84,8 @@ class Attractors(ArrayResult, Sequence[Attractor]):
         Low and high of each position, then of each velocity.
     phase : float
         The phase of the forcing [rad] at which motions began and points were taken.
+    wrap : tuple of (int, float)
+        The positions that are angles, and the turn of each.
     scene : Scene
         The scene.
     """
@@ -94,10 +96,12 @@ class Attractors(ArrayResult, Sequence[Attractor]):
     of_seed: NDArray[np.int64]
     box: NDArray[np.float64]
     phase: float
+    wrap: tuple[tuple[int, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse arrays that are none of one search; a list of attractors becomes a tuple."""
         object.__setattr__(self, "all", tuple(self.all))
+        object.__setattr__(self, "wrap", tuple((int(position), float(turn)) for position, turn in self.wrap))
         self._check_types({"scene": Scene, "phase": float})
         check_all(self.all)
         k, width = np.shape(self.seeds)[:1], (2 * self.scene.n_dof,)
@@ -142,8 +146,9 @@ def check_all(attractors: Sequence[Any]) -> None:
 _LEFT = {"undecided": -1, "lost": -2, "inside": -3}
 
 
-def _settle(piece: tuple[Any, ...], ask: _workers.Ask) -> list[Any]:
-    arguments: tuple[Any, ...] = (*piece, 1, False, ask)
+def _settled(shared: tuple[Any, ...], starts: NDArray[np.float64], own: _workers.Own) -> list[Any]:
+    scene, sides, angles, *rest = shared
+    arguments: tuple[Any, ...] = (scene, sides, angles, starts, *rest, *own)
     return _core._settle_seeds(*arguments)
 
 
@@ -157,6 +162,7 @@ def find_attractors(
     transient: int = 200,
     max_periods: int = 2000,
     rng: int | np.random.Generator = 0,
+    wrap: Mapping[int, float] | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
     atol: float = 1e-12,
@@ -185,6 +191,8 @@ def find_attractors(
         Periods that are left out, and after which a motion that has not settled is told by its exponents.
     rng : int or numpy.random.Generator, default 0
         What random states are drawn with.
+    wrap : dict, optional
+        Of positions that are angles the turn after which they are the same: ``{0: 2 * np.pi}``.
     method, rtol, atol
         As for ``simulate``.
     workers : int, Executor or callable, optional
@@ -218,19 +226,30 @@ def find_attractors(
     """
     sides = np.array(box, dtype=np.float64)
     starts = _starts(scene, sides, seeds, rng)
+    angles = turns(wrap)
     rest = (phase, longest_period, transient, max_periods, method, rtol, atol)
-    if not _workers.is_elsewhere(workers):
-        found = _core._settle_seeds(scene, sides, starts, *rest, _workers.threads(workers), progress, None)
-    else:
-        pieces = [(scene, sides, starts[i:j], *rest) for i, j in _workers.bounds(len(starts))]
-        found = [one for part in _workers.run(_settle, pieces, workers, progress=progress) for one in part]
+    pieces = [starts[i:j] for i, j in _workers.pieces(len(starts), workers)]
+    parts = _workers.run(_settled, (scene, sides, angles, *rest), pieces, workers, progress=progress)
+    found = [one for part in parts for one in part]
     seen = [None if isinstance(one, str) else (one[0], one[2], one[3]) for one in found]
-    places, first = _core._group_attractors(seen, sides, scene)
+    places, first = _core._group_attractors(seen, sides, angles, scene)
     of_seed = np.array([place if place >= 0 else _LEFT[one] for place, one in zip(places, found, strict=True)], dtype=np.int64)
     outside = max(int((of_seed != _LEFT["inside"]).sum()), 1)
     fractions = [float((of_seed == k).sum() / outside) for k in range(len(first))]
     all_found = tuple(_attractor(found[i], fraction) for i, fraction in zip(first, fractions, strict=True))
-    return Attractors(scene, all_found, starts, of_seed, sides, float(phase))
+    return Attractors(scene, all_found, starts, of_seed, sides, float(phase), angles)
+
+
+def turns(wrap: Mapping[int, float] | None) -> tuple[tuple[int, float], ...]:
+    """Return the positions that are angles, and their turns."""
+    if wrap is not None and not isinstance(wrap, Mapping):
+        message = f"wrap is {wrap!r}, but a dict {{position: its turn}} is needed"
+        raise TypeError(message)
+    for position in wrap or {}:
+        if isinstance(position, bool) or not isinstance(position, (int, np.integer)) or position < 0:
+            message = f"wrap has the position {position!r}, but positions are counted from 0"
+            raise ValueError(message)
+    return tuple((int(position), float(turn)) for position, turn in (wrap or {}).items())
 
 
 def _attractor(parts: tuple[Any, ...], fraction: float) -> Attractor:

@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact import _axis, _boundary, _workers
+from vibroimpact import _boundary, _plane, _workers
 from vibroimpact._boundary import Fit
+from vibroimpact._cells import Columns, Tile, worked_out
 from vibroimpact._core import Scene
-from vibroimpact._labels import INSIDE, LOST, UNDECIDED, check_attractors, labels_of
+from vibroimpact._kept import with_scene, without_scene
+from vibroimpact._labels import INSIDE, LOST, OPEN, UNDECIDED, check_attractors, labelled, seen, turns_of
+from vibroimpact._plane import Plane
 from vibroimpact._results import ArrayResult
+from vibroimpact._store import Store, untold
 from vibroimpact.attractors import Attractor, Attractors, check_all, find_attractors
 
 __all__ = ["Basins", "Fit", "basins"]
+
+_COLUMNS: Columns = {"iterations": ("i4", 0), "labels": ("i2", OPEN)}
+
+
+_LEFT = {"lost": LOST, "inside a stop": INSIDE, "not worked out yet": OPEN}
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +35,7 @@ class Basins(ArrayResult):
     Attributes
     ----------
     labels : ndarray of int16, shape (ny, nx)
-        k + 1 where a state leads to ``attractors[k]``; 0 undecided, -1 lost, -2 inside a stop.
+        k + 1 where a state leads to ``attractors[k]``; 0 undecided, -1 lost, -2 inside a stop, -3 not worked out yet.
     iterations : ndarray of int32, shape (ny, nx)
         Periods of the forcing until it was decided.
     x, y : ndarray, shape (nx,) and (ny,)
@@ -54,8 +63,8 @@ class Basins(ArrayResult):
 
     @property
     def fractions(self) -> NDArray[np.float64]:
-        """The part of the cells outside every stop that leads to each attractor."""
-        outside = max(int((self.labels != INSIDE).sum()), 1)
+        """The part of the cells worked out, outside every stop, that leads to each attractor."""
+        outside = max(int(((self.labels != INSIDE) & (self.labels != OPEN)).sum()), 1)
         return np.array([(self.labels == k + 1).sum() / outside for k in range(len(self.attractors))])
 
     def entropy(self, cells: int = 10) -> tuple[float, float]:
@@ -84,7 +93,7 @@ class Basins(ArrayResult):
     def __repr__(self) -> str:
         """Say how large the basins are, and what to do about states that were not decided."""
         parts = [f"{fraction:.3g}" for fraction in self.fractions]
-        left = [(name, int((self.labels == label).sum())) for name, label in (("lost", LOST), ("inside a stop", INSIDE))]
+        left = [(name, int((self.labels == label).sum())) for name, label in _LEFT.items()]
         others = "".join(f", {count} {name}" for name, count in left if count)
         undecided = int((self.labels == UNDECIDED).sum())
         remedy = ""
@@ -92,99 +101,6 @@ class Basins(ArrayResult):
             remedy = f", {undecided} undecided: more max_periods, or find_attractors with these states as seeds"
         plane = f"{self.x_name} x {self.y_name}, {self.labels.shape[1]} x {self.labels.shape[0]}"
         return f"Basins({plane}: fractions [{', '.join(parts)}]{others}{remedy})"
-
-
-def _axis_values(name: str, axis: Any) -> NDArray[np.float64] | float:
-    """Return the midpoints of ``(low, high, cells)``, the values of an axis, or a number."""
-    if isinstance(axis, tuple) and len(axis) == 3 and isinstance(axis[2], (int, np.integer)) and not isinstance(axis[2], bool):
-        low, high, cells = float(axis[0]), float(axis[1]), int(axis[2])
-        if not (np.isfinite(low) and np.isfinite(high) and low < high and cells >= 1):
-            message = f"{name} is {axis!r}, but (low, high, cells) must be finite, low below high, with at least one cell"
-            raise ValueError(message)
-        return low + (high - low) * (np.arange(cells) + 0.5) / cells
-    if np.ndim(axis) == 0:
-        value = float(axis)
-        if not np.isfinite(value):
-            message = f"{name} is {value}, but it must be finite"
-            raise ValueError(message)
-        return value
-    values = _axis.grid(axis, name)
-    if not np.isfinite(values).all():
-        message = f"{name} has a value that is not finite"
-        raise ValueError(message)
-    return values
-
-
-def _coordinates(scene: Scene, q: Any, v: Any) -> dict[str, NDArray[np.float64] | float]:
-    """Return an axis or a number for each coordinate, those that vary first in the order given."""
-    given: dict[str, NDArray[np.float64] | float] = {}
-    for kind, own in (("q", q), ("v", v)):
-        if not isinstance(own, Mapping):
-            if own is not None and scene.n_dof > 1:
-                message = (
-                    f"{kind} is {own!r}, but of {scene.n_dof} degrees of freedom a dict {{coordinate: axis or number}} is needed"
-                )
-                raise ValueError(message)
-            own = {0: own} if own is not None else {}
-        for index, axis in own.items():
-            if not isinstance(index, (int, np.integer)) or not 0 <= index < scene.n_dof:
-                message = f"{kind} has the coordinate {index!r}, but the scene has {scene.n_dof}, counted from 0"
-                raise ValueError(message)
-            given[f"{kind}[{index}]"] = _axis_values(f"{kind}[{index}]", axis)
-    names = [f"{kind}[{i}]" for kind in "qv" for i in range(scene.n_dof)]
-    missing = [name for name in names if name not in given]
-    if missing:
-        message = f"{', '.join(missing)} is not given, but every coordinate needs an axis or a number"
-        raise ValueError(message)
-    return given
-
-
-def _plane(scene: Scene, q: Any, v: Any) -> tuple[list[str], list[NDArray[np.float64]], NDArray[np.float64], NDArray[np.float64]]:
-    """Return names and values of both axes, the states of all cells, and the box that they span."""
-    given = _coordinates(scene, q, v)
-    names = [name for name, axis in given.items() if isinstance(axis, np.ndarray)]
-    if len(names) != 2:
-        message = f"{len(names)} coordinates vary, but two must: (low, high, cells) or values each, the others numbers"
-        raise ValueError(message)
-    x, y = (np.asarray(given[name]) for name in names)
-    columns = []
-    sides = []
-    for kind in "qv":
-        for i in range(scene.n_dof):
-            axis = given[f"{kind}[{i}]"]
-            sides.append((np.min(axis), np.max(axis)))
-            place = names.index(f"{kind}[{i}]") if f"{kind}[{i}]" in names else None
-            shaped = np.asarray(axis) if place is None else (x[None, :] if place == 0 else y[:, None])
-            columns.append(np.broadcast_to(shaped, (len(y), len(x))).ravel())
-    return names, [x, y], np.column_stack(columns), np.array(sides, dtype=np.float64)
-
-
-def _after_impact(
-    scene: Scene, impact: Mapping[str, Any]
-) -> tuple[list[str], list[NDArray[np.float64]], NDArray[np.float64], NDArray[np.float64]]:
-    """Return names and values of both axes, the states right after the impacts, and their phases."""
-    if scene.n_dof != 1:
-        message = f"impact is given, but the scene has {scene.n_dof} degrees of freedom: states right after an impact need one"
-        raise ValueError(message)
-    if set(impact) != {"stop", "phase", "speed"}:
-        message = f"impact has the keys {sorted(impact)}, but stop, phase and speed are needed"
-        raise ValueError(message)
-    stop = impact["stop"]
-    if not isinstance(stop, (int, np.integer)) or not 0 <= stop < len(scene.stops):
-        message = f"stop is {stop!r}, but the scene has {len(scene.stops)} stops"
-        raise ValueError(message)
-    phase, speed = (_axis_values(name, impact[name]) for name in ("phase", "speed"))
-    if not (isinstance(phase, np.ndarray) and isinstance(speed, np.ndarray)):
-        message = "impact has a number in place of an axis, but phase and speed must both vary"
-        raise ValueError(message)
-    if getattr(scene.stops[stop], "motion", None) is not None:
-        message = f"stop {stop} moves, but states after an impact are those of a stop that rests: give q and v"
-        raise ValueError(message)
-    here, there = (float(scene.gaps([x])[stop]) for x in (0.0, 1.0))
-    place, opening = -here / (there - here), np.sign(there - here)
-    grid_phase, grid_speed = np.meshgrid(phase, speed)
-    states = np.column_stack([np.full(grid_phase.size, place), opening * grid_speed.ravel()])
-    return ["phase", "speed"], [phase, speed], states, grid_phase.ravel()
 
 
 def basins(
@@ -198,10 +114,13 @@ def basins(
     box: ArrayLike | None = None,
     hits: int | None = None,
     max_periods: int = 2000,
+    wrap: Mapping[int, float] | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
     atol: float = 1e-12,
     workers: _workers.Workers = None,
+    store: Any = None,
+    overwrite: bool = False,
     progress: bool = False,
 ) -> Basins:
     """Say of each state of a plane to which attractor it leads.
@@ -232,10 +151,17 @@ def basins(
         Periods for which a motion must follow an attractor; default three of an orbit's own, 20 of a set.
     max_periods : int, default 2000
         Periods after which a state is left undecided.
+    wrap : dict, optional
+        Of positions that are angles the turn after which they are the same: ``{0: 2 * np.pi}``; default that of the attractors.
     method, rtol, atol
         As for ``simulate``.
     workers : int, Executor or callable, optional
         As for ``simulate_many``. The bits are the same with any.
+    store : str, path-like or store of zarr, optional
+        A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
+        off, with the same bits; ``load`` opens what is there. Functions of the scene are told from others by their own code.
+    overwrite : bool, default False
+        Whether a store that other arguments have made is replaced.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -248,7 +174,10 @@ def basins(
     ------
     ValueError
         Other than two axes, axes or numbers that are not finite, a coordinate without either, ``impact`` with q or v or more than
-        one degree of freedom; a scene without a forcing period; attractors of another scene.
+        one degree of freedom; a scene without a forcing period; attractors of another scene; a store that is a file, has
+        something else in it, or was made with other arguments.
+    OSError
+        A store that cannot be written. What it had before is kept.
 
     Examples
     --------
@@ -261,33 +190,69 @@ def basins(
     if impact is not None and (q is not None or v is not None):
         message = "impact is given with q or v, but states are given by one of them"
         raise ValueError(message)
-    if impact is None:
-        names, axes, states, sides = _plane(scene, q, v)
-        phases = np.full(len(states), float(phase))
-    else:
-        names, axes, states, phases = _after_impact(scene, impact)
-        sides = None
-    around = _box(box, attractors, sides)
-    if attractors is None:
-        search = {"phase": phase, "method": method, "rtol": rtol, "atol": atol, "workers": workers, "progress": progress}
-        attractors = find_attractors(scene, around, **search)  # type: ignore[arg-type]
-    check_attractors(scene, attractors, phase)
+    plane = _plane.after_impact(scene, impact) if impact is not None else _plane.of_coordinates(scene, q, v, float(phase))
+    around = _box(box, attractors, plane if impact is None else None)
     options = (float(phase), max_periods, hits, method, rtol, atol)
-    labels, iterations = labels_of(scene, attractors, around, (states, phases), options, workers, progress)
-    shape = (len(axes[1]), len(axes[0]))
-    kept = attractors if isinstance(attractors, Attractors) else tuple(attractors)
-    return Basins(labels.reshape(shape), iterations.reshape(shape), axes[0], axes[1], names[0], names[1], kept)
+    if attractors is not None:
+        check_attractors(scene, attractors, phase)
+    angles = turns_of(wrap, attractors)
+    nothing = np.empty((0, 2 * scene.n_dof)), np.empty(0)
+    labelled((scene, seen(attractors or ()), around, angles, options), nothing, (1, False, None))  # refuses what may not be
+    kept = None
+    if store is not None:
+        arguments = {
+            "scene": scene,
+            "plane": [getattr(plane, own.name) for own in fields(plane)],
+            "phase": float(phase),
+            "attractors": None if attractors is None else without_scene(attractors),
+            "box": around,
+            "hits": hits,
+            "wrap": angles,
+            "max_periods": max_periods,
+            "method": method,
+            "rtol": float(rtol),
+            "atol": float(atol),
+        }
+        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, _COLUMNS, overwrite=overwrite)
+    if attractors is None and kept is not None and (known := kept.kept("attractors")) is not None:
+        attractors = with_scene(known, scene)
+    if attractors is None:
+        engine = {"workers": workers, "progress": progress}
+        search = {"phase": phase, "wrap": wrap, "method": method, "rtol": rtol, "atol": atol, **engine}
+        attractors = find_attractors(scene, around, **search)  # type: ignore[arg-type]
+        if kept is not None:
+            kept.keep("attractors", without_scene(attractors))
+    shared = (plane, scene, seen(attractors), around, angles, options)
+    shape, pieces = (plane.y.size, plane.x.size), _workers.count(workers)
+    found = worked_out(_tile, shared, shape, _COLUMNS, pieces, workers, progress, kept)
+    own = attractors if isinstance(attractors, Attractors) else tuple(attractors)
+    return Basins(found["labels"], found["iterations"], plane.x, plane.y, plane.x_name, plane.y_name, own)
 
 
-def _box(box: ArrayLike | None, attractors: Sequence[Attractor] | None, sides: NDArray[np.float64] | None) -> NDArray[np.float64]:
+def _tile(shared: tuple[Any, ...], tile: Tile, own: _workers.Own) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
+    plane, *rest = shared
+    labels, iterations = labelled(tuple(rest), plane.starts(tile), own)
+    return iterations, labels
+
+
+def _box(box: ArrayLike | None, attractors: Sequence[Attractor] | None, plane: Plane | None) -> NDArray[np.float64]:
     """Return the box by which distances are measured."""
     if box is not None:
         return np.array(box, dtype=np.float64)
     if isinstance(attractors, Attractors):
         return attractors.box
-    if sides is None:
+    if plane is None:
         message = (
             "box is not given, but with impact= it, or attractors of find_attractors, must say by what distances are measured"
         )
         raise ValueError(message)
-    return sides
+    return plane.box
+
+
+def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Basins:
+    """Return the basins that a store holds, finished or not."""
+    arguments = contents["arguments"]
+    known = untold(contents["attractors"] if "attractors" in contents else arguments["attractors"])
+    attractors = () if known is None else with_scene(known, untold(arguments["scene"]))
+    x_name, y_name = untold(arguments["plane"])[:2]
+    return Basins(x_name=x_name, y_name=y_name, attractors=attractors, **arrays)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _axis, _workers
 from vibroimpact._core import Scene
-from vibroimpact._labels import INSIDE, LOST, UNDECIDED, check_attractors, labels_of
+from vibroimpact._labels import INSIDE, LOST, UNDECIDED, check_attractors, labelled, seen, turns_of
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, drawn, find_attractors
 
@@ -75,6 +75,7 @@ def basin_fractions(
     phase: float = 0.0,
     max_periods: int = 2000,
     rng: int | np.random.Generator = 0,
+    wrap: Mapping[int, float] | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
     atol: float = 1e-12,
@@ -97,7 +98,7 @@ def basin_fractions(
         distance.
     attractors : sequence of Attractor, optional
         As ``find_attractors`` finds them; without, it is called first. Not with ``axis``.
-    phase, max_periods, method, rtol, atol, workers, progress
+    phase, max_periods, wrap, method, rtol, atol, workers, progress
         As for ``basins``.
     rng : int or numpy.random.Generator, default 0
         What random states are drawn with.
@@ -124,12 +125,15 @@ def basin_fractions(
         raise ValueError(message)
     sides = np.array(box, dtype=np.float64)
     states = drawn(scene, sides, int(samples), rng)
-    search = {"phase": phase, "method": method, "rtol": rtol, "atol": atol, "workers": workers, "progress": progress}
+    engine = {"workers": workers, "progress": progress}
+    search = {"phase": phase, "wrap": wrap, "method": method, "rtol": rtol, "atol": atol, **engine}
     options = (float(phase), max_periods, None, method, rtol, atol)
+    turns = turns_of(wrap, attractors)
 
     def measured(own: Scene, found: Sequence[Attractor]) -> NDArray[np.int16]:
-        starts = (states, np.full(samples, float(phase)))
-        return labels_of(own, found, sides, starts, options, workers, progress)[0]
+        shared = (own, seen(found), sides, turns, options)
+        pieces = [(states[i:j], np.full(j - i, float(phase))) for i, j in _workers.pieces(samples, workers)]
+        return np.concatenate([part[0] for part in _workers.run(labelled, shared, pieces, workers, progress=progress)])
 
     if axis is None:
         if attractors is None:

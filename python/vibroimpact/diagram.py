@@ -171,8 +171,10 @@ def poincare_points(
     return PoincarePoints(*_core._poincare_points(motion, phase, stops, plane))
 
 
-def _piece(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:
-    arguments: tuple[Any, ...] = (*piece, ask)
+def _part(shared: tuple[Any, ...], piece: tuple[Any, str, NDArray[np.float64]], own: _workers.Own) -> tuple[Any, ...]:
+    scene, name, *rest = shared
+    made, way, values = piece
+    arguments: tuple[Any, ...] = (scene if made is None else made, name, values, way, *rest, *own)
     return _core._bifurcation_diagram(*arguments)
 
 
@@ -200,7 +202,7 @@ def bifurcation_diagram(
     Parameters
     ----------
     scene : Scene or callable
-        A scene whose forcing has a period, or ``value -> Scene``, called for all values before anything is simulated.
+        A scene, or ``value -> Scene``, called for all values before anything is simulated.
     axis : (str, array_like) or array_like, shape (m,)
         A name of ``Scene.replace`` as for ``existence_map`` and its values, in any order; for a callable the values alone.
     direction : {"up", "down", "both"}, default "up"
@@ -208,9 +210,11 @@ def bifurcation_diagram(
     q0, v0 : array_like, shape (n,), optional
         Where the first value begins, and without ``carry`` each: default at rest at zero. What lies behind a stop is put onto it.
     transient, periods : int, default 200 and 50
-        Periods of the forcing that are left out at each value, and that are looked at.
+        Periods of the forcing that are left out at each value, and that are looked at; of a scene without such a period impacts
+        on ``stops``. Where none comes for long (some thousand turns), there are fewer.
     section : {"phase", "impact"}, default "phase"
-        Whether the motion is looked at once in each period, at ``phase``, or after the impacts on ``stops``.
+        Whether the motion is looked at once in each period, at ``phase``, or after the impacts on ``stops``; "impact" alone where
+        the forcing has no period.
     phase : float, default 0.0
         The phase of the forcing [rad].
     stops : int or sequence of int, optional
@@ -232,7 +236,8 @@ def bifurcation_diagram(
     Raises
     ------
     ValueError
-        No values, values that are not finite or may not be taken, a name that does not exist, a scene without a forcing period.
+        No values, values that are not finite or may not be taken, a name that does not exist, ``section="phase"`` of a scene without
+        a forcing period.
 
     Examples
     --------
@@ -250,18 +255,16 @@ def bifurcation_diagram(
     rest = (q0, v0, transient, periods, section, phase, stops, carry, method, rtol, atol)
 
     def made(own: NDArray[np.float64]) -> Any:
-        return [_scene(scene, float(value)) for value in own] if callable(scene) else scene
+        return [_scene(scene, float(value)) for value in own] if callable(scene) else None
 
-    if not _workers.is_elsewhere(workers):
-        parts = [
-            _core._bifurcation_diagram(made(values), name, values, direction, *rest, _workers.threads(workers), progress, None)
-        ]
-    else:
+    cuts = [(direction, values)]
+    if _workers.is_elsewhere(workers):
         ordered = np.sort(values)
-        bounds = [(0, values.size)] if carry else _workers.bounds(values.size)
+        bounds = [(0, values.size)] if carry else _workers.pieces(values.size, workers)
         cuts = [(way, ordered[i:j]) for way in ways for i, j in (bounds if way == "up" else bounds[::-1])]
-        pieces = [(made(own), name, own, way, *rest, 1, False) for way, own in cuts]
-        parts = _workers.run(_piece, pieces, workers, progress=progress)
+    pieces = [(made(own), way, own) for way, own in cuts]
+    shared = (None if callable(scene) else scene, name, *rest)
+    parts = _workers.run(_part, shared, pieces, workers, progress=progress)
     return _assembled(name, parts)
 
 

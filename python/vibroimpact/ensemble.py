@@ -64,8 +64,10 @@ class Ensemble(ArrayResult):
 _NOTHING = Scene(LinearSystem(1.0, 0.0, 0.0))
 
 
-def _rows(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[Any, ...]:
-    arguments: tuple[Any, ...] = (*piece, ask)
+def _rows(shared: tuple[Any, ...], piece: tuple[Any, ...], own: _workers.Own) -> tuple[Any, ...]:
+    scene, *rest = shared
+    scenes, q0, v0, first = piece
+    arguments: tuple[Any, ...] = (scene if scenes is None else scenes, q0, v0, *rest, first, *own)
     return _core._simulate_rows(*arguments)
 
 
@@ -106,8 +108,8 @@ def _states(argument: str, value: ArrayLike, n_dof: int) -> NDArray[np.float64]:
     return rows
 
 
-def _in_pieces(scene: Scene | list[Scene], q0: ArrayLike, v0: ArrayLike) -> list[tuple[Any, ...]]:
-    """Cut scenes and states into pieces: scene or scenes, rows, and the number of the first."""
+def _in_pieces(scene: Scene | list[Scene], q0: ArrayLike, v0: ArrayLike, workers: _workers.Workers) -> list[tuple[Any, ...]]:
+    """Cut scenes and states into pieces: their scenes, unless all share one, rows, and the number of the first."""
     n_dof = scene.n_dof if isinstance(scene, Scene) else scene[0].n_dof
     states = [_states("q0", q0, n_dof), _states("v0", v0, n_dof)]
     counts = [len(rows) for rows in states] + ([len(scene)] if isinstance(scene, list) else [])
@@ -120,10 +122,10 @@ def _in_pieces(scene: Scene | list[Scene], q0: ArrayLike, v0: ArrayLike) -> list
     def part(rows: NDArray[np.float64], i: int, j: int) -> NDArray[np.float64]:
         return rows if len(rows) == 1 and k > 1 else rows[i:j]
 
-    def scenes(i: int, j: int) -> Scene | list[Scene]:
-        return scene[i:j] if isinstance(scene, list) else scene
+    def scenes(i: int, j: int) -> list[Scene] | None:
+        return scene[i:j] if isinstance(scene, list) else None
 
-    return [(scenes(i, j), *(part(rows, i, j) for rows in states), i) for i, j in _workers.bounds(k) or [(0, 0)]]
+    return [(scenes(i, j), *(part(rows, i, j) for rows in states), i) for i, j in _workers.pieces(k, workers)]
 
 
 def simulate_many(
@@ -198,11 +200,9 @@ def simulate_many(
     if isinstance(scene, list) and not scene:
         scene, q0, v0 = _NOTHING, np.empty((0, 1)), np.empty((0, 1))
     rest = (t_span, method, rtol, atol, t_eval, keep, max_impacts, ramp)
-    if _workers.is_elsewhere(workers):
-        pieces = [(*piece[:3], *rest, 1, False, piece[3]) for piece in _in_pieces(scene, q0, v0)]
-        parts = _workers.run(_rows, pieces, workers, progress=progress)
-    else:
-        parts = [_core._simulate_rows(scene, q0, v0, *rest, _workers.threads(workers), progress, 0, None)]
+    pieces = _in_pieces(scene, q0, v0, workers) if _workers.is_elsewhere(workers) else [(scene, q0, v0, 0)]
+    shared = (scene if isinstance(scene, Scene) else None, *rest)
+    parts = _workers.run(_rows, shared, pieces, workers, progress=progress)
     q, v, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(3))
     status = np.concatenate([np.array(part[3], dtype=np.str_) for part in parts])
     impacts = np.concatenate([part[4] for part in parts]) if keep == "impacts" else None

@@ -10,13 +10,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _axis, _core, _workers
+from vibroimpact._cells import Columns, Found, Tile, worked_out
 from vibroimpact._core import Scene
 from vibroimpact._results import ArrayResult
+from vibroimpact._store import Store, untold
 
 __all__ = ["ExistenceMap", "existence_map"]
 
-#: Pieces handed to an executor where a function of Python, which may be slow, makes each cell.
+_COLUMNS: Columns = {
+    "is_admissible": ("?", False),
+    "is_stable": ("?", False),
+    "multiplier": ("f8", np.nan),
+    "n_orbits": ("i8", -1),
+}
+
+#: Pieces where a function of Python, which may be slow, makes each cell.
 _CALLED_PIECES = 1024
+
+_Axis = tuple[str | None, NDArray[np.float64]]
 
 Pattern = Iterable[int | tuple[int, ...]]
 
@@ -32,7 +43,7 @@ class ExistenceMap(ArrayResult):
     x_name, y_name : str or None
         What they are, None for a map made by a callable.
     n_orbits : ndarray of int, shape (ny, nx)
-        Number of orbits, admissible or not.
+        Number of orbits, admissible or not; -1 in a store where it has not been worked out yet.
     is_admissible, is_stable : ndarray of bool, shape (ny, nx)
         Whether one of them is admissible; admissible and stable.
     multiplier : ndarray, shape (ny, nx)
@@ -64,26 +75,34 @@ class ExistenceMap(ArrayResult):
         """Say what the map is over and what it found."""
         cells = self.n_orbits.size
         found = (
-            f"{np.count_nonzero(self.n_orbits)} with an orbit, {np.count_nonzero(self.is_admissible)} with an admissible "
+            f"{np.count_nonzero(self.n_orbits > 0)} with an orbit, {np.count_nonzero(self.is_admissible)} with an admissible "
             f"one, {np.count_nonzero(self.is_stable)} with a stable admissible one"
         )
         return f"ExistenceMap({self.x_name or 'x'} x {self.y_name or 'y'}, {cells} cells: {found})"
 
 
-def _tile(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[NDArray[Any], ...]:
-    arguments: tuple[Any, ...] = (*piece, ask)
-    return _core._existence_tile(*arguments)
+def _tile(shared: tuple[Any, ...], tile: Tile, own: _workers.Own) -> Found:
+    """Cells of a map whose scenes `replace` makes."""
+    scene, pattern, n_periods, (x_name, x), (y_name, y) = shared
+    rows, columns = tile
+    arguments: tuple[Any, ...] = (scene, pattern, (x_name, x[columns]), (y_name, y[rows]), n_periods, *own)
+    n_orbits, *others = _core._existence_cells(*arguments)
+    return (*others, n_orbits)
 
 
-def _called_cells(piece: tuple[Any, ...], ask: _workers.Ask) -> tuple[NDArray[Any], ...]:
+def _called_tile(shared: tuple[Any, ...], tile: Tile, own: _workers.Own) -> Found:
     """Cells of a map whose scenes a callable makes."""
-    make, pattern, n_periods, values = piece
-    cells = []
-    for x, y in values:
-        ask()
-        cells.append(_core._existence_at(make(x, y), pattern, n_periods, ask))
-    kinds: tuple[type, ...] = (np.int64, np.bool_, np.bool_, np.float64)
-    return tuple(np.array([cell[k] for cell in cells], dtype=kind) for k, kind in enumerate(kinds))
+    make, pattern, n_periods, (_, x), (_, y) = shared
+    rows, columns = tile
+    ask = own[2]
+    found = []
+    for b in y[rows].tolist():
+        for a in x[columns].tolist():
+            if ask is not None:
+                ask()
+            found.append(_core._existence_at(make(a, b), pattern, n_periods, ask))
+    kinds: tuple[type, ...] = (np.bool_, np.bool_, np.float64, np.int64)
+    return tuple(np.array([cell[k] for cell in found], dtype=kind) for kind, k in zip(kinds, (1, 2, 3, 0), strict=True))
 
 
 def existence_map(
@@ -94,6 +113,8 @@ def existence_map(
     n_periods: int = 1,
     *,
     workers: _workers.Workers = None,
+    store: Any = None,
+    overwrite: bool = False,
     progress: bool = False,
 ) -> ExistenceMap:
     """Map where in a plane of two parameters a pattern has a periodic orbit, an admissible one, a stable one.
@@ -112,6 +133,11 @@ def existence_map(
     workers : int, Executor or callable, optional
         Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable. The result has the same bits
         with any of them. A piece that fails, or Ctrl-C, cancels those of an executor that wait.
+    store : str, path-like or store of zarr, optional
+        A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
+        off, with the same bits; ``load`` opens what is there. A callable is told from others by its own code.
+    overwrite : bool, default False
+        Whether a store that other arguments have made is replaced.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -125,7 +151,10 @@ def existence_map(
     Raises
     ------
     ValueError
-        A name that does not exist, a value that breaks its rule, a scene or pattern that ``periodic_orbits`` refuses.
+        A name that does not exist, a value that breaks its rule, a scene or pattern that ``periodic_orbits`` refuses; a store
+        that is a file, has something else in it, or was made with other arguments.
+    OSError
+        A store that cannot be written. What it had before is kept.
 
     Examples
     --------
@@ -137,27 +166,25 @@ def existence_map(
            [0, 0]])
     """
     pattern = list(pattern)
+    axes: tuple[_Axis, _Axis]
     if callable(scene):
-        x_values, y_values = _axis.grid(x, "x"), _axis.grid(y, "y")  # type: ignore[arg-type]
-        points = [(float(a), float(b)) for b in y_values for a in x_values]
-        pieces = [(scene, pattern, n_periods, points[i:j]) for i, j in _workers.bounds(len(points), _CALLED_PIECES)]
-        parts = _workers.run(_called_cells, pieces, workers if _workers.is_elsewhere(workers) else map, progress=progress)
-        return _assemble(parts, (None, x_values), (None, y_values))
-    x_axis, y_axis = _axis.named(x, "x"), _axis.named(y, "y")
-    if not _workers.is_elsewhere(workers):
-        cells = _core._existence_cells(scene, pattern, x_axis, y_axis, n_periods, _workers.threads(workers), progress)
-        return _assemble([cells], x_axis, y_axis)
-    bounds = _workers.bounds(x_axis[1].size * y_axis[1].size)
-    tiles = [(scene, pattern, x_axis, y_axis, n_periods, cells) for cells in bounds]
-    return _assemble(_workers.run(_tile, tiles, workers, progress=progress), x_axis, y_axis)
+        axes = (None, _axis.grid(x, "x")), (None, _axis.grid(y, "y"))  # type: ignore[arg-type]
+        work, pieces = _called_tile, _CALLED_PIECES
+    else:
+        x_named, y_named = _axis.named(x, "x"), _axis.named(y, "y")
+        _core._check_existence(scene, pattern, x_named, y_named, n_periods)
+        work, pieces, axes = _tile, _workers.count(workers), (x_named, y_named)
+    (x_name, x_values), (y_name, y_values) = axes
+    kept = None
+    if store is not None:
+        told = {"scene": scene, "pattern": pattern, "x": axes[0], "y": axes[1], "n_periods": n_periods}
+        kept = Store(store, "ExistenceMap", told, {"x": x_values, "y": y_values}, _COLUMNS, overwrite=overwrite)
+    shared = (scene, pattern, n_periods, *axes)
+    found = worked_out(work, shared, (y_values.size, x_values.size), _COLUMNS, pieces, workers, progress, kept)
+    return ExistenceMap(x_values, y_values, x_name, y_name, **found)
 
 
-def _assemble(
-    parts: list[tuple[NDArray[Any], ...]],
-    x: tuple[str | None, NDArray[np.float64]],
-    y: tuple[str | None, NDArray[np.float64]],
-) -> ExistenceMap:
-    """Put the cells of the pieces together."""
-    shape = (y[1].size, x[1].size)
-    n_orbits, admissible, stable, multiplier = (np.concatenate([part[k] for part in parts]).reshape(shape) for k in range(4))
-    return ExistenceMap(x[1], y[1], x[0], y[0], n_orbits, admissible, stable, multiplier)
+def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> ExistenceMap:
+    """Return the map that a store holds, finished or not."""
+    x_name, y_name = (untold(contents["arguments"][axis])[0] for axis in ("x", "y"))
+    return ExistenceMap(x_name=x_name, y_name=y_name, **arrays)

@@ -1,6 +1,6 @@
 //! The attractors of a scene, found from many starts.
 
-use crate::attractor::finding::{Found, Search};
+use crate::attractor::finding::{Found, Search, TURNS};
 use crate::attractor::one::Attractor;
 use crate::attractor::options::AttractorOptions;
 use crate::attractor::same::{Group, groups};
@@ -90,6 +90,7 @@ pub(crate) fn settle_seeds(
         return Err(Error::bad_value(format!("seeds[{i}]"), f64::NAN, rule));
     }
     finite("phase", options.phase)?;
+    options.run().check((0.0, 0.0))?;
     if options.longest_period == 0 {
         return Err(Error::bad_value(
             "longest_period",
@@ -128,7 +129,7 @@ pub(crate) fn settle_seeds(
         fill(part, 1, options.sweep, || Ok(()), work, watch)?;
         for own in part {
             if let Found::Attractor(own) = own
-                && own.orbit.is_some()
+                && (own.orbit.is_some() || own.reason == TURNS)
                 && !search.knows(own)
             {
                 search.known.push((**own).clone());
@@ -145,7 +146,7 @@ fn gathered(found: Vec<Found>, around: &StateBox) -> Attractors {
         _ => None,
     };
     let seen: Vec<_> = found.iter().map(of).collect();
-    let groups = groups(&seen, &around.widths());
+    let groups = groups(&seen, around);
     let count = |is_one: fn(&Found) -> bool| found.iter().filter(|own| is_one(own)).count();
     let n_inside = count(|own| matches!(own, Found::Inside));
     let outside = (found.len() - n_inside) as f64;

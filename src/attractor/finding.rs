@@ -24,6 +24,10 @@ const CLOSE: f64 = 1e-5;
 /// An orbit is that of a motion if it is no farther from it than this part of the motion, over what is left of a deviation in a round.
 const NEAR: f64 = 1e-6;
 
+/// Why a motion in which an angle goes round has no orbit.
+pub(crate) const TURNS: &str =
+    "an angle goes round in each of its periods: find_orbit closes no such motion";
+
 /// What one motion settles on.
 #[derive(Debug, Clone)]
 pub(crate) enum Found {
@@ -52,8 +56,8 @@ pub(crate) struct Search<'s> {
 impl Search<'_> {
     /// Whether an orbit is known.
     pub fn knows(&self, own: &Attractor) -> bool {
-        let widths = self.around.widths();
-        let is_same = |one: &Attractor| are_points_within(&one.points, &own.points, &widths, CLOSE);
+        let is_same =
+            |one: &Attractor| are_points_within(&one.points, &own.points, self.around, CLOSE);
         self.known.iter().any(is_same)
     }
 
@@ -66,6 +70,7 @@ impl Search<'_> {
             run => run?,
         };
         let mut reason = String::new();
+        let mut has_turned = 0;
         let mut done = periods;
         let window = 3 * self.options.longest_period + 4;
         loop {
@@ -83,12 +88,25 @@ impl Search<'_> {
             if run.status() != Status::Finished {
                 continue;
             }
-            let now = settled(&Motion::Trajectory(&run), self.options.longest_period)?;
+            let now = settled(
+                &Motion::Trajectory(&run),
+                self.around.turns(),
+                self.options.longest_period,
+            )?;
             if now.n_periods == 0 {
                 continue;
             }
             if let Some(known) = self.known_one(&run, now.n_periods)? {
                 return Ok(attractor(known.clone()));
+            }
+            if self.turns(&run, now.n_periods)? {
+                // No orbit in q: it is told by its points, seen twice.
+                if has_turned == now.n_periods {
+                    let turning = self.repeating(&run, now.n_periods, now.pattern, TURNS.into());
+                    return turning.map(attractor);
+                }
+                has_turned = now.n_periods;
+                continue;
             }
             match self.polished(&run, now.n_periods, go_on) {
                 Ok(Some(orbit)) => return Ok(attractor(self.periodic(orbit, now.pattern)?)),
@@ -131,12 +149,26 @@ impl Search<'_> {
 
     /// Whether a motion has left the surroundings of the box.
     fn is_far(&self, run: &Trajectory) -> bool {
-        let StateBox { low, high } = self.around;
-        let widths = self.around.widths();
         let (q, v) = run.last();
-        let beyond = |(i, x): (usize, &f64)| (low[i] - x).max(x - high[i]) / widths[i];
-        let mut each = q.iter().chain(v.iter()).enumerate().map(beyond);
-        each.any(|beyond| beyond > FAR || beyond.is_nan())
+        self.around.beyond(q.iter().chain(v.iter())) > FAR
+    }
+
+    /// Whether an angle goes round in a number of periods.
+    fn turns(&self, run: &Trajectory, n_periods: usize) -> Result<bool> {
+        let turns = self.around.turns();
+        if turns.iter().all(|turn| *turn == 0.0) {
+            return Ok(false);
+        }
+        let found = points_of(
+            &Motion::Trajectory(run),
+            &Section::Phase(self.options.phase),
+        )?;
+        let last = found.q.nrows().saturating_sub(1);
+        let goes_round = |(i, turn): (usize, &f64)| {
+            let off = found.q[(last, i)] - found.q[(last.saturating_sub(n_periods), i)];
+            *turn > 0.0 && off.abs() > 0.5 * turn
+        };
+        Ok(turns.iter().enumerate().any(goes_round))
     }
 
     /// The orbit that is known of a motion of some periods.
@@ -152,8 +184,7 @@ impl Search<'_> {
         let all = self.points(&Motion::Trajectory(run))?;
         let last = all.nrows().saturating_sub(n_periods);
         let points = all.rows_range(last..).into_owned();
-        let widths = self.around.widths();
-        Ok(known.find(|one| are_points_within(&one.points, &points, &widths, CLOSE)))
+        Ok(known.find(|one| are_points_within(&one.points, &points, self.around, CLOSE)))
     }
 
     /// The orbit that a motion is near; none where it is another, or unstable.
@@ -191,7 +222,7 @@ impl Search<'_> {
     /// The points of a motion at the phase.
     fn points(&self, motion: &dyn Sectioned) -> Result<DMatrix<f64>> {
         let found = points_of(motion, &Section::Phase(self.options.phase))?;
-        Ok(states((&found.q, &found.v)))
+        Ok(self.around.within_turns(states((&found.q, &found.v))))
     }
 
     fn periodic(&self, orbit: PeriodicOrbit, pattern: Pattern) -> Result<Attractor> {
@@ -282,11 +313,14 @@ impl Search<'_> {
         let (_, q, v) = kept.samples()?;
         // What sticks repeats itself, if after more periods than were looked for.
         let loops = match kind {
-            AttractorKind::Periodic => repeats_after(&q, &v, TAU / self.period, KEPT / 2),
+            AttractorKind::Periodic => {
+                repeats_after(&q, &v, self.around.turns(), TAU / self.period, KEPT / 2)
+            }
             _ => 0,
         };
         let first = if loops > 0 { q.nrows() - loops } else { 0 };
-        let points = states((&q, &v)).rows_range(first..).into_owned();
+        let all = self.around.within_turns(states((&q, &v)));
+        let points = all.rows_range(first..).into_owned();
         let longest = self.options.longest_period;
         let long = || format!("it has no period up to {longest}");
         let reason = if reason.is_empty() { long() } else { reason };

@@ -1,8 +1,9 @@
 //! Which motions have settled on one attractor.
 
 use crate::attractor::kind::AttractorKind;
+use crate::attractor::state_box::StateBox;
 use crate::tolerance::IN_SET;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Points nearer to each other than this part of the box are one.
 const SAME: f64 = 1e-6;
@@ -29,7 +30,7 @@ pub(crate) struct Groups {
 }
 
 /// Those that are one taken together, in their order.
-pub(crate) fn groups(seen: &[Option<Seen>], widths: &DVector<f64>) -> Groups {
+pub(crate) fn groups(seen: &[Option<Seen>], around: &StateBox) -> Groups {
     let mut all: Vec<Group> = Vec::new();
     let mut of_each = Vec::with_capacity(seen.len());
     for (i, own) in seen.iter().enumerate() {
@@ -39,7 +40,7 @@ pub(crate) fn groups(seen: &[Option<Seen>], widths: &DVector<f64>) -> Groups {
         };
         let is_known = |group: &Group| {
             let first = seen[group.first].as_ref();
-            first.is_some_and(|other| are_same(own, other, widths))
+            first.is_some_and(|other| are_same(own, other, around))
         };
         let place = all.iter().position(is_known).unwrap_or_else(|| {
             all.push(Group { first: i, count: 0 });
@@ -70,45 +71,45 @@ pub(crate) fn groups(seen: &[Option<Seen>], widths: &DVector<f64>) -> Groups {
 }
 
 /// Whether two are one: orbits by their points, in whatever order they begin; sets by how near their points are to each other's.
-fn are_same(a: &Seen, b: &Seen, widths: &DVector<f64>) -> bool {
+fn are_same(a: &Seen, b: &Seen, around: &StateBox) -> bool {
     if a.1 != b.1 {
         return false;
     }
     let (one, other) = (&a.2, &b.2);
     if a.1 > 0 {
-        return are_points_within(one, other, widths, SAME);
+        return are_points_within(one, other, around, SAME);
     }
-    is_in(one, other, widths) && is_in(other, one, widths)
+    is_in(one, other, around) && is_in(other, one, around)
 }
 
 /// Whether points, one in each period, are no farther from each other than a part of the box from some period on.
 pub(crate) fn are_points_within(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
-    widths: &DVector<f64>,
+    around: &StateBox,
     part: f64,
 ) -> bool {
     let m = a.nrows();
-    let is_near = |i: usize, j: usize| distance((a, i), (b, j), widths) <= part;
+    let is_near = |i: usize, j: usize| around.distance((a, i), (b, j)) <= part;
     b.nrows() == m && (0..m).any(|late| (0..m).all(|k| is_near(k, (k + late) % m)))
 }
 
 /// Whether most points of one set are in another.
-fn is_in(a: &DMatrix<f64>, b: &DMatrix<f64>, widths: &DVector<f64>) -> bool {
-    let apart = |i: usize, j: usize| distance((a, i), (b, j), widths);
+fn is_in(a: &DMatrix<f64>, b: &DMatrix<f64>, around: &StateBox) -> bool {
+    let apart = |i: usize, j: usize| around.distance((a, i), (b, j));
     let nearest = |i: usize| {
         (0..b.nrows())
             .map(|j| apart(i, j))
             .fold(f64::INFINITY, f64::min)
     };
-    let within = IN_SET * spacing(b, widths);
+    let within = IN_SET * spacing(b, around);
     let count = (0..a.nrows()).filter(|&i| nearest(i) <= within).count();
     count as f64 > SHARED * a.nrows() as f64
 }
 
 /// The median distance of points to their nearest neighbours.
-pub(crate) fn spacing(points: &DMatrix<f64>, widths: &DVector<f64>) -> f64 {
-    let apart = |i: usize, j: usize| distance((points, i), (points, j), widths);
+pub(crate) fn spacing(points: &DMatrix<f64>, around: &StateBox) -> f64 {
+    let apart = |i: usize, j: usize| around.distance((points, i), (points, j));
     let nearest = |i: usize| {
         let others = (0..points.nrows()).filter(|&j| j != i);
         others.map(|j| apart(i, j)).fold(f64::INFINITY, f64::min)
@@ -116,15 +117,4 @@ pub(crate) fn spacing(points: &DMatrix<f64>, widths: &DVector<f64>) -> f64 {
     let mut all: Vec<f64> = (0..points.nrows()).map(nearest).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// The largest difference of two points, in parts of the widths.
-fn distance(
-    (a, i): (&DMatrix<f64>, usize),
-    (b, j): (&DMatrix<f64>, usize),
-    widths: &DVector<f64>,
-) -> f64 {
-    let pairs = a.row(i).into_iter().zip(b.row(j)).zip(widths);
-    let parts = pairs.map(|((x, y), width)| (x - y).abs() / width);
-    parts.fold(0.0, f64::max)
 }

@@ -2,13 +2,18 @@
 
 use crate::error::{Error, Result};
 use crate::quantity::finite_vector;
-use nalgebra::DVector;
+use crate::section::shorter;
+use nalgebra::{DMatrix, DVector};
 
-/// A box of states (q, v).
+/// A box of states (q, v). Positions may be angles, which are the same a turn on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateBox {
-    pub(crate) low: DVector<f64>,
-    pub(crate) high: DVector<f64>,
+    low: DVector<f64>,
+    high: DVector<f64>,
+    /// The widths by which distances are measured: where a coordinate has none, the largest of its kind.
+    widths: DVector<f64>,
+    /// The turn of each coordinate, zero of those that are no angles.
+    turns: DVector<f64>,
 }
 
 impl StateBox {
@@ -27,13 +32,46 @@ impl StateBox {
                 "the first must be the lower one",
             ));
         }
-        let made = Self { low, high };
-        if made.widths().iter().any(|width| *width == 0.0) {
+        let n = low.len() / 2;
+        let width = |i: usize| high[i] - low[i];
+        let largest = |half: usize| (0..n).map(|i| width(half * n + i)).fold(0.0, f64::max);
+        let widths = DVector::from_fn(2 * n, |i, _| {
+            if width(i) > 0.0 {
+                width(i)
+            } else {
+                largest(i / n)
+            }
+        });
+        if widths.iter().any(|width| *width == 0.0) {
             let rule =
                 "some position and some velocity must have a range: distances are measured by them";
             return Err(Error::bad_value("box", "without width", rule));
         }
-        Ok(made)
+        let turns = DVector::zeros(2 * n);
+        Ok(Self {
+            low,
+            high,
+            widths,
+            turns,
+        })
+    }
+
+    /// The same box in which a position is an angle: it is the same a turn, such as 2 pi, on.
+    ///
+    /// # Errors
+    /// A position that there is not; a turn that is not positive and finite.
+    pub fn with_turn(mut self, position: usize, turn: f64) -> Result<Self> {
+        let n = self.low.len() / 2;
+        if position >= n {
+            let rule = format!("there are {n} positions, counted from 0");
+            return Err(Error::bad_value("wrap", position, rule));
+        }
+        if !(turn > 0.0 && turn.is_finite()) {
+            let rule = "a turn must be positive and finite";
+            return Err(Error::bad_value(format!("wrap[{position}]"), turn, rule));
+        }
+        self.turns[position] = turn;
+        Ok(self)
     }
 
     /// Refuses a box of another number of degrees of freedom.
@@ -45,17 +83,87 @@ impl StateBox {
         Err(Error::bad_shape("box", shape(self.low.len()), shape(2 * n)))
     }
 
-    /// The widths by which distances are measured: where a coordinate has none, the largest of its kind.
-    pub(crate) fn widths(&self) -> DVector<f64> {
-        let n = self.low.len() / 2;
-        let width = |i: usize| self.high[i] - self.low[i];
-        let largest = |half: usize| (0..n).map(|i| width(half * n + i)).fold(0.0, f64::max);
-        DVector::from_fn(2 * n, |i, _| {
-            if width(i) > 0.0 {
-                width(i)
-            } else {
-                largest(i / n)
+    /// The turns of the positions, zero of those that are no angles.
+    pub(crate) fn turns(&self) -> &[f64] {
+        &self.turns.as_slice()[..self.turns.len() / 2]
+    }
+
+    /// States, one a row, with angles within a turn from the lowest on.
+    pub(crate) fn within_turns(&self, mut states: DMatrix<f64>) -> DMatrix<f64> {
+        for (i, &turn) in self
+            .turns
+            .iter()
+            .enumerate()
+            .filter(|(_, turn)| **turn > 0.0)
+        {
+            let low = self.low[i];
+            states
+                .column_mut(i)
+                .apply(|x| *x = low + (*x - low).rem_euclid(turn));
+        }
+        states
+    }
+
+    /// Whether the first coordinate is an angle.
+    pub(crate) fn begins_with_an_angle(&self) -> bool {
+        self.turns.iter().next().is_some_and(|turn| *turn > 0.0)
+    }
+
+    /// Where a state lies, in parts of the box, angles within a turn.
+    pub(crate) fn place<'a>(&self, state: impl Iterator<Item = &'a f64>, place: &mut Vec<f64>) {
+        let part = |(i, x): (usize, &f64)| {
+            let from = x - self.low[i];
+            let from = match self.turns[i] {
+                0.0 => from,
+                turn => from.rem_euclid(turn),
+            };
+            from / self.widths[i]
+        };
+        place.clear();
+        place.extend(state.enumerate().map(part));
+    }
+
+    /// The largest difference of two states, in parts of the box.
+    pub(crate) fn distance(
+        &self,
+        (a, i): (&DMatrix<f64>, usize),
+        (b, j): (&DMatrix<f64>, usize),
+    ) -> f64 {
+        let pairs = a.row(i).into_iter().zip(b.row(j));
+        self.largest(
+            pairs
+                .zip(&self.widths)
+                .map(|((x, y), width)| (x - y) / width),
+        )
+    }
+
+    /// The largest difference of two places.
+    pub(crate) fn apart(&self, a: &[f64], b: &[f64]) -> f64 {
+        self.largest(a.iter().zip(b).map(|(x, y)| x - y))
+    }
+
+    /// The largest of differences in parts of the box, those of angles the shorter way round.
+    fn largest(&self, differences: impl Iterator<Item = f64>) -> f64 {
+        let sides = self.turns.iter().zip(&self.widths);
+        let sizes = differences
+            .zip(sides)
+            .map(|(off, (turn, width))| match *turn {
+                0.0 => off.abs(),
+                turn => shorter(off, turn / width).abs(),
+            });
+        sizes.fold(0.0, f64::max)
+    }
+
+    /// How far beyond the box a state is, in parts of it; angles are nowhere beyond.
+    pub(crate) fn beyond<'a>(&self, state: impl Iterator<Item = &'a f64>) -> f64 {
+        let beyond = |(i, x): (usize, &f64)| {
+            let off = (self.low[i] - x).max(x - self.high[i]) / self.widths[i];
+            match off {
+                off if off.is_nan() => f64::INFINITY,
+                _ if self.turns[i] > 0.0 => 0.0,
+                off => off,
             }
-        })
+        };
+        state.enumerate().map(beyond).fold(0.0, f64::max)
     }
 }

@@ -127,6 +127,7 @@ pub fn basin_cells(
         keep: Keep::Final,
         ..SimulateOptions::default()
     };
+    run.check((0.0, 0.0))?;
     let phase = finite("phase", options.phase)?;
     let targets = Targets::new(scene, attractors, around, phase, options.hits, &run)?;
     let mut found = vec![(Label::Undecided, 0); states.nrows()];

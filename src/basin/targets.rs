@@ -8,7 +8,7 @@ use crate::orbit::PeriodicOrbit;
 use crate::section::{farthest_from, wait};
 use crate::simulate::{Keep, SimulateOptions, simulate};
 use crate::tolerance::{FAR, IN_SET};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Rounds for which a motion must follow an orbit, and periods for which it must stay on a set, by default.
 const ROUNDS: usize = 3;
@@ -33,8 +33,7 @@ struct Target {
 #[derive(Debug, Clone)]
 pub(crate) struct Targets {
     all: Vec<Target>,
-    low: DVector<f64>,
-    widths: DVector<f64>,
+    around: StateBox,
     /// The phase at which motions are looked at.
     pub phase: f64,
 }
@@ -87,14 +86,6 @@ fn points_at(
     }))
 }
 
-/// The largest difference.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(x, y)| (x - y).abs())
-        .fold(0.0, f64::max)
-}
-
 impl Targets {
     /// Attractors whose points are at a phase; so many hits decide, if they are given.
     pub fn new(
@@ -105,11 +96,11 @@ impl Targets {
         hits: Option<usize>,
         options: &SimulateOptions,
     ) -> Result<Self> {
-        let (low, widths) = (around.low.clone(), around.widths());
         let quiet = quiet_phase(attractors, phase);
         let scaled = |points: &DMatrix<f64>, k: usize| -> Vec<f64> {
-            let places = points.row(k).into_iter().zip(low.iter().zip(widths.iter()));
-            places.map(|(x, (low, width))| (x - low) / width).collect()
+            let mut place = Vec::new();
+            around.place(points.row(k).iter(), &mut place);
+            place
         };
         let mut all = Vec::with_capacity(attractors.len());
         for one in attractors {
@@ -126,7 +117,7 @@ impl Targets {
             }
             all.push(Target {
                 radius: if is_set {
-                    IN_SET * spacing(&points, &widths)
+                    IN_SET * spacing(&points, around)
                 } else {
                     NEAR
                 },
@@ -140,7 +131,7 @@ impl Targets {
             let pairs = others.flat_map(|(_, other)| {
                 let own = &all[i].points;
                 own.iter()
-                    .flat_map(move |a| other.points.iter().map(move |b| apart(a, b)))
+                    .flat_map(move |a| other.points.iter().map(move |b| around.apart(a, b)))
             });
             pairs.fold(f64::INFINITY, f64::min)
         };
@@ -150,8 +141,7 @@ impl Targets {
         }
         Ok(Self {
             all,
-            low,
-            widths,
+            around: around.clone(),
             phase: quiet,
         })
     }
@@ -159,9 +149,9 @@ impl Targets {
 
 impl Target {
     /// Whether a point is where the motion must be after it was at another, and where that is; from nowhere, anywhere.
-    fn place(&self, x: &[f64], before: Option<usize>) -> Option<usize> {
-        let is_near = |k: &usize| apart(&self.points[*k], x) <= self.radius;
-        if self.is_set {
+    fn place(&self, around: &StateBox, x: &[f64], before: Option<usize>) -> Option<usize> {
+        let is_near = |k: &usize| around.apart(&self.points[*k], x) <= self.radius;
+        if self.is_set && !around.begins_with_an_angle() {
             let from = self
                 .points
                 .partition_point(|point| point[0] < x[0] - self.radius);
@@ -197,24 +187,21 @@ impl Course {
         Self {
             followed: vec![(None, 0); targets.all.len()],
             away: 0,
-            x: Vec::with_capacity(targets.low.len()),
+            x: Vec::new(),
         }
     }
 
     /// The state after another period; what is known then.
     pub fn look(&mut self, targets: &Targets, (q, v): &PhysicalState) -> Option<Label> {
-        let sides = targets.low.iter().zip(targets.widths.iter());
-        let places = q.iter().chain(v.iter()).zip(sides);
-        self.x.clear();
-        self.x
-            .extend(places.map(|(x, (low, width))| (x - low) / width));
-        let is_away = self.x.iter().any(|x| !(-FAR..=FAR).contains(x));
+        let state = || q.iter().chain(v.iter());
+        targets.around.place(state(), &mut self.x);
+        let is_away = targets.around.beyond(state()) > FAR;
         self.away = if is_away { self.away + 1 } else { 0 };
         if self.away >= PERIODS_AWAY {
             return Some(Label::Lost);
         }
         for (k, (target, (place, hits))) in targets.all.iter().zip(&mut self.followed).enumerate() {
-            let now = target.place(&self.x, *place);
+            let now = target.place(&targets.around, &self.x, *place);
             *hits = match now {
                 Some(now) if *hits > 0 && target.follows(*place, now) => *hits + 1,
                 Some(_) => 1,

@@ -14,8 +14,12 @@ use crate::sweep::SweepOptions;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
-/// The box from an array of lows and highs, shape (2n, 2).
-pub(crate) fn state_box(value: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<StateBox> {
+/// The box from an array of lows and highs, shape (2n, 2), and the turns of positions that are angles.
+pub(crate) fn state_box(
+    value: &Bound<'_, PyAny>,
+    wrap: Vec<(i64, f64)>,
+    scene: &Scene,
+) -> PyResult<StateBox> {
     let sides = matrix("box", value)?;
     let (found, wanted) = (sides.shape(), (2 * scene.n_dof(), 2));
     if found != wanted {
@@ -23,7 +27,13 @@ pub(crate) fn state_box(value: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Sta
         return Err(pyo3::exceptions::PyValueError::new_err(message));
     }
     let column = |k: usize| sides.column(k).into_owned();
-    Ok(StateBox::new(column(0), column(1))?)
+    let turned = |around: StateBox, (position, turn): (i64, f64)| {
+        let position = usize::try_from(position).unwrap_or(usize::MAX);
+        around.with_turn(position, turn)
+    };
+    Ok(wrap
+        .into_iter()
+        .try_fold(StateBox::new(column(0), column(1))?, turned)?)
 }
 
 /// Of each start what it settles on: "inside", "lost", "undecided", or kind, orbit, period, points, exponents, pattern and reason.
@@ -32,6 +42,7 @@ pub(crate) fn _settle_seeds<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'py, PyScene>,
     r#box: &Bound<'py, PyAny>,
+    wrap: Vec<(i64, f64)>,
     seeds: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = argument::phase)] phase: f64,
     #[pyo3(from_py_with = argument::longest_period)] longest_period: i64,
@@ -45,7 +56,7 @@ pub(crate) fn _settle_seeds<'py>(
     ask: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyList>> {
     let scene = &scene.0;
-    let around = state_box(r#box, scene)?;
+    let around = state_box(r#box, wrap, scene)?;
     let seeds = matrix("seeds", seeds)?;
     let options = AttractorOptions {
         phase,
@@ -94,9 +105,10 @@ fn out_found(py: Python<'_>, found: Found) -> PyResult<Bound<'_, PyAny>> {
 pub(crate) fn _group_attractors(
     seen: Vec<Option<(String, usize, Bound<'_, PyAny>)>>,
     r#box: &Bound<'_, PyAny>,
+    wrap: Vec<(i64, f64)>,
     scene: PyRef<'_, PyScene>,
 ) -> PyResult<(Vec<i64>, Vec<usize>)> {
-    let widths = state_box(r#box, &scene.0)?.widths();
+    let around = state_box(r#box, wrap, &scene.0)?;
     let read = |own: Option<(String, usize, Bound<'_, PyAny>)>| {
         own.map(|(kind, period, points)| {
             Ok::<_, PyErr>((
@@ -108,7 +120,7 @@ pub(crate) fn _group_attractors(
         .transpose()
     };
     let seen = seen.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;
-    let found = groups(&seen, &widths);
+    let found = groups(&seen, &around);
     let place = |own: &Option<usize>| own.map_or(-1, |k| i64::try_from(k).unwrap_or(i64::MAX));
     Ok((
         found.of_each.iter().map(place).collect(),

@@ -44,6 +44,7 @@ pub(crate) fn _basin_cells<'py>(
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'py, PyScene>,
     attractors: Vec<Seen<'py>>,
     r#box: &Bound<'py, PyAny>,
+    wrap: Vec<(i64, f64)>,
     states: &Bound<'py, PyAny>,
     phases: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = argument::phase)] phase: f64,
@@ -57,7 +58,7 @@ pub(crate) fn _basin_cells<'py>(
     ask: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyArray1<i16>>, Bound<'py, PyArray1<i32>>)> {
     let scene = &scene.0;
-    let around = state_box(r#box, scene)?;
+    let around = state_box(r#box, wrap, scene)?;
     let each = attractors.into_iter().map(attractor);
     let attractors = each.collect::<PyResult<Vec<_>>>()?;
     let (states, phases) = (matrix("states", states)?, times("phases", phases)?.0);

@@ -71,7 +71,7 @@ mod _core {
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]
-    use super::sweep::{_existence_at, _existence_cells, _existence_tile, _simulate_rows};
+    use super::sweep::{_check_existence, _existence_at, _existence_cells, _simulate_rows};
     #[pymodule_export]
     use super::trajectory::{_restore_trajectory, PyTrajectory};
 

@@ -154,10 +154,11 @@ pub(crate) fn _existence_cells<'py>(
     #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
     threads: Option<usize>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
+    ask: Option<Py<PyAny>>,
 ) -> PyResult<Cells<'py>> {
     let q = question(&scene.0, pattern, &x, &y, n_periods)?;
     let model = &scene.0;
-    let map = interrupt::run(py, progress, |observe| {
+    let map = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
         let options = SweepOptions { threads };
         sweep::existence_map(
             model,
@@ -175,26 +176,18 @@ pub(crate) fn _existence_cells<'py>(
     Ok(out_cells(py, &cells))
 }
 
-/// The cells from the first to before the second of a map, row by row, on the calling thread.
+/// Refuses what a map refuses before anything is computed.
 #[pyfunction]
-pub(crate) fn _existence_tile<'py>(
-    py: Python<'py>,
+pub(crate) fn _check_existence(
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
-    pattern: &Bound<'py, PyAny>,
-    x: (String, Bound<'py, PyAny>),
-    y: (String, Bound<'py, PyAny>),
+    pattern: &Bound<'_, PyAny>,
+    x: (String, Bound<'_, PyAny>),
+    y: (String, Bound<'_, PyAny>),
     #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
-    cells: (usize, usize),
-    ask: Option<Py<PyAny>>,
-) -> PyResult<Cells<'py>> {
+) -> PyResult<()> {
     let q = question(&scene.0, pattern, &x, &y, n_periods)?;
-    let (model, range) = (&scene.0, cells.0..cells.1);
-    let cells = interrupt::run_asking(py, false, ask.as_ref(), |observe| {
-        let axes = (&q.x, &q.y);
-        let observer = &mut |p| observe(fraction(p));
-        sweep::existence_tile_observed(model, &q.pattern, axes, q.n_periods, range, observer)
-    })?;
-    Ok(out_cells(py, &cells))
+    sweep::existence_tile(&scene.0, &q.pattern, (&q.x, &q.y), q.n_periods, 0..0)?;
+    Ok(())
 }
 
 /// The cell that one scene stands for: number of orbits, admissible, stable, largest multiplier.
@@ -302,9 +295,9 @@ pub(crate) fn _simulate_rows<'py>(
     #[pyo3(from_py_with = argument::keep)] keep: &str,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
     ramp: Option<&Bound<'py, PyAny>>,
+    first: usize,
     threads: Option<usize>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
-    first: usize,
     ask: Option<Py<PyAny>>,
 ) -> PyResult<Ends<'py>> {
     let (models, is_one) = scenes(scene)?;

@@ -9,7 +9,7 @@ mod settled;
 
 pub use motion::Motion;
 pub(crate) use motion::Sectioned;
-pub(crate) use period::repeats_after;
+pub(crate) use period::{repeats_after, shorter};
 pub use points::{PoincarePoints, Section, poincare_points};
 pub(crate) use points::{points_of, wait};
-pub(crate) use settled::{Settled, farthest_from, settled};
+pub(crate) use settled::{Settled, farthest_from, settled, settled_by_impacts};

@@ -5,22 +5,35 @@ use nalgebra::DMatrix;
 /// States nearer to each other than this part of the motion are one.
 const SAME: f64 = 1e-6;
 
+/// A difference of angles the shorter way round.
+pub(crate) fn shorter(off: f64, turn: f64) -> f64 {
+    off - turn * (off / turn).round()
+}
+
 /// After how many strobes the states, one a row, repeat themselves: the smallest number up to a longest one for which all those after it
 /// are those that many before, at least as many as it, at most twice as many and four, the last ones. Zero where there is none.
-/// `frequency` makes velocities and positions alike.
+/// `frequency` makes velocities and positions alike; positions with a turn, not zero, are angles.
 ///
 /// A slow convergence may look like a period before it is one.
 pub(crate) fn repeats_after(
     q: &DMatrix<f64>,
     v: &DMatrix<f64>,
+    turns: &[f64],
     frequency: f64,
     longest: usize,
 ) -> usize {
     let count = q.nrows();
-    let size = q.amax().max(v.amax() / frequency);
+    let within = |turn: f64, x: f64| if turn > 0.0 { shorter(x, turn) } else { x };
+    let sizes = (0..q.ncols()).flat_map(|i| {
+        q.column(i)
+            .into_iter()
+            .map(move |x| within(turns[i], *x).abs())
+    });
+    let size = sizes.fold(v.amax() / frequency, f64::max);
     let is_same = |i: usize, j: usize| {
-        let off = |a: &DMatrix<f64>| (a.row(i) - a.row(j)).amax();
-        off(q) <= SAME * size && off(v) <= SAME * size * frequency
+        let off =
+            (0..q.ncols()).all(|k| within(turns[k], q[(i, k)] - q[(j, k)]).abs() <= SAME * size);
+        off && (v.row(i) - v.row(j)).amax() <= SAME * size * frequency
     };
     let repeats = |&period: &usize| {
         let compared = (2 * period + 4).min(count - period);
@@ -39,7 +52,7 @@ mod tests {
 
     fn period(count: usize, of: impl Fn(usize) -> f64) -> usize {
         let [q, v] = rows(count, of);
-        repeats_after(&q, &v, 3.0, 32)
+        repeats_after(&q, &v, &[0.0], 3.0, 32)
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::orbit::Pattern;
 use crate::section::events::{Event, events};
 use crate::section::motion::Sectioned;
 use crate::section::period::repeats_after;
-use crate::section::points::{at_times, strobe_times};
+use crate::section::points::{PoincarePoints, at_times, strobe_times};
 use std::f64::consts::TAU;
 
 /// What a motion has settled on.
@@ -19,9 +19,10 @@ pub(crate) struct Settled {
     pub pattern: Pattern,
 }
 
-/// What a motion under a forcing with a period has settled on, up to a longest period. It is looked at where no impact is near: next to one, two motions that are
+/// What a motion under a forcing with a period has settled on, up to a longest period; `turns` are those of positions that are angles,
+/// zero of others. It is looked at where no impact is near: next to one, two motions that are
 /// close look far apart.
-pub(crate) fn settled(motion: &dyn Sectioned, longest: usize) -> Result<Settled> {
+pub(crate) fn settled(motion: &dyn Sectioned, turns: &[f64], longest: usize) -> Result<Settled> {
     let events = events(motion.impacts(), &motion.stretches()?);
     let phase_at = motion.phase();
     let phases = events.iter().map(|event| phase_at(event.time)).collect();
@@ -29,13 +30,46 @@ pub(crate) fn settled(motion: &dyn Sectioned, longest: usize) -> Result<Settled>
     let times = strobe_times(motion, phase)?;
     let points = at_times(motion, &times)?;
     let period = motion.scene().period().unwrap_or_default();
-    let n_periods = repeats_after(&points.q, &points.v, TAU / period, longest);
+    let n_periods = repeats_after(&points.q, &points.v, turns, TAU / period, longest);
     let end = times.last().copied().unwrap_or_default();
     let in_one = |event: &&Event| event.time <= end && event.time > end - n_periods as f64 * period;
     Ok(Settled {
         n_periods,
         n_impacts: events.len(),
         pattern: pattern(events.iter().filter(in_one))?,
+    })
+}
+
+/// The same of a motion that is seen after impacts, at some points: its period is a number of these.
+pub(crate) fn settled_by_impacts(
+    motion: &dyn Sectioned,
+    points: &PoincarePoints,
+    longest: usize,
+) -> Result<Settled> {
+    let times = &points.t;
+    let last = times.len().saturating_sub(1);
+    let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
+    let frequency = if span > 0.0 {
+        TAU * last as f64 / span
+    } else {
+        1.0
+    };
+    let turns = vec![0.0; points.q.ncols()];
+    let n_periods = repeats_after(&points.q, &points.v, &turns, frequency, longest);
+    let mut events = events(motion.impacts(), &motion.stretches()?);
+    events.retain(|event| times.last().is_some_and(|end| event.time <= *end));
+    let from = times
+        .get(last.saturating_sub(n_periods))
+        .copied()
+        .unwrap_or_default();
+    Ok(Settled {
+        n_periods,
+        n_impacts: events.len(),
+        pattern: pattern(
+            events
+                .iter()
+                .filter(|event| event.time > from && n_periods > 0),
+        )?,
     })
 }
 

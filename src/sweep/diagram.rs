@@ -5,8 +5,13 @@ use crate::model::{PhysicalState, Scene};
 use crate::observer::ObserverFn;
 use crate::orbit::Pattern;
 use crate::quantity::finite_vector;
-use crate::section::{Motion, PoincarePoints, Section, Settled, points_of, settled};
-use crate::simulate::{Keep, Method, SimulateOptions, Status, put_onto, simulate_observed};
+use crate::section::{
+    Motion, PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts,
+};
+use crate::simulate::{
+    Keep, Method, SimulateOptions, Status, Trajectory, put_onto, simulate_observed,
+};
+use crate::sweep::counted::until;
 use crate::sweep::ensemble::Scenes;
 use crate::sweep::existence::Axis;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
@@ -36,7 +41,7 @@ pub struct DiagramOptions {
     /// Position and velocity at the first value, and without `carry` at each; `None`: at rest at zero. What lies behind a stop is put
     /// onto it.
     pub start: Option<(DVector<f64>, DVector<f64>)>,
-    /// Periods of the forcing that are left out at each value, default 200.
+    /// Periods of the forcing that are left out at each value, default 200; of a scene without one impacts are counted.
     pub transient: usize,
     /// Periods that are looked at, default 50, at least 1.
     pub periods: usize,
@@ -81,7 +86,7 @@ pub struct BifurcationDiagram {
     pub parameter: Vec<f64>,
     /// Whether each was gone through upwards, shape `(m,)`.
     pub is_up: Vec<bool>,
-    /// After how many periods of the forcing the motion repeats itself, up to 32 and half of those that are looked at; zero where it
+    /// After how many periods of the forcing, or points where it has none, the motion repeats itself, up to 32 and half of those that are looked at; zero where it
     /// does not. Shape `(m,)`.
     pub n_periods: Vec<usize>,
     /// Impacts in the periods that are looked at; those that accumulate until a stop is at rest count as one. Shape `(m,)`.
@@ -111,7 +116,7 @@ struct AtValue {
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///
 /// # Errors
-/// Values that are none, or that the number may not take; no periods to look at; a scene without a forcing period; as
+/// Values that are none, or that the number may not take; no periods to look at; a phase of a scene without a forcing period; as
 /// [`simulate`](crate::simulate()).
 ///
 /// # References
@@ -209,13 +214,14 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
             "it must be finite",
         ));
     }
+    run_options(options).check((0.0, 0.0))?;
     if options.periods == 0 {
         return Err(Error::bad_value("periods", 0, "it must be at least 1"));
     }
     let n = Scenes::Each(scenes).n_dof()?;
     for scene in scenes {
-        if scene.period().is_none() {
-            let rule = "a diagram counts periods of the forcing: every scene must have one";
+        if scene.period().is_none() && !matches!(options.section, Section::Impacts(_)) {
+            let rule = "without a period of the forcing a diagram is that of impacts: section must be \"impact\"";
             return Err(Error::bad_value("scene", "without a forcing period", rule));
         }
         options.section.check(scene)?;
@@ -244,6 +250,16 @@ fn along<'s>(
     Ok(all)
 }
 
+fn run_options(options: &DiagramOptions) -> SimulateOptions {
+    SimulateOptions {
+        method: options.method,
+        rtol: options.rtol,
+        atol: options.atol,
+        keep: Keep::Final,
+        ..SimulateOptions::default()
+    }
+}
+
 /// What a motion from a state settles on.
 fn at_value(
     scene: &Scene,
@@ -251,15 +267,11 @@ fn at_value(
     options: &DiagramOptions,
     go_on: ObserverFn<'_>,
 ) -> Result<AtValue> {
-    let run = SimulateOptions {
-        method: options.method,
-        rtol: options.rtol,
-        atol: options.atol,
-        keep: Keep::Final,
-        ..SimulateOptions::default()
-    };
-    let period = scene.period().unwrap_or_default();
+    let run = run_options(options);
     let (q, v) = put_onto(scene, state, 0.0, &run)?;
+    let Some(period) = scene.period() else {
+        return by_impacts(scene, (q, v), options, go_on);
+    };
     let observer = &mut |_: f64| go_on();
     let span = (0.0, options.transient as f64 * period);
     let transient = simulate_observed(scene, &q, &v, span, &run, observer)?;
@@ -279,7 +291,7 @@ fn at_value(
         points.truncate(options.periods);
     }
     Ok(AtValue {
-        settled: settled(&motion, LONGEST)?,
+        settled: settled(&motion, &vec![0.0; scene.n_dof()], LONGEST)?,
         points,
         status: if transient.status() == Status::Finished {
             seen.status()
@@ -287,6 +299,39 @@ fn at_value(
             transient.status()
         },
         last: (seen.last().0.clone(), seen.last().1.clone()),
+    })
+}
+
+/// The same where the forcing has no period: impacts are counted.
+fn by_impacts(
+    scene: &Scene,
+    state: PhysicalState,
+    options: &DiagramOptions,
+    go_on: ObserverFn<'_>,
+) -> Result<AtValue> {
+    let (run, section) = (run_options(options), &options.section);
+    let own = |run: &Trajectory| (run.last().0.clone(), run.last().1.clone());
+    let transient = until(
+        scene,
+        (&state, 0.0),
+        (options.transient, section),
+        &run,
+        go_on,
+    )?;
+    let start = (&own(&transient), transient.t_end());
+    let seen = until(scene, start, (options.periods, section), &run, go_on)?;
+    let motion = Motion::Trajectory(&seen);
+    let mut points = points_of(&motion, section)?;
+    points.truncate(options.periods);
+    let status = match seen.status() {
+        Status::MaxImpacts => Status::Finished,
+        status => status,
+    };
+    Ok(AtValue {
+        settled: settled_by_impacts(&motion, &points, LONGEST)?,
+        points,
+        status,
+        last: own(&seen),
     })
 }
 

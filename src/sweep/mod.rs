@@ -1,6 +1,7 @@
 //! Sweeps over parameters: many small computations in pieces, on any number of threads.
 
 mod candidate;
+mod counted;
 mod diagram;
 mod ensemble;
 mod existence;

@@ -1,7 +1,9 @@
 //! Families of motions: sections and diagrams, exponents, attractors, basins.
 
+mod aperiodic;
 mod attractors;
 mod basins;
 mod diagram;
 mod lyapunov;
 mod scenes;
+mod turning;

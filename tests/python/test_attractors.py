@@ -95,3 +95,58 @@ def test_a_scene_without_a_period_is_refused():
     free = vi.Scene(SCENE.system, None, SCENE.stops)
     with pytest.raises(ValueError, match="without a forcing period"):
         vi.find_attractors(free, BOX, seeds=1)
+
+
+PENDULUM = vi.Scene(vi.PendulumChain([1.0], [1.0], 0.3, gravity=1.0), vi.Harmonic([2.0], 1.0))
+TURN = 2 * np.pi
+CIRCLE = {"seeds": 16, "transient": 100, "wrap": {0: TURN}}
+
+
+@pytest.fixture(scope="module")
+def turning():
+    return vi.find_attractors(PENDULUM, [(-np.pi, np.pi), (-3, 3)], **CIRCLE)
+
+
+def test_what_turns_over_is_told_by_its_points(turning):
+    rounds = [one for one in turning if one.orbit is None]
+    assert len(rounds) == 2
+    for one in rounds:
+        assert (one.kind, one.n_periods) == ("periodic", 1)
+        assert "goes round" in one.reason
+        assert (np.abs(one.points[:, 0]) <= np.pi).all()
+    assert turning.wrap == ((0, TURN),)
+    again = vi.find_attractors(PENDULUM, [(-np.pi, np.pi), (-3, 3)], **CIRCLE, workers=map)
+    assert [one.points.tobytes() for one in again] == [one.points.tobytes() for one in turning]
+
+
+def test_without_a_turn_it_leaves():
+    seeds = [(0.0, 2.1), (0.0, -0.4)]
+    found = vi.find_attractors(PENDULUM, [(-1, 1), (-3, 3)], seeds=seeds, transient=100, max_periods=3000)
+    assert not any(one.n_periods for one in found)
+
+
+def test_basins_take_the_turns_of_their_attractors(turning):
+    plane = {"q": (-np.pi, np.pi, 6), "v": (-3, 3, 5), "attractors": turning}
+    one = vi.basins(PENDULUM, **plane)
+    assert (one.labels > 0).all()
+    assert np.array_equal(vi.basins(PENDULUM, **plane, wrap={0: TURN}).labels, one.labels)
+    # Without, only what stays where it is is told.
+    assert (vi.basins(PENDULUM, **plane, wrap={}, max_periods=200).labels <= 0).any()
+    sampled = vi.basin_fractions(PENDULUM, turning.box, samples=40, attractors=turning)
+    assert sampled.fractions.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("wrap", "error", "message"),
+    [
+        ({1: TURN}, ValueError, "wrap is 1, but there are 1 positions"),
+        ({-1: TURN}, ValueError, "wrap has the position -1"),
+        ({0: 0.0}, ValueError, r"wrap\[0\] is 0, but a turn must be positive"),
+        ({0: np.inf}, ValueError, r"wrap\[0\] is inf"),
+        (TURN, TypeError, "wrap is 6.28.*but a dict"),
+    ],
+)
+def test_wrong_turns_are_refused(wrap, error, message):
+    for call in (vi.find_attractors, vi.basin_fractions):
+        with pytest.raises(error, match=message):
+            call(PENDULUM, [(-1, 1), (-1, 1)], wrap=wrap)

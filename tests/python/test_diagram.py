@@ -172,6 +172,20 @@ class TestBifurcationDiagram:
         with pytest.raises(TypeError, match="but a Scene is needed"):
             vi.bifurcation_diagram(lambda force: force, [1.0])
 
+    def test_without_a_period_impacts_are_counted(self):
+        fed = vi.Scene(vi.LinearSystem(1, -0.1, 1), None, vi.Stop(0, 1.0, 0.5))
+        axis = ("restitution", [0.2, 0.4, 0.6])
+        found = vi.bifurcation_diagram(fed, axis, q0=0.1, v0=0.0, transient=60, periods=20, section="impact")
+        assert found.n_periods.tolist() == [1, 1, 1]
+        assert found.n_impacts.tolist() == [20, 20, 20]
+        assert found.pattern == ([0], [0], [0])
+        assert len(found.q) == 60
+        run = vi.simulate(fed.replace(restitution=0.6), 1.0, -0.6 * found.speed_before[-1], (0, 20))
+        assert np.allclose(run.impacts["speed_before"], found.speed_before[-1], rtol=1e-9)
+        again = vi.bifurcation_diagram(fed, axis, q0=0.1, v0=0.0, transient=60, periods=20, section="impact", workers=map)
+        assert same(again, found)
+        assert vi.plot.bifurcation_diagram(found, along="speed_before")
+
     def test_the_error_of_a_callable_comes_out(self):
         def broken(force):
             if force > 5.0:

@@ -14,7 +14,12 @@ from vibroimpact.plot._data import Basins, require
 #: Of attractors, from dark to light and back, so that neighbours differ in grey too.
 COLOURS = ("#1d3a66", "#f0c36b", "#b8503f", "#9ec9c1", "#5b3a6e", "#e8e0b0", "#41785a", "#d8a9bd")
 #: What leads to none, by label.
-OTHERS = {0: ("undecided", "#ffffff"), -1: ("lost", "#bdbdbd"), -2: ("inside a stop", "#6f6f6f")}
+OTHERS = {
+    0: ("undecided", "#ffffff"),
+    -1: ("lost", "#bdbdbd"),
+    -2: ("inside a stop", "#6f6f6f"),
+    -3: ("not worked out yet", "#eef1f4"),
+}
 
 
 def basins(basins: Basins, ax: Axes | None = None, *, legend: bool = True, **options: Any) -> Axes:

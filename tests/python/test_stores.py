@@ -1,0 +1,321 @@
+"""Stores: what was broken off is gone on with, to the same bits; another call, a full disk, a store that vanishes are told."""
+
+import errno
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact import _store
+from vibroimpact._fingerprint import fingerprint
+
+zarr = pytest.importorskip("zarr")
+
+SCENE = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
+PLANE = {"q": (-3.0, 1.5, 24), "v": (-5.0, 5.0, 18), "box": [(-3.0, 1.5), (-5.0, 5.0)], "max_periods": 400}
+PAPER = vi.paper_scene(3)
+MAP = (PAPER, [1], ("frequency", np.linspace(1.0, 2.0, 13)), ("clearance", np.linspace(0.05, 0.3, 11)), 2)
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    """Chunks of a few cells, as large planes have many of many."""
+    monkeypatch.setattr(_store, "_CELLS", 60)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return vi.basins(SCENE, **PLANE)
+
+
+def equal(one, other):
+    """Whether two results have the same bits."""
+    names = one.to_arrays()
+    return type(one) is type(other) and all(np.array_equal(names[k], other.to_arrays()[k], equal_nan=True) for k in names)
+
+
+def chunks(path, name="labels"):
+    return sorted(file for file in (Path(path) / name / "c").rglob("*") if file.is_file())
+
+
+def test_a_store_holds_what_the_call_returns(whole, tmp_path):
+    path = tmp_path / "basins.zarr"
+    made = vi.basins(SCENE, **PLANE, store=path)
+    assert equal(made, whole)
+    again = vi.load(path)
+    assert equal(again, whole)
+    assert (again.x_name, again.y_name) == (whole.x_name, whole.y_name)
+    assert again.attractors.scene == SCENE
+    for kept, one in zip(again.attractors, whole.attractors, strict=True):
+        assert np.array_equal(kept.points, one.points)
+        assert np.array_equal(kept.orbit.q0, one.orbit.q0)
+        assert (kept.kind, kept.pattern, kept.fraction) == (one.kind, one.pattern, one.fraction)
+    assert len(chunks(path)) > 3
+
+
+def test_other_programs_read_a_store(whole, tmp_path):
+    path = tmp_path / "basins.zarr"
+    vi.basins(SCENE, **PLANE, store=str(path))
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_zarr(path, consolidated=False) as data:
+        assert data["labels"].dims == ("y", "x")
+        assert np.array_equal(data["labels"], whole.labels)
+        assert np.array_equal(data["x"], whole.x)
+
+
+def test_a_map_is_kept_too(tmp_path):
+    path = tmp_path / "map.zarr"
+    plain = vi.existence_map(*MAP)
+    with ThreadPoolExecutor(3) as pool:
+        assert equal(vi.existence_map(*MAP, store=path, workers=pool), plain)
+    assert equal(vi.load(path), plain)
+    assert (vi.load(path).x_name, vi.load(path).y_name) == ("frequency", "clearance")
+
+
+def test_what_is_missing_is_worked_out_and_nothing_else(whole, tmp_path, monkeypatch):
+    path = tmp_path / "basins.zarr"
+    vi.basins(SCENE, **PLANE, store=path)
+    gone = chunks(path)[1:3]
+    for file in gone:
+        file.unlink()
+    part = vi.load(path)
+    assert (part.labels == -3).sum() == 2 * 48
+    assert "96 not worked out yet" in repr(part)
+    assert part.fractions.sum() == pytest.approx(1.0)
+    kept = {file: file.stat().st_mtime_ns for file in chunks(path)}
+
+    def refused(*arguments, **options):
+        raise AssertionError("the attractors are in the store")
+
+    monkeypatch.setattr(vi.basin_plane, "find_attractors", refused)
+    assert equal(vi.basins(SCENE, **PLANE, store=path), whole)
+    assert all(file.stat().st_mtime_ns == time for file, time in kept.items())
+
+
+def test_another_call_is_refused_unless_it_may_replace(tmp_path):
+    path = tmp_path / "basins.zarr"
+    vi.basins(SCENE, **PLANE, store=path)
+    with pytest.raises(ValueError, match=r"store is .*basins.zarr.*another max_periods: overwrite=True"):
+        vi.basins(SCENE, **{**PLANE, "max_periods": 401}, store=path)
+    with pytest.raises(ValueError, match="another scene"):
+        vi.basins(SCENE.replace(restitution=0.7), **PLANE, store=path)
+    with pytest.raises(ValueError, match="another plane"):
+        vi.basins(SCENE, **{**PLANE, "v": (-5.0, 4.0, 18)}, store=path)
+    with pytest.raises(ValueError, match="its type is 'Basins', not 'ExistenceMap'"):
+        vi.existence_map(*MAP, store=path)
+    assert equal(vi.existence_map(*MAP, store=path, overwrite=True), vi.load(path))
+
+
+def test_what_is_no_store_is_left_alone(tmp_path):
+    file = tmp_path / "file.zarr"
+    file.write_text("mine")
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("mine")
+    zarr.create_group(tmp_path / "group.zarr", attributes={"mine": 1})
+    for path, reason in [
+        (file, "is a file: a folder is needed"),
+        (folder, "has something else"),
+        (tmp_path / "group.zarr", "group of zarr"),
+    ]:
+        for overwrite in (False, True):
+            with pytest.raises(ValueError, match=reason):
+                vi.existence_map(*MAP, store=path, overwrite=overwrite)
+    assert (file.read_text(), (folder / "mine.txt").read_text()) == ("mine", "mine")
+    with pytest.raises(ValueError, match="no result of vibroimpact"):
+        vi.load(folder)
+    with pytest.raises(ValueError, match="no result of vibroimpact"):
+        vi.load(tmp_path / "group.zarr")
+
+
+def test_a_wrong_call_leaves_no_store(tmp_path):
+    path = tmp_path / "basins.zarr"
+    for wrong in ({"max_periods": -1}, {"method": "none"}, {"rtol": -1.0}, {"hits": 0}, {"box": [(0, 1)]}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            vi.basins(SCENE, **(PLANE | wrong), store=path)
+    with pytest.raises(ValueError, match="frequency"):
+        vi.existence_map(PAPER, [1], ("frequency", [1.0, -1.0]), ("clearance", [0.1]), 2, store=path)
+    assert not path.exists()
+
+
+def test_a_store_from_the_future_is_refused(tmp_path):
+    path = tmp_path / "map.zarr"
+    vi.existence_map(*MAP, store=path)
+    header = json.loads((path / "zarr.json").read_text())
+    header["attributes"]["vibroimpact"]["format"] = 99
+    (path / "zarr.json").write_text(json.dumps(header))
+    with pytest.raises(ValueError, match="its format is 99"):
+        vi.existence_map(*MAP, store=path)
+    with pytest.raises(ValueError, match="format 99 is newer"):
+        vi.load(path)
+
+
+class Counted:
+    """Makes scenes, and may fail at one."""
+
+    def __init__(self, fails_at=0):
+        self.count, self.fails_at = 0, fails_at
+
+    def __call__(self, x, y):
+        self.count += 1
+        if self.count == self.fails_at:
+            raise ZeroDivisionError
+        return PAPER.replace(frequency=x, clearance=y)
+
+    def __reduce__(self):
+        return Counted, ()
+
+
+def test_what_was_done_before_a_failure_is_kept(tmp_path):
+    path = tmp_path / "map.zarr"
+    axes = MAP[2][1], MAP[3][1]
+    with pytest.raises(ZeroDivisionError):
+        vi.existence_map(Counted(fails_at=100), [1], *axes, 2, store=path)
+    part = vi.load(path)
+    assert part.x_name is None
+    assert 0 < (part.n_orbits >= 0).sum() < 100
+    rest = Counted()
+    made = vi.existence_map(rest, [1], *axes, 2, store=path)
+    assert rest.count == (part.n_orbits < 0).sum()
+    assert equal(made, vi.existence_map(Counted(), [1], *axes, 2))
+
+
+def test_scenes_of_functions_are_told_apart_by_their_code(tmp_path):
+    path = tmp_path / "basins.zarr"
+
+    def scene(scale):
+        def scaled(t, q, v):
+            return scale * q - q**3 - 0.25 * v
+
+        return vi.Scene(vi.NonlinearSystem(1, scaled, mass=1.0), vi.Harmonic([0.05], 1.0), vi.Stop(0, 3.0, 0.8))
+
+    call = {"q": (-1.5, 1.5, 4), "v": (-1.0, 1.0, 3), "max_periods": 3, "attractors": (), "store": path}
+    made = vi.basins(scene(1.0), **call)
+    assert equal(vi.basins(scene(1.0), **call), made)
+    with pytest.raises(ValueError, match="another scene"):
+        vi.basins(scene(1.5), **call)
+    with pytest.raises(ValueError, match=r"made of functions.*the same call of basins opens it"):
+        vi.load(path)
+
+
+def test_fingerprints():
+    made = [eval(f"lambda x, k={k}: x {sign} {c}") for k in (1, 2) for sign in "+-" for c in (3, 4.0)]
+    assert len({fingerprint(one) for one in made}) == 8
+    assert fingerprint(eval("lambda x: x in {'a', 'b', 'c'}")) == fingerprint(eval("lambda x: x in {'a', 'b', 'c'}"))
+    assert fingerprint(Counted()) == fingerprint(Counted())
+    assert fingerprint(Counted().__call__) != fingerprint(Counted())
+    with pytest.raises(ValueError, match="cannot be told"):
+        fingerprint(lambda x, file=sys.stdout: x)
+    code = "from vibroimpact._fingerprint import fingerprint; print(fingerprint(eval(\"lambda x: x in {'a', 'b'} or {1: x}\")))"
+    seeds = [dict(os.environ, PYTHONHASHSEED=seed) for seed in "123"]
+    told = {subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True).stdout for env in seeds}
+    assert len(told) == 1
+    assert told != {""}
+
+
+KILLED = """
+import sys
+import vibroimpact as vi
+from vibroimpact import _store
+
+_store._CELLS = 60
+scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
+plane = {"q": (-3.0, 1.5, 240), "v": (-5.0, 5.0, 18), "box": [(-3.0, 1.5), (-5.0, 5.0)], "max_periods": 400}
+vi.basins(scene, **plane, store=sys.argv[1], rtol=1e-9, workers=1)
+"""
+
+
+def test_a_run_that_is_killed_is_gone_on_with(tmp_path):
+    path, script = tmp_path / "basins.zarr", tmp_path / "killed.py"
+    script.write_text(KILLED)
+    plain = vi.basins(SCENE, **{**PLANE, "q": (-3.0, 1.5, 240)})
+    rng = np.random.default_rng(7)
+    kills = 0
+    before = 0
+    while kills < 10:
+        process = subprocess.Popen([sys.executable, script, path])
+        until = time.monotonic() + 60
+        while process.poll() is None and time.monotonic() < until and len(chunks(path)) <= before:
+            time.sleep(0.001)
+        time.sleep(rng.uniform(0, 0.05))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        kills += 1
+        done = len(chunks(path))
+        assert done > before or done == 72
+        part = vi.load(path)
+        known = part.labels != -3
+        assert np.array_equal(part.labels[known], plain.labels[known])
+        assert np.array_equal(part.iterations[known], plain.iterations[known])
+        before = done
+    assert subprocess.run([sys.executable, script, path]).returncode == 0
+    assert equal(vi.load(path), plain)
+
+
+def test_two_processes_fill_one_store(tmp_path):
+    path, script = tmp_path / "basins.zarr", tmp_path / "killed.py"
+    script.write_text(KILLED)
+    both = [subprocess.Popen([sys.executable, script, path]) for _ in range(2)]
+    assert [process.wait() for process in both] == [0, 0]
+    assert equal(vi.load(path), vi.basins(SCENE, **{**PLANE, "q": (-3.0, 1.5, 240)}))
+
+
+def test_a_full_disk_is_told(tmp_path):
+    path = tmp_path / "map.zarr"
+    vi.existence_map(*MAP, store=path)
+    first, *others = chunks(path, "n_orbits")
+    for file in others:
+        file.unlink()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1, hard))
+    try:
+        with pytest.raises(OSError, match=r"store .*map.zarr.*what it had before is kept") as told:
+            vi.existence_map(*MAP, store=path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert told.value.errno == errno.EFBIG
+    assert chunks(path, "n_orbits") == [first]
+    assert equal(vi.existence_map(*MAP, store=path), vi.existence_map(*MAP))
+
+
+def test_a_store_that_vanishes_is_told(tmp_path):
+    path = tmp_path / "map.zarr"
+
+    def make(x, y):
+        if make.count == 80:
+            shutil.rmtree(path)
+        make.count += 1
+        return PAPER.replace(frequency=x, clearance=y)
+
+    make.count = 0
+    with pytest.raises(OSError, match=r"store .*map.zarr.*not there any more"):
+        vi.existence_map(make, [1], MAP[2][1], MAP[3][1], 2, store=path)
+    assert not (path / "n_orbits").exists()
+
+
+def test_a_store_of_zarr_is_taken(tmp_path):
+    store = zarr.storage.MemoryStore()
+    plain = vi.existence_map(*MAP)
+    assert equal(vi.existence_map(*MAP, store=store), plain)
+    assert equal(vi.existence_map(*MAP, store=store), plain)
+
+
+def test_an_install_without_zarr_says_what_it_needs(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    with pytest.raises(ImportError, match=r"vibroimpact\[store\]"):
+        vi.existence_map(*MAP, store=tmp_path / "map.zarr")
+
+
+def test_the_library_imports_no_engine():
+    code = "import sys, vibroimpact; print([m for m in ('zarr', 'dask', 'distributed', 'mpi4py', 'joblib') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
