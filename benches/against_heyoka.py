@@ -76,6 +76,32 @@ def heyoka_run(scene, tolerance):
     return run
 
 
+def batch_of_pendulums(scene, starts, span, tolerance=1e-9):
+    """Follow starts at rest over a time, as many abreast as the processor has room for; return how many that are."""
+    rates = equations(scene)
+    size = hy.recommended_simd_size()
+
+    def turned(stop):
+        def callback(integrator, _sign, lane):
+            integrator.state[2 + stop.normal, lane] *= -stop.restitution
+            return True
+
+        return callback
+
+    events = [
+        hy.t_event_batch(stop.clearance - rates[stop.normal][0], callback=turned(stop), direction=hy.event_direction.negative)
+        for stop in scene.stops
+    ]
+    integrator = hy.taylor_adaptive_batch(rates, np.zeros((4, size)), tol=tolerance, t_events=events)
+    for first in range(0, len(starts), size):
+        rows = np.resize(starts[first : first + size], (size, 2))
+        integrator.set_time(0.0)
+        integrator.state[:] = np.vstack([rows.T, np.zeros((2, size))])
+        integrator.reset_cooldowns()
+        integrator.propagate_until([span] * size)
+    return size
+
+
 def own_run(scene, rtol):
     """Return the same for the package."""
 

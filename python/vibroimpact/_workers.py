@@ -127,10 +127,10 @@ def _parts(work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Worker
     task = partial(_piece, work, sweep)
     try:
         if isinstance(workers, Client):  # what is shared goes to its workers once, and is made again if one dies
-            data = workers.submit(_itself, shared, pure=False)
-            yield from _submitted(workers.get_executor(pure=False), task, data, pieces)
+            data, own = workers.submit(_itself, shared, pure=False), workers.get_executor(pure=False)
+            yield from _submitted(own, task, data, pieces, lambda _: own.shutdown(wait=False))
         elif isinstance(workers, Executor) or hasattr(workers, "submit"):
-            yield from _submitted(workers, task, shared, pieces)
+            yield from _submitted(workers, task, shared, pieces, _cancel)
         elif callable(workers):
             yield from enumerate(workers(partial(task, shared), pieces))
         else:
@@ -157,8 +157,15 @@ def _go_on(sweep: str) -> None:
         raise RuntimeError(message)
 
 
-def _submitted(executor: Any, task: Any, shared: Any, pieces: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """Give the parts of the pieces as they are done."""
+def _cancel(futures: Iterable[Any]) -> None:
+    for future in futures:
+        future.cancel()
+
+
+def _submitted(
+    executor: Any, task: Any, shared: Any, pieces: Sequence[Any], cancel: Callable[[Iterable[Any]], None]
+) -> Iterator[tuple[int, Any]]:
+    """Give the parts of the pieces as they are done; where something fails, cancel the others."""
     places: dict[Future[Any], int] = {}
     try:
         for place, piece in enumerate(pieces):
@@ -172,8 +179,7 @@ def _submitted(executor: Any, task: Any, shared: Any, pieces: Sequence[Any]) -> 
             for future in sorted(done, key=places.__getitem__):
                 yield places.pop(future), future.result()
     except BaseException:
-        for future in places:
-            future.cancel()
+        cancel(places)
         raise
 
 

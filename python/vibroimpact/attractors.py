@@ -214,7 +214,8 @@ def find_attractors(
     Notes
     -----
     What is found depends on the starts: an attractor that none of them leads to is not. A motion that stays chaotic up to the end
-    is called so; of one degree of freedom it may still come to rest on a stop later, and be periodic then.
+    is called so; of one degree of freedom it may still come to rest on a stop later, and be periodic then. Without damping,
+    motions that hit nothing are each an orbit of their own that attracts nothing; those that starts lead to are listed too.
 
     Examples
     --------

@@ -236,8 +236,8 @@ def bifurcation_diagram(
     Raises
     ------
     ValueError
-        No values, values that are not finite or may not be taken, a name that does not exist, ``section="phase"`` of a scene without
-        a forcing period.
+        No values, values that are not finite or may not be taken, a name that does not exist, ``section="phase"`` of a scene
+        without a forcing period.
 
     Examples
     --------

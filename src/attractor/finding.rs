@@ -11,7 +11,7 @@ use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents_observed}
 use crate::model::{PhysicalState, Scene};
 use crate::observer::ObserverFn;
 use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed};
-use crate::section::{Motion, Section, Sectioned, points_of, repeats_after, settled};
+use crate::section::{Motion, Section, Sectioned, Settled, points_of, repeats_after, settled};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
 use crate::tolerance::FAR;
 use nalgebra::{DMatrix, DVector};
@@ -23,6 +23,12 @@ const KEPT: usize = 1000;
 const CLOSE: f64 = 1e-5;
 /// An orbit is that of a motion if it is no farther from it than this part of the motion, over what is left of a deviation in a round.
 const NEAR: f64 = 1e-6;
+
+/// An orbit goes round several times if its states once in each period repeat themselves to this part of the motion.
+const ROUND: f64 = 1e-8;
+/// Logarithm of the part to which a motion that comes nearer to an orbit is to come, and how many times longer than before that may take.
+const NEARER: f64 = 18.0;
+const PATIENCE: usize = 20;
 
 /// Why a motion in which an angle goes round has no orbit.
 pub(crate) const TURNS: &str =
@@ -72,6 +78,8 @@ impl Search<'_> {
         let mut reason = String::new();
         let mut has_turned = 0;
         let mut done = periods;
+        let mut limit = self.options.max_periods.max(periods + 1);
+        let mut is_told = false;
         let window = 3 * self.options.longest_period + 4;
         loop {
             if self.is_far(&run) {
@@ -80,8 +88,13 @@ impl Search<'_> {
             if run.status() != Status::Finished {
                 return Ok(Found::Undecided);
             }
-            if done >= self.options.max_periods.max(periods + 1) {
-                break;
+            if done >= limit {
+                let (found, longer) = self.by_exponents(&run, done, &reason, go_on)?;
+                if is_told || longer == 0 {
+                    return Ok(found);
+                }
+                // It comes nearer to an orbit, and in so many periods is there.
+                (is_told, limit) = (true, done + longer);
             }
             run = self.run(&owned(&run), done, window, Keep::Motion, go_on)?;
             done += window;
@@ -109,13 +122,16 @@ impl Search<'_> {
                 continue;
             }
             match self.polished(&run, now.n_periods, go_on) {
-                Ok(Some(orbit)) => return Ok(attractor(self.periodic(orbit, now.pattern)?)),
+                Ok(Some(orbit)) => {
+                    let pattern = of_one_round(&now, orbit.n_periods())?;
+                    return Ok(attractor(self.periodic(orbit, pattern)?));
+                }
                 // It comes nearer slowly: further on it is told again.
                 Ok(None) => {}
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => {
                     reason = error.to_string();
-                    if done + window > self.options.max_periods {
+                    if done + window > limit {
                         return Ok(attractor(self.repeating(
                             &run,
                             now.n_periods,
@@ -126,7 +142,6 @@ impl Search<'_> {
                 }
             }
         }
-        self.by_exponents(&run, done, reason, go_on)
     }
 
     /// A run of some periods, from so many after the start.
@@ -194,7 +209,11 @@ impl Search<'_> {
         n_periods: usize,
         go_on: ObserverFn<'_>,
     ) -> Result<Option<PeriodicOrbit>> {
-        let orbit = find_orbit_observed(self.scene, run, Some(n_periods), go_on)?;
+        let mut orbit = find_orbit_observed(self.scene, run, Some(n_periods), go_on)?;
+        let round = rounds(&orbit, self.period);
+        if round < n_periods {
+            orbit = find_orbit_observed(self.scene, run, Some(round), go_on)?;
+        }
         let stability = orbit.stability_observed(go_on)?;
         if stability.is_stable == Some(false) {
             return Ok(None);
@@ -277,14 +296,14 @@ impl Search<'_> {
         })
     }
 
-    /// What does not repeat itself within the periods looked for.
+    /// What does not repeat itself within the periods looked for; where it comes nearer to an orbit, slowly, the periods until it is there.
     fn by_exponents(
         &self,
         run: &Trajectory,
         done: usize,
-        reason: String,
+        reason: &str,
         go_on: ObserverFn<'_>,
-    ) -> Result<Found> {
+    ) -> Result<(Found, usize)> {
         let (q, v) = run.last();
         let time = |periods: usize| self.start + self.period * (done + periods) as f64;
         let periods = self.options.max_periods.max(KEPT);
@@ -302,7 +321,7 @@ impl Search<'_> {
             Attraction::Chaotic => AttractorKind::Chaotic,
             Attraction::Torus => AttractorKind::Torus,
             Attraction::Periodic => AttractorKind::Periodic,
-            Attraction::Undecided => return Ok(Found::Undecided),
+            Attraction::Undecided => return Ok((Found::Undecided, 0)),
         };
         let sampled = SimulateOptions {
             keep: Keep::Final,
@@ -323,8 +342,18 @@ impl Search<'_> {
         let points = all.rows_range(first..).into_owned();
         let longest = self.options.longest_period;
         let long = || format!("it has no period up to {longest}");
-        let reason = if reason.is_empty() { long() } else { reason };
-        Ok(attractor(Attractor {
+        let reason = if reason.is_empty() {
+            long()
+        } else {
+            reason.into()
+        };
+        let rate = found
+            .exponents
+            .first()
+            .map_or(0.0, |rate| -rate * self.period);
+        let longer = (NEARER / rate).ceil();
+        let is_near = kind == AttractorKind::Periodic && longer <= (PATIENCE * periods) as f64;
+        let found = attractor(Attractor {
             kind,
             n_periods: 0,
             points,
@@ -333,8 +362,33 @@ impl Search<'_> {
             reason,
             orbit: None,
             fraction: 0.0,
-        }))
+        });
+        Ok((found, if is_near { longer as usize } else { 0 }))
     }
+}
+
+/// The periods after which an orbit repeats itself: it may have been found going round several times.
+fn rounds(orbit: &PeriodicOrbit, period: f64) -> usize {
+    let n = orbit.n_periods();
+    let states: Vec<PhysicalState> = (0..n)
+        .map(|k| orbit.state(k as f64 * period, true))
+        .collect();
+    let size = |(q, v): &PhysicalState| q.amax().max(v.amax() * period / TAU);
+    let largest = states.iter().map(size).fold(0.0, f64::max);
+    let apart = |(q, v): &PhysicalState, (p, u): &PhysicalState| {
+        (q - p).amax().max((v - u).amax() * period / TAU)
+    };
+    let is_round = |m: &usize| {
+        n.is_multiple_of(*m)
+            && (0..n).all(|k| apart(&states[k], &states[(k + m) % n]) <= ROUND * largest)
+    };
+    (1..=n).find(is_round).unwrap_or(n)
+}
+
+/// The stops hit in one round of what was seen to repeat itself after several.
+fn of_one_round(seen: &Settled, round: usize) -> Result<Pattern> {
+    let instants = seen.pattern.instants();
+    Pattern::new(instants[..instants.len() * round / seen.n_periods.max(1)].to_vec())
 }
 
 fn attractor(found: Attractor) -> Found {

@@ -10,7 +10,7 @@ use crate::exponents::tangents::Tangents;
 use crate::exponents::verdict::{Attraction, Drive, verdict};
 use crate::flow::TimedScene;
 use crate::hybrid::AnyLoop;
-use crate::model::{Forcing, Scene};
+use crate::model::{Forcing, Scene, System};
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::{Keep, Method, Piece, Run, RunVisitor, SimulateOptions, Status, visit_runs};
@@ -243,6 +243,16 @@ fn drive(scene: &Scene) -> Drive {
     }
 }
 
+/// Whether a scene has no torus, being one mass on a spring that nothing feeds but a forcing of one period: areas of its plane of states
+/// shrink, and a closed curve that were carried onto itself would enclose one that does not.
+fn has_no_torus(scene: &Scene) -> bool {
+    let System::Linear(system) = scene.system() else {
+        return false;
+    };
+    let is_damped = || system.damping().to_dense()[(0, 0)] >= 0.0;
+    scene.n_dof() == 1 && scene.period().is_some() && is_damped()
+}
+
 /// The exponents of a motion that was followed to a time.
 fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) -> LyapunovExponents {
     let Followed {
@@ -274,7 +284,11 @@ fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) ->
         f64::NAN
     };
     let found = if status == Status::Finished && counted.clashes == 0 {
-        verdict(&exponents, &errors, drive(scene), 1.0 / time)
+        match verdict(&exponents, &errors, drive(scene), 1.0 / time) {
+            // What decays slowly looks like it.
+            Attraction::Torus if has_no_torus(scene) => Attraction::Undecided,
+            verdict => verdict,
+        }
     } else {
         Attraction::Undecided
     };

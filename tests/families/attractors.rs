@@ -3,10 +3,11 @@
 use crate::scenes::{between_stops, double_well, grid, oscillator};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
-use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix};
+use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, AttractorKind, AttractorOptions, Attractors, OrbitOptions, Pattern, Scene,
-    StateBox, find_attractors, periodic_orbits,
+    Attraction, AttractorKind, AttractorOptions, Attractors, Harmonic, LinearSystem,
+    LyapunovOptions, OrbitOptions, Pattern, Scene, Side, StateBox, Stop, find_attractors,
+    lyapunov_exponents, periodic_orbits,
 };
 
 fn attractors(
@@ -103,6 +104,66 @@ fn each_well_has_its_orbit() {
     let late = (a.phase() - b.phase()).rem_euclid(TAU);
     let (p, u) = b.state(late, false);
     assert!((q + p).amax() < 1e-8 && (v + u).amax() < 1e-8);
+}
+
+/// `x'' + c x' + x = cos w t` before a stop at -d, hardly damped: motions come to their orbits slowly.
+fn hardly_damped(damping: f64, clearance: f64, frequency: f64) -> Scene {
+    let system = LinearSystem::new(dvector![1.0], dmatrix![damping], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.0.into()], frequency, 0.0).expect("valid");
+    let stop = Stop::new(0, clearance, 0.8)
+        .expect("valid")
+        .on_side(Side::Lower);
+    Scene::new(system, force, [stop]).expect("valid")
+}
+
+#[test]
+fn what_comes_near_slowly_is_told_by_its_shortest_round() {
+    let options = AttractorOptions {
+        transient: 100,
+        max_periods: 800,
+        ..AttractorOptions::default()
+    };
+    for (damping, clearance, frequency) in [
+        (0.05, 0.63, 6.2),
+        (0.05, 0.3, 5.2),
+        (0.01, 0.63, 5.2),
+        (0.01, 0.3, 2.6),
+    ] {
+        let scene = hardly_damped(damping, clearance, frequency);
+        let found = attractors(&scene, &grid([-clearance, 2.5], [-3.0, 3.0], 5), &options);
+        assert!(found.n_lost == 0 && found.n_inside == 0);
+        for one in &found.all {
+            let orbit = one.orbit.as_ref().expect("an orbit");
+            assert_eq!(
+                (one.kind, one.n_periods),
+                (AttractorKind::Periodic, orbit.n_periods())
+            );
+            let m = one.points.nrows();
+            for (i, j) in (0..m).flat_map(|i| (0..i).map(move |j| (i, j))) {
+                let off = (one.points.row(i) - one.points.row(j)).amax();
+                assert!(
+                    off > 1e-4,
+                    "{m} periods, points {i} and {j} are {off} apart"
+                );
+            }
+            let impacts = orbit.impacts().len();
+            assert_eq!(one.pattern.instants().len(), impacts);
+            // A linear motion without an impact has the period of its forcing.
+            assert!(impacts > 0 || m == 1);
+        }
+    }
+}
+
+#[test]
+fn a_mass_on_a_spring_has_no_torus() {
+    // Here an orbit of five periods is about to lose its stability: deviations hardly die out.
+    let scene = hardly_damped(0.01, 0.63, 6.2);
+    let (q, v) = (dvector![0.426016], dvector![0.777086]);
+    let span = (0.0, 1000.0 * scene.period().expect("forced"));
+    let found =
+        lyapunov_exponents(&scene, &q, &v, span, &LyapunovOptions::default()).expect("exponents");
+    assert!(found.exponents[0].abs() < 3.0 * found.errors[0]);
+    assert_eq!(found.verdict, Attraction::Undecided);
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod aperiodic;
 mod attractors;
 mod basins;
 mod diagram;
+mod literature;
 mod lyapunov;
 mod scenes;
 mod turning;

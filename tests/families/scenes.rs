@@ -27,8 +27,10 @@ pub fn between_stops() -> Scene {
     Scene::new(system, force, stops).expect("valid")
 }
 
-/// `x'' = x - x^3 - 0.15 x'`
-struct DoubleWell;
+/// `x'' = x - x^3 - c x'`
+struct DoubleWell {
+    damping: f64,
+}
 
 impl EquationsOfMotion for DoubleWell {
     fn n_dof(&self) -> usize {
@@ -36,7 +38,7 @@ impl EquationsOfMotion for DoubleWell {
     }
 
     fn acceleration(&self, _: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<(), Error> {
-        a[0] = q[0] - q[0].powi(3) - 0.15 * v[0];
+        a[0] = q[0] - q[0].powi(3) - self.damping * v[0];
         Ok(())
     }
 
@@ -49,11 +51,16 @@ impl EquationsOfMotion for DoubleWell {
     }
 }
 
-/// The same under `0.2 cos t`: an orbit in each well.
+/// Two wells under `0.2 cos t`: an orbit in each.
 pub fn double_well() -> Scene {
-    let system = NonlinearSystem::new(DoubleWell).expect("valid");
+    well(0.15, 0.2)
+}
+
+/// Two wells under a force `F cos t`.
+pub fn well(damping: f64, force: f64) -> Scene {
+    let system = NonlinearSystem::new(DoubleWell { damping }).expect("valid");
     let none: [Stop; 0] = [];
-    let force = Harmonic::new(dvector![0.2.into()], 1.0, 0.0).expect("valid");
+    let force = Harmonic::new(dvector![force.into()], 1.0, 0.0).expect("valid");
     Scene::new(system, force, none).expect("valid")
 }
 

@@ -19,6 +19,7 @@ SCENE = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0,
 BOX = [(-3.0, 1.5), (-5.0, 5.0)]
 PLANE = {"q": (-3.0, 1.5, 24), "v": (-5.0, 5.0, 18), "max_periods": 400}
 PAPER = vi.paper_scene(3)
+PROMPT = 0.5  # [s] until control returns
 MAP = (PAPER, [1], ("frequency", np.linspace(1.0, 2.0, 23)), ("clearance", np.linspace(0.05, 0.3, 21)), 2)
 
 
@@ -88,6 +89,24 @@ def test_dask_goes_on_where_a_worker_is_killed(client):
     made = vi.existence_map(Slow(), [1], *axes, 2, workers=client)
     killer.join()
     assert equal(made, vi.existence_map(Slow(0), [1], *axes, 2))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_an_interruption_of_dask_is_answered(client):
+    axes = np.linspace(1.0, 2.0, 100), np.linspace(0.05, 0.3, 100)
+    asked = []
+
+    def interrupt():
+        asked.append(time.perf_counter())
+        signal.raise_signal(signal.SIGINT)
+
+    timer = threading.Timer(1.0, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        vi.existence_map(Slow(0.1), [1], *axes, 2, workers=client)
+    assert time.perf_counter() - asked[0] < PROMPT
+    # The cluster is there for the next call.
+    assert equal(vi.existence_map(*MAP, workers=client), vi.existence_map(*MAP))
 
 
 def test_what_is_shared_goes_to_dask_once(client):

@@ -29,6 +29,8 @@ PANELS = {
     "length of the run": ("length",),
     "trajectories at once": ("ensemble",),
     "links of a chain": ("chain",),
+    "diagrams and basins": ("family",),
+    "exponents": ("exponents",),
 }
 STYLES = [{"marker": marker, "color": f"C{k}", "markersize": 5} for k, marker in enumerate("os^D")]
 # A ratio of sizes below which each has its number on the axis.
@@ -133,7 +135,7 @@ def peaks(ax: Any, judged: Sequence[Judged], largest: float) -> None:
 
 def growth(judged: Sequence[Judged], directory: Path) -> list[str]:
     """Cost of a unit above, memory of the run below, against each size."""
-    fig, axes = plt.subplots(2, len(PANELS), figsize=(4.0 * len(PANELS), 7.5), layout="constrained")
+    fig, axes = plt.subplots(2, len(PANELS), figsize=(3.4 * len(PANELS), 7.5), layout="constrained")
     largest = max((p.memory for one in judged for p in one.points if p.memory is not None), default=LEAST)
     for (above, below), (title, keys) in zip(axes.T, PANELS.items(), strict=True):
         of_panel = [one for one in judged if one.series.key.startswith(keys)]

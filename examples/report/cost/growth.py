@@ -166,6 +166,50 @@ def chain(method: str, links: int) -> Run:
     return run
 
 
+#: A driven mass before a stop, at forces above its last doubling: it settles on one impact in each period.
+OSCILLATOR = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], 2.4), vi.Stop(0, 1.0, 0.8))
+
+
+def diagram(values: int) -> Run:
+    """A bifurcation diagram of so many values; a unit is one of them."""
+    axis = ("forcing_scale", np.linspace(8.0, 10.0, values))
+
+    def run(units: int) -> int:
+        for _ in range(units):
+            vi.bifurcation_diagram(OSCILLATOR, axis, section="impact", transient=50, periods=20, workers=1)
+        return units * values
+
+    return run
+
+
+def basin(cells: int) -> Run:
+    """Basins of so many cells of known attractors; a unit is one of them."""
+    scene = OSCILLATOR.replace(forcing_scale=9.0)
+    attractors = vi.find_attractors(scene, [(-3.0, 1.0), (-5.0, 5.0)], seeds=20, workers=1)
+
+    def run(units: int) -> int:
+        for _ in range(units):
+            vi.basins(scene, q=(-3.0, 1.0, cells // 10), v=(-5.0, 5.0, 10), attractors=attractors, workers=1)
+        return units * cells
+
+    return run
+
+
+def exponents(masses: int) -> Run:
+    """All exponents of a chain of masses between springs, its last one before a stop, counted in impacts."""
+    stiffness = 2.0 * np.eye(masses) - np.eye(masses, k=1) - np.eye(masses, k=-1)
+    last = np.eye(masses)[-1]
+    system = vi.LinearSystem(np.ones(masses), 0.05 * stiffness, stiffness)
+    scene = vi.Scene(system, vi.Harmonic(last, 0.9), vi.Stop(last, 0.2, 0.7))
+    zero = np.zeros(masses)
+
+    def run(units: int) -> int:
+        found = vi.lyapunov_exponents(scene, zero, zero, (0.0, units * scene.period))
+        return int(found.n_impacts)
+
+    return run
+
+
 def modes_series() -> tuple[Series, ...]:
     """Cost against the number of modes."""
     held = Series(
@@ -342,7 +386,68 @@ def chain_series() -> tuple[Series, ...]:
     )
 
 
+def family_series() -> tuple[Series, ...]:
+    """Cost against the number of values of a diagram, of cells of a basin, of masses whose exponents are taken."""
+    alone = [
+        Series(
+            key,
+            title,
+            label,
+            "values or cells",
+            unit,
+            0.0,
+            1.0,
+            reason,
+            sizes,
+            100,
+            100,
+            run,
+            per_size(most, 1),
+            always(1),
+        )
+        for key, title, label, unit, reason, sizes, run, most in (
+            (
+                "family diagram",
+                "Values of a bifurcation diagram",
+                "values of a diagram",
+                "value",
+                "each value goes on where the one before has ended, and has as many points",
+                (10, 30, 100, 300, 1000, 3000),
+                diagram,
+                300,
+            ),
+            (
+                "family basin",
+                "Cells of a basin",
+                "cells of a basin",
+                "cell",
+                "no cell knows of another",
+                (10, 100, 1000, 10_000, 100_000),
+                basin,
+                3000,
+            ),
+        )
+    ]
+    deviations = Series(
+        "exponents",
+        "Lyapunov exponents of a chain of masses",
+        "all exponents, a chain",
+        "masses",
+        "impact",
+        3.0,
+        2.0,
+        "twice as many deviations as masses are made orthogonal to each other, O(n^3)",
+        (1, 2, 4, 8, 16, 32, 64),
+        32,
+        16,
+        exponents,
+        per_size(4000, 60),
+        per_size(300, 20),
+    )
+    return *alone, deviations
+
+
 @functools.cache
 def series() -> tuple[Series, ...]:
     """Every series."""
-    return (*modes_series(), *stop_series(), *length_series(), *ensemble_series(), *chain_series())
+    return (*modes_series(), *stop_series(), *length_series(), *ensemble_series(), *chain_series(), *family_series())
