@@ -127,8 +127,8 @@ def _parts(work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Worker
     task = partial(_piece, work, sweep)
     try:
         if isinstance(workers, Client):  # what is shared goes to its workers once, and is made again if one dies
-            data, own = workers.submit(_itself, shared, pure=False), workers.get_executor(pure=False)
-            yield from _submitted(own, task, data, pieces, lambda _: own.shutdown(wait=False))
+            data, executor = workers.submit(_itself, shared, pure=False), workers.get_executor(pure=False)
+            yield from _submitted(executor, task, data, pieces, lambda _: executor.shutdown(wait=False))
         elif isinstance(workers, Executor) or hasattr(workers, "submit"):
             yield from _submitted(workers, task, shared, pieces, _cancel)
         elif callable(workers):
