@@ -1,17 +1,22 @@
 //! Cells of a basin: each is a function of its state and of the attractors alone.
 
 use crate::attractor::{Attractor, StateBox};
+use crate::basin::abreast::Tile;
 use crate::basin::label::Label;
 use crate::basin::targets::{Course, Targets};
-use crate::error::{Error, Result};
+use crate::error::{Error, Failure, Result};
+use crate::flow::registers;
+use crate::flow::steps::State;
 use crate::hybrid::AnyLoop;
-use crate::model::{PhysicalState, Scene};
+use crate::model::{Dynamics, PhysicalState, Scene};
 use crate::observer::ObserverFn;
 use crate::path::Evaluator;
 use crate::quantity::finite;
 use crate::section::wait;
-use crate::simulate::{Keep, Method, Run, RunVisitor, SimulateOptions, Watcher, visit_runs};
-use crate::sweep::tiles::fill;
+use crate::simulate::{
+    Batch, Keep, Method, Run, RunVisitor, SeriesRun, SimulateOptions, Watcher, visit_runs,
+};
+use crate::sweep::tiles::{fill, fill_tiles};
 use crate::sweep::{Progress, SweepOptions};
 use nalgebra::DMatrix;
 use std::any::Any;
@@ -22,6 +27,8 @@ use std::sync::Arc;
 const PERIODS_AT_ONCE: f64 = 24.0;
 /// Cells that a thread takes at a time.
 const TILE: usize = 32;
+/// The same where several run abreast: the last of a tile run with empty places beside them.
+const TILE_ABREAST: usize = 128;
 
 /// Options of [`basin_cells`].
 #[derive(Debug, Clone, PartialEq)]
@@ -214,6 +221,62 @@ impl RunVisitor for Cells<'_> {
             }
         };
         fill(found, TILE, options.sweep, || Ok(make()), work, observer)
+    }
+
+    fn visit_series<'a, S: State, D: Dynamics + 'a>(
+        self,
+        make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
+        evaluator: Evaluator,
+    ) -> Result<()> {
+        let phases = self.starts.1;
+        match phases.first() {
+            Some(&phase) if self.options.max_periods > 0 && phases.iter().all(|x| *x == phase) => {
+                if registers::width() < 8 {
+                    self.fill_abreast::<4, _, _>(make, phase)
+                } else {
+                    self.fill_abreast::<8, _, _>(make, phase)
+                }
+            }
+            _ => self.visit(make, evaluator),
+        }
+    }
+}
+
+impl Cells<'_> {
+    /// Labels cells by K runs abreast, from one phase of the forcing at a time to the first look, and from there.
+    fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
+        self,
+        make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
+        phase: f64,
+    ) -> Result<()> {
+        let Self {
+            scene,
+            targets,
+            starts: (states, _),
+            period,
+            options,
+            found,
+            observer,
+        } = self;
+        let n = scene.n_dof();
+        let start = wait(period, scene.phase(), phase);
+        let first = start + wait(period, phase, targets.phase);
+        let spans = [(start, first), (first, first + period)];
+        let together = || Ok(spans.map(|span| Batch::<S, D, K>::new(&make, span)));
+        let work = |batches: &mut [Batch<'a, S, D, K>; 2],
+                    from: usize,
+                    slots: &mut [(Label, usize)],
+                    go_on: ObserverFn<'_>| {
+            let part = |i: usize, first: usize| states.row(i).columns(first, n).transpose();
+            let own = (from..from + slots.len()).map(|i| (part(i, 0), part(i, n)));
+            let tile = Tile::new(slots, own, &targets, options.max_periods);
+            let failed = |(i, error): Failure| {
+                let at = from + i;
+                (at, error.at(format_args!("states[{at}]")))
+            };
+            tile.label(batches, go_on).map_err(failed)
+        };
+        fill_tiles(found, TILE_ABREAST, options.sweep, together, work, observer)
     }
 }
 

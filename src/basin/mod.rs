@@ -1,5 +1,6 @@
 //! Basins: which states of a scene lead to which attractor (theory 18).
 
+mod abreast;
 mod cells;
 mod label;
 mod targets;

@@ -3,10 +3,11 @@
 use crate::scenes::{between_stops, double_well, grid, oscillator};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
-use vibroimpact::nalgebra::{DMatrix, dmatrix};
+use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
-    Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Label, Scene,
-    SimulateOptions, StateBox, SweepOptions, basin_cells, find_attractors, simulate,
+    Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Kind, Label, Method,
+    PaperOptions, Scene, SimulateOptions, StateBox, SweepOptions, basin_cells, find_attractors,
+    paper_scene, simulate,
 };
 
 fn attractors(
@@ -234,4 +235,72 @@ fn threads_change_no_label_and_wrong_calls_are_refused() {
     assert!(refused(&dmatrix![0.0, 0.0], &[]).contains("phases"));
     assert!(refused(&dmatrix![0.0, f64::NAN], &[0.0]).contains("states[0]"));
     assert!(refused(&dmatrix![0.0, 0.0], &[f64::NAN]).contains("phases[0]"));
+}
+
+#[test]
+fn pendulums_side_by_side_have_the_labels_of_single_motions() {
+    // Two orbits attract: one that hits the wall of the lower mass, one that swings below it.
+    let scene = paper_scene(
+        Kind::Three,
+        &PaperOptions {
+            linear: false,
+            ..PaperOptions::default()
+        },
+    )
+    .expect("a scene");
+    let states = DMatrix::from_fn(36, 4, |k, j| match j {
+        0 => -0.12 + 0.04 * (k % 6) as f64,
+        1 => -0.2 + 0.06 * (k / 6) as f64,
+        _ => 0.0,
+    });
+    let sides = (
+        dvector![-0.2, -0.2, -0.3, -0.3],
+        dvector![0.1, 0.2, 0.3, 0.3],
+    );
+    let around = StateBox::new(sides.0, sides.1).expect("a box");
+    let known = attractors(&scene, &around, &states, 0.0);
+    assert!(known.len() >= 2);
+    let with = |method: Method, threads: usize| {
+        let options = BasinOptions {
+            method,
+            sweep: SweepOptions {
+                threads: Some(threads),
+            },
+            ..BasinOptions::default()
+        };
+        cells(&scene, &known, (&around, &states), &options)
+    };
+    let found = with(Method::Taylor, 1);
+    assert_eq!(with(Method::Taylor, 2), found);
+    assert_eq!(with(Method::Dop853, 1).labels, found.labels);
+    assert!(found.labels.contains(&Label::Inside));
+    let end = 1000.0 * scene.period().expect("forced");
+    for (k, label) in found.labels.iter().enumerate() {
+        let Label::Attractor(place) = *label else {
+            assert_eq!((*label, found.iterations[k]), (Label::Inside, 0));
+            continue;
+        };
+        let part = |first: usize| states.row(k).columns(first, 2).transpose();
+        let run = simulate(
+            &scene,
+            &part(0),
+            &part(2),
+            (0.0, end),
+            &SimulateOptions::default(),
+        )
+        .expect("a run");
+        let (q, v) = run.last();
+        let near = |one: &Attractor| {
+            let off = |i: usize| {
+                let point = one.points.row(i);
+                (0..2)
+                    .map(|j| (point[j] - q[j]).abs().max((point[j + 2] - v[j]).abs()))
+                    .fold(0.0, f64::max)
+            };
+            (0..one.points.nrows())
+                .map(off)
+                .fold(f64::INFINITY, f64::min)
+        };
+        assert!(near(&known[place]) < 1e-4, "cell {k}");
+    }
 }
