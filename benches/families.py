@@ -45,7 +45,7 @@ def by_scipy(scene, q, v, span):
     """Follow a mass before one stop by SciPy; return its impacts."""
     stop, force = scene.stops[0], scene.forcing
     damping = float(np.ravel(scene.system.damping)[0])
-    amplitude, w = float(np.real(force.amplitudes[0])), force.frequency
+    amplitude, w = float(np.real(np.ravel(force.amplitude)[0])), force.frequency
     sign = 1.0 if stop.side == "upper" else -1.0
 
     def rhs(t, y):

@@ -215,7 +215,10 @@ def find_attractors(
     -----
     What is found depends on the starts: an attractor that none of them leads to is not. A motion that stays chaotic up to the end
     is called so; of one degree of freedom it may still come to rest on a stop later, and be periodic then. Without damping,
-    motions that hit nothing are each an orbit of their own that attracts nothing; those that starts lead to are listed too.
+    motions that hit nothing are each an orbit of their own, which attracts nothing: starts on them are undecided.
+
+    A scene that nothing drives is given a force of amplitude zero, whose period says when motions are looked at:
+    ``vi.Harmonic([0.0], 1.0)``. What comes to rest is of the kind "rest".
 
     Examples
     --------

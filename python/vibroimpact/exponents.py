@@ -29,8 +29,8 @@ class LyapunovExponents(ArrayResult):
         The sum of all 2n exponents, nan where fewer are asked for; and as damping and restitution make it, of linear scenes while
         nothing sticks, else nan.
     history : ndarray, shape (b, k)
-        Growth per unit time in batches of equal length, at most 20, each with at least 50 returns: periods of the forcing, or
-        impacts without one. One batch where there are fewer than 100 returns.
+        Growth per unit time in batches of equal length, at most 20, each with at least 50 returns: periods of the forcing;
+        without one impacts, or turns of its slowest tone, whichever are more. One batch where there are fewer than 100 returns.
     n_impacts, n_landings, n_grazes : int
         In the time that counts: impacts; how often a stop came to be held; touches, and impacts too slow to have a derivative,
         which deviations pass by.

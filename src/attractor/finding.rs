@@ -34,6 +34,9 @@ const PATIENCE: usize = 20;
 pub(crate) const TURNS: &str =
     "an angle goes round in each of its periods: find_orbit closes no such motion";
 
+/// An orbit attracts nothing, being one of a family, if a deviation is left in a round as this part or more.
+const NEUTRAL: f64 = 1.0 - 1e-6;
+
 /// What one motion settles on.
 #[derive(Debug, Clone)]
 pub(crate) enum Found {
@@ -222,7 +225,10 @@ impl Search<'_> {
             .orders
             .first()
             .map_or(0.0, OrderMultipliers::spectral_radius);
-        let allowed = NEAR / (1.0 - largest).max(NEAR);
+        if largest > NEUTRAL {
+            return Ok(None);
+        }
+        let allowed = NEAR / (1.0 - largest);
         // At the phase at which the period begins, between impacts.
         let (t, period) = (run.t_end(), orbit.period());
         let late = (run.forcing_phase()(t) - orbit.phase()).rem_euclid(TAU) / TAU * self.period;

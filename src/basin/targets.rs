@@ -16,14 +16,18 @@ const PERIODS: usize = 20;
 /// A motion is on an attractor within this part of the box, if no other is nearer than five times that.
 const NEAR: f64 = 1e-2;
 const OF_OTHERS: f64 = 0.2;
+/// And if no other point of an orbit is as near as this part of the distance to it, or more.
+const OF_OWN: f64 = 0.4;
 /// A motion far away for so many periods has left.
 const PERIODS_AWAY: usize = 10;
 
 /// An attractor's points, in parts of the box.
 #[derive(Debug, Clone)]
 struct Target {
-    /// In their order, or of a set in that of the first coordinate.
+    /// In their order.
     points: Vec<Vec<f64>>,
+    /// The first coordinates, ascending, and whose each is.
+    firsts: Vec<(f64, usize)>,
     is_set: bool,
     radius: f64,
     hits: usize,
@@ -86,6 +90,14 @@ fn points_at(
     }))
 }
 
+/// The least distance of points of two lists, each from others than itself.
+fn least_of(a: &[Vec<f64>], b: &[Vec<f64>], around: &StateBox) -> f64 {
+    let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
+    let others = pairs.filter(|(x, y)| !std::ptr::eq(*x, *y));
+    let each = others.map(|(x, y)| around.apart(x, y));
+    each.fold(f64::INFINITY, f64::min)
+}
+
 impl Targets {
     /// Attractors whose points are at a phase; so many hits decide, if they are given.
     pub fn new(
@@ -111,16 +123,16 @@ impl Targets {
             } else {
                 ROUNDS * points.nrows()
             };
-            let mut own: Vec<Vec<f64>> = (0..points.nrows()).map(|k| scaled(&points, k)).collect();
-            if is_set {
-                own.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            }
+            let own: Vec<Vec<f64>> = (0..points.nrows()).map(|k| scaled(&points, k)).collect();
+            let mut firsts: Vec<(f64, usize)> = own.iter().map(|x| x[0]).zip(0..).collect();
+            firsts.sort_by(|a, b| a.0.total_cmp(&b.0));
             all.push(Target {
                 radius: if is_set {
                     IN_SET * spacing(&points, around)
                 } else {
-                    NEAR
+                    NEAR.min(OF_OWN * least_of(&own, &own, around))
                 },
+                firsts,
                 points: own,
                 is_set,
                 hits: hits.unwrap_or(usual).max(1),
@@ -128,12 +140,8 @@ impl Targets {
         }
         let nearest = |i: usize| {
             let others = all.iter().enumerate().filter(|(j, _)| *j != i);
-            let pairs = others.flat_map(|(_, other)| {
-                let own = &all[i].points;
-                own.iter()
-                    .flat_map(move |a| other.points.iter().map(move |b| around.apart(a, b)))
-            });
-            pairs.fold(f64::INFINITY, f64::min)
+            let each = others.map(|(_, other)| least_of(&all[i].points, &other.points, around));
+            each.fold(f64::INFINITY, f64::min)
         };
         let least: Vec<f64> = (0..all.len()).map(nearest).collect();
         for (target, least) in all.iter_mut().zip(least) {
@@ -151,19 +159,23 @@ impl Target {
     /// Whether a point is where the motion must be after it was at another, and where that is; from nowhere, anywhere.
     fn place(&self, around: &StateBox, x: &[f64], before: Option<usize>) -> Option<usize> {
         let is_near = |k: &usize| around.apart(&self.points[*k], x) <= self.radius;
-        if self.is_set && !around.begins_with_an_angle() {
-            let from = self
-                .points
-                .partition_point(|point| point[0] < x[0] - self.radius);
-            let to = self
-                .points
-                .partition_point(|point| point[0] <= x[0] + self.radius);
-            return (from..to).find(is_near);
-        }
         let after = before.map(|k| (k + 1) % self.points.len());
         after
             .filter(is_near)
-            .or_else(|| (0..self.points.len()).find(is_near))
+            .or_else(|| self.beside(around, x[0]).find(is_near))
+    }
+
+    /// The points whose first coordinate is near enough.
+    fn beside(&self, around: &StateBox, first: f64) -> impl Iterator<Item = usize> {
+        let before = |limit: f64| self.firsts.partition_point(|own| own.0 < limit);
+        let (low, high) = (first - self.radius, first + self.radius);
+        // An angle may be near a turn away.
+        let range = if around.begins_with_an_angle() {
+            0..self.firsts.len()
+        } else {
+            before(low)..before(high.next_up())
+        };
+        self.firsts[range].iter().map(|own| own.1)
     }
 
     /// Whether the second place follows the first.

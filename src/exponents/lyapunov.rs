@@ -15,6 +15,7 @@ use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::{Keep, Method, Piece, Run, RunVisitor, SimulateOptions, Status, visit_runs};
 use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// Pieces in which a motion without a period is integrated.
@@ -59,8 +60,8 @@ pub struct LyapunovExponents {
     pub sum: f64,
     /// The sum as damping and restitution make it, of linear scenes while nothing sticks; else NaN.
     pub expected_sum: f64,
-    /// Growth per unit time in each of b batches of equal length, at most 20, each with at least 50 returns (periods of the forcing, or
-    /// impacts without one); one where there are fewer than 100. Shape `(b, k)`.
+    /// Growth per unit time in each of b batches of equal length, at most 20, each with at least 50 returns (periods of the forcing;
+    /// without one impacts, or turns of its slowest tone, whichever are more); one where there are fewer than 100. Shape `(b, k)`.
     pub history: DMatrix<f64>,
     /// Impacts in the time that counts.
     pub n_impacts: usize,
@@ -261,9 +262,11 @@ fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) ->
         counted,
     } = followed;
     let time = end - batches.start();
+    let turns = |turn: f64| (time / turn) as usize;
+    let slowest = || scene.lowest_frequency().map_or(0, |w| turns(TAU / w));
     let returns = match scene.period() {
-        Some(period) => (time / period) as usize,
-        None => counted.impacts,
+        Some(period) => turns(period),
+        None => counted.impacts.max(slowest()),
     };
     let means = batches.means(returns);
     let each = frame.growth();

@@ -250,7 +250,7 @@ fn pendulums_side_by_side_have_the_labels_of_single_motions() {
     .expect("a scene");
     let states = DMatrix::from_fn(36, 4, |k, j| match j {
         0 => -0.12 + 0.04 * (k % 6) as f64,
-        1 => -0.2 + 0.06 * (k / 6) as f64,
+        1 => -0.2 + 0.1 * (k / 6) as f64,
         _ => 0.0,
     });
     let sides = (

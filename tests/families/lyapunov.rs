@@ -1,12 +1,13 @@
 //! Lyapunov exponents against multipliers of orbits, the law of their sum, and numbers of the literature.
 
 use crate::scenes::oscillator;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, Change, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions, Method,
-    OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene, SimulateOptions, Status, Stop,
-    StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene, periodic_orbits, simulate,
+    Attraction, Change, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions,
+    Method, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene, SimulateOptions, Status,
+    Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene, periodic_orbits,
+    simulate,
 };
 
 fn exponents(
@@ -318,6 +319,31 @@ fn smooth_motions_have_exponents_too() {
     }
     assert!((found.sum - found.expected_sum).abs() < 1e-8, "{found:?}");
     assert_eq!(found.verdict, Attraction::Periodic);
+}
+
+#[test]
+fn tones_without_a_common_period_and_without_impacts_make_a_torus() {
+    let tone = |w: f64| Forcing::from(Harmonic::new(dvector![0.1.into()], w, 0.0).expect("valid"));
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.2], dmatrix![1.0]).expect("valid");
+    let none: [Stop; 0] = [];
+    let scene = Scene::new(
+        system,
+        Forcing::Several(vec![tone(0.8), tone(0.8 * PI)]),
+        none,
+    )
+    .expect("valid");
+    let options = LyapunovOptions::default();
+    let found = lyapunov_exponents(
+        &scene,
+        &dvector![0.0],
+        &dvector![0.0],
+        (0.0, 3000.0),
+        &options,
+    )
+    .expect("exponents");
+    assert!(found.exponents.iter().all(|rate| (rate + 0.1).abs() < 1e-3));
+    assert!(found.history.nrows() >= 2 && found.errors.iter().all(|error| *error < 0.01));
+    assert_eq!(found.verdict, Attraction::Torus);
 }
 
 #[test]

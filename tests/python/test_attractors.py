@@ -91,6 +91,20 @@ def test_wrong_calls_are_refused(box, arguments, message):
         vi.find_attractors(SCENE, box, **arguments)
 
 
+def test_what_comes_to_rest_is_told_of_a_scene_that_nothing_drives():
+    # x'' = x - x^3 - 0.3 x' about one of two equilibria, or pressed onto a stop before it gets there.
+    def force(t, q, v):
+        with np.errstate(over="ignore", invalid="ignore"):  # a step that is tried may lead far away
+            return q - q**3 - 0.3 * v
+
+    scene = vi.Scene(vi.NonlinearSystem(1, force, mass=1.0), vi.Harmonic([0.0], 1.0), vi.Stop(0, 0.5, 0.6))
+    found = vi.find_attractors(scene, [(-2.0, 0.5), (-1.0, 1.0)], seeds=[(-1.2, 0.1), (0.3, 0.2), (0.2, 0.1)], transient=20)
+    assert [one.kind for one in found] == ["rest", "rest"]
+    places = sorted(float(one.points[0, 0]) for one in found)
+    assert np.allclose(places, [-1.0, 0.5], atol=1e-8)
+    assert np.allclose([one.points[:, 1] for one in found], 0.0, atol=1e-8)
+
+
 def test_a_scene_without_a_period_is_refused():
     free = vi.Scene(SCENE.system, None, SCENE.stops)
     with pytest.raises(ValueError, match="without a forcing period"):
