@@ -11,6 +11,8 @@ use std::ops::ControlFlow;
 
 /// Halvings of a Newton step that does not bring the motion nearer to closing.
 const MOST_HALVINGS: i32 = 12;
+/// A mismatch of which nothing is left: that of a motion that stands still could be made smaller without end.
+const NOTHING: f64 = 1e-18;
 
 /// The equations linearised about a loop: `rows xi = right`, and every flight's corrections `states[k] (xi, 1)` and
 /// `starts[k] (xi, 1)`.
@@ -32,7 +34,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
         let mut units = self.units(&current)?;
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
-        while steps < MOST_STEPS {
+        while steps < MOST_STEPS && mismatch > NOTHING {
             if observer().is_break() {
                 return Err(Error::Interrupted);
             }
