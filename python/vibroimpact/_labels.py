@@ -41,6 +41,9 @@ def turns_of(wrap: Mapping[int, float] | None, attractors: Sequence[Attractor] |
 
 def check_attractors(scene: Scene, attractors: Sequence[Attractor], phase: float) -> None:
     """Refuse attractors of another scene, or at another phase."""
+    if not isinstance(attractors, Sequence):
+        message = f"attractors is {attractors!r}, but a sequence of Attractor is needed"
+        raise TypeError(message)
     if isinstance(attractors, Attractors):
         if attractors.scene != scene:
             message = "attractors are those of another scene"

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _axis
+from vibroimpact import _axis, _core
 from vibroimpact._cells import Tile
 from vibroimpact._core import Scene
+
+#: Cells of an axis at most.
+_MOST_CELLS = 1 << 24
 
 _Values = NDArray[np.float64] | float
 
@@ -46,14 +49,21 @@ class Plane:
 
 def _axis_values(name: str, axis: Any) -> _Values:
     """Return the midpoints of ``(low, high, cells)``, the values of an axis, or a number."""
-    if isinstance(axis, tuple) and len(axis) == 3 and isinstance(axis[2], (int, np.integer)) and not isinstance(axis[2], bool):
-        low, high, cells = float(axis[0]), float(axis[1]), int(axis[2])
+    if isinstance(axis, tuple) and len(axis) == 3:
+        if isinstance(axis[2], bool) or not isinstance(axis[2], (int, np.integer)):
+            message = f"{name} is {axis!r}, but (low, high, cells) needs a whole number of cells; values stand in a list"
+            raise ValueError(message)
+        low, high = (float(side) for side in _core._numbers(name, axis[:2]))
+        cells = int(axis[2])
+        if cells > _MOST_CELLS:
+            message = f"{name} has {cells} cells, but no more than {_MOST_CELLS} have room"
+            raise ValueError(message)
         if not (np.isfinite(low) and np.isfinite(high) and low < high and cells >= 1):
             message = f"{name} is {axis!r}, but (low, high, cells) must be finite, low below high, with at least one cell"
             raise ValueError(message)
         return low + (high - low) * (np.arange(cells) + 0.5) / cells
     if np.ndim(axis) == 0:
-        value = float(axis)
+        value = float(_core._numbers(name, axis))
         if not np.isfinite(value):
             message = f"{name} is {value}, but it must be finite"
             raise ValueError(message)
@@ -130,6 +140,9 @@ def after_impact(scene: Scene, impact: Mapping[str, Any]) -> Plane:
     phase, speed = (_axis_values(name, impact[name]) for name in ("phase", "speed"))
     if not (isinstance(phase, np.ndarray) and isinstance(speed, np.ndarray)):
         message = "impact has a number in place of an axis, but phase and speed must both vary"
+        raise ValueError(message)
+    if (speed < 0.0).any():
+        message = f"speed has {speed.min()}, but what leaves a stop has a speed of 0 or more"
         raise ValueError(message)
     if getattr(scene.stops[stop], "motion", None) is not None:
         message = f"stop {stop} moves, but states after an impact are those of a stop that rests: give q and v"

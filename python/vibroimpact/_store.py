@@ -190,6 +190,9 @@ def _shown(store: Any) -> str:
 
 def _opened(zarr: Any, store: Any) -> Any:
     """Return the group of a store, None where there is nothing yet."""
+    if isinstance(store, (bool, int, float, bytes)):
+        message = f"store is {store!r}, but a folder, or a store of zarr, is needed"
+        raise TypeError(message)
     path = Path(store) if isinstance(store, (str, os.PathLike)) and "://" not in os.fspath(store) else None
     if path is not None and path.exists() and not path.is_dir():
         message = f"store is {_shown(store)}, but that is a file: a folder is needed"

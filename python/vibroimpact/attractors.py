@@ -228,7 +228,7 @@ def find_attractors(
     >>> [(one.kind, one.n_periods) for one in found]
     [('periodic', 1), ('periodic', 3)]
     """
-    sides = np.array(box, dtype=np.float64)
+    sides = checked_box(scene, box)
     starts = _starts(scene, sides, seeds, rng)
     angles = turns(wrap)
     rest = (phase, longest_period, transient, max_periods, method, rtol, atol)
@@ -253,6 +253,10 @@ def turns(wrap: Mapping[int, float] | None) -> tuple[tuple[int, float], ...]:
         if isinstance(position, bool) or not isinstance(position, (int, np.integer)) or position < 0:
             message = f"wrap has the position {position!r}, but positions are counted from 0"
             raise ValueError(message)
+    for position, turn in (wrap or {}).items():
+        if not isinstance(turn, (int, float, np.integer, np.floating)):
+            message = f"wrap[{position}] is {turn!r}, but a number is needed"
+            raise TypeError(message)
     return tuple((int(position), float(turn)) for position, turn in (wrap or {}).items())
 
 
@@ -265,8 +269,12 @@ def _starts(
     scene: Scene, sides: NDArray[np.float64], seeds: int | ArrayLike, rng: int | np.random.Generator
 ) -> NDArray[np.float64]:
     """Return the states to begin from, drawn where a number is asked for."""
-    if not isinstance(seeds, (int, np.integer)) or isinstance(seeds, bool):
-        return np.array(seeds, dtype=np.float64)
+    if isinstance(seeds, bool) or not isinstance(seeds, (int, np.integer)):
+        states = _core._numbers("seeds", seeds)
+        if states.ndim != 2 or states.shape[1] != 2 * scene.n_dof:
+            message = f"seeds has shape {states.shape}, but (k, {2 * scene.n_dof}) is needed, or a number of them"
+            raise ValueError(message)
+        return states
     if seeds < 0:
         message = f"seeds is {seeds}, but it must be at least 0, or states"
         raise ValueError(message)
@@ -275,8 +283,26 @@ def _starts(
 
 def drawn(scene: Scene, sides: NDArray[np.float64], count: int, rng: int | np.random.Generator) -> NDArray[np.float64]:
     """Draw so many states of a box, one a row."""
+    try:
+        generator = np.random.default_rng(rng)
+    except (TypeError, ValueError) as error:
+        message = f"rng is {rng!r}, but it must be a number that is not negative, or a numpy.random.Generator: {error}"
+        raise ValueError(message) from None
+    parts = generator.random((count, len(sides)))
+    return sides[:, 0] + parts * (sides[:, 1] - sides[:, 0])
+
+
+def checked_box(scene: Scene, box: ArrayLike) -> NDArray[np.float64]:
+    """Return a box of states as an array."""
+    if not isinstance(scene, Scene):
+        message = f"scene is {scene!r}, but a Scene is needed"
+        raise TypeError(message)
+    sides = _core._numbers("box", box)
     if sides.shape != (2 * scene.n_dof, 2):
         message = f"box has shape {sides.shape}, but ({2 * scene.n_dof}, 2) is needed"
         raise ValueError(message)
-    parts = np.random.default_rng(rng).random((count, len(sides)))
-    return sides[:, 0] + parts * (sides[:, 1] - sides[:, 0])
+    widths = 0.5 * sides[:, 1] - 0.5 * sides[:, 0]
+    if np.isfinite(sides).all() and (widths > 0.5 * np.finfo(np.float64).max).any():
+        message = "box is wider than the largest number"
+        raise ValueError(message)
+    return sides

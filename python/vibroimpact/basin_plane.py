@@ -18,7 +18,7 @@ from vibroimpact._labels import INSIDE, LOST, OPEN, UNDECIDED, check_attractors,
 from vibroimpact._plane import Plane
 from vibroimpact._results import ArrayResult
 from vibroimpact._store import Store, untold
-from vibroimpact.attractors import Attractor, Attractors, check_all, find_attractors
+from vibroimpact.attractors import Attractor, Attractors, check_all, checked_box, find_attractors
 
 __all__ = ["Basins", "Fit", "basins"]
 
@@ -187,11 +187,17 @@ def basins(
     >>> found.labels.shape, [one.n_periods for one in found.attractors]
     ((20, 20), [3, 1])
     """
+    if not isinstance(overwrite, bool):
+        message = f"overwrite is {overwrite!r}, but True or False is needed"
+        raise TypeError(message)
+    if hits is not None and (isinstance(hits, bool) or not isinstance(hits, (int, np.integer))):
+        message = f"hits is {hits!r}, but a whole number is needed"
+        raise TypeError(message)
     if impact is not None and (q is not None or v is not None):
         message = "impact is given with q or v, but states are given by one of them"
         raise ValueError(message)
     plane = _plane.after_impact(scene, impact) if impact is not None else _plane.of_coordinates(scene, q, v, float(phase))
-    around = _box(box, attractors, plane if impact is None else None)
+    around = _box(scene, box, attractors, plane if impact is None else None)
     options = (float(phase), max_periods, hits, method, rtol, atol)
     if attractors is not None:
         check_attractors(scene, attractors, phase)
@@ -235,10 +241,10 @@ def _tile(shared: tuple[Any, ...], tile: Tile, own: _workers.Own) -> tuple[NDArr
     return iterations, labels
 
 
-def _box(box: ArrayLike | None, attractors: Sequence[Attractor] | None, plane: Plane | None) -> NDArray[np.float64]:
+def _box(scene: Scene, box: ArrayLike | None, attractors: Sequence[Attractor] | None, plane: Plane | None) -> NDArray[np.float64]:
     """Return the box by which distances are measured."""
     if box is not None:
-        return np.array(box, dtype=np.float64)
+        return checked_box(scene, box)
     if isinstance(attractors, Attractors):
         return attractors.box
     if plane is None:

@@ -13,7 +13,7 @@ from vibroimpact import _axis, _workers
 from vibroimpact._core import Scene
 from vibroimpact._labels import INSIDE, LOST, UNDECIDED, check_attractors, labelled, seen, turns_of
 from vibroimpact._results import ArrayResult
-from vibroimpact.attractors import Attractor, drawn, find_attractors
+from vibroimpact.attractors import Attractor, checked_box, drawn, find_attractors
 
 __all__ = ["BasinFractions", "basin_fractions"]
 
@@ -123,7 +123,7 @@ def basin_fractions(
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 1:
         message = f"samples is {samples!r}, but it must be at least 1"
         raise ValueError(message)
-    sides = np.array(box, dtype=np.float64)
+    sides = checked_box(scene, box)
     states = drawn(scene, sides, int(samples), rng)
     engine = {"workers": workers, "progress": progress}
     search = {"phase": phase, "wrap": wrap, "method": method, "rtol": rtol, "atol": atol, **engine}
@@ -147,8 +147,8 @@ def basin_fractions(
     name, values = _axis.named(axis, "axis")
     columns: list[Attractor] = []
     rows = []
-    for value in values:
-        own = scene.replace(**{name: float(value)})
+    scenes = [_replaced(scene, name, value) for value in values.tolist()]
+    for own in scenes:
         before = [one.points[:1] for one in columns]
         seeds = np.vstack([*before, drawn(scene, sides, _SEEDS, rng)])
         found = find_attractors(own, sides, seeds=seeds, **search)  # type: ignore[arg-type]
@@ -160,6 +160,14 @@ def basin_fractions(
         fractions[i, places], errors[i, places] = own_fractions, own_errors
     undecided_rows = np.array([row[0][2] for row in rows])
     return BasinFractions(fractions, errors, undecided_rows, tuple(row[2] for row in rows), name, values)
+
+
+def _replaced(scene: Scene, name: str, value: float) -> Scene:
+    try:
+        return scene.replace(**{name: value})
+    except (TypeError, ValueError) as error:
+        message = f"axis: {error}"
+        raise ValueError(message) from None
 
 
 def _fractions(labels: NDArray[np.int16], count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:

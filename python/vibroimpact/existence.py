@@ -165,6 +165,9 @@ def existence_map(
     array([[2, 2],
            [0, 0]])
     """
+    if not isinstance(overwrite, bool):
+        message = f"overwrite is {overwrite!r}, but True or False is needed"
+        raise TypeError(message)
     pattern = list(pattern)
     axes: tuple[_Axis, _Axis]
     if callable(scene):

@@ -86,8 +86,13 @@ pub(crate) fn settle_seeds(
         return Err(Error::bad_shape("seeds", found, format!("(k, {})", 2 * n)));
     }
     if let Some(i) = (0..seeds.nrows()).find(|&i| seeds.row(i).iter().any(|x| !x.is_finite())) {
+        let value = seeds.row(i).iter().copied().find(|x| !x.is_finite());
         let rule = "it must be finite";
-        return Err(Error::bad_value(format!("seeds[{i}]"), f64::NAN, rule));
+        return Err(Error::bad_value(
+            format!("seeds[{i}]"),
+            value.unwrap_or(f64::NAN),
+            rule,
+        ));
     }
     finite("phase", options.phase)?;
     options.run().check((0.0, 0.0))?;

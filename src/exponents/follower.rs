@@ -18,6 +18,8 @@ use nalgebra::{DMatrix, DVector};
 const MOST_SPREAD: f64 = 1e8;
 /// The same below which pieces are put together again.
 const LEAST_SPREAD: f64 = 1e3;
+/// Pieces of a flight beyond which it is cut no further.
+const MOST_PIECES: usize = 1 << 20;
 /// Pieces between two questions whether to go on.
 const PIECES_PER_QUESTION: usize = 256;
 
@@ -105,14 +107,13 @@ impl<T: Tangents> Follower<T> {
     /// Ends the motion at a time.
     pub fn finish(&mut self, end: f64) -> Result<()> {
         self.pass_instant(end, &[])?;
-        self.pass_marks(end);
-        Ok(())
+        self.pass_marks(end, &[])
     }
 
     /// Goes along a flight, or along stops held, from one end of a batch to the next.
     fn fly(&mut self, held: &[usize], (mut start, end): (f64, f64)) -> Result<()> {
         loop {
-            self.pass_marks(start);
+            self.pass_marks(start, held)?;
             let to = end.min(self.batches.next_mark());
             if !(self.frame.is_empty() && self.batches.has_begun()) {
                 self.fly_between(held, (start, to))?;
@@ -124,8 +125,8 @@ impl<T: Tangents> Follower<T> {
         }
     }
 
-    /// Ends the batches that end by a time.
-    fn pass_marks(&mut self, t: f64) {
+    /// Ends the batches that end by a time, at which some stops are held.
+    fn pass_marks(&mut self, t: f64, held: &[usize]) -> Result<()> {
         while self.batches.next_mark() <= t {
             if self.batches.has_begun() {
                 let growth = self.frame.growth();
@@ -133,8 +134,13 @@ impl<T: Tangents> Follower<T> {
             } else {
                 self.batches.begin();
                 self.frame.begin_anew();
+                // What would leave the stops that are held is gone from the beginning.
+                if !held.is_empty() {
+                    self.land(t, held, held.len())?;
+                }
             }
         }
+        Ok(())
     }
 
     /// Goes on in pieces so short that every direction keeps its digits.
@@ -158,7 +164,7 @@ impl<T: Tangents> Follower<T> {
                     break;
                 }
             }
-            if spread <= MOST_SPREAD || start + 0.5 * length <= start {
+            if spread <= MOST_SPREAD || start + 0.5 * length <= start || self.pieces > MOST_PIECES {
                 if spread < LEAST_SPREAD {
                     self.pieces = self.pieces.div_ceil(2);
                 }
@@ -220,15 +226,18 @@ impl<T: Tangents> Follower<T> {
             self.counted.grazes += usize::from(self.batches.has_begun());
             return Ok(());
         }
-        match struck {
-            [impact] if held.is_empty() && self.held.is_empty() => {
-                self.tangents
-                    .strike(impact.stop, t, &mut self.frame.columns)?;
-            }
-            _ => self.strike_several(struck, t, held)?,
+        let alone = match struck {
+            [impact] if held.is_empty() && self.held.is_empty() => Some(impact.stop),
+            _ => None,
+        };
+        match alone {
+            Some(stop) => self.tangents.strike(stop, t, &mut self.frame.columns)?,
+            None => self.strike_several(struck, t, held)?,
         }
         if is_dead {
             self.frame.collapse(self.frame.columns.nrows() - 1);
+        } else if alone.is_some() {
+            self.frame.orthonormalise_of(log_restitution);
         } else {
             self.frame.orthonormalise();
         }

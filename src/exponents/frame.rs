@@ -1,9 +1,11 @@
 //! An orthonormal frame of deviations that is carried along a motion, and how its columns grow.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// What is left of a direction below this part of the largest is rounding: there is none.
 const NOTHING: f64 = 1e-12;
+/// What is left of a direction below this part of the largest has lost digits.
+const LOST: f64 = 1e-5;
 
 /// Products of lengths stay within these, so that few logarithms are taken.
 const USUAL: std::ops::Range<f64> = 1e-100..1e100;
@@ -48,24 +50,10 @@ impl Frame {
             .column_iter()
             .map(nalgebra::Matrix::into_owned)
             .collect();
-        let mut units = (0..dimensions).map(|i| {
-            DMatrix::<f64>::identity(dimensions, dimensions)
-                .column(i)
-                .into_owned()
-        });
         while all.len() < k
-            && let Some(mut unit) = units.next()
+            && let Some(own) = beside(&all, dimensions)
         {
-            for _ in 0..2 {
-                for known in &all {
-                    unit -= known * known.dot(&unit);
-                }
-            }
-            // Of as many unit vectors as there are dimensions enough are this far from what is known.
-            let norm = unit.norm();
-            if norm > 0.5 / (dimensions as f64).sqrt() {
-                all.push(unit / norm);
-            }
+            all.push(own);
         }
         self.columns = DMatrix::from_columns(&all);
         self.owner = (0..k).collect();
@@ -82,6 +70,36 @@ impl Frame {
             (most, least) = (most.max(length), least.min(length));
         }
         most / least
+    }
+
+    /// The same behind a map whose determinant has a known logarithm: of a frame of all directions it says what the last one has grown by
+    /// where that has lost its digits to the others.
+    pub fn orthonormalise_of(&mut self, log_determinant: f64) {
+        let last = self.owner.len() - 1;
+        if last + 1 < self.columns.nrows() {
+            self.orthonormalise();
+            return;
+        }
+        let size = self.columns.amax();
+        let mut grown = 0.0;
+        for j in 0..last {
+            let length = self.straightened(j);
+            grown += length.ln();
+            self.grow(j, length);
+        }
+        let length = self.straightened(last);
+        if length > LOST * size {
+            self.grow(last, length);
+            return;
+        }
+        let others = self.columns.columns(0, last);
+        let others: Vec<_> = (others.column_iter())
+            .map(nalgebra::Matrix::into_owned)
+            .collect();
+        if let Some(own) = beside(&others, self.columns.nrows()) {
+            self.columns.set_column(last, &own);
+        }
+        self.growth[self.owner[last]].0 += log_determinant - grown;
     }
 
     /// The same behind a contact that leaves no more than so many directions: the others are gone.
@@ -126,6 +144,23 @@ impl Frame {
         }
         column.norm()
     }
+}
+
+/// A direction at right angles to others.
+fn beside(others: &[DVector<f64>], dimensions: usize) -> Option<DVector<f64>> {
+    let mut units = (0..dimensions).map(|i| {
+        let mut unit = DVector::zeros(dimensions);
+        unit[i] = 1.0;
+        for _ in 0..2 {
+            for known in others {
+                unit -= known * known.dot(&unit);
+            }
+        }
+        unit
+    });
+    // Of as many unit vectors as there are dimensions one is this far from what is known.
+    let own = units.find(|unit| unit.norm() > 0.5 / (dimensions as f64).sqrt())?;
+    Some(own.normalize())
 }
 
 #[cfg(test)]

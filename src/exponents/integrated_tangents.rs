@@ -39,6 +39,10 @@ impl Tangents for IntegratedTangents {
         &mut self.state
     }
 
+    fn begin(&mut self, (q, v): (&DVector<f64>, &DVector<f64>)) {
+        self.state = joined(&(q.clone(), v.clone()));
+    }
+
     fn hold(&mut self, _evaluator: &Evaluator) {}
 
     /// All: the equations are integrated by steps of their own.

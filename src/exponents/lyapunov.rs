@@ -212,6 +212,7 @@ impl Exponents<'_> {
         every: Option<f64>,
     ) -> Result<(Followed, (f64, Status))> {
         let mut follower = Follower::new(tangents, self.frame, self.batches);
+        follower.tangents.begin(self.start);
         let n_dof = run.n_dof;
         let take = &mut |mut piece: Piece| {
             let path = piece.path(evaluator.clone(), n_dof);

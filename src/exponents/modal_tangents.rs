@@ -53,6 +53,10 @@ impl<'a> Tangents for ModalTangents<'a> {
         &mut self.state
     }
 
+    fn begin(&mut self, (q, v): (&DVector<f64>, &DVector<f64>)) {
+        self.state = self.scene.modal.form.to_modal(q, v);
+    }
+
     fn hold(&mut self, evaluator: &Evaluator) {
         if let Evaluator::Exact { held, .. } = evaluator {
             self.maps.hold(held);

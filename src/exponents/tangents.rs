@@ -17,6 +17,8 @@ pub(crate) trait Tangents {
     /// The state where it is.
     fn state(&mut self) -> &mut Self::State;
 
+    /// Is where the motion begins, before any impact there.
+    fn begin(&mut self, start: (&DVector<f64>, &DVector<f64>));
     /// Takes the motions while stops are held, which what reads a path knows.
     fn hold(&mut self, evaluator: &Evaluator);
     /// The arcs of a segment, in spans over which the motion goes on by itself from where it begins.

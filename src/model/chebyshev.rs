@@ -12,6 +12,10 @@ pub(crate) const NODES: usize = DEGREE + 1;
 const CORNER: f64 = 1.0 / 67_108_864.0;
 /// What the last place of the time may make of a function, in parts of its largest value: more is a jump.
 const MOST_BY_TIME: f64 = 1e-6;
+/// A function is rough where the miss of half a piece is more than this part of that of the whole, if no more than this part of its largest
+/// value: halving a piece of a smooth one takes 1/512 of it, at a corner a half.
+const ROUGH: f64 = 0.7;
+const ROUGHEST: f64 = 1e-9;
 /// Places between the nodes at which a piece is held against the function.
 const CHECKS: usize = DEGREE;
 
@@ -131,13 +135,15 @@ pub(super) fn pieces(
     Ok((breaks, derivatives))
 }
 
-/// The pieces of a function on a span, in order; it is known to so much, if not to its own rounding.
+/// The pieces of a function on a span, in order; it is known to so much, if not to its own rounding. One that is known to something at all
+/// may be rougher: where a piece is followed no better by its half, what is left is that.
 pub(crate) fn polynomial_pieces(
     function: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>>,
     (start, end): (f64, f64),
     known_to: f64,
 ) -> Result<Vec<PolynomialPiece>> {
     let mut open = vec![(start, end)];
+    let mut missed = vec![f64::INFINITY];
     let mut done: Vec<(f64, f64, [f64; NODES])> = Vec::new();
     let mut largest = 0.0f64;
     while !open.is_empty() {
@@ -145,8 +151,9 @@ pub(crate) fn polynomial_pieces(
         let values = looked.iter().flat_map(|piece| &piece.values);
         largest = values.fold(largest, |largest, x| largest.max(x.abs()));
         open.clear();
+        let before = std::mem::take(&mut missed);
         let mut worst = 0.0f64;
-        for piece in looked {
+        for (piece, before) in looked.into_iter().zip(before) {
             let (a, b) = (piece.start, piece.end);
             let c = if b - a <= CORNER * (end - start) {
                 piece.line()
@@ -156,12 +163,14 @@ pub(crate) fn polynomial_pieces(
             let (miss, slope) = piece.miss(&c);
             let by_time = 4.0 * f64::EPSILON * a.abs().max(b.abs()) * slope;
             let allowed = known_to.max(FUNCTION_TOL * largest);
-            if miss <= allowed + by_time.min(MOST_BY_TIME * largest) {
+            let is_rough = known_to > 0.0 && miss > ROUGH * before && miss <= ROUGHEST * largest;
+            if is_rough || miss <= allowed + by_time.min(MOST_BY_TIME * largest) {
                 done.push((a, b, c));
             } else {
                 worst = worst.max(miss);
                 let middle = 0.5 * (a + b);
                 open.extend([(a, middle), (middle, b)]);
+                missed.extend([miss; 2]);
             }
         }
         let shortest = f64::EPSILON * (end - start);

@@ -151,6 +151,8 @@ pub(crate) fn _bifurcation_diagram<'py>(
         None => None,
     };
     let values = times("axis", values)?.0;
+    let stops = Section::Impacts(self::stops(stops)?);
+    models.iter().try_for_each(|scene| stops.check(scene))?;
     let part = |argument: &str, value: Option<&Bound<'py, PyAny>>| match value {
         Some(value) => vector(argument, value),
         None => Ok(nalgebra::DVector::zeros(n)),
@@ -174,7 +176,7 @@ pub(crate) fn _bifurcation_diagram<'py>(
         periods: count("periods", periods, 1)?,
         section: match section {
             "phase" => Section::Phase(phase),
-            "impact" => Section::Impacts(self::stops(stops)?),
+            "impact" => stops,
             _ => {
                 let message =
                     format!("section is \"{section}\", but it must be \"phase\" or \"impact\"");

@@ -17,11 +17,15 @@ pub(super) fn crossings(
     value: f64,
 ) -> Result<Vec<(f64, PhysicalState)>> {
     let mut found: Vec<(f64, PhysicalState)> = Vec::new();
+    let (row, value) = &(row / row.amax(), value / row.amax());
+    if !value.is_finite() {
+        return Ok(found);
+    }
     let mut is_above = None;
     for path in motion.paths()? {
         for arc in 0..path.parts.arcs.len() {
             let clock = path.arc(arc).clock;
-            for local in rises(path, arc, (row, value), &mut is_above)? {
+            for local in rises(path, arc, (row, *value), &mut is_above)? {
                 found.push((clock.after(local).time(), path.state_in(arc, local)));
             }
         }
@@ -86,11 +90,15 @@ fn rises(
     }
     let mut function = |times: &[f64]| Ok(times.iter().map(|&t| at(t).0).collect());
     for piece in polynomial_pieces(&mut function, (0.0, span), rounding)? {
-        let mut above = value_of(&piece.powers, 0.0) > 0.0;
-        pass(piece.start, above);
-        for x in roots_of::<NODES>(&piece.powers).slice() {
-            above = !above;
-            pass(piece.start + x * (piece.end - piece.start), above);
+        let roots = roots_of::<NODES>(&piece.powers);
+        let ends = std::iter::once(&0.0).chain(roots.slice());
+        let nexts = roots.slice().iter().chain([&1.0]);
+        for (x, next) in ends.zip(nexts) {
+            // Where a piece ends or begins in the plane, rounding alone would tell on which side: between roots it does not.
+            let between = value_of(&piece.powers, 0.5 * (x + next));
+            if between.abs() > rounding {
+                pass(piece.start + x * (piece.end - piece.start), between > 0.0);
+            }
         }
     }
     Ok(rises)

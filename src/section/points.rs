@@ -1,6 +1,7 @@
 //! The points of a section.
 
 use crate::error::{Error, Result};
+use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
 use crate::path::ImpactSide;
 use crate::quantity::{finite, finite_vector, room_for};
@@ -41,8 +42,8 @@ impl Section {
             },
             Self::Phase(_) => Ok(()),
             Self::Plane { row, value } => {
-                finite_vector("plane", row, 2 * scene.n_dof())?;
-                finite("plane", *value)?;
+                finite_vector("plane[0]", row, 2 * scene.n_dof())?;
+                finite("plane[1]", *value)?;
                 if row.amax() == 0.0 {
                     let rule = "some number of it must not be zero";
                     return Err(Error::bad_value("plane", "a row of zeros", rule));
@@ -140,7 +141,11 @@ pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<Poi
             let (times, states): (Vec<f64>, Vec<PhysicalState>) = found.into_iter().unzip();
             Ok(points(motion, times, &states))
         }
-        Section::Phase(phase) => at_times(motion, &strobe_times(motion, *phase)?),
+        Section::Phase(phase) => {
+            let mut points = at_times(motion, &strobe_times(motion, *phase)?)?;
+            points.phase.fill(wrapped(*phase));
+            Ok(points)
+        }
         Section::Impacts(stops) => {
             section.check(motion.scene())?;
             let mut events = events(motion.impacts(), &motion.stretches()?);

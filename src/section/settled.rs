@@ -46,7 +46,11 @@ pub(crate) fn settled_by_impacts(
     points: &PoincarePoints,
     longest: usize,
 ) -> Result<Settled> {
-    let times = &points.t;
+    // Stops hit at one instant are one return.
+    let is_new = |k: &usize| *k == 0 || points.t[*k] > points.t[k - 1];
+    let rows: Vec<usize> = (0..points.t.len()).filter(is_new).collect();
+    let times: Vec<f64> = rows.iter().map(|&k| points.t[k]).collect();
+    let (q, v) = (points.q.select_rows(&rows), points.v.select_rows(&rows));
     let last = times.len().saturating_sub(1);
     let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
     let frequency = if span > 0.0 {
@@ -55,7 +59,7 @@ pub(crate) fn settled_by_impacts(
         1.0
     };
     let turns = vec![0.0; points.q.ncols()];
-    let n_periods = repeats_after(&points.q, &points.v, &turns, frequency, longest);
+    let n_periods = repeats_after(&q, &v, &turns, frequency, longest);
     let mut events = events(motion.impacts(), &motion.stretches()?);
     events.retain(|event| times.last().is_some_and(|end| event.time <= *end));
     let from = times

@@ -155,6 +155,22 @@ fn what_comes_near_slowly_is_told_by_its_shortest_round() {
 }
 
 #[test]
+fn what_swings_undamped_without_an_impact_is_attracted_by_nothing() {
+    let scene = hardly_damped(0.0, 0.63, 5.2);
+    let options = AttractorOptions {
+        max_periods: 500,
+        ..AttractorOptions::default()
+    };
+    let found = attractors(&scene, &grid([-0.63, 1.5], [-2.0, 2.0], 6), &options);
+    // Small motions about that of the force hit nothing, each an orbit of 26 periods.
+    assert!(found.n_undecided > 0);
+    assert_eq!(found.all.len(), 1);
+    let one = &found.all[0];
+    assert_eq!((one.n_periods, one.pattern.instants().len()), (4, 1));
+    assert!(one.exponents[0] < -1e-3);
+}
+
+#[test]
 fn a_mass_on_a_spring_has_no_torus() {
     // Here an orbit of five periods is about to lose its stability: deviations hardly die out.
     let scene = hardly_damped(0.01, 0.63, 6.2);

@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Axis, BifurcationDiagram, DiagramOptions, Direction, Harmonic, Kind, LinearSystem, Method,
-    OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Section, SimulateOptions, Status, Stop,
-    SweepOptions, bifurcation_diagram, paper_scene, periodic_orbits, poincare_points, simulate,
+    Axis, BifurcationDiagram, DiagramOptions, Direction, Forcing, Harmonic, Kind, LinearSystem,
+    Method, OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Section, Side, SimulateOptions,
+    Status, Stop, SweepOptions, bifurcation_diagram, paper_scene, periodic_orbits, poincare_points,
+    simulate,
 };
 
 fn diagram(
@@ -406,6 +407,86 @@ fn a_plane_is_passed_where_dense_looks_see_it() {
             );
         }
     }
+}
+
+#[test]
+fn a_plane_between_pieces_is_passed_once() {
+    // Flights between two stops about zero pass zero in their middle, where the pieces of a polynomial meet.
+    for (stiffness, restitution) in [(1.0, 1.0), (1.0, 0.5), (2.3, 1.0), (0.7, 0.9)] {
+        let system =
+            LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![stiffness]).expect("valid");
+        let stop = || Stop::new(0, 0.5, restitution).expect("valid");
+        let scene = Scene::new(
+            system,
+            Forcing::Unforced,
+            [stop(), stop().on_side(Side::Lower)],
+        )
+        .expect("valid");
+        for (q, v) in [(-0.5, 3.0), (0.0, 3.0), (0.5, -2.0)] {
+            let run = simulate(
+                &scene,
+                &dvector![q],
+                &dvector![v],
+                (0.0, 8.0),
+                &SimulateOptions::default(),
+            )
+            .expect("a run");
+            let plane = Section::Plane {
+                row: dvector![1.0, 0.0],
+                value: 0.0,
+            };
+            let found = poincare_points(&run, &plane).expect("points");
+            assert!(found.v.iter().all(|v| *v > 0.0), "{:?}", found.v);
+            assert!(
+                found.t.windows(2).all(|pair| pair[1] - pair[0] > 1e-3),
+                "{:?}",
+                found.t
+            );
+            // Once between an impact below and the next one above, and at the start.
+            let below = run
+                .impacts()
+                .iter()
+                .filter(|impact| impact.stop == 1)
+                .count();
+            let begins = usize::from(v > 0.0);
+            assert!(found.t.len().abs_diff(below + begins) <= 1);
+        }
+    }
+}
+
+#[test]
+fn a_plane_of_a_motion_of_parts_that_cancel_is_passed() {
+    // Near resonance a motion of 0.3 is the difference of two of 50: it is known to less than its own rounding.
+    let system =
+        LinearSystem::new(dvector![1.02645223], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.46935904.into()], 1.0, 0.0).expect("valid");
+    let scene = Scene::new(system, force, [Stop::new(0, 0.3, 1.0).expect("valid")]).expect("valid");
+    let run = simulate(
+        &scene,
+        &dvector![-0.11951098],
+        &dvector![0.0],
+        (0.0, 30.0),
+        &SimulateOptions::default(),
+    )
+    .expect("a run");
+    let passed = |row: [f64; 2], value: f64| {
+        let plane = Section::Plane {
+            row: DVector::from_row_slice(&row),
+            value,
+        };
+        poincare_points(&run, &plane).expect("points")
+    };
+    let found = passed([1.0, 0.0], 0.2);
+    assert!(!found.t.is_empty() && found.q.iter().all(|q| (q - 0.2).abs() < 1e-12));
+    assert_eq!(
+        found.t.len(),
+        by_looks(&run, &dvector![1.0, 0.0], 0.2, 20_000).len()
+    );
+    // In any unit.
+    for unit in [1e-310, 1e-30, 1e30, 1e300] {
+        assert_eq!(passed([unit, 0.0], 0.2 * unit).t.len(), found.t.len());
+    }
+    assert!(passed([1.0, 0.0], 1e308).t.is_empty() && passed([1e-310, 0.0], 1.0).t.is_empty());
 }
 
 #[test]

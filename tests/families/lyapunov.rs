@@ -321,6 +321,115 @@ fn smooth_motions_have_exponents_too() {
     assert_eq!(found.verdict, Attraction::Periodic);
 }
 
+/// `x'' + c x' + k x = F cos w t + p` before a stop at d.
+fn mass(
+    (damping, stiffness): (f64, f64),
+    (force, frequency, load): (f64, f64, f64),
+    (clearance, restitution): (f64, f64),
+) -> Scene {
+    let system =
+        LinearSystem::new(dvector![1.0], dmatrix![damping], dmatrix![stiffness]).expect("valid");
+    let system = system.with_load(dvector![load]).expect("valid");
+    let force = Harmonic::new(dvector![force.into()], frequency, 0.0).expect("valid");
+    let stop = Stop::new(0, clearance, restitution).expect("valid");
+    Scene::new(system, force, [stop]).expect("valid")
+}
+
+#[test]
+fn a_start_in_contact_has_no_direction_left() {
+    let none = f64::NEG_INFINITY;
+    let pressed = mass((0.5, 4.0), (1.0, 2.4, 5.0), (1.0, 0.5));
+    let still = mass((0.5, 4.0), (1.0, 2.4, 1.1), (0.0, 0.5));
+    for (scene, q) in [(&pressed, 1.0), (&still, 0.0)] {
+        let found = exponents(
+            scene,
+            (&dvector![q], &dvector![0.0]),
+            60.0,
+            &LyapunovOptions::default(),
+        );
+        assert_eq!(found.exponents, [none, none]);
+        assert_eq!(found.verdict, Attraction::Periodic);
+    }
+    // Of two masses the other one keeps its own, whether counting begins before the contact or in it.
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dmatrix![0.1, 0.0; 0.0, 0.1],
+        dmatrix![2.0, -1.0; -1.0, 2.0],
+    );
+    let system = system
+        .and_then(|system| system.with_load(dvector![4.0, 0.0]))
+        .expect("valid");
+    let force = Harmonic::new(dvector![0.1.into(), 0.0.into()], 1.0, 0.0).expect("valid");
+    let scene = Scene::new(system, force, [Stop::new(0, 0.5, 0.3).expect("valid")]).expect("valid");
+    for (method, skip) in [
+        (Method::Exact, 0.0),
+        (Method::Exact, 50.0),
+        (Method::Dop853, 50.0),
+    ] {
+        let options = LyapunovOptions {
+            skip,
+            method,
+            ..LyapunovOptions::default()
+        };
+        let found = exponents(
+            &scene,
+            (&dvector![0.0, 0.0], &dvector![0.0, 0.0]),
+            400.0,
+            &options,
+        );
+        assert_eq!(found.exponents[2..], [none, none]);
+        // The other mass on its springs: deviations die out as `e^{-0.05 t}`.
+        for rate in &found.exponents[..2] {
+            assert!((rate + 0.05).abs() < 0.01, "{rate}");
+        }
+    }
+}
+
+#[test]
+fn a_start_with_an_impact_goes_on_behind_it() {
+    for (scene, q, v) in [
+        (mass((0.1, 1.0), (9.0, 2.4, 0.0), (1.0, 0.8)), 1.0, 1.0),
+        (mass((0.5, 4.0), (1.0, 0.7, 0.0), (0.0, 0.5)), 0.0, 0.5),
+    ] {
+        for method in [Method::Exact, Method::Dop853] {
+            let options = LyapunovOptions {
+                method,
+                ..LyapunovOptions::default()
+            };
+            let found = exponents(&scene, (&dvector![q], &dvector![v]), 300.0, &options);
+            assert!(
+                found.exponents.iter().all(|rate| !rate.is_nan()),
+                "{found:?}"
+            );
+            if found.n_landings == 0 {
+                assert!((found.sum - found.expected_sum).abs() < 1e-8, "{found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn hardly_any_restitution_leaves_the_sum_of_its_law() {
+    for restitution in [1e-3, 1e-6, 1e-8, 1e-12, 1e-100, 1e-200] {
+        let scene = mass((0.5, 4.0), (3.0, 2.4, 0.0), (1.0, restitution));
+        let end = 60.0 * scene.period().expect("forced");
+        let found = exponents(
+            &scene,
+            (&dvector![0.0], &dvector![0.157]),
+            end,
+            &LyapunovOptions::default(),
+        );
+        assert!(found.n_landings == 0 && found.n_impacts > 20);
+        let off = (found.sum - found.expected_sum).abs();
+        assert!(
+            off <= 1e-9 * found.expected_sum.abs(),
+            "e = {restitution}: {} {}",
+            found.sum,
+            found.expected_sum
+        );
+    }
+}
+
 #[test]
 fn tones_without_a_common_period_and_without_impacts_make_a_torus() {
     let tone = |w: f64| Forcing::from(Harmonic::new(dvector![0.1.into()], w, 0.0).expect("valid"));

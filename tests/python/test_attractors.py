@@ -164,3 +164,27 @@ def test_wrong_turns_are_refused(wrap, error, message):
     for call in (vi.find_attractors, vi.basin_fractions):
         with pytest.raises(error, match=message):
             call(PENDULUM, [(-1, 1), (-1, 1)], wrap=wrap)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"seeds": 1.5}, ValueError, r"seeds has shape \(\), but \(k, 2\)"),
+        ({"seeds": True}, (TypeError, ValueError), "seeds"),
+        ({"seeds": None}, TypeError, "seeds is None"),
+        ({"seeds": "a"}, TypeError, "seeds is"),
+        ({"seeds": []}, ValueError, r"seeds has shape \(0,\), but \(k, 2\)"),
+        ({"seeds": [[0.0, np.inf]]}, ValueError, r"seeds\[0\] is inf"),
+        ({"rng": "a"}, ValueError, "rng is 'a'"),
+        ({"rng": -1}, ValueError, "rng is -1"),
+        ({"wrap": {0: "a"}}, TypeError, r"wrap\[0\] is 'a'"),
+    ],
+)
+def test_wrong_starts_name_their_argument(options, error, message):
+    with pytest.raises(error, match=message):
+        vi.find_attractors(PENDULUM, [(-1, 1), (-1, 1)], **options)
+
+
+def test_what_is_no_scene_is_refused():
+    with pytest.raises(TypeError, match="scene is None"):
+        vi.find_attractors(None, [(-1, 1), (-1, 1)])

@@ -167,3 +167,30 @@ def test_attractors_of_another_scene_or_phase_are_refused(found):
         vi.basin_fractions(SCENE, BOX, samples=0)
     with pytest.raises(ValueError, match="attractors are given with an axis"):
         vi.basin_fractions(SCENE, BOX, axis=("forcing_scale", [1.0]), attractors=found)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"impact": {"stop": 0, "phase": (0.0, 6.0, 4), "speed": (-4.0, 4.0, 4)}}, ValueError, "speed has -3"),
+        ({"impact": {"stop": 0, "phase": (0.0, 6.0, 4), "speed": None}}, TypeError, "speed is None"),
+        ({"q": (-3, 1, 3.0), "v": (-5, 5, 3)}, ValueError, r"q\[0\] is \(-3, 1, 3.0\), but .* whole number of cells"),
+        ({"q": (-3, 1, 10**12), "v": (-5, 5, 3)}, ValueError, r"q\[0\] has 1000000000000 cells"),
+        ({"q": "a", "v": (-5, 5, 3)}, TypeError, r"q\[0\] is"),
+        ({"q": (-3, 1, 3), "v": (-5, 5, 3), "hits": 1.5}, TypeError, "hits is 1.5"),
+        ({"q": (-3, 1, 3), "v": (-5, 5, 3), "attractors": 5}, TypeError, "attractors is 5"),
+        ({"q": (-3, 1, 3), "v": (-5, 5, 3), "overwrite": "x"}, TypeError, "overwrite is 'x'"),
+        ({"q": (-3, 1, 3), "v": (-5, 5, 3), "store": 5}, TypeError, "store is 5"),
+        ({"q": (-3, 1, 3), "v": (-5, 5, 3), "box": "ab"}, TypeError, "box is"),
+        ({"q": (-3, 1, 3), "v": (-5, 5, 3), "box": [(-1.7e308, 1.7e308), (-1, 1)]}, ValueError, "box is wider"),
+    ],
+)
+def test_wrong_calls_name_their_argument(found, options, error, message):
+    with pytest.raises(error, match=message):
+        vi.basins(SCENE, **({"attractors": found} | options))
+
+
+def test_wrong_axes_of_fractions_name_it():
+    for axis in [("restitution", [np.nan]), ("foo", [1.0])]:
+        with pytest.raises(ValueError, match="axis"):
+            vi.basin_fractions(SCENE, BOX, samples=10, axis=axis)

@@ -172,6 +172,24 @@ class TestBifurcationDiagram:
         with pytest.raises(TypeError, match="but a Scene is needed"):
             vi.bifurcation_diagram(lambda force: force, [1.0])
 
+    def test_stops_hit_together_are_one_return(self):
+        stops = [vi.Stop(0, 0.5, 1.0), vi.Stop(1, 0.5, 1.0)]
+        scene = vi.Scene(vi.LinearSystem([1.0, 1.0], None, [1.0, 1.0]), None, stops)
+        found = vi.bifurcation_diagram(scene, ("clearance", [0.5]), section="impact", v0=[1.0, 1.0], transient=10, periods=8)
+        assert found.stop.tolist() == [0, 1] * 4
+        assert (found.n_periods.tolist(), found.pattern) == ([1], ([(0, 1)],))
+
+    @pytest.mark.parametrize("section", ["phase", "impact"])
+    @pytest.mark.parametrize("stops", [1, -1, [0, 3]])
+    def test_stops_that_are_not_there_are_refused(self, section, stops):
+        with pytest.raises(ValueError, match="stops"):
+            vi.bifurcation_diagram(SCENE, FORCES, section=section, stops=stops, **SHORT)
+
+    def test_a_phase_is_the_one_asked_for(self):
+        run = vi.simulate(scene_of(9.0), 0.0, 0.0, (0.0, 30.3 * SCENE.period))
+        for phase, told in [(0.0, 0.0), (-1.0, 2 * np.pi - 1.0), (7.0, 7.0 - 2 * np.pi)]:
+            assert np.allclose(vi.poincare_points(run, phase=phase).phase, told, rtol=0, atol=1e-15)
+
     def test_without_a_period_impacts_are_counted(self):
         fed = vi.Scene(vi.LinearSystem(1, -0.1, 1), None, vi.Stop(0, 1.0, 0.5))
         axis = ("restitution", [0.2, 0.4, 0.6])
