@@ -135,13 +135,14 @@ def basins(
     scene : Scene
         A scene whose forcing has a period.
     q, v : dict, (low, high, cells), array_like or float
-        Of each coordinate an axis (cells between low and high, of which the midpoints are taken, or values) or a number:
-        ``q={0: (-1, 1, 200), 1: 0.2}``; of one degree of freedom the axis alone. Two vary, the first is x.
+        Of each coordinate an axis or a number: a tuple of low, high and the number of cells between, of which the midpoints are
+        taken, or a list of values: ``q={0: (-1, 1, 200), 1: 0.2}``; of one degree of freedom the axis alone. Two vary, the
+        first is x.
     phase : float, default 0.0
         The phase of the forcing [rad] at which the motions begin.
     impact : dict, optional
         In place of q and v, of one degree of freedom: states right after an impact, ``{"stop": 0, "phase": axis, "speed":
-        axis}``.
+        axis}``, with speeds of 0 or more.
     attractors : sequence of Attractor, optional
         As ``find_attractors`` finds them at this phase; without, it is called with the box first.
     box : array_like, shape (2n, 2), optional

@@ -167,3 +167,48 @@ impl StateBox {
         state.enumerate().map(beyond).fold(0.0, f64::max)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{dmatrix, dvector};
+    use std::f64::consts::{PI, TAU};
+
+    fn around() -> StateBox {
+        let made = StateBox::new(dvector![-PI, 0.0, -2.0, 1.0], dvector![PI, 0.5, 2.0, 1.0]);
+        made.and_then(|made| made.with_turn(0, TAU)).expect("a box")
+    }
+
+    #[test]
+    fn angles_are_the_shorter_way_apart() {
+        let states = dmatrix![3.0, 0.1, 0.0, 1.0; -3.0, 0.1, 0.0, 1.0; 3.0, 0.3, 2.0, 3.0; 3.0 + 5.0 * TAU, 0.1, 0.0, 1.0];
+        let own = around();
+        let apart = |i: usize, j: usize| own.distance((&states, i), (&states, j));
+        assert!((apart(0, 1) - (TAU - 6.0) / TAU).abs() < 1e-15);
+        assert!(apart(0, 3) < 1e-15);
+        // Speeds in parts of the widest where their own side has no width: 2 of 4 each.
+        assert!((apart(0, 2) - 0.5).abs() < 1e-15);
+        let place = |i: usize| {
+            let mut place = Vec::new();
+            own.place(states.row(i).iter(), &mut place);
+            place
+        };
+        for (i, j) in [(0, 1), (0, 2), (1, 3), (2, 3)] {
+            assert!((own.apart(&place(i), &place(j)) - apart(i, j)).abs() < 1e-14);
+        }
+        let within = own.within_turns(states);
+        assert!(within.column(0).iter().all(|x| (-PI..PI).contains(x)));
+        assert_eq!(own.turns(), [TAU, 0.0]);
+        assert!(own.begins_with_an_angle());
+    }
+
+    #[test]
+    fn no_angle_is_far_away() {
+        let own = around();
+        let beyond = |state: [f64; 4]| own.beyond(state.iter());
+        assert_eq!(beyond([1e9, 0.2, 1.0, 1.0]), 0.0);
+        assert_eq!(beyond([0.0, 1.0, 1.0, 1.0]), 1.0);
+        assert_eq!(beyond([0.0, 0.2, -6.0, 1.0]), 1.0);
+        assert_eq!(beyond([f64::NAN, 0.2, 0.0, 1.0]), f64::INFINITY);
+    }
+}

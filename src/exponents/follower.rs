@@ -210,7 +210,7 @@ impl<T: Tangents> Follower<T> {
             .any(|impact| maps.restitution(impact.stop) == 0.0);
         let squares = struck
             .iter()
-            .map(|impact| maps.restitution(impact.stop).powi(2).ln());
+            .map(|impact| 2.0 * maps.restitution(impact.stop).ln());
         let log_restitution: f64 = squares.sum();
         if self.batches.has_begun() {
             self.counted.impacts += struck.len();

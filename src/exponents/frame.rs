@@ -207,4 +207,30 @@ mod tests {
         frame.collapse(4);
         assert!(frame.is_empty());
     }
+
+    #[test]
+    fn a_determinant_tells_what_rounding_hides() {
+        // An impact: `-e` on the diagonal beside one large entry, of determinant e^2.
+        for restitution in [0.5, 1e-3, 1e-9, 1e-30, 1e-200] {
+            let map = dmatrix![-restitution, 0.0; 3.0, -restitution];
+            let mut frame = Frame::new(2, 2);
+            let log = 2.0 * f64::ln(restitution);
+            for _ in 0..3 {
+                frame.columns = &map * &frame.columns;
+                frame.orthonormalise_of(log);
+                let gram = frame.columns.tr_mul(&frame.columns);
+                assert!((gram - DMatrix::identity(2, 2)).amax() < 1e-14);
+            }
+            let whole: f64 = frame.growth().iter().sum();
+            assert!(
+                (whole - 3.0 * log).abs() < 1e-10 * log.abs(),
+                "{restitution}: {whole}"
+            );
+        }
+        // Of fewer directions it tells nothing.
+        let mut frame = Frame::new(3, 2);
+        frame.columns *= 2.0;
+        frame.orthonormalise_of(-50.0);
+        assert_eq!(frame.growth(), [2f64.ln(); 2]);
+    }
 }

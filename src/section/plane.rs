@@ -68,7 +68,8 @@ fn rises(
     let looks: Vec<(f64, f64)> = (0..looks)
         .map(|k| at(span * k as f64 / (2 * NODES - 1) as f64))
         .collect();
-    let rounding = ROOM_ROUNDING * looks.iter().fold(0.0, |most: f64, look| most.max(look.1));
+    let size = looks.iter().fold(0.0, |most: f64, look| most.max(look.1));
+    let rounding = ROOM_ROUNDING * size;
     if looks.iter().all(|look| look.0.abs() <= rounding) {
         // It stays in the plane.
         return Ok(Vec::new());
@@ -88,15 +89,16 @@ fn rises(
         pass(0.0, looks[0].0 > 0.0);
         return Ok(rises);
     }
-    let mut function = |times: &[f64]| Ok(times.iter().map(|&t| at(t).0).collect());
-    for piece in polynomial_pieces(&mut function, (0.0, span), rounding)? {
+    // In parts of its largest terms, of which sums have room.
+    let mut function = |times: &[f64]| Ok(times.iter().map(|&t| at(t).0 / size).collect());
+    for piece in polynomial_pieces(&mut function, (0.0, span), ROOM_ROUNDING)? {
         let roots = roots_of::<NODES>(&piece.powers);
         let ends = std::iter::once(&0.0).chain(roots.slice());
         let nexts = roots.slice().iter().chain([&1.0]);
         for (x, next) in ends.zip(nexts) {
             // Where a piece ends or begins in the plane, rounding alone would tell on which side: between roots it does not.
             let between = value_of(&piece.powers, 0.5 * (x + next));
-            if between.abs() > rounding {
+            if between.abs() > ROOM_ROUNDING {
                 pass(piece.start + x * (piece.end - piece.start), between > 0.0);
             }
         }

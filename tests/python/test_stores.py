@@ -156,6 +156,12 @@ def test_a_store_from_the_future_is_refused(tmp_path):
     (path / "zarr.json").write_text(json.dumps(header))
     with pytest.raises(ValueError, match="its format is 99"):
         vi.existence_map(*MAP, store=path)
+    header["attributes"]["vibroimpact"] |= {"format": 1, "version": "99"}
+    (path / "zarr.json").write_text(json.dumps(header))
+    with pytest.raises(ValueError, match="its version is '99'"):
+        vi.existence_map(*MAP, store=path)
+    header["attributes"]["vibroimpact"]["format"] = 99
+    (path / "zarr.json").write_text(json.dumps(header))
     with pytest.raises(ValueError, match="format 99 is newer"):
         vi.load(path)
 
@@ -210,7 +216,8 @@ def test_scenes_of_functions_are_told_apart_by_their_code(tmp_path):
 
 def test_fingerprints():
     made = [eval(f"lambda x, k={k}: x {sign} {c}") for k in (1, 2) for sign in "+-" for c in (3, 4.0)]
-    assert len({fingerprint(one) for one in made}) == 8
+    made += [eval("lambda x: abs(x)"), eval("lambda x: int(x)")]
+    assert len({fingerprint(one) for one in made}) == 10
     assert fingerprint(eval("lambda x: x in {'a', 'b', 'c'}")) == fingerprint(eval("lambda x: x in {'a', 'b', 'c'}"))
     assert fingerprint(Counted()) == fingerprint(Counted())
     assert fingerprint(Counted().__call__) != fingerprint(Counted())
