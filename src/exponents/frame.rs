@@ -7,6 +7,9 @@ const NOTHING: f64 = 1e-12;
 /// What is left of a direction below this part of the largest has lost digits.
 const LOST: f64 = 1e-5;
 
+/// Lengths whose squares have room.
+const ROOM: std::ops::Range<f64> = 1e-140..1e140;
+
 /// Products of lengths stay within these, so that few logarithms are taken.
 const USUAL: std::ops::Range<f64> = 1e-100..1e100;
 
@@ -142,7 +145,11 @@ impl Frame {
                 column.axpy(-part, &other, 1.0);
             }
         }
-        column.norm()
+        // Squares of what is this small or large have no room.
+        match column.amax() {
+            size if size == 0.0 || ROOM.contains(&size) => column.norm(),
+            size => size * (column / size).norm(),
+        }
     }
 }
 

@@ -171,8 +171,8 @@ def test_wrong_turns_are_refused(wrap, error, message):
     [
         ({"seeds": 1.5}, ValueError, r"seeds has shape \(\), but \(k, 2\)"),
         ({"seeds": True}, (TypeError, ValueError), "seeds"),
-        ({"seeds": None}, TypeError, "seeds is None"),
-        ({"seeds": "a"}, TypeError, "seeds is"),
+        ({"seeds": None}, ValueError, "seeds has shape"),
+        ({"seeds": "a"}, ValueError, "seeds is .a., but an array of numbers"),
         ({"seeds": []}, ValueError, r"seeds has shape \(0,\), but \(k, 2\)"),
         ({"seeds": [[0.0, np.inf]]}, ValueError, r"seeds\[0\] is inf"),
         ({"rng": "a"}, ValueError, "rng is 'a'"),

@@ -49,9 +49,9 @@ class TestPoincarePoints:
         [
             ({"phase": 0.0, "stops": 0}, "several of phase, stops and plane are given"),
             ({"plane": ([1, 0], 0.0), "stops": 0}, "several of phase, stops and plane are given"),
-            ({"plane": ([1], 0.0)}, r"plane has shape \(1,\), but \(2,\) is needed"),
+            ({"plane": ([1], 0.0)}, r"plane\[0\] has shape \(1,\), but \(2,\) is needed"),
             ({"plane": ([0, 0], 0.0)}, "plane is a row of zeros, but some number of it must not be zero"),
-            ({"plane": ([1, 0], np.nan)}, "plane is NaN, but it must be finite"),
+            ({"plane": ([1, 0], np.nan)}, r"plane\[1\] is NaN, but it must be finite"),
             ({"phase": np.inf}, "phase is inf, but it must be finite"),
             ({"stops": 1}, "stops is 1, but the scene has 1 stops"),
             ({"stops": -1}, "stops is -1, but indices count from 0"),
