@@ -105,11 +105,11 @@ def cells(part):
     call = {"impact": {"stop": 0, "phase": (0.0, 2 * np.pi, side), "speed": (0.0, 3.0, side)}, "attractors": attractors}
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "plane.zarr"
+        paths = (Path(folder) / f"plane_{k}.zarr" for k in range(ROUNDS))
         times, results = turns(
             one=lambda: vi.basins(ELASTIC, **call, workers=1),
             two=lambda: vi.basins(ELASTIC, **call, workers=2),
-            store=lambda: vi.basins(ELASTIC, **call, workers=1, store=path, overwrite=True),
+            store=lambda: vi.basins(ELASTIC, **call, workers=1, store=next(paths)),
         )
     more = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 - before
     plane = results["one"]

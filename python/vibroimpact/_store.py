@@ -54,10 +54,9 @@ class Store:
         digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
         made = {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": told, "hash": digest}
         group = _opened(self._zarr, store)
-        if group is not None:
-            self._check(dict(group.attrs), made, overwrite)
-        if group is None or overwrite:
-            group = self._created(made, overwrite)
+        is_other = group is not None and self._is_other(dict(group.attrs), made, overwrite)
+        if group is None or is_other:
+            group = self._created(made, is_other)
         self._group = group
         ny, nx = axes["y"].size, axes["x"].size
         self.cells = max(_CELLS, -(-nx * ny // _CHUNKS))
@@ -77,27 +76,20 @@ class Store:
             )
         except self._zarr.errors.ContainsGroupError:
             group = _opened(self._zarr, self._store)
-            self._check(dict(group.attrs), made, overwrite)
+            self._is_other(dict(group.attrs), made, False)
             return group
 
-    def _check(self, attributes: dict[str, Any], made: dict[str, Any], overwrite: bool) -> None:
-        """Refuse a group that is no store, or one of another call."""
+    def _is_other(self, attributes: dict[str, Any], made: dict[str, Any], overwrite: bool) -> bool:
+        """Whether another call made a store: refused unless it may be replaced, as is a group that is no store."""
         found = attributes.get("vibroimpact")
         if not isinstance(found, dict):
             message = f"store is {self._name}, but it is a group of zarr with something else in it"
             raise ValueError(message)
-        if overwrite:
-            return
-        remedy = "overwrite=True replaces it"
-        for name in ("format", "version", "type"):
-            if found.get(name) != made[name]:
-                message = f"store is {self._name}, but its {name} is {found.get(name)!r}, not {made[name]!r}: {remedy}"
-                raise ValueError(message)
-        if found.get("hash") != made["hash"]:
-            own, theirs = made["arguments"], found.get("arguments", {})
-            first = next((name for name in own if theirs.get(name) != own[name]), "hash")
-            message = f"store is {self._name}, but it was made with another {first}: {remedy}"
+        differs = _difference(found, made)
+        if differs is not None and not overwrite:
+            message = f"store is {self._name}, but {differs}: overwrite=True replaces it"
             raise ValueError(message)
+        return differs is not None
 
     def _array(self, name: str, **options: Any) -> Any:
         """Return an array of the group, made if it is not there."""
@@ -144,6 +136,18 @@ class Store:
                 array[chunk] = arrays[name][chunk]
 
         self._tried(written)
+
+
+def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
+    """Return the first thing in which a store differs from what a call makes, in words."""
+    for name in ("format", "version", "type"):
+        if found.get(name) != made[name]:
+            return f"its {name} is {found.get(name)!r}, not {made[name]!r}"
+    if found.get("hash") == made["hash"]:
+        return None
+    own, theirs = made["arguments"], found.get("arguments", {})
+    first = next((name for name in own if theirs.get(name) != own[name]), "hash")
+    return f"it was made with another {first}"
 
 
 def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[str, NDArray[Any]]]:

@@ -137,7 +137,7 @@ def existence_map(
         A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
         off, with the same bits; ``load`` opens what is there. A callable is told from others by its own code.
     overwrite : bool, default False
-        Whether a store that other arguments have made is replaced.
+        Whether a store that other arguments have made is replaced; one that the same have made is gone on with.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 

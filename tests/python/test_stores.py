@@ -114,6 +114,10 @@ def test_another_call_is_refused_unless_it_may_replace(tmp_path):
     with pytest.raises(ValueError, match="its type is 'Basins', not 'ExistenceMap'"):
         vi.existence_map(*MAP, store=path)
     assert equal(vi.existence_map(*MAP, store=path, overwrite=True), vi.load(path))
+    # The same call goes on, whatever it may replace.
+    kept = {file: file.stat().st_mtime_ns for file in chunks(path, "n_orbits")}
+    vi.existence_map(*MAP, store=path, overwrite=True)
+    assert {file: file.stat().st_mtime_ns for file in chunks(path, "n_orbits")} == kept
 
 
 def test_what_is_no_store_is_left_alone(tmp_path):
