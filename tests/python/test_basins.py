@@ -194,3 +194,20 @@ def test_wrong_axes_of_fractions_name_it():
     for axis in [("restitution", [np.nan]), ("foo", [1.0])]:
         with pytest.raises(ValueError, match="axis"):
             vi.basin_fractions(SCENE, BOX, samples=10, axis=axis)
+
+
+def test_thirty_attractors():
+    # A pendulum that is pushed a little swings about one of its lowest places, 2 pi apart: many, unless angles are taken modulo a turn.
+    scene = vi.Scene(vi.PendulumChain([1.0], [1.0], 0.5, gravity=1.0), vi.Harmonic([0.1], 2.0))
+    places = 2 * np.pi * np.arange(30)
+    box = [(-np.pi, places[-1] + np.pi), (-0.5, 0.5)]
+    found = vi.find_attractors(scene, box, seeds=np.column_stack([places + 0.1, 0 * places]), transient=50)
+    assert len(found) == 30
+    assert all(one.n_periods == 1 and one.fraction == pytest.approx(1 / 30) for one in found)
+    plane = vi.basins(scene, q=(*box[0], 120), v=(-0.5, 0.5, 2), attractors=found)
+    # Four cells a place: each leads to the attractor that is nearest.
+    nearest = [int(np.argmin([abs(one.points[0, 0] - x) for one in found])) + 1 for x in plane.x]
+    assert np.array_equal(plane.labels, np.broadcast_to(nearest, (2, 120)))
+    assert np.allclose(plane.fractions, 1 / 30)
+    # Modulo a turn there is one.
+    assert len(vi.find_attractors(scene, box, seeds=found.seeds, transient=50, wrap={0: 2 * np.pi})) == 1

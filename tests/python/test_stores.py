@@ -273,6 +273,25 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path):
     assert equal(vi.load(path), plain)
 
 
+@pytest.mark.parametrize("workers", ["threads", "pool"])
+def test_an_interruption_leaves_a_store_to_go_on_with(workers, tmp_path):
+    path = tmp_path / "map.zarr"
+    axes = MAP[2][1], MAP[3][1]
+
+    def make(x, y):
+        make.count += 1
+        if make.count == 70:
+            signal.raise_signal(signal.SIGINT) if workers == "threads" else os.kill(os.getpid(), signal.SIGINT)
+        return PAPER.replace(frequency=x, clearance=y)
+
+    make.count = 0
+    with ThreadPoolExecutor(1) as pool, pytest.raises(KeyboardInterrupt):
+        vi.existence_map(make, [1], *axes, 2, store=path, workers=pool if workers == "pool" else 1)
+    assert (vi.load(path).n_orbits < 0).any()
+    made = vi.existence_map(make, [1], *axes, 2, store=path)
+    assert equal(made, vi.existence_map(make, [1], *axes, 2))
+
+
 def test_two_processes_fill_one_store(tmp_path):
     path, script = tmp_path / "basins.zarr", tmp_path / "killed.py"
     script.write_text(KILLED)
