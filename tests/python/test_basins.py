@@ -197,7 +197,7 @@ def test_wrong_axes_of_fractions_name_it():
 
 
 def test_thirty_attractors():
-    # A pendulum that is pushed a little swings about one of its lowest places, 2 pi apart: many, unless angles are taken modulo a turn.
+    # A pendulum that is pushed a little swings about one of its lowest places, 2 pi apart.
     scene = vi.Scene(vi.PendulumChain([1.0], [1.0], 0.5, gravity=1.0), vi.Harmonic([0.1], 2.0))
     places = 2 * np.pi * np.arange(30)
     box = [(-np.pi, places[-1] + np.pi), (-0.5, 0.5)]
