@@ -346,19 +346,18 @@ impl Search<'_> {
         let first = if loops > 0 { q.nrows() - loops } else { 0 };
         let all = self.around.within_turns(states((&q, &v)));
         let points = all.rows_range(first..).into_owned();
-        let longest = self.options.longest_period;
-        let long = || format!("it has no period up to {longest}");
-        let reason = if reason.is_empty() {
-            long()
-        } else {
-            reason.into()
-        };
-        let rate = found
-            .exponents
-            .first()
-            .map_or(0.0, |rate| -rate * self.period);
+        let rate = (found.exponents.first()).map_or(0.0, |rate| -rate * self.period);
         let longer = (NEARER / rate).ceil();
-        let is_near = kind == AttractorKind::Periodic && longer <= (PATIENCE * periods) as f64;
+        let is_slow = kind == AttractorKind::Periodic && longer > 0.0;
+        let is_near = is_slow && longer <= (PATIENCE * periods) as f64;
+        let reason = if !reason.is_empty() {
+            reason.into()
+        } else if is_slow && !is_near {
+            format!("it comes nearer to an orbit, and is there in some {longer} periods")
+        } else {
+            let longest = self.options.longest_period;
+            format!("it has no period up to {longest}")
+        };
         let found = attractor(Attractor {
             kind,
             n_periods: 0,
