@@ -174,7 +174,7 @@ fn what_swings_undamped_without_an_impact_is_attracted_by_nothing() {
 fn a_mass_on_a_spring_has_no_torus() {
     // Here an orbit of five periods is about to lose its stability: deviations hardly die out.
     let scene = hardly_damped(0.01, 0.63, 6.2);
-    let (q, v) = (dvector![0.426016], dvector![0.777086]);
+    let (q, v) = (dvector![0.426_016], dvector![0.777_086]);
     let span = (0.0, 1000.0 * scene.period().expect("forced"));
     let found =
         lyapunov_exponents(&scene, &q, &v, span, &LyapunovOptions::default()).expect("exponents");

@@ -458,12 +458,12 @@ fn a_plane_between_pieces_is_passed_once() {
 fn a_plane_of_a_motion_of_parts_that_cancel_is_passed() {
     // Near resonance a motion of 0.3 is the difference of two of 50: it is known to less than its own rounding.
     let system =
-        LinearSystem::new(dvector![1.02645223], dmatrix![0.0], dmatrix![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![1.46935904.into()], 1.0, 0.0).expect("valid");
+        LinearSystem::new(dvector![1.026_452_23], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.469_359_04.into()], 1.0, 0.0).expect("valid");
     let scene = Scene::new(system, force, [Stop::new(0, 0.3, 1.0).expect("valid")]).expect("valid");
     let run = simulate(
         &scene,
-        &dvector![-0.11951098],
+        &dvector![-0.119_510_98],
         &dvector![0.0],
         (0.0, 30.0),
         &SimulateOptions::default(),

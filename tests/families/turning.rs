@@ -79,7 +79,7 @@ fn motions_that_turn_over_repeat_themselves() {
     let later = found(-PI, PI).all;
     for one in &turning {
         let mirror = later.iter().find(|other| {
-            let off = &one.points.row(0) + &other.points.row(0);
+            let off = one.points.row(0) + other.points.row(0);
             other.orbit.is_none() && shorter(off[0]).abs() < 1e-4 && off[1].abs() < 1e-4
         });
         assert!(mirror.is_some());
