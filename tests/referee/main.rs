@@ -258,18 +258,35 @@ impl Tally {
 
 #[test]
 fn what_was_found_stays_mended() {
-    for (seed, numbers) in FOUND {
-        for &number in numbers {
-            for case in by_each_method(&generator::scene(seed, number)) {
-                if let Verdict::Disagree(differences) = compare::judge(&case) {
-                    let differences = differences
-                        .iter()
-                        .map(|d| format!("{}: {}", d.class, d.detail));
-                    let text = differences.collect::<Vec<_>>().join("\n");
-                    let method = case.method.name();
-                    panic!("scene {number} of seed {seed} by {method}: {text}");
+    let numbers = FOUND
+        .iter()
+        .flat_map(|(seed, numbers)| numbers.iter().map(move |number| (*seed, *number)));
+    let all: Vec<(u64, u64)> = numbers.collect();
+    let next = AtomicU64::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(&(seed, number)) =
+                    all.get(next.fetch_add(1, Ordering::Relaxed) as usize)
+                {
+                    agrees(seed, number);
                 }
-            }
+            });
+        }
+    });
+}
+
+/// A scene by each of its methods is what the referee says it is.
+fn agrees(seed: u64, number: u64) {
+    for case in by_each_method(&generator::scene(seed, number)) {
+        if let Verdict::Disagree(differences) = compare::judge(&case) {
+            let differences = differences
+                .iter()
+                .map(|d| format!("{}: {}", d.class, d.detail));
+            let text = differences.collect::<Vec<_>>().join("\n");
+            let method = case.method.name();
+            panic!("scene {number} of seed {seed} by {method}: {text}");
         }
     }
 }
