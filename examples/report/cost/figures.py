@@ -33,6 +33,8 @@ PANELS = {
     "exponents": ("exponents",),
 }
 STYLES = [{"marker": marker, "color": f"C{k}", "markersize": 5} for k, marker in enumerate("os^D")]
+# Panels beside each other.
+ACROSS = 4
 # A ratio of sizes below which each has its number on the axis.
 FEW = 50
 
@@ -135,9 +137,13 @@ def peaks(ax: Any, judged: Sequence[Judged], largest: float) -> None:
 
 def growth(judged: Sequence[Judged], directory: Path) -> list[str]:
     """Cost of a unit above, memory of the run below, against each size."""
-    fig, axes = plt.subplots(2, len(PANELS), figsize=(3.4 * len(PANELS), 7.5), layout="constrained")
+    rows = 2 * math.ceil(len(PANELS) / ACROSS)
+    fig, axes = plt.subplots(rows, ACROSS, figsize=(4.0 * ACROSS, 3.75 * rows), layout="constrained")
+    pairs = [(axes[row, k], axes[row + 1, k]) for row in range(0, rows, 2) for k in range(ACROSS)]
+    for unused in (ax for pair in pairs[len(PANELS) :] for ax in pair):
+        unused.remove()
     largest = max((p.memory for one in judged for p in one.points if p.memory is not None), default=LEAST)
-    for (above, below), (title, keys) in zip(axes.T, PANELS.items(), strict=True):
+    for (above, below), (title, keys) in zip(pairs, PANELS.items(), strict=False):
         of_panel = [one for one in judged if one.series.key.startswith(keys)]
         costs(above, of_panel)
         peaks(below, of_panel, 2.0 * largest)
