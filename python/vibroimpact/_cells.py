@@ -11,23 +11,12 @@ from numpy.typing import NDArray
 
 from vibroimpact import _workers
 from vibroimpact._store import Store
-
-#: A rectangle of cells: the slices of its rows and of its columns.
-Tile = tuple[slice, slice]
+from vibroimpact._tiles import Tile, tiles
 
 #: What is found in each cell: the type of each array, and what stands where nothing has been found yet.
 Columns = dict[str, tuple[str, Any]]
 
 Found = tuple[NDArray[Any], ...]
-
-
-def tiles(rows: range, columns: range, cells: int) -> list[Tile]:
-    """Cut a rectangle into tiles of about so many cells: whole rows, or parts of one."""
-    across = min(max(cells, 1), max(len(columns), 1))
-    down = max(cells // max(len(columns), 1), 1)
-    ends = rows.stop, columns.stop
-    corners = ((j, i) for j in rows[::down] for i in columns[::across])
-    return [(slice(j, min(j + down, ends[0])), slice(i, min(i + across, ends[1]))) for j, i in corners]
 
 
 def worked_out(

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _axis, _core
-from vibroimpact._cells import Tile
 from vibroimpact._core import Scene
+from vibroimpact._tiles import Tile
 
 #: Cells of an axis at most.
 _MOST_CELLS = 1 << 24

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core, _json
 from vibroimpact._fingerprint import fingerprint
+from vibroimpact._tiles import Tile, tile_shape
 
 #: Counts what older libraries cannot read.
 FORMAT = 1
@@ -25,7 +26,12 @@ FORMAT = 1
 #: Cells of a chunk: so many at least, and no more chunks than these.
 _CELLS, _CHUNKS = 1 << 14, 1 << 10
 
-_Tile = tuple[slice, slice]
+
+def check_overwrite(overwrite: object) -> None:
+    """Refuse what is neither True nor False."""
+    if not isinstance(overwrite, bool):
+        message = f"overwrite is {overwrite!r}, but True or False is needed"
+        raise TypeError(message)
 
 
 class Store:
@@ -60,8 +66,7 @@ class Store:
         self._group = group
         ny, nx = axes["y"].size, axes["x"].size
         self.cells = max(_CELLS, -(-nx * ny // _CHUNKS))
-        across = min(self.cells, nx)
-        wanted = {"shape": (ny, nx), "chunks": (max(self.cells // nx, 1), across), "dimension_names": ("y", "x")}
+        wanted = {"shape": (ny, nx), "chunks": tile_shape(self.cells, nx), "dimension_names": ("y", "x")}
         for name, values in axes.items():
             self._array(name, data=values, dimension_names=(name,))
         self._arrays = {
@@ -121,12 +126,12 @@ class Store:
         """Return the arrays as they are now."""
         return {name: np.asarray(array[:]) for name, array in self._arrays.items()}
 
-    def lacks(self, arrays: dict[str, NDArray[Any]], chunk: _Tile) -> bool:
+    def lacks(self, arrays: dict[str, NDArray[Any]], chunk: Tile) -> bool:
         """Whether cells of a chunk have not been found, by the last array."""
         last = list(arrays)[-1]
         return bool((arrays[last][chunk] == self._arrays[last].fill_value).any())
 
-    def write(self, arrays: dict[str, NDArray[Any]], chunk: _Tile) -> None:
+    def write(self, arrays: dict[str, NDArray[Any]], chunk: Tile) -> None:
         """Write a chunk, the last array last."""
 
         def written() -> None:

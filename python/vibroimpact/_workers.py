@@ -51,15 +51,10 @@ _ANSWER = 0.1  # [s] between two looks for what is done
 _broken_off: set[str] = set()
 
 
-def bounds(total: int, pieces: int) -> list[tuple[int, int]]:
-    """Cut ``range(total)`` into pieces of nearly equal length."""
-    edges = np.linspace(0, total, min(total, pieces) + 1).astype(int)
+def cut(total: int, workers: Workers) -> list[tuple[int, int]]:
+    """Cut ``range(total)`` into pieces of nearly equal length for whatever runs them: the core's threads share one."""
+    edges = np.linspace(0, total, min(max(total, 1), count(workers)) + 1).astype(int)
     return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]
-
-
-def pieces(total: int, workers: Workers) -> list[tuple[int, int]]:
-    """Cut ``range(total)`` into pieces for whatever runs them: the core's threads share one."""
-    return bounds(total, count(workers)) or [(0, 0)]
 
 
 def count(workers: Workers) -> int:
@@ -113,9 +108,9 @@ def completed(
         yield 0, work(shared, pieces[0], (threads(workers), progress, None))
         return
     with _bar(len(pieces), progress) as advance:
-        for count, done in enumerate(_parts(work, shared, pieces, workers), start=1):
+        for so_far, done in enumerate(_parts(work, shared, pieces, workers), start=1):
             yield done
-            advance(count)
+            advance(so_far)
 
 
 def _parts(work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Workers) -> Iterator[tuple[int, Part]]:

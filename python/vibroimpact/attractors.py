@@ -232,7 +232,7 @@ def find_attractors(
     starts = _starts(scene, sides, seeds, rng)
     angles = turns(wrap)
     rest = (phase, longest_period, transient, max_periods, method, rtol, atol)
-    pieces = [starts[i:j] for i, j in _workers.pieces(len(starts), workers)]
+    pieces = [starts[i:j] for i, j in _workers.cut(len(starts), workers)]
     parts = _workers.run(_settled, (scene, sides, angles, *rest), pieces, workers, progress=progress)
     found = [one for part in parts for one in part]
     seen = [None if isinstance(one, str) else (one[0], one[2], one[3]) for one in found]

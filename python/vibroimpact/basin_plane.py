@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _boundary, _plane, _workers
 from vibroimpact._boundary import Fit
-from vibroimpact._cells import Columns, Tile, worked_out
+from vibroimpact._cells import Columns, worked_out
 from vibroimpact._core import Scene
 from vibroimpact._kept import with_scene, without_scene
 from vibroimpact._labels import INSIDE, LOST, OPEN, UNDECIDED, check_attractors, labelled, seen, turns_of
 from vibroimpact._plane import Plane
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, untold
+from vibroimpact._store import Store, check_overwrite, untold
+from vibroimpact._tiles import Tile
 from vibroimpact.attractors import Attractor, Attractors, check_all, checked_box, find_attractors
 
 __all__ = ["Basins", "Fit", "basins"]
@@ -188,9 +189,7 @@ def basins(
     >>> found.labels.shape, [one.n_periods for one in found.attractors]
     ((20, 20), [3, 1])
     """
-    if not isinstance(overwrite, bool):
-        message = f"overwrite is {overwrite!r}, but True or False is needed"
-        raise TypeError(message)
+    check_overwrite(overwrite)
     if hits is not None and (isinstance(hits, bool) or not isinstance(hits, (int, np.integer))):
         message = f"hits is {hits!r}, but a whole number is needed"
         raise TypeError(message)

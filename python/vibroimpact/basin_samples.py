@@ -132,7 +132,7 @@ def basin_fractions(
 
     def measured(own: Scene, found: Sequence[Attractor]) -> NDArray[np.int16]:
         shared = (own, seen(found), sides, turns, options)
-        pieces = [(states[i:j], np.full(j - i, float(phase))) for i, j in _workers.pieces(samples, workers)]
+        pieces = [(states[i:j], np.full(j - i, float(phase))) for i, j in _workers.cut(samples, workers)]
         return np.concatenate([part[0] for part in _workers.run(labelled, shared, pieces, workers, progress=progress)])
 
     if axis is None:

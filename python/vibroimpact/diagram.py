@@ -260,7 +260,7 @@ def bifurcation_diagram(
     cuts = [(direction, values)]
     if _workers.is_elsewhere(workers):
         ordered = np.sort(values)
-        bounds = [(0, values.size)] if carry else _workers.pieces(values.size, workers)
+        bounds = [(0, values.size)] if carry else _workers.cut(values.size, workers)
         cuts = [(way, ordered[i:j]) for way in ways for i, j in (bounds if way == "up" else bounds[::-1])]
     pieces = [(made(own), way, own) for way, own in cuts]
     shared = (None if callable(scene) else scene, name, *rest)

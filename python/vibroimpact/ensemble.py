@@ -125,7 +125,7 @@ def _in_pieces(scene: Scene | list[Scene], q0: ArrayLike, v0: ArrayLike, workers
     def scenes(i: int, j: int) -> list[Scene] | None:
         return scene[i:j] if isinstance(scene, list) else None
 
-    return [(scenes(i, j), *(part(rows, i, j) for rows in states), i) for i, j in _workers.pieces(k, workers)]
+    return [(scenes(i, j), *(part(rows, i, j) for rows in states), i) for i, j in _workers.cut(k, workers)]
 
 
 def simulate_many(

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _axis, _core, _workers
-from vibroimpact._cells import Columns, Found, Tile, worked_out
+from vibroimpact._cells import Columns, Found, worked_out
 from vibroimpact._core import Scene
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, untold
+from vibroimpact._store import Store, check_overwrite, untold
+from vibroimpact._tiles import Tile
 
 __all__ = ["ExistenceMap", "existence_map"]
 
@@ -165,9 +166,7 @@ def existence_map(
     array([[2, 2],
            [0, 0]])
     """
-    if not isinstance(overwrite, bool):
-        message = f"overwrite is {overwrite!r}, but True or False is needed"
-        raise TypeError(message)
+    check_overwrite(overwrite)
     pattern = list(pattern)
     axes: tuple[_Axis, _Axis]
     if callable(scene):
