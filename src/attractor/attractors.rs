@@ -10,6 +10,7 @@ use crate::model::Scene;
 use crate::observer::ObserverFn;
 use crate::quantity::finite;
 use crate::section::wait;
+use crate::simulate::Keep;
 use crate::sweep::Progress;
 use crate::sweep::tiles::fill;
 use nalgebra::DMatrix;
@@ -95,7 +96,7 @@ pub(crate) fn settle_seeds(
         ));
     }
     finite("phase", options.phase)?;
-    options.run().check((0.0, 0.0))?;
+    options.run(Keep::Final).check((0.0, 0.0))?;
     if options.longest_period == 0 {
         return Err(Error::bad_value(
             "longest_period",

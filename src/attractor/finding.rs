@@ -1,5 +1,4 @@
-//! What one motion settles on: it is looked at until it repeats itself, and then closed by Newton's method; what does not is told by its
-//! exponents.
+//! What one motion settles on: it is looked at until it repeats itself, and then closed by Newton's method.
 
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::one::Attractor;
@@ -7,18 +6,15 @@ use crate::attractor::options::AttractorOptions;
 use crate::attractor::same::are_points_within;
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
-use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents_observed};
 use crate::model::{PhysicalState, Scene};
 use crate::observer::ObserverFn;
 use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed};
-use crate::section::{Motion, Section, Sectioned, Settled, points_of, repeats_after, settled};
-use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
+use crate::section::{Motion, Section, Sectioned, Settled, points_of, settled};
+use crate::simulate::{Keep, Status, Trajectory, simulate_observed};
 use crate::tolerance::FAR;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Points that are kept of what does not repeat itself.
-const KEPT: usize = 1000;
 /// A motion is on an orbit that is known if its points are, to this part of the box.
 const CLOSE: f64 = 1e-5;
 /// An orbit is that of a motion if it is no farther from it than this part of the motion, over what is left of a deviation in a round.
@@ -26,9 +22,6 @@ const NEAR: f64 = 1e-6;
 
 /// An orbit goes round several times if its states once in each period repeat themselves to this part of the motion.
 const ROUND: f64 = 1e-8;
-/// Logarithm of the part to which a motion that comes nearer to an orbit is to come, and how many times longer than before that may take.
-const NEARER: f64 = 18.0;
-const PATIENCE: usize = 20;
 
 /// Why a motion in which an angle goes round has no orbit.
 pub(crate) const TURNS: &str =
@@ -156,10 +149,7 @@ impl Search<'_> {
         keep: Keep,
         go_on: ObserverFn<'_>,
     ) -> Result<Trajectory> {
-        let options = SimulateOptions {
-            keep,
-            ..self.options.run()
-        };
+        let options = self.options.run(keep);
         let time = |periods: usize| self.start + self.period * periods as f64;
         let span = (time(first), time(first + periods));
         simulate_observed(self.scene, q, v, span, &options, &mut |_| go_on())
@@ -301,75 +291,6 @@ impl Search<'_> {
             fraction: 0.0,
         })
     }
-
-    /// What does not repeat itself within the periods looked for; where it comes nearer to an orbit, slowly, the periods until it is there.
-    fn by_exponents(
-        &self,
-        run: &Trajectory,
-        done: usize,
-        reason: &str,
-        go_on: ObserverFn<'_>,
-    ) -> Result<(Found, usize)> {
-        let (q, v) = run.last();
-        let time = |periods: usize| self.start + self.period * (done + periods) as f64;
-        let periods = self.options.max_periods.max(KEPT);
-        let span = (time(0), time(periods));
-        let usual = self.options.run();
-        let options = LyapunovOptions {
-            method: usual.method,
-            rtol: usual.rtol,
-            atol: usual.atol,
-            ..LyapunovOptions::default()
-        };
-        let found =
-            lyapunov_exponents_observed(self.scene, q, v, span, &options, &mut |_| go_on())?;
-        let kind = match found.verdict {
-            Attraction::Chaotic => AttractorKind::Chaotic,
-            Attraction::Torus => AttractorKind::Torus,
-            Attraction::Periodic => AttractorKind::Periodic,
-            Attraction::Undecided => return Ok((Found::Undecided, 0)),
-        };
-        let sampled = SimulateOptions {
-            keep: Keep::Final,
-            t_eval: Some((periods - KEPT..periods).map(time).collect()),
-            ..usual
-        };
-        let kept = simulate_observed(self.scene, q, v, span, &sampled, &mut |_| go_on())?;
-        let (_, q, v) = kept.samples()?;
-        // What sticks repeats itself, if after more periods than were looked for.
-        let loops = match kind {
-            AttractorKind::Periodic => {
-                repeats_after(&q, &v, self.around.turns(), TAU / self.period, KEPT / 2)
-            }
-            _ => 0,
-        };
-        let first = if loops > 0 { q.nrows() - loops } else { 0 };
-        let all = self.around.within_turns(states((&q, &v)));
-        let points = all.rows_range(first..).into_owned();
-        let rate = (found.exponents.first()).map_or(0.0, |rate| -rate * self.period);
-        let longer = (NEARER / rate).ceil();
-        let is_slow = kind == AttractorKind::Periodic && longer > 0.0;
-        let is_near = is_slow && longer <= (PATIENCE * periods) as f64;
-        let reason = if !reason.is_empty() {
-            reason.into()
-        } else if is_slow && !is_near {
-            format!("it comes nearer to an orbit, and is there in some {longer} periods")
-        } else {
-            let longest = self.options.longest_period;
-            format!("it has no period up to {longest}")
-        };
-        let found = attractor(Attractor {
-            kind,
-            n_periods: 0,
-            points,
-            exponents: found.exponents,
-            pattern: Pattern::none(),
-            reason,
-            orbit: None,
-            fraction: 0.0,
-        });
-        Ok((found, if is_near { longer as usize } else { 0 }))
-    }
 }
 
 /// The periods after which an orbit repeats itself: it may have been found going round several times.
@@ -396,12 +317,12 @@ fn of_one_round(seen: &Settled, round: usize) -> Result<Pattern> {
     Pattern::new(instants[..instants.len() * round / seen.n_periods.max(1)].to_vec())
 }
 
-fn attractor(found: Attractor) -> Found {
+pub(super) fn attractor(found: Attractor) -> Found {
     Found::Attractor(Box::new(found))
 }
 
 /// Rows of positions and of velocities as rows of states.
-fn states((q, v): (&DMatrix<f64>, &DMatrix<f64>)) -> DMatrix<f64> {
+pub(super) fn states((q, v): (&DMatrix<f64>, &DMatrix<f64>)) -> DMatrix<f64> {
     let n = q.ncols();
     DMatrix::from_fn(q.nrows(), 2 * n, |k, j| {
         if j < n { q[(k, j)] } else { v[(k, j - n)] }

@@ -7,6 +7,7 @@ mod one;
 mod options;
 mod same;
 mod state_box;
+mod unsettled;
 
 #[cfg(feature = "python")]
 pub(crate) use attractors::settle_seeds;

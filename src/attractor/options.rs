@@ -1,6 +1,6 @@
 //! Options of the search for attractors.
 
-use crate::simulate::{Method, SimulateOptions};
+use crate::simulate::{Keep, Method, SimulateOptions};
 use crate::sweep::SweepOptions;
 
 /// Options of [`find_attractors`](crate::find_attractors).
@@ -41,12 +41,8 @@ impl Default for AttractorOptions {
 }
 
 impl AttractorOptions {
-    pub(crate) fn run(&self) -> SimulateOptions {
-        SimulateOptions {
-            method: self.method,
-            rtol: self.rtol,
-            atol: self.atol,
-            ..SimulateOptions::default()
-        }
+    /// Those of a run of which so much is kept.
+    pub(crate) fn run(&self, keep: Keep) -> SimulateOptions {
+        SimulateOptions::by(self.method, [self.rtol, self.atol], keep)
     }
 }

@@ -127,13 +127,8 @@ pub fn basin_cells(
         let rule = "motions are looked at once in each period of the forcing: it must have one";
         return Err(Error::bad_value("scene", "without a forcing period", rule));
     };
-    let run = SimulateOptions {
-        method: options.method,
-        rtol: options.rtol,
-        atol: options.atol,
-        keep: Keep::Final,
-        ..SimulateOptions::default()
-    };
+    let tolerances = [options.rtol, options.atol];
+    let run = SimulateOptions::by(options.method, tolerances, Keep::Final);
     run.check((0.0, 0.0))?;
     let phase = finite("phase", options.phase)?;
     let targets = Targets::new(scene, attractors, around, phase, options.hits, &run)?;
@@ -294,6 +289,10 @@ struct Looks {
 impl Watcher for Looks {
     fn next(&self) -> f64 {
         self.first + self.period * self.count as f64
+    }
+
+    fn every(&self) -> f64 {
+        self.period
     }
 
     fn look(&mut self, state: &PhysicalState) -> ControlFlow<()> {

@@ -207,7 +207,9 @@ impl Course {
     pub fn look(&mut self, targets: &Targets, (q, v): &PhysicalState) -> Option<Label> {
         let state = || q.iter().chain(v.iter());
         targets.around.place(state(), &mut self.x);
-        let is_away = targets.around.beyond(state()) > FAR;
+        // No state is farther beyond the box than from its lowest corner.
+        let may_be_away = self.x.iter().any(|part| part.is_nan() || part.abs() > FAR);
+        let is_away = may_be_away && targets.around.beyond(state()) > FAR;
         self.away = if is_away { self.away + 1 } else { 0 };
         if self.away >= PERIODS_AWAY {
             return Some(Label::Lost);

@@ -12,7 +12,7 @@ use crate::contact::walk::STEPS_PER_LOOK;
 use crate::error::Result;
 use crate::flow::gap_model::GapModel;
 use crate::flow::looks::{LookDerivatives, LookModels};
-use crate::flow::{Derivatives, GapRow, LinearFlow, forward};
+use crate::flow::{Carrier, Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 use crate::observer::Observer;
 use crate::quantity::larger;
@@ -70,9 +70,7 @@ pub(crate) struct ContactSearch<'f, F: LinearFlow> {
     pub(super) gaps: Vec<Followed>,
     pub(super) levels: PropagatorLevels<F>,
     pub(super) level: usize,
-    propagator: F::Propagator,
-    /// The span that the propagator is for; no number where it is for a part of one.
-    prepared: f64,
+    carrier: Carrier<F>,
     pub(super) derivatives: Vec<Derivatives>,
     /// The stops within reach.
     pub(super) active: Vec<usize>,
@@ -112,8 +110,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             gaps: gaps.into_iter().map(Followed::new).collect(),
             levels,
             level: PropagatorLevels::<F>::START,
-            propagator: F::Propagator::default(),
-            prepared: f64::NAN,
+            carrier: Carrier::default(),
             derivatives: Vec::new(),
             norms: Vec::new(),
             looks: Vec::new(),
@@ -392,14 +389,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 
     /// Carries a state over a span of time.
     pub fn forward(&mut self, state: &mut [Pair], span: f64) {
-        // Pieces of a signal are often of one length.
-        if span == self.prepared {
-            self.flow.advance(&self.propagator, state);
-            return;
-        }
-        forward(self.flow, &mut self.propagator, state, span);
-        let is_whole = self.flow.fastest_growth() <= 0.0;
-        self.prepared = if is_whole { span } else { f64::NAN };
+        self.carrier.forward(self.flow, state, span);
     }
 
     /// The contact that comes first and its time to rounding; on return `arrived` is the state there, and the search has

@@ -126,13 +126,8 @@ pub fn lyapunov_exponents_observed(
     let n = scene.n_dof();
     finite_vector("q0", q0, n)?;
     finite_vector("v0", v0, n)?;
-    let run = SimulateOptions {
-        method: options.method,
-        rtol: options.rtol,
-        atol: options.atol,
-        keep: Keep::Motion,
-        ..SimulateOptions::default()
-    };
+    let tolerances = [options.rtol, options.atol];
+    let run = SimulateOptions::by(options.method, tolerances, Keep::Motion);
     run.check(t_span)?;
     scene.check_span(t_span)?;
     let length = t_span.1 - t_span.0;

@@ -65,12 +65,7 @@ const MOST_PIECES: f64 = 4096.0;
 /// Moves a state forward over a span of time, in pieces where its exponential would overflow: what the motion does not hold of a
 /// growing mode does not grow.
 #[inline]
-pub(crate) fn forward<F: LinearFlow>(
-    flow: &F,
-    propagator: &mut F::Propagator,
-    state: &mut [Pair],
-    span: f64,
-) {
+fn forward<F: LinearFlow>(flow: &F, propagator: &mut F::Propagator, state: &mut [Pair], span: f64) {
     let growth = flow.fastest_growth();
     if growth <= 0.0 {
         flow.prepare(span, propagator);
@@ -81,6 +76,36 @@ pub(crate) fn forward<F: LinearFlow>(
     flow.prepare(span / pieces, propagator);
     for _ in 0..pieces as usize {
         flow.advance(propagator, state);
+    }
+}
+
+/// A propagator that is kept for as long as spans are of one length: pieces of a signal often are, and so is the way from look to look.
+pub(crate) struct Carrier<F: LinearFlow> {
+    propagator: F::Propagator,
+    /// The span that it is for; no number where it is for a part of one.
+    prepared: f64,
+}
+
+impl<F: LinearFlow> Default for Carrier<F> {
+    fn default() -> Self {
+        Self {
+            propagator: F::Propagator::default(),
+            prepared: f64::NAN,
+        }
+    }
+}
+
+impl<F: LinearFlow> Carrier<F> {
+    /// Moves a state forward over a span of time.
+    #[inline]
+    pub fn forward(&mut self, flow: &F, state: &mut [Pair], span: f64) {
+        if span == self.prepared {
+            flow.advance(&self.propagator, state);
+            return;
+        }
+        forward(flow, &mut self.propagator, state, span);
+        let is_whole = flow.fastest_growth() <= 0.0;
+        self.prepared = if is_whole { span } else { f64::NAN };
     }
 }
 

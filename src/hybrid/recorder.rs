@@ -6,6 +6,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::modal::Pair;
 use crate::model::PhysicalState;
+use std::ops::ControlFlow;
 
 /// What a recorder wants to be told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +44,18 @@ pub(crate) trait Written {
 pub(crate) trait ArcMotion: Written {
     /// Position and velocity a time after the start.
     fn state(&mut self, local: f64) -> PhysicalState;
+
+    /// The same from a time on, every so often, for as long as who looks goes on.
+    fn strobe(
+        &mut self,
+        [first, every]: [f64; 2],
+        look: &mut dyn FnMut(&PhysicalState) -> ControlFlow<()>,
+    ) {
+        let mut count = 0.0;
+        while look(&self.state(first + count * every)).is_continue() {
+            count += 1.0;
+        }
+    }
 }
 
 /// Modal pairs.

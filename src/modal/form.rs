@@ -189,20 +189,32 @@ impl ModalForm {
 
     /// The position and velocity of a state in modal pairs.
     pub fn to_physical(&self, state: &ModalState) -> PhysicalState {
-        let part = |k: usize| DVector::from_iterator(self.n, state.iter().map(|z| z[k]));
+        let mut physical = (DVector::zeros(self.n), DVector::zeros(self.n));
+        self.fill_physical(state, &mut physical);
+        physical
+    }
+
+    /// The same into one that is there.
+    pub fn fill_physical(&self, state: &ModalState, (q, v): &mut PhysicalState) {
         match &self.coordinates {
             Coordinates::Real(shapes) => {
-                (shapes.to_physical(&part(0)), shapes.to_physical(&part(1)))
+                shapes.fill_physical(state, 0, q);
+                shapes.fill_physical(state, 1, v);
             }
             Coordinates::Complex { to_physical, .. } => {
-                let z = DVector::from_iterator(2 * self.n, state.iter().flatten().copied());
-                let x = to_physical * z;
-                (
-                    x.rows(0, self.n).into_owned(),
-                    x.rows(self.n, self.n).into_owned(),
-                )
+                q.fill(0.0);
+                v.fill(0.0);
+                let columns = to_physical.column_iter();
+                for (&z, column) in state.iter().flatten().zip(columns) {
+                    q.axpy(z, &column.rows(0, self.n), 1.0);
+                    v.axpy(z, &column.rows(self.n, self.n), 1.0);
+                }
             }
-            Coordinates::Physical => (part(0), part(1)),
+            Coordinates::Physical => {
+                for (i, &[y, dy]) in state.iter().enumerate() {
+                    (q[i], v[i]) = (y, dy);
+                }
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::linalg::{compensated, eigen};
+use crate::modal::Pair;
 use crate::model::LinearSystem;
 use crate::tolerance::PROPORTIONAL_TOL;
 use nalgebra::{DMatrix, DVector};
@@ -42,17 +43,20 @@ impl Shapes {
         }
     }
 
-    /// `Phi y`.
-    pub fn to_physical(&self, y: &DVector<f64>) -> DVector<f64> {
+    /// `Phi y` into x, where y is the first or the second of each pair.
+    pub fn fill_physical(&self, pairs: &[Pair], which: usize, x: &mut DVector<f64>) {
         match self {
             Self::Diagonal { order, root_mass } => {
-                let mut x = DVector::zeros(order.len());
-                for (j, &i) in order.iter().enumerate() {
-                    x[i] = y[j] / root_mass[i];
+                for (z, &i) in pairs.iter().zip(order) {
+                    x[i] = z[which] / root_mass[i];
                 }
-                x
             }
-            Self::Dense { shapes, .. } => shapes * y,
+            Self::Dense { shapes, .. } => {
+                x.fill(0.0);
+                for (z, shape) in pairs.iter().zip(shapes.column_iter()) {
+                    x.axpy(z[which], &shape, 1.0);
+                }
+            }
         }
     }
 
@@ -240,7 +244,10 @@ mod tests {
             .expect("symmetric");
         assert_eq!(modes.w2, dvector![9.0, 16.0]);
         assert_eq!(modes.shapes.to_dense(), dmatrix![0.0, 0.5; 1.0, 0.0]);
-        let x = dvector![0.3, 0.7];
-        assert!((modes.shapes.to_physical(&modes.shapes.to_modal(&x)) - x).amax() < 1e-16);
+        let (x, mut back) = (dvector![0.3, 0.7], dvector![f64::NAN, f64::NAN]);
+        let y = modes.shapes.to_modal(&x);
+        let pairs = [[0.0, y[0]], [0.0, y[1]]];
+        modes.shapes.fill_physical(&pairs, 1, &mut back);
+        assert!((back - x).amax() < 1e-16);
     }
 }

@@ -53,6 +53,17 @@ impl Default for SimulateOptions {
 }
 
 impl SimulateOptions {
+    /// Those of a run by a method, with its relative and its absolute tolerance, of which so much is kept.
+    pub(crate) fn by(method: Method, [rtol, atol]: [f64; 2], keep: Keep) -> Self {
+        Self {
+            method,
+            rtol,
+            atol,
+            keep,
+            ..Self::default()
+        }
+    }
+
     /// The tolerances.
     pub(crate) fn tolerance(&self) -> Tolerance {
         Tolerance {

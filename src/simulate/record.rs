@@ -8,6 +8,7 @@ use crate::path::{PathParts, PathSegment, Samples};
 use crate::simulate::options::{Keep, SimulateOptions};
 use crate::simulate::watch::Watch;
 use nalgebra::DMatrix;
+use std::ops::ControlFlow;
 
 /// What is kept of a run.
 pub(crate) struct Record {
@@ -89,10 +90,18 @@ impl Record {
             return;
         };
         let end = start.after(span).time();
-        while span > 0.0 && !*is_done && watcher.next() < end {
-            let local = start.until(start.at(watcher.next())).clamp(0.0, span);
-            *is_done = watcher.look(&motion.state(local)).is_break();
+        if span <= 0.0 || *is_done || watcher.next() >= end {
+            return;
         }
+        let first = start.until(start.at(watcher.next())).clamp(0.0, span);
+        motion.strobe([first, watcher.every()], &mut |state| {
+            *is_done = watcher.look(state).is_break();
+            if *is_done || watcher.next() >= end {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
     }
 
     /// The samples taken, fewer than asked for where the run ended early.

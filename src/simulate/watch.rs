@@ -8,6 +8,8 @@ use std::ops::ControlFlow;
 pub(crate) trait Watcher: Send {
     /// When it wants to look next.
     fn next(&self) -> f64;
+    /// How long it waits from look to look.
+    fn every(&self) -> f64;
     /// Looks at the state then; breaking off ends the run.
     fn look(&mut self, state: &PhysicalState) -> ControlFlow<()>;
     /// What it is, when the run has ended.

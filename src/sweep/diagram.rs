@@ -251,13 +251,7 @@ fn along<'s>(
 }
 
 fn run_options(options: &DiagramOptions) -> SimulateOptions {
-    SimulateOptions {
-        method: options.method,
-        rtol: options.rtol,
-        atol: options.atol,
-        keep: Keep::Final,
-        ..SimulateOptions::default()
-    }
+    SimulateOptions::by(options.method, [options.rtol, options.atol], Keep::Final)
 }
 
 /// What a motion from a state settles on.

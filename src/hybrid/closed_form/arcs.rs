@@ -3,14 +3,36 @@
 use super::system::ClosedForm;
 use crate::contact::next::{ContactSearch, Grazed};
 use crate::error::Result;
-use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
+use crate::flow::{Carrier, ConstrainedMotion, LinearFlow, ModalScene};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::modal::{ModalState, Pair};
 use crate::model::{Moment, PhysicalState};
 use nalgebra::DVector;
+use std::ops::ControlFlow;
 use std::sync::Arc;
+
+/// What looks at free flights are made with, kept from one to the next.
+pub(super) struct FreeLooks<F: LinearFlow> {
+    state: Vec<Pair>,
+    modal_state: ModalState,
+    physical: PhysicalState,
+    /// From look to look.
+    carrier: Carrier<F>,
+}
+
+impl<F: LinearFlow> FreeLooks<F> {
+    /// Those at a motion of n coordinates.
+    pub fn new(n: usize) -> Self {
+        Self {
+            state: Vec::new(),
+            modal_state: ModalState::default(),
+            physical: (DVector::zeros(n), DVector::zeros(n)),
+            carrier: Carrier::default(),
+        }
+    }
+}
 
 /// A free flight.
 struct FreeArc<'s, 'a, F: LinearFlow> {
@@ -18,7 +40,30 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
     state: &'s [Pair],
-    modal_state: ModalState,
+    looks: &'s mut FreeLooks<F>,
+}
+
+impl<F: LinearFlow> FreeArc<'_, '_, F> {
+    /// Goes to a time after the start.
+    fn go(&mut self, local: f64) {
+        let there = &mut self.looks.state;
+        there.clear();
+        there.extend_from_slice(self.state);
+        self.search.forward(there, local);
+    }
+
+    /// Position and velocity where it is.
+    fn look(&mut self) -> &PhysicalState {
+        let FreeLooks {
+            state,
+            modal_state,
+            physical,
+            ..
+        } = &mut *self.looks;
+        self.flow.modal_from_state(state, modal_state);
+        self.scene.form.fill_physical(modal_state, physical);
+        physical
+    }
 }
 
 impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
@@ -31,10 +76,20 @@ impl<F: LinearFlow> Written for FreeArc<'_, '_, F> {
 
 impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
     fn state(&mut self, local: f64) -> PhysicalState {
-        let mut there = self.state.to_vec();
-        self.search.forward(&mut there, local);
-        self.flow.modal_from_state(&there, &mut self.modal_state);
-        self.scene.form.to_physical(&self.modal_state)
+        self.go(local);
+        self.look().clone()
+    }
+
+    fn strobe(
+        &mut self,
+        [first, every]: [f64; 2],
+        look: &mut dyn FnMut(&PhysicalState) -> ControlFlow<()>,
+    ) {
+        self.go(first);
+        while look(self.look()).is_continue() {
+            let FreeLooks { state, carrier, .. } = &mut *self.looks;
+            carrier.forward(self.flow, state, every);
+        }
     }
 }
 
@@ -90,7 +145,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 flow: self.flow,
                 scene: self.scene,
                 state: &self.state,
-                modal_state: ModalState::default(),
+                looks: &mut self.looks,
             };
             recorder.arc(&arc, &mut motion);
         }

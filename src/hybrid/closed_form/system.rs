@@ -1,6 +1,7 @@
 //! Exact flights: a linear scene moved in closed form from contact to contact (theory 8), with the traits of `hybrid/system.rs`:
 //! gaps and their margins, the impact of one stop, chatter completed.
 
+use super::arcs::FreeLooks;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::next::{ContactSearch, Grazed};
 use crate::contact::walk::STEPS_PER_LOOK;
@@ -65,6 +66,7 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     /// The place of each stop, once two of them are asked about.
     pub(super) places: OnceCell<Vec<usize>>,
     pub(super) grazed: Vec<Grazed>,
+    pub(super) looks: FreeLooks<F>,
     /// How deep in each stop a start may lie: ten times the tolerances, at most the usual ones.
     margins: Vec<Margin>,
     /// What the tolerances allow as an error of each gap.
@@ -120,6 +122,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             placed: Vec::new(),
             places: OnceCell::new(),
             grazed: Vec::new(),
+            looks: FreeLooks::new(scene.form.n_dof()),
         }
     }
 
