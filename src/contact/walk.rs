@@ -162,7 +162,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         steps += 1;
         flow.derivatives(state, &mut derivatives);
         let model = gap.model(&derivatives);
-        if model.c[0] < -margin {
+        if model.c[0] < -margin.max(GAP_ROUNDING * model.size) {
             check.note(
                 Lowest {
                     time,

@@ -137,7 +137,9 @@ impl<'a> Judge<'a> {
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
-        let margins = margins(scene, rate, flights.iter().map(|f| f.after.as_slice()));
+        // Behind impacts that take all speed the states after say nothing of the motion's size.
+        let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
+        let margins = margins(scene, rate, ends.map(|state| state.as_slice()));
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
