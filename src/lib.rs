@@ -12,6 +12,7 @@
 
 pub mod attractor;
 pub mod basin;
+mod branch;
 mod contact;
 pub mod error;
 pub mod exponents;
@@ -34,6 +35,7 @@ mod tolerance;
 
 pub use attractor::*;
 pub use basin::*;
+pub use branch::*;
 pub use error::{Error, Result};
 pub use exponents::*;
 pub use impact::*;

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 18] = [
+const LAYERS: [&[&str]; 19] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["model"],
@@ -23,6 +23,7 @@ const LAYERS: [&[&str]; 18] = [
     &["sweep"],
     &["attractor"],
     &["basin"],
+    &["branch"],
     &["python"],
     &["lib"],
 ];

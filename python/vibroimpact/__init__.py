@@ -52,6 +52,7 @@ from vibroimpact._files import load
 from vibroimpact.attractors import Attractor, Attractors, find_attractors
 from vibroimpact.basin_plane import Basins, Fit, basins
 from vibroimpact.basin_samples import BasinFractions, basin_fractions
+from vibroimpact.branch import Branch, Special, continuation
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many
@@ -77,6 +78,7 @@ __all__ = [
     "BasinFractions",
     "Basins",
     "BifurcationDiagram",
+    "Branch",
     "Coefficients",
     "ConvergenceError",
     "DoublePendulum",
@@ -102,6 +104,7 @@ __all__ = [
     "Reduction",
     "Scene",
     "Signal",
+    "Special",
     "Stability",
     "Stats",
     "Stop",
@@ -113,6 +116,7 @@ __all__ = [
     "basin_fractions",
     "basins",
     "bifurcation_diagram",
+    "continuation",
     "existence_map",
     "find_attractors",
     "find_orbit",

@@ -36,6 +36,7 @@ __all__ = [
     "_basin_cells",
     "_bifurcation_diagram",
     "_check_existence",
+    "_continuation",
     "_existence_at",
     "_existence_cells",
     "_group_attractors",
@@ -786,6 +787,30 @@ def _lyapunov_exponents(
     atol: float,
     progress: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], int, int, int, int, str, str]: ...
+def _continuation(
+    orbit: Orbit,
+    name: str | None,
+    make: Callable[[float], Scene] | None,
+    start: float | None,
+    between: tuple[float, float],
+    direction: str,
+    max_points: int,
+    step: tuple[float, float, float],
+    keeps_virtual: bool,
+    progress: bool,
+) -> tuple[
+    list[Orbit],
+    _FloatArray,
+    _FloatArray,
+    NDArray[np.bool_],
+    NDArray[np.bool_],
+    NDArray[np.int64],
+    NDArray[np.complex128],
+    list[tuple[str, float, float, float, Orbit, int | None, float | None]],
+    list[tuple[str, str]],
+    bool,
+    BaseException | None,
+]: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

@@ -21,6 +21,7 @@ from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, Attractors
 from vibroimpact.basin_plane import Basins, Fit
 from vibroimpact.basin_samples import BasinFractions
+from vibroimpact.branch import Branch, Special
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
@@ -46,6 +47,8 @@ Result = (
     | Attractors
     | Basins
     | BasinFractions
+    | Branch
+    | Special
     | Fit
 )
 
@@ -63,6 +66,8 @@ RESULTS: dict[str, Callable[..., Any]] = {
     "Attractors": Attractors,
     "Basins": Basins,
     "BasinFractions": BasinFractions,
+    "Branch": Branch,
+    "Special": Special,
     "Fit": Fit,
 }
 
@@ -104,7 +109,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     Returns
     -------
     Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor,
-    Attractors, Basins, BasinFractions or Fit
+    Attractors, Basins, BasinFractions, Branch, Special or Fit
         What was saved, equal to the bit.
 
     Raises

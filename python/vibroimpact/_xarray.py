@@ -1,7 +1,7 @@
 """Results as labelled arrays of xarray, with named dimensions.
 
 Those of trajectories: time, dof, impact, graze, segment; of maps x and y; of ensembles run; of diagrams value and point; of
-exponents exponent and batch.
+exponents exponent and batch; of branches orbit.
 """
 
 from __future__ import annotations
@@ -121,6 +121,22 @@ def _fractions(sampled: Any) -> _Parts:
     return variables | {"undecided": (dimensions[:-1], sampled.undecided)}, coordinates, named
 
 
+def _branch(branch: Any) -> _Parts:
+    arrays = branch.to_arrays()
+    coordinates = {"parameter": ("orbit", arrays.pop("parameter"))}
+    widths = {"multipliers": "multiplier", "speeds_before": "impact", "phases": "impact"}
+    variables: dict[str, Any] = {name: (("orbit", widths[name]) if name in widths else "orbit", x) for name, x in arrays.items()}
+    named = {} if branch.parameter_name is None else {"name": branch.parameter_name}
+    ends = {f"end_{k}": f"{reason}: {detail}" for k, (reason, detail) in enumerate(branch.ends)}
+    return variables, coordinates, named | ends | {"pattern": str(branch.pattern), "n_periods": branch.n_periods}
+
+
+def _special(own: Any) -> _Parts:
+    names = ("kind", "parameter", "error", "arclength")
+    variables: dict[str, Any] = {"q0": ("dof", own.orbit.q0), "v0": ("dof", own.orbit.v0)}
+    return variables, {}, {name: getattr(own, name) for name in names}
+
+
 def _fit(fit: Any) -> _Parts:
     return {"counts": ("size", fit.counts)}, {"size": fit.sizes}, {"value": fit.value, "error": fit.error}
 
@@ -137,5 +153,7 @@ _MAKE = {
     "Attractors": _attractors,
     "Basins": _basins,
     "BasinFractions": _fractions,
+    "Branch": _branch,
+    "Special": _special,
     "Fit": _fit,
 }

@@ -109,16 +109,9 @@ impl StateBox {
         self.turns.iter().next().is_some_and(|turn| *turn > 0.0)
     }
 
-    /// Where a state lies, in parts of the box, angles within a turn.
+    /// Where a state lies, in parts of the box.
     pub(crate) fn place<'a>(&self, state: impl Iterator<Item = &'a f64>, place: &mut Vec<f64>) {
-        let part = |(i, x): (usize, &f64)| {
-            let from = x - self.low[i];
-            let from = match self.turns[i] {
-                0.0 => from,
-                turn => from.rem_euclid(turn),
-            };
-            from / self.widths[i]
-        };
+        let part = |(i, x): (usize, &f64)| (x - self.low[i]) / self.widths[i];
         place.clear();
         place.extend(state.enumerate().map(part));
     }

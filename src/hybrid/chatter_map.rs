@@ -31,6 +31,9 @@ use crate::model::DIFFERENCE;
 use crate::tolerance::CHATTER_DEPTH;
 use nalgebra::{DMatrix, DVector};
 
+/// What fails where impacts that are to accumulate do not.
+pub(crate) const NO_REST: &str = "the completion of impacts that accumulate";
+
 /// Impacts after which there is no end of them in sight: e = 0.9999 has 150 000.
 const MOST_BOUNCES: usize = 1_000_000;
 /// Newton steps to the next contact of a round.
@@ -66,7 +69,7 @@ pub(crate) struct Chatter {
 
 fn failed(iterations: usize, residual: f64) -> Error {
     Error::NoConvergence {
-        stage: "the completion of impacts that accumulate",
+        stage: NO_REST,
         iterations,
         residual,
     }

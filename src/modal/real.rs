@@ -1,8 +1,8 @@
 //! Real modes (theory 4): M-orthonormal shapes that uncouple a system with symmetric stiffness and proportional damping.
 
 use crate::error::Result;
+use crate::linalg::plane::Pair;
 use crate::linalg::{compensated, eigen};
-use crate::modal::Pair;
 use crate::model::LinearSystem;
 use crate::tolerance::PROPORTIONAL_TOL;
 use nalgebra::{DMatrix, DVector};

@@ -34,11 +34,19 @@ pub use shooting::guess::Guess;
 pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};
 
+pub(crate) use contact_mode::Event;
 pub(crate) use impacts::list_impacts;
 pub(crate) use one_instant::periodic_conditions::PeriodicConditions;
 pub(crate) use one_instant::solve::{Solution, clearance_given};
 pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
+pub(crate) use shooting::closure::{
+    Clocked, FlightEnd, Shooting, ShootingState, Units as ScaledUnits,
+};
+pub(crate) use shooting::find::begun;
+pub(crate) use shooting::newton::Linearised;
+pub(crate) use shooting::own_time::with_phase;
+pub(crate) use shooting::signature::{ShootingVisitor, Signature, visit_shooting};
 pub(crate) use stability::multipliers::{decides, largest_multiplier};
-pub(crate) use verdict::admissibility::{Admissibility, Ruling};
+pub(crate) use verdict::admissibility::{Admissibility, Breach, Rule, Ruling};
 pub(crate) use verdict::judge::Judge;

@@ -12,7 +12,7 @@ use crate::orbit::paper_coefficients::{Coefficients, coefficients};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
-use crate::orbit::verdict::admissibility::{Admissibility, Ruling, Touch, Violation};
+use crate::orbit::verdict::admissibility::{Admissibility, Breach, Ruling, Touch, Violation};
 use crate::path::{Energy, Impulses, Located, Path, Point, Segment, Stretch, energy_along};
 use crate::quantity::room_for;
 use nalgebra::DVector;
@@ -314,6 +314,11 @@ impl PeriodicOrbit {
         self.violation
             .get_or_init(|| self.admissibility().describe())
             .as_ref()
+    }
+
+    /// The rule of contact that is broken worst.
+    pub(crate) fn breach(&self) -> Option<Breach> {
+        self.admissibility().breach
     }
 
     /// Touches within the margin, without impact.

@@ -46,6 +46,19 @@ pub(crate) fn run_asking<T: Send>(
     ask: Option<&Py<PyAny>>,
     work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
 ) -> PyResult<T> {
+    match run_keeping(py, progress, ask, work)? {
+        (_, Some(raised)) => Err(raised),
+        (result, None) => Ok(result?),
+    }
+}
+
+/// The same that keeps what was found by the time it was broken off, beside the exception that did it.
+pub(crate) fn run_keeping<T: Send>(
+    py: Python<'_>,
+    progress: bool,
+    ask: Option<&Py<PyAny>>,
+    work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
+) -> PyResult<(Result<T>, Option<PyErr>)> {
     let bar = progress_bar(py, progress)?;
     let shown = bar.as_ref().map(|b| b.clone_ref(py));
     let ask = ask.map(|ask| ask.clone_ref(py));
@@ -70,10 +83,7 @@ pub(crate) fn run_asking<T: Send>(
         }
         bar.call_method0(py, "close")?;
     }
-    match raised {
-        Some(error) => Err(error),
-        None => Ok(result?),
-    }
+    Ok((result, raised))
 }
 
 /// The looks that a computation takes at Python.

@@ -10,6 +10,7 @@ mod argument;
 mod array;
 mod attractor;
 mod basin;
+mod branch;
 mod c_function;
 mod callable;
 mod diagram;
@@ -44,6 +45,8 @@ mod _core {
     use super::attractor::{_group_attractors, _settle_seeds};
     #[pymodule_export]
     use super::basin::_basin_cells;
+    #[pymodule_export]
+    use super::branch::_continuation;
     #[pymodule_export]
     use super::diagram::{_bifurcation_diagram, _poincare_points};
     #[pymodule_export]

@@ -59,6 +59,37 @@ fn single(base: &BaseMotion) -> Option<f64> {
     }
 }
 
+/// The amplitude of the one motion of the base that a scene has.
+pub(super) fn amplitude_given(argument: &str, scene: &Scene) -> PyResult<f64> {
+    match scene.forcing() {
+        Forcing::BaseMotion(base) if single(base).is_some_and(|a| a != 0.0) => {
+            Ok(single(base).unwrap_or_default())
+        }
+        forcing => {
+            let reason = match forcing {
+                Forcing::BaseMotion(base) if single(base).is_some() => {
+                    "the scene's is zero, of which others are no multiple"
+                }
+                Forcing::BaseMotion(_) => {
+                    "that of the base is several numbers, and only one is varied"
+                }
+                Forcing::Harmonic(_) => {
+                    "that of a Harmonic is an array, and only numbers are varied"
+                }
+                Forcing::Fourier(_) => {
+                    "that of a Fourier is several arrays, and only numbers are varied"
+                }
+                Forcing::Several(_) => "the scene has several forcings",
+                Forcing::Load(_) | Forcing::BaseAcceleration(_) => "what follows a signal has none",
+                Forcing::Unforced => "the scene has no forcing",
+            };
+            Err(PyValueError::new_err(format!(
+                "{argument} is \"amplitude\", but {reason}; \"forcing_scale\" is a factor on the amplitude"
+            )))
+        }
+    }
+}
+
 /// An axis of a map. The amplitude of a base motion, one number, is varied as the factor on it.
 pub(super) fn axis(
     argument: &str,
@@ -67,35 +98,7 @@ pub(super) fn axis(
 ) -> PyResult<Axis> {
     let values = times(argument, values)?.0;
     if name == "amplitude" {
-        let given = match scene.forcing() {
-            Forcing::BaseMotion(base) if single(base).is_some_and(|a| a != 0.0) => {
-                single(base).unwrap_or_default()
-            }
-            forcing => {
-                let reason = match forcing {
-                    Forcing::BaseMotion(base) if single(base).is_some() => {
-                        "the scene's is zero, of which others are no multiple"
-                    }
-                    Forcing::BaseMotion(_) => {
-                        "that of the base is several numbers, and only one is varied"
-                    }
-                    Forcing::Harmonic(_) => {
-                        "that of a Harmonic is an array, and only numbers are varied"
-                    }
-                    Forcing::Fourier(_) => {
-                        "that of a Fourier is several arrays, and only numbers are varied"
-                    }
-                    Forcing::Several(_) => "the scene has several forcings",
-                    Forcing::Load(_) | Forcing::BaseAcceleration(_) => {
-                        "what follows a signal has none"
-                    }
-                    Forcing::Unforced => "the scene has no forcing",
-                };
-                return Err(PyValueError::new_err(format!(
-                    "{argument} is \"amplitude\", but {reason}; \"forcing_scale\" is a factor on the amplitude"
-                )));
-            }
-        };
+        let given = amplitude_given(argument, scene)?;
         let factors = values.iter().map(|amplitude| amplitude / given);
         return Ok(Axis::new(Parameter::ForcingScale, factors));
     }

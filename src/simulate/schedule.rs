@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::clock::Clock;
 use crate::model::{
-    Change, Constraint, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, drifting,
+    Change, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, drifting, value_of,
 };
 use std::f64::consts::TAU;
 
@@ -101,32 +101,6 @@ struct Walk {
     now: f64,
 }
 
-/// The value of a number of a scene.
-///
-/// # Errors
-/// A number that the scene does not have, or that its stops do not share.
-fn value_of(scene: &Scene, parameter: Parameter) -> Result<f64> {
-    let stops = scene.stops();
-    let shared = |of: fn(&Constraint) -> f64| {
-        let values: Vec<f64> = stops.iter().map(of).collect();
-        if values.windows(2).all(|pair| pair[0] == pair[1]) {
-            return Ok(values.first().copied().unwrap_or(f64::NAN));
-        }
-        let rule = format!("the stops differ, {values:?}: name one, \"{parameter}[0]\"");
-        let argument = format!("the ramp of \"{parameter}\"");
-        Err(Error::bad_value(argument, "for every stop", rule))
-    };
-    Ok(match parameter {
-        Parameter::Frequency => scene.lowest_frequency().unwrap_or(f64::NAN),
-        Parameter::Phase => scene.first_angle().map_or(f64::NAN, |(_, phase)| phase),
-        Parameter::ForcingScale | Parameter::DampingScale => 1.0,
-        Parameter::Clearance => shared(Constraint::clearance)?,
-        Parameter::Restitution => shared(Constraint::restitution)?,
-        Parameter::ClearanceOf(i) => stops[i].clearance(),
-        Parameter::RestitutionOf(i) => stops[i].restitution(),
-    })
-}
-
 /// The stop that a parameter is about, all of them where it is `None`; no stop at all of other parameters.
 fn stop_of(parameter: Parameter) -> Option<(bool, Option<usize>)> {
     match parameter {
@@ -203,7 +177,7 @@ impl Walk {
     fn add(&mut self, scene: &Scene, ramp: Ramp) -> Result<()> {
         let parameter = ramp.parameter();
         drop(scene.replace(parameter.change(ramp.to()))?);
-        let from = value_of(scene, parameter)?;
+        let from = value_of(scene, parameter, &format!("the ramp of \"{parameter}\""))?;
         if from.is_nan() {
             let rule = "the scene has no value of it";
             return Err(Error::bad_value(

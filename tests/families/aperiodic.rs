@@ -147,3 +147,22 @@ fn a_phase_needs_a_period() {
         "{error}"
     );
 }
+
+#[test]
+fn stops_hit_at_one_instant_are_one_return() {
+    // Two masses alike, side by side: each feeds itself, and both hit at once.
+    let both = dvector![1.0, 1.0];
+    let system = LinearSystem::new(both.clone(), &both * -0.1, both.clone()).expect("valid");
+    let stops = [0, 1].map(|mass| Stop::new(mass, 1.0, 0.5).expect("valid"));
+    let scene = Scene::new(system, Forcing::Unforced, stops).expect("valid");
+    let options = DiagramOptions {
+        start: Some((&both * 0.1, &both * 0.0)),
+        ..DiagramOptions::default()
+    };
+    let found = over(&scene, &[0.5], options);
+    assert_eq!(found.n_periods, [1]);
+    assert_eq!(
+        found.pattern,
+        [Pattern::new(vec![vec![0, 1]]).expect("valid")]
+    );
+}

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
-    Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Kind, Label, Method,
-    PaperOptions, Scene, SimulateOptions, StateBox, SweepOptions, basin_cells, find_attractors,
-    paper_scene, simulate,
+    Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Harmonic, Kind, Label,
+    LinearSystem, Method, PaperOptions, Scene, SimulateOptions, StateBox, Stop, SweepOptions,
+    basin_cells, find_attractors, paper_scene, simulate,
 };
 
 fn attractors(
@@ -272,7 +272,11 @@ fn pendulums_side_by_side_have_the_labels_of_single_motions() {
     };
     let found = with(Method::Taylor, 1);
     assert_eq!(with(Method::Taylor, 2), found);
-    assert_eq!(with(Method::Dop853, 1).labels, found.labels);
+    let single = with(Method::Dop853, 1);
+    assert_eq!(single.labels, found.labels);
+    // As many periods, but where a state is as near as it has to be to rounding.
+    let pairs = single.iterations.iter().zip(&found.iterations);
+    assert!(pairs.into_iter().all(|(a, b)| a.abs_diff(*b) <= 1));
     assert!(found.labels.contains(&Label::Inside));
     let end = 1000.0 * scene.period().expect("forced");
     for (k, label) in found.labels.iter().enumerate() {
@@ -302,5 +306,39 @@ fn pendulums_side_by_side_have_the_labels_of_single_motions() {
                 .fold(f64::INFINITY, f64::min)
         };
         assert!(near(&known[place]) < 1e-4, "cell {k}");
+    }
+}
+
+#[test]
+fn a_motion_that_hits_nothing_is_looked_at_once_in_each_period() {
+    // A stop out of reach: deviations from the one orbit decay in closed form.
+    let (damping, w, width) = (0.1f64, 2.4, 20.0);
+    let system = LinearSystem::new(dvector![1.0], dmatrix![damping], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.0.into()], w, 0.0).expect("valid");
+    let stop = Stop::new(0, 1e3, 0.8).expect("valid");
+    let scene = Scene::new(system, force, [stop]).expect("valid");
+    let sides = [-1.0, 1.0].map(|side| dvector![0.5 * side * width, 0.5 * side * width]);
+    let [low, high] = sides;
+    let around = StateBox::new(low, high).expect("a box");
+    let states = dmatrix![5.0, 0.0; -7.0, 3.0; 0.5, -0.5];
+    let known = attractors(&scene, &around, &states, 0.0);
+    assert_eq!(known.len(), 1);
+    let found = cells(&scene, &known, (&around, &states), &BasinOptions::default());
+    let (h, c) = (0.5 * damping, (1.0 - 0.25 * damping * damping).sqrt());
+    let orbit = known[0].points.row(0);
+    for k in 0..states.nrows() {
+        let (x, v) = (states[(k, 0)] - orbit[0], states[(k, 1)] - orbit[1]);
+        let is_near = |look: usize| {
+            let t = (look - 1) as f64 * std::f64::consts::TAU / w;
+            let (cos, sin, decay) = ((c * t).cos(), (c * t).sin() / c, (-h * t).exp());
+            let q = decay * (x * (cos + h * sin) + v * sin);
+            let u = decay * (v * (cos - h * sin) - x * sin);
+            q.abs().max(u.abs()) <= 1e-2 * width
+        };
+        let first = (3..1000)
+            .find(|&look| (look - 2..=look).all(is_near))
+            .expect("it decays");
+        assert_eq!(found.labels[k], Label::Attractor(0));
+        assert_eq!(found.iterations[k], first);
     }
 }

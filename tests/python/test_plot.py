@@ -25,6 +25,7 @@ def swept():
 OSCILLATOR = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.4), vi.Stop(0, 1.0, 0.8))
 DIAGRAM = vi.bifurcation_diagram(OSCILLATOR, ("forcing_scale", [5.0, 9.0]), direction="both", transient=9, periods=4)
 EXPONENTS = vi.lyapunov_exponents(OSCILLATOR.replace(forcing_scale=5.0), 0.0, 0.0, (0, 400))
+BRANCH = vi.continuation(vi.periodic_orbits(OSCILLATOR.replace(forcing_scale=9.0), [0])[0], "frequency", (2.0, 2.8))
 PLANE = vi.basins(OSCILLATOR.replace(forcing_scale=9.0), q=(-3, 1.4, 5), v=(-5, 5, 4))
 
 CALLS = {
@@ -43,6 +44,7 @@ CALLS = {
     "bifurcation_diagram": lambda **k: plot.bifurcation_diagram(DIAGRAM, **k),
     "lyapunov": lambda **k: plot.lyapunov(EXPONENTS, **k),
     "basins": lambda **k: plot.basins(PLANE, **k),
+    "branch": lambda **k: plot.branch(BRANCH, **k),
 }
 DATA = {
     "mode_shapes": modes(),
@@ -54,6 +56,7 @@ DATA = {
     "bifurcation_diagram": DIAGRAM,
     "lyapunov": EXPONENTS,
     "basins": PLANE,
+    "branch": BRANCH,
 }
 BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,), "sweep": (0,)}  # the stop, or what is drawn along
 

@@ -68,3 +68,34 @@ def test_basins_mark_their_attractors_and_name_them_by_pattern():
     mesh = ax.collections[0]
     assert mesh.get_array().shape == (20, 30)
     assert vi.plot.basins(plane, plt.figure().add_subplot(), legend=False).get_legend() is None
+
+
+def test_a_branch_is_solid_where_stable_and_marks_its_special_points():
+    preloaded = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.8), vi.Stop(0, -0.5, 0.8))
+    orbit = vi.periodic_orbits(preloaded, [0])[0]
+    branch = vi.continuation(orbit, "forcing_scale", (0.2, 9.0), virtual="keep", monitor={"period": lambda own: own.period})
+    ax = vi.plot.branch(branch)
+    drawn = {line.get_label(): line for line in ax.lines}
+    assert list(drawn) == ["stable", "unstable", "virtual", "fold", "period doubling"]
+    assert [drawn[name].get_linestyle() for name in ("stable", "unstable", "virtual")] == ["-", "--", ":"]
+    shown = np.isfinite(drawn["stable"].get_ydata())
+    assert np.array_equal(shown, branch.is_stable)
+    assert np.array_equal(drawn["stable"].get_ydata()[shown], branch.speeds_before[shown, 0])
+    # No chord is left out.
+    chords = [np.isfinite(drawn[name].get_ydata()) for name in ("stable", "unstable", "virtual")]
+    assert np.logical_or.reduce([shown[1:] & shown[:-1] for shown in chords]).all()
+    assert drawn["fold"].get_xdata()[0] == branch.special[0].parameter or len(branch.special) == 2
+    low, high = np.nanmin(branch.speeds_before), np.nanmax(branch.speeds_before)
+    assert low < drawn["fold"].get_ydata()[0] < high
+    for y, label in [("phases[0]", "phase of impact 0"), ("period", "period"), (lambda own: own.period, "<lambda>")]:
+        assert vi.plot.branch(branch, y=y).get_ylabel() == label
+    with pytest.raises(ValueError, match=r"y must be a function or one of speeds_before\[0\], phases\[0\], period, got 'speed'"):
+        vi.plot.branch(branch, y="speed")
+
+
+def test_a_branch_that_hits_nothing_is_drawn_by_its_position():
+    quiet = vi.periodic_orbits(SCENE, [])[0]
+    branch = vi.continuation(quiet, "forcing_scale", (0.5, 9.0))
+    ax = vi.plot.branch(branch)
+    assert ax.get_ylabel() == "position at t = 0"
+    assert [line.get_label() for line in ax.lines] == ["stable", "graze"]

@@ -263,7 +263,8 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path):
         process.wait()
         kills += 1
         done = len(chunks(path))
-        assert done > before or done == 72
+        # A file that was being written may lie beside the 72.
+        assert done > before or done >= 72
         part = vi.load(path)
         known = part.labels != -3
         assert np.array_equal(part.labels[known], plain.labels[known])

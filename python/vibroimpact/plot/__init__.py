@@ -12,6 +12,7 @@ except ImportError as _error:
 
 from vibroimpact.plot.animation import animate
 from vibroimpact.plot.basins import basins
+from vibroimpact.plot.branch import branch
 from vibroimpact.plot.contact_force import contact_force
 from vibroimpact.plot.diagram import bifurcation_diagram
 from vibroimpact.plot.existence import existence_map
@@ -30,6 +31,7 @@ __all__ = [
     "animate",
     "basins",
     "bifurcation_diagram",
+    "branch",
     "contact_force",
     "energy",
     "existence_map",

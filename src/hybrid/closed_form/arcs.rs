@@ -1,9 +1,10 @@
 //! What is recorded of exact flights: segments of one arc each, touches to rounding.
 
+use super::free_looks::FreeLooks;
 use super::system::ClosedForm;
 use crate::contact::next::{ContactSearch, Grazed};
 use crate::error::Result;
-use crate::flow::{Carrier, ConstrainedMotion, LinearFlow, ModalScene};
+use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
@@ -12,27 +13,6 @@ use crate::model::{Moment, PhysicalState};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-
-/// What looks at free flights are made with, kept from one to the next.
-pub(super) struct FreeLooks<F: LinearFlow> {
-    state: Vec<Pair>,
-    modal_state: ModalState,
-    physical: PhysicalState,
-    /// From look to look.
-    carrier: Carrier<F>,
-}
-
-impl<F: LinearFlow> FreeLooks<F> {
-    /// Those at a motion of n coordinates.
-    pub fn new(n: usize) -> Self {
-        Self {
-            state: Vec::new(),
-            modal_state: ModalState::default(),
-            physical: (DVector::zeros(n), DVector::zeros(n)),
-            carrier: Carrier::default(),
-        }
-    }
-}
 
 /// A free flight.
 struct FreeArc<'s, 'a, F: LinearFlow> {

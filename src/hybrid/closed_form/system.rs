@@ -1,7 +1,7 @@
 //! Exact flights: a linear scene moved in closed form from contact to contact (theory 8), with the traits of `hybrid/system.rs`:
 //! gaps and their margins, the impact of one stop, chatter completed.
 
-use super::arcs::FreeLooks;
+use super::free_looks::FreeLooks;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::next::{ContactSearch, Grazed};
 use crate::contact::walk::STEPS_PER_LOOK;

@@ -64,7 +64,8 @@ pub(crate) struct Shooting<'a, M> {
 }
 
 /// Units in which mismatches and corrections are measured.
-pub(super) struct Units {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Units {
     pub position: f64,
     pub velocity: f64,
     pub time: f64,
@@ -179,15 +180,11 @@ impl<M: HybridMaps> Shooting<'_, M> {
         Ok(y)
     }
 
-    pub(super) fn units(&self, state: &ShootingState) -> Result<Units> {
+    pub(crate) fn units(&self, state: &ShootingState) -> Result<Units> {
         let n = state.states[0].len() / 2;
-        // Behind instants that end at rest the states may all be zero but for rounding; the ends of the flights are not.
-        let ends = if self.stages.iter().any(|stage| !stage.held.is_empty()) {
-            let end = |k: usize| Ok(self.flown(k, state)?.state);
-            (0..state.states.len()).map(end).collect::<Result<_>>()?
-        } else {
-            Vec::new()
-        };
+        // Behind impacts that take all speed the states may all be zero but for rounding; the ends of the flights are not.
+        let end = |k: usize| Ok(self.flown(k, state)?.state);
+        let ends: Vec<DVector<f64>> = (0..state.states.len()).map(end).collect::<Result<_>>()?;
         let largest = |first: usize| {
             state
                 .states
@@ -212,7 +209,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
     }
 
     /// The ends of all flights.
-    pub(super) fn flight_ends(
+    pub(crate) fn flight_ends(
         &self,
         state: &ShootingState,
         units: &Units,
@@ -232,7 +229,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
     }
 
     /// The largest of all gaps at impacts and of all jumps between flights, in their units.
-    pub(super) fn mismatch(&self, state: &ShootingState, units: &Units) -> Result<f64> {
+    pub(crate) fn mismatch(&self, state: &ShootingState, units: &Units) -> Result<f64> {
         let n = state.states[0].len() / 2;
         let mut worst = 0.0f64;
         let count = state.states.len();

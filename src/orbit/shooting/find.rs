@@ -1,26 +1,16 @@
 //! `find_orbit`: from a guess to a periodic motion of any pattern (theory 5).
 
 use crate::error::{Error, Result};
-use crate::flow::ModalScene;
-use crate::hybrid::{
-    ClosedFormMaps, HybridMaps, IntegratedMaps, SegmentKind, constrained_motions, project_onto,
-};
-use crate::impact::wrapped;
-use crate::modal::ModalState;
+use crate::hybrid::HybridMaps;
 use crate::model::{Scene, System, contacts};
-use crate::orbit::contact_mode::{ContactMode, Event};
-use crate::orbit::flights::{Flight, OrbitData};
-use crate::orbit::orbit_motion::{OrbitMotion, paired};
+use crate::orbit::contact_mode::Event;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, FlightEnd, Shooting, ShootingState};
 use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
-use crate::quantity::room_for;
-use nalgebra::DVector;
-use std::f64::consts::TAU;
+use crate::orbit::shooting::signature::{ShootingVisitor, Signature, visit_shooting};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
 ///
@@ -79,9 +69,18 @@ pub fn find_orbit_observed<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
+    let (scene, signature, guess) = begun(scene, guess.into(), n_periods)?;
+    visit_shooting(&scene, &signature, Solved { guess, observer })
+}
+
+/// The scene with the phase of a guess, what happens along the motion, and the loop that the guess is.
+pub(crate) fn begun(
+    scene: &Scene,
+    guess: Guess<'_>,
+    n_periods: Option<usize>,
+) -> Result<(Scene, Signature, ShootingState)> {
     scene.check_period("find_orbit")?;
-    let frequency = scene.frequency();
-    let start = guess.into().read(frequency, n_periods)?;
+    let start = guess.read(scene.frequency(), n_periods)?;
     check(scene, &start)?;
     let depends = depends_on_own_time(scene, &start.states)?;
     let scene = with_phase(scene, start.phase, depends)?;
@@ -89,146 +88,28 @@ pub fn find_orbit_observed<'a>(
         let (q, v) = start.states[0].as_slice().split_at(scene.n_dof());
         system.check_jacobian(0.0, q, v)?;
     }
-    if scene.linear_system("find_orbit").is_err() {
-        return stepped(&scene, &start, depends, observer);
-    }
-    // Deviations, and the matrices between coordinates and modes.
-    let n = scene.n_dof();
-    room_for("shooting", 2 * n, 12 * n)?;
-    let modal = Arc::new(ModalScene::new(&scene, "find_orbit")?);
-    let held = constrained_motions(
-        &modal,
-        start.stages.iter().map(|stage| stage.held.as_slice()),
-    )?;
-    let motion = ClosedFormMaps::new(&modal, scene.phase(), held);
-    let (found, flight_ends) = shoot(&motion, &scene, &start, observer)?;
-    let pairs = |state: &DVector<f64>| motion.modal(state);
-    let parts = parts(&scene, &start, &found, &flight_ends, &motion, pairs)?;
-    PeriodicOrbit::new(&scene, Arc::clone(&modal), parts)
+    let signature = start.signature(depends);
+    let first = first_loop(&start, signature.clocked(&scene));
+    Ok((scene, signature, first))
 }
 
-/// The orbit of a scene that is integrated in steps.
-fn stepped(
-    scene: &Scene,
-    start: &Start,
-    depends: bool,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<PeriodicOrbit> {
-    let motion = IntegratedMaps::new(scene, scene.phase());
-    let (found, flight_ends) = shoot(&motion, scene, start, observer)?;
-    let parts = parts(scene, start, &found, &flight_ends, &motion, paired)?;
-    let scene = with_phase(scene, parts.phase, depends)?;
-    let from_first = Arc::new(IntegratedMaps::new(&scene, parts.phase));
-    let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
-    PeriodicOrbit::moved_by(moved, &scene, parts)
+/// The loop that closes near a guess, as an orbit.
+struct Solved<'s> {
+    guess: ShootingState,
+    observer: &'s mut dyn FnMut() -> ControlFlow<()>,
 }
 
-/// Closes the guess.
-fn shoot<M: HybridMaps>(
-    motion: &M,
-    scene: &Scene,
-    start: &Start,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<(ShootingState, Vec<FlightEnd>)> {
-    let clocked = match scene.frequency() {
-        Some(w) => Clocked::Forced {
-            period: TAU / w * start.n_periods as f64,
-        },
-        None => Clocked::Free,
-    };
-    let shooting = Shooting {
-        motion,
-        stages: &start.stages,
-        clocked,
-    };
-    shooting.solve(first_loop(start, clocked), observer)
-}
+impl ShootingVisitor for Solved<'_> {
+    type Output = PeriodicOrbit;
 
-/// The parts of the orbit, counted from its first impact; impacts that accumulate are taken apart.
-fn parts<M: HybridMaps>(
-    scene: &Scene,
-    start: &Start,
-    found: &ShootingState,
-    flight_ends: &[FlightEnd],
-    motion: &M,
-    pairs: impl Fn(&DVector<f64>) -> ModalState,
-) -> Result<OrbitData> {
-    let zero = found.times[0];
-    let count = flight_ends.len();
-    let (mut instants, mut impulses, mut flights) = (Vec::new(), Vec::new(), Vec::new());
-    let flight = |mode: ContactMode, (from, to): (f64, f64), after: &_, before_next: &_| Flight {
-        start: 0.0,
-        span: to - from,
-        after: pairs(after),
-        before_next: pairs(before_next),
-        mode,
-    };
-    for (k, stage) in start.stages.iter().enumerate() {
-        let opening = &flight_ends[(k + count - 1) % count];
-        let mut mode = ContactMode {
-            kind: SegmentKind::Flight,
-            stops: stage.held.clone(),
-            is_struck: false,
-            released: None,
-        };
-        if !stage.held.is_empty() {
-            mode.kind = SegmentKind::Stick;
-        }
-        match &stage.event {
-            Event::Nothing => mode.is_struck = stage.held.is_empty(),
-            Event::Release(stop) => mode.released = Some(*stop),
-            Event::Strike(stops) => {
-                instants.push(stops.clone());
-                impulses.extend_from_slice(&opening.impulses);
-                mode.is_struck = true;
-            }
-            Event::Chatter(stop) => {
-                let chatter = opening.chatter.as_ref();
-                let chatter = chatter.expect("completed at every instant where impacts accumulate");
-                for (i, bounce) in chatter.bounces.iter().enumerate() {
-                    let next = chatter.bounces.get(i + 1);
-                    let (to, before_next) = next
-                        .map_or((chatter.last_time, &chatter.last), |next| {
-                            (next.time, &next.before)
-                        });
-                    let span = (bounce.time, to);
-                    instants.push(vec![*stop]);
-                    impulses.push(bounce.impulse);
-                    flights.push(flight(ContactMode::FREE, span, &bounce.after, before_next));
-                }
-                // The rest is over in no time: it begins without normal speed.
-                let mut rest = chatter.last.clone();
-                project_onto(motion, &[*stop], chatter.last_time, &mut rest)?;
-                let remainder = ContactMode {
-                    kind: SegmentKind::Chatter,
-                    stops: vec![*stop],
-                    is_struck: false,
-                    released: None,
-                };
-                let span = (chatter.last_time, found.starts[k]);
-                flights.push(flight(remainder, span, &rest, &found.states[k]));
-            }
-        }
-        let mut after = found.states[k].clone();
-        project_onto(motion, &stage.held, found.starts[k], &mut after)?;
-        let span = (found.starts[k], found.times[k + 1]);
-        flights.push(flight(mode, span, &after, &flight_ends[k].before));
+    fn visit<M: HybridMaps>(
+        self,
+        shooting: &Shooting<'_, M>,
+        orbit: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
+    ) -> Result<PeriodicOrbit> {
+        let (found, flight_ends) = shooting.solve(self.guess, self.observer)?;
+        orbit(&found, &flight_ends)
     }
-    // The starts are the sums of the spans, as those of an orbit that was saved.
-    let mut elapsed = 0.0;
-    for flight in &mut flights {
-        flight.start = elapsed;
-        elapsed += flight.span;
-    }
-    let frequency = scene.frequency().unwrap_or(0.0);
-    Ok(OrbitData {
-        pattern: Pattern::new(instants)?,
-        n_periods: start.n_periods,
-        phase: wrapped(frequency * zero + scene.phase()),
-        flights,
-        impulses,
-        clearances: Vec::new(),
-    })
 }
 
 fn check(scene: &Scene, start: &Start) -> Result<()> {

@@ -8,6 +8,7 @@ use crate::model::{Scene, contacts};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::guess_instants::{Instant, impacts, lasting, unsupported};
+use crate::orbit::shooting::signature::Signature;
 use crate::simulate::{ImpactSide, Trajectory};
 use crate::tolerance::{AT_REST, RATIO_TOL, RETURNED};
 use nalgebra::DVector;
@@ -54,6 +55,17 @@ pub(crate) struct Start {
     pub period: f64,
     /// The state (q, v) at the start of each flight, or the one state of a motion without instants.
     pub states: Vec<DVector<f64>>,
+}
+
+impl Start {
+    /// What stays of it while its numbers change.
+    pub fn signature(&self, depends_on_time: bool) -> Signature {
+        Signature {
+            stages: self.stages.clone(),
+            n_periods: self.n_periods,
+            depends_on_time,
+        }
+    }
 }
 
 impl Guess<'_> {

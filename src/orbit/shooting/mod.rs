@@ -6,3 +6,4 @@ pub(in crate::orbit) mod guess;
 pub(in crate::orbit) mod guess_instants;
 pub(in crate::orbit) mod newton;
 pub(in crate::orbit) mod own_time;
+pub(in crate::orbit) mod signature;

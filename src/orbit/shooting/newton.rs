@@ -4,7 +4,9 @@ use crate::error::{Error, Result};
 use crate::hybrid::HybridMaps;
 use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
-use crate::orbit::shooting::closure::{FlightEnd, MOST_STEPS, Shooting, ShootingState, Units};
+use crate::orbit::shooting::closure::{
+    Clocked, FlightEnd, MOST_STEPS, Shooting, ShootingState, Units,
+};
 use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
@@ -14,13 +16,28 @@ const MOST_HALVINGS: i32 = 12;
 /// A mismatch of which nothing is left: that of a motion that stands still could be made smaller without end.
 const NOTHING: f64 = 1e-18;
 
-/// The equations linearised about a loop: `rows xi = right`, and every flight's corrections `states[k] (xi, 1)` and
-/// `starts[k] (xi, 1)`.
-struct Linearised {
-    rows: DMatrix<f64>,
-    right: DVector<f64>,
-    states: Vec<DMatrix<f64>>,
+/// The equations linearised about a loop: `rows xi = right`, and the corrections `times[k] (xi, 1)` of every instant, `states[k] (xi, 1)`
+/// and `starts[k] (xi, 1)` of every flight.
+#[derive(Debug, Clone)]
+pub(crate) struct Linearised {
+    pub rows: DMatrix<f64>,
+    pub right: DVector<f64>,
+    times: Vec<DVector<f64>>,
     starts: Vec<DVector<f64>>,
+    states: Vec<DMatrix<f64>>,
+}
+
+impl Linearised {
+    /// What corrections of the unknowns make of every time and state; of none, what closing the flights one after the other makes of them.
+    pub fn corrections(&self, xi: &DVector<f64>) -> ShootingState {
+        let with_one = xi.clone().push(1.0);
+        let each = |rows: &[DVector<f64>]| rows.iter().map(|d| d.dot(&with_one)).collect();
+        ShootingState {
+            times: each(&self.times),
+            starts: each(&self.starts),
+            states: self.states.iter().map(|d| d * &with_one).collect(),
+        }
+    }
 }
 
 impl<M: HybridMaps> Shooting<'_, M> {
@@ -60,10 +77,45 @@ impl<M: HybridMaps> Shooting<'_, M> {
 
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
     /// times, `xi`, so that these alone are solved for.
-    fn linearised(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
+    pub(crate) fn linearised(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
+        self.equations(state, units, self.n_unknowns(state), 1.0)
+    }
+
+    /// The same of a deviation that comes back multiplied: a square matrix is singular if the number is a multiplier, without forcing if it
+    /// is one beside that of the phase (theory 19).
+    pub(crate) fn variational(
+        &self,
+        state: &ShootingState,
+        units: &Units,
+        multiplier: f64,
+    ) -> Result<DMatrix<f64>> {
+        let unknowns = self.n_unknowns(state);
+        let linear = self.equations(state, units, unknowns, multiplier)?;
+        Ok(linear.rows)
+    }
+
+    /// What a loop lacks, and what closing its flights one after the other from the first state makes of the others: the equations of no
+    /// unknowns.
+    pub(crate) fn lacking(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
+        self.equations(state, units, 0, 1.0)
+    }
+
+    /// How many unknowns there are: the first state, and the times.
+    fn n_unknowns(&self, state: &ShootingState) -> usize {
+        state.states[0].len() + self.n_times()
+    }
+
+    /// The equations of the first state and the times, or of none of them; what closes is to be a multiple of what it began with.
+    fn equations(
+        &self,
+        state: &ShootingState,
+        units: &Units,
+        unknowns: usize,
+        multiplier: f64,
+    ) -> Result<Linearised> {
         let flights = state.states.len();
-        let (two_n, n_times) = (state.states[0].len(), self.n_times());
-        let (n, unknowns) = (two_n / 2, two_n + n_times);
+        let two_n = state.states[0].len();
+        let n = two_n / 2;
         let scale = |i: usize| {
             if i < n {
                 units.position
@@ -73,7 +125,7 @@ impl<M: HybridMaps> Shooting<'_, M> {
         };
         // Columns: the first state, the times, and what the flights do not close by.
         let mut deviations = DMatrix::zeros(two_n, unknowns + 1);
-        for i in 0..two_n {
+        for i in 0..two_n.min(unknowns) {
             deviations[(i, i)] = scale(i);
         }
         let mut delays = self.shift(0, unknowns, units);
@@ -95,6 +147,9 @@ impl<M: HybridMaps> Shooting<'_, M> {
             self.motion
                 .flow(self.held(k), (start, end), &mut x, &mut deviations)?;
             delays = self.shift(k + 1, unknowns, units);
+            if k + 1 == flights && self.clocked != Clocked::Free {
+                delays *= multiplier;
+            }
             deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
             let mut y = Timed {
                 time: end,
@@ -113,22 +168,27 @@ impl<M: HybridMaps> Shooting<'_, M> {
             delays[unknowns] += y.time - state.start(k + 1);
         }
         for i in 0..two_n {
-            deviations[(i, i)] -= scale(i);
+            if i < unknowns {
+                deviations[(i, i)] -= multiplier * scale(i);
+            }
             rows.push(deviations.row(i).transpose() / scale(i));
         }
         let all = DMatrix::from_columns(&rows).transpose();
         Ok(Linearised {
             right: -all.column(unknowns).into_owned(),
             rows: all.columns(0, unknowns).into_owned(),
-            states,
+            times: (0..=flights)
+                .map(|k| self.shift(k, unknowns, units))
+                .collect(),
             starts,
+            states,
         })
     }
 
     /// What the unknowns make of the time of instant k.
     fn shift(&self, k: usize, unknowns: usize, units: &Units) -> DVector<f64> {
         let mut delays = DVector::zeros(unknowns + 1);
-        if let Some(j) = self.time_index(k) {
+        if let Some(j) = self.time_index(k).filter(|_| unknowns > 0) {
             delays[unknowns - self.n_times() + j] = units.time;
         }
         delays
@@ -136,29 +196,10 @@ impl<M: HybridMaps> Shooting<'_, M> {
 
     /// Newton's correction of every time and state; of many the least.
     fn correction(&self, state: &ShootingState, units: &Units) -> Result<ShootingState> {
-        let Linearised {
-            rows,
-            right,
-            states,
-            starts,
-        } = self.linearised(state, units)?;
-        let tolerance = FREE_DIRECTION * rows.amax();
-        let xi = rank::solve(&rows, &right, tolerance)?.particular;
-        let two_n = state.states[0].len();
-        let times = (0..state.times.len())
-            .map(|k| {
-                self.time_index(k)
-                    .map_or(0.0, |j| xi[two_n + j] * units.time)
-            })
-            .collect();
-        let with_one = xi.push(1.0);
-        let starts = starts.iter().map(|d| d.dot(&with_one)).collect();
-        let states = states.iter().map(|d| d * &with_one).collect();
-        Ok(ShootingState {
-            times,
-            starts,
-            states,
-        })
+        let equations = self.linearised(state, units)?;
+        let tolerance = FREE_DIRECTION * equations.rows.amax();
+        let xi = rank::solve(&equations.rows, &equations.right, tolerance)?.particular;
+        Ok(equations.corrections(&xi))
     }
 
     /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.

@@ -1,0 +1,415 @@
+"""Branches: periodic orbits followed over a number of their scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact import _core
+from vibroimpact._core import Orbit, Scene
+from vibroimpact._results import ArrayResult
+from vibroimpact.diagram import Pattern
+
+__all__ = ["Branch", "Special", "continuation"]
+
+#: Why a branch ends.
+REASONS = ("range", "closed", "points", "step", "boundary", "domain", "interrupted", "start")
+
+#: What happens at a special point.
+KINDS = ("fold", "period_doubling", "graze", "lost_impact", "corner", "chatter_border")
+
+Monitor = Callable[[Orbit], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Special(ArrayResult):
+    """A special point of a branch.
+
+    Attributes
+    ----------
+    kind : {"fold", "period_doubling", "graze", "lost_impact", "corner", "chatter_border"}
+        The branch turns back; a multiplier passes through -1; at a boundary, where the branch ends: a stop is touched, an impact
+        has lost its speed, two stops are hit at one instant, lasting contact has no duration left.
+    parameter, error : float
+        The number of the branch there, and how far it is known.
+    arclength : float
+        How far along the branch it is.
+    orbit : Orbit
+        The orbit there; of a boundary the last one before it.
+    stop : int or None
+        The stop that a boundary is about.
+    time : float or None
+        The time of its touch or impact [s], counted from the first impact.
+    is_virtual : bool
+        Whether the orbit breaks a rule of contact.
+    """
+
+    kind: str
+    parameter: float
+    error: float
+    arclength: float
+    orbit: Orbit
+    stop: int | None
+    time: float | None
+
+    def __post_init__(self) -> None:
+        """Refuse what is none."""
+        self._check_types({"kind": str, "parameter": float, "error": float, "arclength": float, "orbit": Orbit})
+        self._check_types({"stop": (int, type(None)), "time": (float, type(None))})
+        if self.kind not in KINDS:
+            message = f"kind is {self.kind!r}, but it must be one of {KINDS}"
+            raise ValueError(message)
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the orbit breaks a rule of contact."""
+        return self.orbit.is_admissible is False
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return its numbers as arrays, for ``numpy.savez``."""
+        return {name: np.array(getattr(self, name)) for name in ("kind", "parameter", "error", "arclength")}
+
+    def __repr__(self) -> str:
+        """Say what happens, and where."""
+        stop = "" if self.stop is None else f", stop {self.stop}"
+        return f"Special({self.kind} at {self.parameter:.10g}{stop}, error {self.error:.1g})"
+
+
+@dataclass(frozen=True, eq=False)
+class Branch(ArrayResult, Sequence[Orbit]):
+    """Periodic orbits of one pattern over a number of their scene: a sequence of m orbits, each beside those that it comes from.
+
+    Attributes
+    ----------
+    parameter_name : str or None
+        The number, None of a branch made by a callable.
+    orbits : tuple of Orbit
+        The orbits, in the order in which they follow each other.
+    parameter : ndarray, shape (m,)
+        The number at each.
+    arclength : ndarray, shape (m,)
+        How far along the branch each is from the orbit that was given, in scaled unknowns; negative on the way down.
+    is_admissible, is_stable : ndarray of bool, shape (m,)
+        Whether each was proved to keep the rules of contact; whether small deviations from it die out. False where undecided.
+    n_unstable : ndarray of int, shape (m,)
+        How many multipliers lie outside the unit circle; -1 where the return map has no derivative.
+    multipliers : ndarray of complex, shape (m, 2n)
+        The multipliers of each, the largest first; nan where it has none.
+    special : tuple of Special
+        Where it turns, where a multiplier passes through -1, and the boundaries at its ends, in their order. Other bifurcations
+        are not looked for.
+    monitor : dict of str to ndarray, shape (m,)
+        What functions that were asked for give.
+    ends : tuple of (str, str), length 2
+        Why it ends before its first point and after its last, and the same in words. The reason is "range", "closed", "points",
+        "step" (Newton's method came no further), "boundary" (beyond it a rule of contact is broken), "domain" (there is no
+        scene beyond), "interrupted", or "start" (the orbit that was given, where the branch was followed one way).
+    is_closed : bool
+        Whether its last point is its first one again.
+    """
+
+    parameter_name: str | None
+    orbits: tuple[Orbit, ...]
+    parameter: NDArray[np.float64]
+    arclength: NDArray[np.float64]
+    is_admissible: NDArray[np.bool_]
+    is_stable: NDArray[np.bool_]
+    n_unstable: NDArray[np.int64]
+    multipliers: NDArray[np.complex128]
+    special: tuple[Special, ...]
+    monitor: dict[str, NDArray[np.float64]]
+    ends: tuple[tuple[str, str], tuple[str, str]]
+    is_closed: bool
+
+    def __post_init__(self) -> None:
+        """Refuse what is none of one branch; lists become tuples."""
+        object.__setattr__(self, "orbits", tuple(self.orbits))
+        object.__setattr__(self, "special", tuple(self.special))
+        object.__setattr__(self, "ends", tuple((str(reason), str(detail)) for reason, detail in self.ends))
+        self._check_types({"parameter_name": (str, type(None)), "monitor": dict, "is_closed": bool})
+        if not self.orbits or not all(isinstance(orbit, Orbit) for orbit in self.orbits):
+            message = f"orbits is {self.orbits!r}, but a sequence of Orbit, one at least, is needed"
+            raise TypeError(message)
+        if not all(isinstance(own, Special) for own in self.special):
+            message = f"special is {self.special!r}, but a sequence of Special is needed"
+            raise TypeError(message)
+        if len(self.ends) != 2 or any(reason not in REASONS for reason, _ in self.ends):
+            message = f"ends is {self.ends!r}, but two pairs of a reason and its detail are needed"
+            raise ValueError(message)
+        m = (len(self.orbits),)
+        columns = {"parameter": "f", "arclength": "f", "is_admissible": "b", "is_stable": "b", "n_unstable": "i"}
+        self._check({name: (kind, m) for name, kind in columns.items()})
+        self._check({"multipliers": ("c", (*m, 2 * self.scene.n_dof))})
+        for name, values in self.monitor.items():
+            if np.shape(values) != m:
+                message = f"monitor[{name!r}] has shape {np.shape(values)}, but {m} is needed"
+                raise ValueError(message)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the first orbit."""
+        return self.orbits[0].scene
+
+    @property
+    def pattern(self) -> Pattern:
+        """The stops hit in one period, a tuple at one instant."""
+        return self.orbits[0].pattern
+
+    @property
+    def n_periods(self) -> int:
+        """Periods of the forcing in one period of the orbits."""
+        return self.orbits[0].n_periods
+
+    @property
+    def is_virtual(self) -> NDArray[np.bool_]:
+        """Whether each orbit breaks a rule of contact, shape (m,)."""
+        return np.array([orbit.is_admissible is False for orbit in self.orbits])
+
+    @property
+    def speeds_before(self) -> NDArray[np.float64]:
+        """The speeds at which stops are approached, shape (m, k); nan where an orbit has fewer impacts than others."""
+        return self._of_impacts("speed_before")
+
+    @property
+    def phases(self) -> NDArray[np.float64]:
+        """The phases of the forcing at the impacts [rad], in [0, 2 pi), shape (m, k); as ``speeds_before``."""
+        return self._of_impacts("phase")
+
+    def _of_impacts(self, column: str) -> NDArray[np.float64]:
+        each = [orbit.impacts[column] for orbit in self.orbits]
+        rows = np.full((len(each), max(map(len, each))), np.nan)
+        for row, own in zip(rows, each, strict=True):
+            row[: len(own)] = own
+        return rows
+
+    def __len__(self) -> int:
+        """Count the points."""
+        return len(self.orbits)
+
+    @overload
+    def __getitem__(self, index: int) -> Orbit: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Orbit, ...]: ...
+    def __getitem__(self, index: int | slice) -> Orbit | tuple[Orbit, ...]:
+        """Return an orbit, or several."""
+        return self.orbits[index]
+
+    def __iter__(self) -> Iterator[Orbit]:
+        """Go through the orbits."""
+        return iter(self.orbits)
+
+    def at(self, value: float) -> list[Orbit]:
+        """Return every orbit that the branch has at a value of its number, one for each of its points or passages.
+
+        Parameters
+        ----------
+        value : float
+            The value.
+
+        Returns
+        -------
+        list of Orbit
+            In the order of the branch: each is followed to the value from the point beside it.
+
+        Raises
+        ------
+        ValueError
+            A value that is not finite; a branch made by a callable that was saved, at a value between its points.
+        """
+        value = _finite("value", value)
+        found = [self.orbits[0]] if self.parameter[0] == value else []
+        for k in range(len(self) - 1):
+            here, there = self.parameter[k], self.parameter[k + 1]
+            if there == value:
+                found.append(self.orbits[k + 1])
+            elif min(here, there) < value < max(here, there):
+                found.append(self._between(k, value))
+        return found
+
+    def _between(self, k: int, value: float) -> Orbit:
+        """Return the orbit at a value between a point and the next, from the nearer of them."""
+        make = getattr(self, "_make", None)
+        if self.parameter_name is None and make is None:
+            message = f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
+            raise ValueError(message)
+        is_factor = self.parameter_name in ("forcing_scale", "damping_scale")
+        # Factors count from the scene of each orbit; none does from zero.
+        near = min((k, k + 1), key=lambda i: (is_factor and self.parameter[i] == 0.0, abs(self.parameter[i] - value)))
+        start = float(self.parameter[near])
+        unit = start if is_factor else 1.0
+        between = (min(start, value) / unit, max(start, value) / unit)
+        if unit < 0.0:
+            between = between[::-1]
+        up = value / unit > start / unit
+        way = ("up" if up else "down", 100, (1e-12, 0.1, 0.5), True, False)
+        part = _core._continuation(self.orbits[near], self.parameter_name, make, start, between, *way)
+        return part[0][-1 if up else 0]
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the branch, for ``numpy.savez``; monitors by their names."""
+        names = ("parameter", "arclength", "is_admissible", "is_stable", "is_virtual", "n_unstable", "multipliers")
+        arrays = {name: getattr(self, name) for name in (*names, "speeds_before", "phases")}
+        return arrays | {f"monitor_{name}": values for name, values in self.monitor.items()}
+
+    def __repr__(self) -> str:
+        """Say where the branch goes and what ends it."""
+        low, high = self.parameter.min(), self.parameter.max()
+        stable = f"{np.count_nonzero(self.is_stable)} stable, {np.count_nonzero(self.is_virtual)} virtual"
+        lines = [f"Branch({self.parameter_name or 'callable'} from {low:.6g} to {high:.6g}, {len(self)} orbits: {stable})"]
+        lines += [f"  {own}" for own in self.special]
+        lines += [f"  {reason}: {detail}" for reason, detail in self.ends]
+        return "\n".join(lines)
+
+
+def continuation(
+    orbit: Orbit,
+    parameter: str | Callable[[float], Scene],
+    between: tuple[float, float],
+    *,
+    start: float | None = None,
+    direction: str = "both",
+    max_points: int = 2000,
+    step: tuple[float, float, float] = (1e-8, 1e-3, 0.05),
+    monitor: Mapping[str, Monitor] | None = None,
+    virtual: str = "stop",
+    progress: bool = False,
+) -> Branch:
+    """Follow a periodic orbit over a number of its scene, through folds.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        An orbit of ``periodic_orbits`` or ``find_orbit``: linear or not, with or without forcing, through chatter and lasting
+        contact, or one that hits nothing.
+    parameter : str or callable
+        A number of ``Scene.replace`` ("frequency", "clearance[1]", "forcing_scale", ...; not "phase", which shifts time
+        alone), or a callable ``p -> Scene``.
+    between : (float, float)
+        The range, with the orbit in it.
+    start : float, optional
+        Of a callable, its value at the orbit.
+    direction : {"both", "up", "down"}, default "both"
+        Which way at first; through folds it goes on.
+    max_points : int, default 2000
+        Points each way at the most.
+    step : (float, float, float), default (1e-8, 1e-3, 0.05)
+        The smallest, the first and the largest step: arclength of unknowns scaled to the size of the motion, and of the number
+        in parts of its range.
+    monitor : dict of str to callable, optional
+        Functions ``f(orbit) -> float``, called with each orbit at the end.
+    virtual : {"stop", "keep"}, default "stop"
+        Whether the branch ends at a boundary of motion, beyond which its orbits break a rule of contact (a stop is passed, an
+        impact has lost its speed), or goes on with orbits that say so.
+    progress : bool, default False
+        Show a progress bar (needs tqdm).
+
+    Returns
+    -------
+    Branch
+        The orbits and their stability, and why the branch ends. On Ctrl-C the branch so far, its end "interrupted".
+
+    Raises
+    ------
+    ValueError
+        A number that does not exist or that the stops do not share; a range that is upside down, not finite or without the
+        orbit, or whose ends the number may not take; steps that are not in order; a callable without ``start``; an orbit that
+        breaks a rule of contact, unless such orbits are kept; stops that are hit together; a motion without forcing that hits
+        nothing; orbits that form a family (elastic impacts without damping); a monitor that is not finite.
+    ConvergenceError
+        An orbit that does not close in the scene that the callable makes of ``start``.
+
+    Notes
+    -----
+    From each orbit a step along the branch, and Newton's method back to it on the plane at right angles to the step [1]_, on the
+    equations of ``find_orbit``. A step is halved until Newton's method converges at once, the branch turns by less than 0.35 and
+    no impact moves by more than 0.5 in phase. The pattern is that of the orbit all along. A boundary is found by halves, to
+    1e-11 in arclength. Between two points nothing is proved: what comes and goes there is not seen. An exception of the
+    callable has the branch so far as ``.branch``; a ``ValueError`` of it is the end of its domain and none.
+
+    References
+    ----------
+    .. [1] E. J. Doedel, H. B. Keller and J. P. Kernevez, "Numerical analysis and control of bifurcation problems (II)",
+       International Journal of Bifurcation and Chaos 1 (1991) 745.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+    >>> orbit = vi.periodic_orbits(scene, [0])[0]
+    >>> branch = vi.continuation(orbit, "forcing_scale", (0.1, 1.5))
+    >>> [(own.kind, round(8.5 * own.parameter, 6)) for own in branch.special]
+    [('lost_impact', 4.766047), ('period_doubling', 7.733258)]
+    """
+    if virtual not in ("stop", "keep"):
+        message = f'virtual is {virtual!r}, but it must be "stop" or "keep"'
+        raise ValueError(message)
+    if not (isinstance(parameter, str) or callable(parameter)):
+        message = f"parameter is {parameter!r}, but a number of Scene.replace or a callable p -> Scene is needed"
+        raise TypeError(message)
+    if isinstance(parameter, str) and start is not None:
+        message = f"start is {start!r}, but it is that of a callable: the orbit has its own {parameter}"
+        raise ValueError(message)
+    low, high = _few("between", between, ("low", "high"))
+    smallest, first_step, largest = _few("step", step, ("smallest", "first", "largest"))
+    measures = _checked(monitor)
+    name, make = (parameter, None) if isinstance(parameter, str) else (None, parameter)
+    keeps = virtual == "keep"
+    steps = (smallest, first_step, largest)
+    found = _core._continuation(orbit, name, make, start, (low, high), direction, max_points, steps, keeps, progress)
+    orbits, values, arclength, is_admissible, is_stable, n_unstable, multipliers = found[:7]
+    special, (first, last), is_closed, raised = found[7:]
+    columns = (values, arclength, is_admissible, is_stable, n_unstable, multipliers)
+    marked = tuple(Special(*own) for own in special)
+    branch = Branch(name, tuple(orbits), *columns, marked, {}, (first, last), is_closed)
+    # Not a part of the result: functions are not saved.
+    object.__setattr__(branch, "_make", make)
+    if raised is not None and not isinstance(raised, KeyboardInterrupt):
+        raised.add_note(f"the branch is kept from {values.min():g} to {values.max():g}, as .branch of this exception")
+        raised.branch = branch  # type: ignore[attr-defined]
+        raise raised
+    try:
+        branch.monitor.update({own: _measured(own, measure, branch.orbits) for own, measure in measures.items()})
+    except Exception as error:
+        error.branch = branch  # type: ignore[attr-defined]
+        raise
+    return branch
+
+
+def _few(argument: str, value: Any, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Return so many numbers."""
+    found = _core._numbers(argument, value)
+    if found.shape != (len(names),):
+        message = f"{argument} is {value!r}, but ({', '.join(names)}) is needed"
+        raise ValueError(message)
+    return tuple(found.tolist())
+
+
+def _finite(argument: str, value: Any) -> float:
+    """Return a finite number."""
+    found = _core._numbers(argument, value)
+    if found.shape != () or not np.isfinite(found):
+        message = f"{argument} is {value!r}, but it must be a finite number"
+        raise ValueError(message)
+    return float(found)
+
+
+def _checked(monitor: Mapping[str, Monitor] | None) -> Mapping[str, Monitor]:
+    """Refuse monitors that are no functions with names."""
+    found = {} if monitor is None else monitor
+    if not isinstance(found, Mapping) or not all(isinstance(name, str) and callable(f) for name, f in found.items()):
+        message = f"monitor is {monitor!r}, but names with functions f(orbit) -> float are needed"
+        raise TypeError(message)
+    return found
+
+
+def _measured(name: str, measure: Monitor, orbits: Sequence[Orbit]) -> NDArray[np.float64]:
+    """Return what a function gives of each orbit."""
+    given = [measure(orbit) for orbit in orbits]
+    values = np.empty(len(given))
+    for k, value in enumerate(given):
+        values[k] = _finite(f"monitor[{name!r}] at point {k}", value)
+    return values

@@ -1,0 +1,259 @@
+//! `continuation`: from an orbit to the branch that it is on.
+
+use crate::branch::corrector::directions;
+use crate::branch::end::{BranchEnd, EndReason};
+use crate::branch::equations::units_of;
+use crate::branch::family::Family;
+use crate::branch::one::Branch;
+use crate::branch::options::{ContinuationOptions, Heading, Virtual};
+use crate::branch::place::{Direction, Place};
+use crate::branch::special::Special;
+use crate::branch::step::Point;
+use crate::branch::walk::{Way, walk};
+use crate::error::{Error, Result, digits};
+use crate::model::{Parameter, Scene, value_of};
+use crate::orbit::{Guess, PeriodicOrbit, begun};
+use crate::quantity::finite;
+use crate::tolerance::ORBIT_CLOSED;
+use std::ops::ControlFlow;
+
+/// Follows a periodic motion over a number of its scene, through folds, both ways: by arclength, from each point a step along the branch
+/// and Newton's method back to it. Every orbit of the branch has the pattern of the first one.
+///
+/// `observer` is called with the value reached after each point; when it breaks off, the branch so far is the result, with
+/// [`EndReason::Interrupted`].
+///
+/// Between two points that follow each other nothing is proved: a violation that comes and goes there is not seen.
+///
+/// # Errors
+/// A number that the scene does not have, or that its stops do not share; a range that is empty, not finite or without the orbit in it, or
+/// whose ends the number may not take; steps that are not in order; an orbit that breaks a rule of contact, unless such orbits are kept; stops
+/// that are hit together; a motion without forcing and without an impact whose stop gives it a phase; orbits that form a family
+/// at one value (elastic impacts without damping).
+///
+/// # References
+/// Theory section 19; E. J. Doedel, H. B. Keller and J. P. Kernevez, Int. J. Bifurcation Chaos 1 (1991) 745.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::{ContinuationOptions, EndReason, OrbitOptions, Parameter, Pattern, continuation, periodic_orbits};
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![8.5.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let options = ContinuationOptions::default();
+/// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.1, 2.0), &options, go_on)?;
+/// // Down to where the impact has no speed, F = 4.766.
+/// assert_eq!(branch.ends[0].reason, EndReason::Boundary);
+/// assert!((8.5 * branch.parameter[0] - 4.766_046_58).abs() < 1e-8);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn continuation(
+    orbit: &PeriodicOrbit,
+    parameter: Parameter,
+    between: (f64, f64),
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Branch> {
+    if parameter == Parameter::Phase {
+        let rule = "it must be a number that changes the motion: the phase shifts time alone";
+        return Err(Error::bad_value("parameter", "\"phase\"", rule));
+    }
+    let scene = orbit.scene();
+    let start = value_of(scene, parameter, "parameter")?;
+    if !start.is_finite() {
+        let rule = "it must be a number that the scene of the orbit has";
+        return Err(Error::bad_value(
+            "parameter",
+            format!("\"{parameter}\""),
+            rule,
+        ));
+    }
+    for end in [between.0, between.1] {
+        let allowed = parameter.check(end);
+        allowed.map_err(|error| error.at(format_args!("between")))?;
+    }
+    let make = |value: f64| {
+        parameter.check(value)?;
+        scene.replace(parameter.change(value))
+    };
+    continuation_of(orbit, &make, start, between, options, observer)
+}
+
+/// The same over scenes of any kind, one for each value; the orbit is that of the scene of a value.
+///
+/// # Errors
+/// As [`continuation`]; a scene of that value in which the orbit does not close; what `make` says, but for a value that it refuses
+/// (`Error::BadValue`), where the branch ends.
+pub fn continuation_of(
+    orbit: &PeriodicOrbit,
+    make: &dyn Fn(f64) -> Result<Scene>,
+    start: f64,
+    between: (f64, f64),
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Branch> {
+    options.check()?;
+    let (low, high) = between;
+    for value in [low, high, start] {
+        finite("between", value)?;
+    }
+    let value = format!("({low}, {high})");
+    if low >= high {
+        return Err(Error::bad_value(
+            "between",
+            value,
+            "the first must be the lower one",
+        ));
+    }
+    if !(low..=high).contains(&start) {
+        let rule = format!("the orbit is at {start}: it must lie inside");
+        return Err(Error::bad_value("between", value, rule));
+    }
+    if options.beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
+        let reason = orbit
+            .violation()
+            .map_or(String::new(), |v| v.reason.clone());
+        let rule = format!("it must be admissible, or virtual orbits are to be kept: {reason}");
+        return Err(Error::bad_value(
+            "orbit",
+            "one that breaks a rule of contact",
+            rule,
+        ));
+    }
+    let scene = make(start)?;
+    let (scene, signature, state) = begun(&scene, Guess::Orbit(orbit), None)?;
+    let units = units_of(&scene, &signature, &state)?;
+    let family = Family {
+        make,
+        range: between,
+        signature,
+        phase: scene.phase(),
+        is_free: scene.frequency().is_none(),
+        units,
+    };
+    let clock = family.units_in(&scene).time;
+    let place = Place {
+        value: start,
+        state,
+        clock,
+    };
+    let first = first_point(&family, place, orbit)?;
+    let mut way = |sign: f64| -> Result<Option<Way>> {
+        let turned = Point {
+            tangent: first.tangent.scaled(sign),
+            ..first.clone()
+        };
+        walk(&family, &turned, options, observer).map(Some)
+    };
+    let up = if options.heading == Heading::Down {
+        None
+    } else {
+        way(1.0)?
+    };
+    let has_closed = up
+        .as_ref()
+        .is_some_and(|way| way.end.reason == EndReason::Closed);
+    let down = if options.heading == Heading::Up || has_closed {
+        None
+    } else {
+        way(-1.0)?
+    };
+    Ok(joined(first, up, down))
+}
+
+/// An orbit that misses closing by more than this, in its own size, is not one of the scene.
+const ELSEWHERE: f64 = 1e-6;
+
+/// The point that is given, with its direction towards larger values.
+fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Result<Point> {
+    let mut equations = family.equations(&place)?;
+    let (rows, unknowns) = equations.rows.shape();
+    if rows > unknowns {
+        let rule = "stops that are hit together, or twice at one instant, need a second number to stay so: give each an instant of its own";
+        return Err(Error::bad_value(
+            "orbit",
+            "one that hits several stops at one instant",
+            rule,
+        ));
+    }
+    if rows < unknowns {
+        let rule = "without forcing it must hit a stop, which gives it a phase";
+        return Err(Error::bad_value("orbit", "one without an impact", rule));
+    }
+    let (mut place, mut orbit) = (place, orbit.clone());
+    if equations.mismatch > ELSEWHERE {
+        let rule = format!(
+            "the scene of {} is not that of the orbit, which does not close in it (by {}): it must be its value there",
+            digits(place.value),
+            digits(equations.mismatch)
+        );
+        return Err(Error::bad_value("start", place.value, rule));
+    }
+    if equations.mismatch > ORBIT_CLOSED {
+        let there = family.corrected(place, &Direction::of_value(unknowns))?;
+        let Ok(settled) = there else {
+            return Err(Error::NoConvergence {
+                stage: "the orbit in the scene of its value",
+                iterations: 0,
+                residual: equations.mismatch,
+            });
+        };
+        (place, equations) = (settled.place, settled.equations);
+        orbit = family.orbit(&place)?;
+    }
+    let all = directions(&equations)?;
+    let [tangent] = all.as_slice() else {
+        let rule = "elastic impacts without damping leave one at each energy: add damping";
+        return Err(Error::bad_value(
+            "orbit",
+            "one of a family at this value",
+            rule,
+        ));
+    };
+    let up = if tangent.value_part < 0.0 { -1.0 } else { 1.0 };
+    Ok(Point {
+        doubling: family.multiplier_test(&place, -1.0)?,
+        tangent: tangent.scaled(up),
+        place,
+        equations,
+        orbit,
+        arclength: 0.0,
+    })
+}
+
+/// The branch of two ways from a point.
+fn joined(first: Point, up: Option<Way>, down: Option<Way>) -> Branch {
+    let none = || Way {
+        points: Vec::new(),
+        special: Vec::new(),
+        end: BranchEnd::new(EndReason::Start, "it was followed the other way".to_owned()),
+    };
+    let (up, down) = (up.unwrap_or_else(none), down.unwrap_or_else(none));
+    let is_closed = up.end.reason == EndReason::Closed;
+    let turned = |own: Special| Special {
+        arclength: -own.arclength,
+        ..own
+    };
+    let special = down.special.into_iter().rev().map(turned);
+    let mut branch = Branch {
+        orbits: Vec::new(),
+        parameter: Vec::new(),
+        arclength: Vec::new(),
+        special: special.chain(up.special).collect(),
+        ends: [if is_closed { up.end.clone() } else { down.end }, up.end],
+        is_closed,
+    };
+    let low = down.points.into_iter().rev().map(|point| (point, -1.0));
+    let high = [first].into_iter().chain(up.points);
+    for (point, sign) in low.chain(high.map(|point| (point, 1.0))) {
+        branch.parameter.push(point.place.value);
+        branch.arclength.push(sign * point.arclength);
+        branch.orbits.push(point.orbit);
+    }
+    branch
+}

@@ -1,0 +1,172 @@
+//! Newton's method back to a branch from a place beside it, and the direction in which the branch goes on (theory 19).
+
+use crate::branch::equations::{ByValue, Equations};
+use crate::branch::family::Family;
+use crate::branch::place::{Direction, Place};
+use crate::error::{Error, Result, digits};
+use crate::hybrid::chatter_map::NO_REST;
+use crate::linalg::rank;
+use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
+use nalgebra::{DMatrix, DVector};
+
+/// Corrections of one point.
+const MOST_CORRECTIONS: usize = 6;
+/// The last correction is no longer than this.
+const SETTLED: f64 = 1e-10;
+/// Of corrections as short as this the ratio is rounding.
+const LOUD: f64 = 1e-8;
+
+/// A point of a branch.
+pub(super) struct Settled {
+    pub place: Place,
+    pub equations: Equations,
+    /// Along the branch, of length one.
+    pub tangent: Direction,
+    /// How much shorter the second correction was than the first.
+    pub contraction: f64,
+}
+
+/// Why Newton's method did not come to the branch.
+pub(super) enum Missed {
+    /// It did not settle, at a value, for a reason.
+    Stalled { value: f64, reason: String },
+    /// Impacts that accumulated before come to no end, or do not begin to.
+    NoRest { value: f64 },
+    /// Two instants came to one time, and would change their order.
+    Met { value: f64, instant: usize },
+    /// There is no scene.
+    NoScene(String),
+}
+
+/// What cannot be got over, or a place that was missed.
+pub(super) type Attempt<T> = Result<std::result::Result<T, Missed>>;
+
+/// A refusal of a scene's numbers is a missed place; whatever else is said by the functions of a user is theirs.
+fn attempted<T>(found: Result<T>, value: f64) -> Attempt<T> {
+    match found {
+        Ok(found) => Ok(Ok(found)),
+        Err(Error::NoConvergence { stage, .. }) if stage == NO_REST => {
+            Ok(Err(Missed::NoRest { value }))
+        }
+        Err(error @ Error::NoConvergence { .. }) => {
+            let reason = error.to_string();
+            Ok(Err(Missed::Stalled { value, reason }))
+        }
+        Err(error @ Error::BadValue { .. }) => Ok(Err(Missed::NoScene(error.to_string()))),
+        Err(error) => Err(error),
+    }
+}
+
+/// The solution of the equations beside one more row.
+fn solved(equations: &Equations, border: &Direction, right: &DVector<f64>) -> Option<Direction> {
+    let (m, unknowns) = equations.rows.shape();
+    let mut matrix = DMatrix::zeros(m + 1, unknowns + 1);
+    matrix
+        .view_mut((0, 0), (m, unknowns))
+        .copy_from(&equations.rows);
+    matrix
+        .view_mut((0, unknowns), (m, 1))
+        .copy_from(&equations.by_value.column);
+    matrix.row_mut(m).copy_from(&border.row().transpose());
+    let found = matrix.lu().solve(right)?;
+    found
+        .iter()
+        .all(|x| x.is_finite())
+        .then(|| Direction::of(&found))
+}
+
+/// The direction of the branch at a place, on the side of another direction.
+fn tangent(equations: &Equations, border: &Direction) -> Option<Direction> {
+    let mut right = DVector::zeros(equations.rows.nrows() + 1);
+    right[equations.rows.nrows()] = 1.0;
+    let found = solved(equations, border, &right)?;
+    Some(found.scaled(1.0 / found.length()))
+}
+
+/// The instant to which the next one has come, whose flight takes no time.
+fn met(place: &Place) -> Option<usize> {
+    let ends = place.state.times.windows(2);
+    let mut flights = place.state.starts.iter().zip(ends);
+    flights.position(|(start, ends)| !(ends[0] <= *start && *start < ends[1]))
+}
+
+impl Family<'_> {
+    /// The point of the branch near a place on the plane through it that a direction is normal to: the direction itself at a step along
+    /// the branch, that of the parameter at a given value. What changes with the parameter is taken where the way begins and where it ends.
+    pub fn corrected(&self, mut place: Place, normal: &Direction) -> Attempt<Settled> {
+        let unknowns = normal.loop_part.len();
+        let mut gone = Direction::of_value(unknowns).scaled(0.0);
+        let (mut last, mut first) = (f64::INFINITY, None);
+        let mut contraction = 0.0;
+        let mut mismatch = f64::INFINITY;
+        let mut by_value: Option<ByValue> = None;
+        for _ in 0..=MOST_CORRECTIONS {
+            if let Some(instant) = met(&place) {
+                let value = place.value;
+                return Ok(Err(Missed::Met { value, instant }));
+            }
+            let equations = match &by_value {
+                Some(by_value) => self.equations_nearby(&place, by_value),
+                None => self.equations(&place),
+            };
+            let equations = match attempted(equations, place.value)? {
+                Ok(equations) => equations,
+                Err(missed) => return Ok(Err(missed)),
+            };
+            mismatch = equations.mismatch;
+            if mismatch <= ORBIT_CLOSED && last <= SETTLED {
+                let renewed = self.renewed(&place, equations);
+                let equations = match attempted(renewed, place.value)? {
+                    Ok(equations) => equations,
+                    Err(missed) => return Ok(Err(missed)),
+                };
+                let Some(tangent) = tangent(&equations, normal) else {
+                    break;
+                };
+                return Ok(Ok(Settled {
+                    place,
+                    equations,
+                    tangent,
+                    contraction,
+                }));
+            }
+            by_value.get_or_insert_with(|| equations.by_value.clone());
+            let right = equations.right.clone().push(-normal.dot(&gone));
+            let Some(by) = solved(&equations, normal, &right) else {
+                break;
+            };
+            last = by.length();
+            match first {
+                None => first = Some(last),
+                Some(first) if contraction == 0.0 && first > LOUD => contraction = last / first,
+                Some(_) => {}
+            }
+            gone = gone.plus(&by);
+            place = match attempted(self.moved(&place, &equations, &by), place.value)? {
+                Ok(place) => place,
+                Err(missed) => return Ok(Err(missed)),
+            };
+        }
+        Ok(Err(Missed::Stalled {
+            value: place.value,
+            reason: format!("mismatch {}", digits(mismatch)),
+        }))
+    }
+}
+
+/// The directions in which a branch may go on from a place, orthonormal: one, but where branches cross and in families.
+pub(super) fn directions(equations: &Equations) -> Result<Vec<Direction>> {
+    let (m, unknowns) = equations.rows.shape();
+    let mut all = DMatrix::zeros(m, unknowns + 1);
+    all.view_mut((0, 0), (m, unknowns))
+        .copy_from(&equations.rows);
+    all.set_column(unknowns, &equations.by_value.column);
+    let tolerance = FREE_DIRECTION * all.amax();
+    let found = rank::solve(&all, &DVector::zeros(m), tolerance)?.null_space;
+    let each = found.column_iter().map(|numbers| {
+        let own = Direction::of(&numbers.into_owned());
+        let length = own.length();
+        own.scaled(1.0 / length)
+    });
+    Ok(each.collect())
+}

@@ -1,0 +1,70 @@
+//! Options of a continuation.
+
+use crate::error::{Error, Result};
+use crate::quantity::finite;
+
+/// Which way a branch is followed from the orbit that is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Heading {
+    /// Towards larger values at first.
+    Up,
+    /// Towards smaller values at first.
+    Down,
+    /// Both ways.
+    #[default]
+    Both,
+}
+
+/// What becomes of a branch behind a boundary, where its orbits break a rule of contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Virtual {
+    /// It ends there.
+    #[default]
+    Stop,
+    /// It goes on, with orbits that say that they are not admissible.
+    Keep,
+}
+
+/// Options of [`continuation`](crate::continuation).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContinuationOptions {
+    /// Which way, default both.
+    pub heading: Heading,
+    /// Points each way at the most, default 2000.
+    pub max_points: usize,
+    /// The smallest, the first and the largest step, in arclength of scaled unknowns; default 1e-8, 1e-3, 0.05.
+    pub steps: [f64; 3],
+    /// What becomes of it behind a boundary, default an end.
+    pub beyond: Virtual,
+}
+
+impl Default for ContinuationOptions {
+    fn default() -> Self {
+        Self {
+            heading: Heading::Both,
+            max_points: 2000,
+            steps: [1e-8, 1e-3, 0.05],
+            beyond: Virtual::Stop,
+        }
+    }
+}
+
+impl ContinuationOptions {
+    /// Refuses steps that are not in order, and no points.
+    pub(super) fn check(&self) -> Result<()> {
+        let [smallest, first, largest] = self.steps;
+        for step in self.steps {
+            finite("step", step)?;
+        }
+        if !(0.0 < smallest && smallest <= first && first <= largest) {
+            let value = format!("({smallest}, {first}, {largest})");
+            let rule =
+                "it must be (smallest, first, largest) with 0 < smallest <= first <= largest";
+            return Err(Error::bad_value("step", value, rule));
+        }
+        if self.max_points == 0 {
+            return Err(Error::bad_value("max_points", 0, "it must be at least 1"));
+        }
+        Ok(())
+    }
+}

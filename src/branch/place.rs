@@ -1,0 +1,72 @@
+//! A loop at a value of the parameter, as a point of the curve that a branch is.
+
+use crate::orbit::ShootingState;
+use nalgebra::DVector;
+
+/// A loop, closed or nearly so, at a value of the parameter.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub value: f64,
+    pub state: ShootingState,
+    /// The unit of its times: with a forcing they are its angles.
+    pub clock: f64,
+}
+
+/// A direction in the scaled unknowns of a branch: those of the loop, and the parameter in parts of its range.
+#[derive(Debug, Clone)]
+pub(super) struct Direction {
+    pub loop_part: DVector<f64>,
+    pub value_part: f64,
+}
+
+impl Direction {
+    /// The product in which a direction has its length: the mean over the unknowns of the loop, so that loops of many instants step alike.
+    pub fn dot(&self, other: &Self) -> f64 {
+        let count = self.loop_part.len() as f64;
+        self.loop_part.dot(&other.loop_part) / count + self.value_part * other.value_part
+    }
+
+    /// Its length.
+    pub fn length(&self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// The same of length one, or the other way round.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            loop_part: &self.loop_part * factor,
+            value_part: self.value_part * factor,
+        }
+    }
+
+    /// The sum of two.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            loop_part: &self.loop_part + &other.loop_part,
+            value_part: self.value_part + other.value_part,
+        }
+    }
+
+    /// The direction of the parameter alone.
+    pub fn of_value(unknowns: usize) -> Self {
+        Self {
+            loop_part: DVector::zeros(unknowns),
+            value_part: 1.0,
+        }
+    }
+
+    /// The row that is this product with a direction.
+    pub fn row(&self) -> DVector<f64> {
+        let count = self.loop_part.len() as f64;
+        (&self.loop_part / count).push(self.value_part)
+    }
+
+    /// The direction of a list of all numbers, the parameter last.
+    pub fn of(numbers: &DVector<f64>) -> Self {
+        let last = numbers.len() - 1;
+        Self {
+            loop_part: numbers.rows(0, last).into_owned(),
+            value_part: numbers[last],
+        }
+    }
+}

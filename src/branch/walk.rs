@@ -1,0 +1,264 @@
+//! Along a branch, one way: a step ahead, back to the branch, a longer or a shorter one (theory 19).
+
+use crate::branch::boundary::{Boundary, located};
+use crate::branch::corrector::{Missed, Settled};
+use crate::branch::end::{BranchEnd, EndReason};
+use crate::branch::family::Family;
+use crate::branch::options::{ContinuationOptions, Virtual};
+use crate::branch::place::{Direction, Place};
+use crate::branch::special::{Special, between, of_boundary, of_meeting};
+use crate::branch::step::{Point, Target, step_to};
+use crate::error::{Error, Result, digits};
+use crate::orbit::PeriodicOrbit;
+use std::ops::ControlFlow;
+
+/// A step is refused if the second correction is longer than this part of the first, if the branch turns by more than this angle, or if
+/// an instant goes farther in the phase of the forcing.
+const MOST_CONTRACTION: f64 = 0.5;
+const MOST_ANGLE: f64 = 0.35;
+const MOST_SHIFT: f64 = 0.5;
+/// The contraction and the angle that steps are to have, and the changes of a step from one to the next.
+const USUAL_CONTRACTION: f64 = 0.1;
+const USUAL_ANGLE: f64 = 0.15;
+const GROWTH: std::ops::RangeInclusive<f64> = 0.25..=2.0;
+/// A branch that comes back has this part of its direction there.
+const SAME_WAY: f64 = 0.9;
+
+/// A way along a branch, and why it ended.
+pub(super) struct Way {
+    pub points: Vec<Point>,
+    pub special: Vec<Special>,
+    pub end: BranchEnd,
+}
+
+/// What a step has come to.
+enum Advance {
+    /// A point, the special ones before it, and the factor on the next step.
+    Point(Box<Point>, Vec<Special>, f64),
+    /// A boundary, with the last point before it where one was found, and the special ones.
+    Boundary(Option<Box<Point>>, Vec<Special>, BranchEnd),
+    /// Nothing: a shorter step may come farther, and this is the end where there is none.
+    Refused(Missed),
+    Distrusted(BranchEnd),
+}
+
+/// Goes along a branch from a point, which is not among those that it gives.
+pub(super) fn walk(
+    family: &Family<'_>,
+    first: &Point,
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Way> {
+    let mut points: Vec<Point> = Vec::new();
+    let mut special = Vec::new();
+    let [smallest, usual, largest] = options.steps;
+    let mut step = usual;
+    let mut farthest = 0.0f64;
+    let broken_off = |at: &Point| {
+        let detail = format!("broken off at {}", digits(at.place.value));
+        BranchEnd::new(EndReason::Interrupted, detail)
+    };
+    let end = loop {
+        let from = points.last().unwrap_or(first);
+        if points.len() >= options.max_points {
+            let detail = format!("{} points were asked for", options.max_points);
+            break BranchEnd::new(EndReason::Points, detail);
+        }
+        if observer(from.place.value).is_break() {
+            break broken_off(from);
+        }
+        let reached = reaches(family, from, step);
+        if let Some(end) = reached.filter(|&end| end == from.place.value) {
+            break at_end(end);
+        }
+        let target = reached.map_or(Target::Length(step), Target::Value);
+        let refused = match advance(family, from, target, options.beyond) {
+            Err(Error::Interrupted) => break broken_off(from),
+            Err(error) => return Err(error),
+            Ok(Advance::Boundary(last, found, end)) => {
+                special.extend(found);
+                points.extend(last.map(|last| *last));
+                break end;
+            }
+            Ok(Advance::Point(own, found, factor)) => {
+                special.extend(found);
+                let away = chord(family, first, &own.place).length();
+                let has_closed = farthest > 2.0 * step
+                    && away < step
+                    && first.tangent.dot(&own.tangent) > SAME_WAY;
+                farthest = farthest.max(away);
+                points.push(*own);
+                if has_closed {
+                    let detail = "it came back to where it began".to_owned();
+                    break BranchEnd::new(EndReason::Closed, detail);
+                }
+                if let Some(end) = reached {
+                    break at_end(end);
+                }
+                step = (step * factor).clamp(smallest, largest);
+                continue;
+            }
+            Ok(Advance::Refused(missed)) => {
+                if let (true, Missed::Met { instant, .. }) = (step <= smallest, &missed) {
+                    let error = step * family.span();
+                    special.push(of_meeting(family, from, (*instant, error)));
+                }
+                missed_at(&missed)
+            }
+            Ok(Advance::Distrusted(end)) => end,
+        };
+        if step <= smallest {
+            break refused;
+        }
+        step = (0.5 * step).max(smallest);
+    };
+    Ok(Way {
+        points,
+        special,
+        end,
+    })
+}
+
+/// A step from a point, as far as it can be trusted.
+fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -> Result<Advance> {
+    let settled = match step_to(family, from, target)? {
+        Ok(settled) => settled,
+        Err(missed) => return Ok(Advance::Refused(missed)),
+    };
+    let way = chord(family, from, &settled.place);
+    let factor = match judged(from, &settled, &way) {
+        Ok(factor) => factor,
+        Err(reason) => {
+            let detail = format!("{reason} at {}", digits(settled.place.value));
+            return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
+        }
+    };
+    let orbit = family.orbit(&settled.place)?;
+    if beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
+        let value = settled.place.value;
+        let mut found = located(family, from, (way.length(), value, orbit))?;
+        let end = at_boundary(&found);
+        let Some((settled, orbit)) = found.last.take() else {
+            if found.left.is_some() {
+                return Ok(Advance::Distrusted(end));
+            }
+            let special = of_boundary(&found, from);
+            return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
+        };
+        let step = way.length();
+        let way = chord(family, from, &settled.place);
+        let own = accepted(family, from, (settled, orbit), way.length())?;
+        let mut special = between(family, from, &own, &way)?;
+        if let Some(left) = found.left {
+            return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
+        }
+        special.extend(of_boundary(&found, &own));
+        return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
+    }
+    let own = accepted(family, from, (settled, orbit), way.length())?;
+    let special = between(family, from, &own, &way)?;
+    Ok(Advance::Point(Box::new(own), special, factor))
+}
+
+fn at_end(value: f64) -> BranchEnd {
+    let detail = format!("the range ends at {}", digits(value));
+    BranchEnd::new(EndReason::Range, detail)
+}
+
+/// The end of the range, if a step goes there or beyond.
+fn reaches(family: &Family<'_>, from: &Point, step: f64) -> Option<f64> {
+    let (low, high) = family.range;
+    let ahead = from.place.value + step * from.tangent.value_part * family.span();
+    if ahead >= high {
+        Some(high)
+    } else if ahead <= low {
+        Some(low)
+    } else {
+        None
+    }
+}
+
+/// The way from a point to a place.
+fn chord(family: &Family<'_>, from: &Point, to: &Place) -> Direction {
+    family.between(&from.place, to, from.tangent.loop_part.len())
+}
+
+fn accepted(
+    family: &Family<'_>,
+    from: &Point,
+    (settled, orbit): (Settled, PeriodicOrbit),
+    length: f64,
+) -> Result<Point> {
+    let Settled {
+        place,
+        equations,
+        tangent,
+        ..
+    } = settled;
+    // A point at a given value has its direction by the parameter.
+    let way = tangent.dot(&from.tangent).signum();
+    Ok(Point {
+        doubling: family.multiplier_test(&place, -1.0)?,
+        place,
+        equations,
+        tangent: tangent.scaled(way),
+        orbit,
+        arclength: from.arclength + length,
+    })
+}
+
+/// The factor on the next step; why a point is not to be trusted.
+fn judged(
+    from: &Point,
+    settled: &Settled,
+    chord: &Direction,
+) -> std::result::Result<f64, &'static str> {
+    if settled.contraction > MOST_CONTRACTION {
+        return Err("Newton's method hardly converges");
+    }
+    let along = settled.tangent.dot(&from.tangent).abs().min(1.0);
+    let angle = along.acos();
+    if angle > MOST_ANGLE {
+        return Err("the branch turns sharply");
+    }
+    let two_n = settled.place.state.states[0].len();
+    let times = &chord.loop_part.as_slice()[two_n..];
+    if times.iter().any(|shift| shift.abs() > MOST_SHIFT) {
+        return Err("an instant goes far");
+    }
+    let by_contraction = (USUAL_CONTRACTION / settled.contraction).sqrt();
+    let factor = by_contraction.min(USUAL_ANGLE / angle);
+    Ok(factor.clamp(*GROWTH.start(), *GROWTH.end()))
+}
+
+fn at_boundary(found: &Boundary) -> BranchEnd {
+    let (orbit, last) = (&found.beyond, found.last.as_ref());
+    let reason = orbit.violation().map_or("", |v| v.reason.as_str());
+    let place = last.map_or("here".to_owned(), |(settled, _)| {
+        digits(settled.place.value)
+    });
+    BranchEnd::new(EndReason::Boundary, format!("beyond {place} {reason}"))
+}
+
+fn missed_at(missed: &Missed) -> BranchEnd {
+    match missed {
+        Missed::Stalled { value, reason } => {
+            let detail = format!("Newton's method stalls at {}: {reason}", digits(*value));
+            BranchEnd::new(EndReason::Step, detail)
+        }
+        Missed::NoRest { value } => {
+            let value = digits(*value);
+            let detail =
+                format!("at {value} impacts that accumulated come to no rest, or are not let go");
+            BranchEnd::new(EndReason::Boundary, detail)
+        }
+        Missed::Met { value, .. } => {
+            let detail = format!(
+                "at {} an instant comes to the one before it",
+                digits(*value)
+            );
+            BranchEnd::new(EndReason::Boundary, detail)
+        }
+        Missed::NoScene(reason) => BranchEnd::new(EndReason::Domain, reason.clone()),
+    }
+}

@@ -1,0 +1,208 @@
+//! Why branches end, and what is refused.
+
+use crate::scenes::{Oscillator, USUAL, followed};
+use std::ops::ControlFlow;
+use vibroimpact::nalgebra::{dmatrix, dvector};
+use vibroimpact::{
+    ContinuationOptions, EndReason, Error, Harmonic, Heading, LinearSystem, OrbitOptions,
+    Parameter, Pattern, Scene, Stop, Virtual, continuation, continuation_of, periodic_orbits,
+};
+
+fn go_on(_: f64) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+#[test]
+fn an_impact_that_loses_its_speed_is_a_boundary() {
+    let orbit = &USUAL.orbits(1)[0];
+    let options = ContinuationOptions::default();
+    let branch = followed(orbit, Parameter::ForcingScale, (0.1, 2.0), &options);
+    assert_eq!(branch.ends[0].reason, EndReason::Boundary);
+    assert_eq!(branch.ends[1].reason, EndReason::Range);
+    assert!(
+        (8.5 * branch.parameter[0] - 4.766_046_580).abs() < 2e-9,
+        "{}",
+        8.5 * branch.parameter[0]
+    );
+    assert_eq!(branch.parameter.last(), Some(&2.0));
+    assert!(
+        branch.ends[0].detail.contains("stop 0"),
+        "{}",
+        branch.ends[0].detail
+    );
+    // Kept, it goes on behind it.
+    let keep = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..options
+    };
+    let longer = followed(orbit, Parameter::ForcingScale, (0.1, 2.0), &keep);
+    let least = longer
+        .parameter
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    assert!(least <= branch.parameter[0] && longer.orbits.len() > branch.orbits.len());
+    // Arclength grows along it.
+    assert!(longer.arclength.windows(2).all(|pair| pair[0] < pair[1]));
+}
+
+#[test]
+fn an_island_is_closed() {
+    // Between two resonances, where the force is above the fold of some frequencies alone.
+    let own = Oscillator {
+        eta: 0.005,
+        force: 0.3,
+        frequency: 0.543,
+        ..USUAL
+    };
+    let orbit = &own.orbits(1)[0];
+    let keep = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..ContinuationOptions::default()
+    };
+    let branch = followed(orbit, Parameter::Frequency, (0.505, 0.66), &keep);
+    assert!(branch.is_closed);
+    for (orbit, &w) in branch.orbits.iter().zip(&branch.parameter) {
+        let miss = own
+            .at(Parameter::Frequency, w)
+            .miss(1, orbit.impacts()[0].approach);
+        assert!(miss.abs() < 1e-9, "{miss:e}");
+    }
+}
+
+#[test]
+fn points_and_observers_end_it() {
+    let orbit = &USUAL.orbits(1)[0];
+    let few = ContinuationOptions {
+        max_points: 5,
+        heading: Heading::Up,
+        ..ContinuationOptions::default()
+    };
+    let branch = followed(orbit, Parameter::ForcingScale, (0.1, 2.0), &few);
+    assert_eq!(branch.orbits.len(), 6);
+    assert_eq!(branch.ends[1].reason, EndReason::Points);
+    assert_eq!(branch.ends[0].reason, EndReason::Start);
+    assert_eq!(branch.parameter[0], 1.0);
+    let mut left = 4;
+    let mut break_off = |_: f64| {
+        left -= 1;
+        if left < 0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let options = ContinuationOptions::default();
+    let found = continuation(
+        orbit,
+        Parameter::ForcingScale,
+        (0.1, 2.0),
+        &options,
+        &mut break_off,
+    );
+    let branch = found.expect("what there is");
+    assert_eq!(branch.ends[1].reason, EndReason::Interrupted);
+    assert_eq!(branch.orbits.len(), 5);
+}
+
+#[test]
+fn the_domain_of_a_function_ends_it() {
+    let orbit = &USUAL.orbits(1)[0];
+    let make = |p: f64| {
+        if p > 9.0 {
+            return Err(Error::bad_value("p", p, "it must not be above 9"));
+        }
+        Ok(Oscillator { force: p, ..USUAL }.scene())
+    };
+    let options = ContinuationOptions::default();
+    let found = continuation_of(orbit, &make, 8.5, (5.0, 12.0), &options, &mut go_on);
+    let branch = found.expect("a branch");
+    assert_eq!(branch.ends[1].reason, EndReason::Domain);
+    let last = *branch.parameter.last().expect("one");
+    assert!(last <= 9.0 && last > 9.0 - 1e-4, "{last}");
+    // Its own error comes out as itself.
+    let failing = |p: f64| {
+        if p > 9.0 {
+            return Err(Error::function(std::fmt::Error));
+        }
+        Ok(Oscillator { force: p, ..USUAL }.scene())
+    };
+    let found = continuation_of(orbit, &failing, 8.5, (5.0, 12.0), &options, &mut go_on);
+    assert!(matches!(found, Err(Error::Function(_))));
+}
+
+#[test]
+fn what_makes_no_branch_is_refused() {
+    let orbit = &USUAL.orbits(1)[0];
+    let options = ContinuationOptions::default();
+    let message = |parameter: Parameter, between: (f64, f64), options: &ContinuationOptions| {
+        let found = continuation(orbit, parameter, between, options, &mut go_on);
+        found.expect_err("refused").to_string()
+    };
+    let scale = Parameter::ForcingScale;
+    let says = |text: String, part: &str| assert!(text.contains(part), "{text}");
+    says(
+        message(scale, (2.0, 3.0), &options),
+        "between is (2, 3), but the orbit is at 1",
+    );
+    says(
+        message(scale, (2.0, 0.5), &options),
+        "the first must be the lower one",
+    );
+    says(
+        message(scale, (1.0, 1.0), &options),
+        "the first must be the lower one",
+    );
+    says(message(scale, (0.0, f64::INFINITY), &options), "between");
+    says(
+        message(Parameter::Restitution, (0.5, 1.2), &options),
+        "between",
+    );
+    says(
+        message(Parameter::ClearanceOf(3), (0.5, 1.2), &options),
+        "parameter is \"clearance[3]\"",
+    );
+    says(
+        message(Parameter::Phase, (0.0, 1.0), &options),
+        "parameter is \"phase\"",
+    );
+    for steps in [
+        [0.0, 1e-3, 0.1],
+        [1e-3, 1e-4, 0.1],
+        [1e-8, 0.2, 0.1],
+        [1e-8, f64::NAN, 0.1],
+    ] {
+        let wrong = ContinuationOptions {
+            steps,
+            ..options.clone()
+        };
+        says(message(scale, (0.5, 2.0), &wrong), "step");
+    }
+    let none = ContinuationOptions {
+        max_points: 0,
+        ..options.clone()
+    };
+    says(message(scale, (0.5, 2.0), &none), "max_points is 0");
+    // Not admissible: the other stop is passed.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![8.5.into()], 2.4, 0.0).expect("valid");
+    let stops = [1.0, 1.01].map(|d| Stop::new(0, d, 0.8).expect("valid"));
+    let scene = Scene::new(system, force, stops).expect("valid");
+    let found = periodic_orbits(&scene, &Pattern::single(1), &OrbitOptions::default());
+    let wrong = &found.expect("one")[0];
+    let found = continuation(wrong, scale, (0.5, 2.0), &options, &mut go_on);
+    says(
+        found.expect_err("refused").to_string(),
+        "breaks a rule of contact",
+    );
+}
+
+#[test]
+fn an_orbit_at_an_end_of_the_range_is_there_once() {
+    let orbit = &USUAL.orbits(1)[0];
+    let options = ContinuationOptions::default();
+    let branch = followed(orbit, Parameter::ForcingScale, (1.0, 1.5), &options);
+    assert_eq!(branch.parameter[0], 1.0);
+    assert!(branch.parameter.windows(2).all(|pair| pair[0] < pair[1]));
+    assert!(branch.ends.iter().all(|end| end.reason == EndReason::Range));
+}

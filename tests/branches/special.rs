@@ -1,0 +1,230 @@
+//! Special points against closed forms, and the law that multipliers cross the unit circle at them alone.
+
+use crate::scenes::{Oscillator, USUAL, followed};
+use vibroimpact::{
+    Branch, ContinuationOptions, OrbitOptions, Parameter, Pattern, Special, SpecialKind, Virtual,
+    periodic_orbits,
+};
+
+fn keep() -> ContinuationOptions {
+    ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..ContinuationOptions::default()
+    }
+}
+
+fn of(branch: &Branch, kind: SpecialKind) -> Vec<&Special> {
+    branch
+        .special
+        .iter()
+        .filter(|own| own.kind == kind)
+        .collect()
+}
+
+#[test]
+fn the_fold_and_the_doubling_of_a_preloaded_stop() {
+    let own = Oscillator {
+        force: 1.0,
+        frequency: 2.8,
+        clearance: -0.5,
+        ..USUAL
+    };
+    let orbit = &own.orbits(1)[0];
+    let branch = followed(orbit, Parameter::ForcingScale, (0.2, 9.0), &keep());
+    let [fold] = of(&branch, SpecialKind::Fold)[..] else {
+        panic!("{:?}", branch.special.len());
+    };
+    assert!(
+        (fold.parameter - 0.393_225_563_977_3).abs() < 1e-12,
+        "{}",
+        fold.parameter
+    );
+    assert!((fold.orbit.impacts()[0].approach - 1.137_306_814_6).abs() < 1e-5);
+    let doublings = of(&branch, SpecialKind::PeriodDoubling);
+    let found: Vec<f64> = doublings.iter().map(|own| own.parameter).collect();
+    assert!(
+        found.iter().any(|p| (p - 7.748_237_460_8).abs() < 1e-9),
+        "{found:?}"
+    );
+    for own in [fold, doublings[0]] {
+        assert!(own.error < 1e-9, "{:e}", own.error);
+        let place = branch
+            .arclength
+            .partition_point(|length| *length < own.arclength);
+        assert!(place > 0 && place < branch.arclength.len());
+    }
+}
+
+/// Random numbers in (0, 1), the same every time.
+fn random(state: &mut u64) -> f64 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as f64 / 2f64.powi(53)
+}
+
+/// Every fold and doubling of one oscillator lies where the closed form has it, and none is missing where the force is followed.
+fn check(own: Oscillator, n_periods: usize, parameter: Parameter, branch: &Branch) -> usize {
+    let width = branch
+        .parameter
+        .iter()
+        .fold(0.0f64, |w, p| w.max((p - branch.parameter[0]).abs()));
+    for special in &branch.special {
+        let speed = special.orbit.impacts()[0].approach;
+        let miss = |value: f64| {
+            let there = own.at(parameter, value);
+            let force = match special.kind {
+                SpecialKind::Fold if parameter == Parameter::ForcingScale => {
+                    there.force_of(n_periods, there.fold_speed(n_periods))
+                }
+                SpecialKind::PeriodDoubling => {
+                    there.force_of(n_periods, there.doubling_speed(n_periods))
+                }
+                _ => there.force_of(n_periods, speed),
+            };
+            force / there.force - 1.0
+        };
+        // Where the closed form depends little on the number, it is known less well than its orbit.
+        let off = miss(special.parameter).abs();
+        let step = 1e-6 * width;
+        let slope =
+            (miss(special.parameter + step) - miss(special.parameter - step)) / (2.0 * step);
+        let error = off / slope.abs();
+        assert!(
+            off < 1e-9 || error < 1e-10 * width,
+            "{own:?} {parameter} {:?} at {} {off:e} {error:e}",
+            special.kind,
+            special.parameter
+        );
+    }
+    if parameter == Parameter::ForcingScale {
+        let (low, high) = (
+            branch.parameter[0],
+            branch.parameter[branch.parameter.len() - 1],
+        );
+        let speeds: Vec<f64> = branch
+            .orbits
+            .iter()
+            .map(|own| own.impacts()[0].approach)
+            .collect();
+        let range = [low.min(high), low.max(high)];
+        let least = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let wanted = [own.fold_speed(n_periods), own.doubling_speed(n_periods)];
+        for (kind, speed) in [SpecialKind::Fold, SpecialKind::PeriodDoubling]
+            .into_iter()
+            .zip(wanted)
+        {
+            if speed > least && speed < most {
+                assert!(
+                    !of(branch, kind).is_empty(),
+                    "{own:?} {kind:?} {speed} {range:?}"
+                );
+            }
+        }
+    }
+    branch.special.len()
+}
+
+#[test]
+fn special_points_lie_on_their_closed_forms() {
+    let mut state = 18;
+    let mut count = 0;
+    for _ in 0..200 {
+        let own = Oscillator {
+            eta: 0.3 * random(&mut state),
+            force: 0.5 + 8.0 * random(&mut state),
+            frequency: 0.6 + 3.0 * random(&mut state),
+            clearance: 2.0 * random(&mut state) - 0.8,
+            restitution: 0.95 * random(&mut state),
+        };
+        let n_periods = 1 + (2.0 * random(&mut state)) as usize;
+        let (parameter, range) = match (5.0 * random(&mut state)) as usize {
+            0 => (Parameter::Frequency, (0.5, 4.0)),
+            1 => (Parameter::Clearance, (-1.0, 1.5)),
+            2 => (Parameter::Restitution, (0.0, 1.0)),
+            3 => (Parameter::DampingScale, (0.1, 3.0)),
+            _ => (Parameter::ForcingScale, (0.05, 4.0)),
+        };
+        for orbit in own.orbits(n_periods).iter().take(1) {
+            let branch = followed(orbit, parameter, range, &keep());
+            count += check(own, n_periods, parameter, &branch);
+        }
+    }
+    assert!(count > 50, "{count}");
+}
+
+#[test]
+fn multipliers_cross_the_circle_at_special_points_alone() {
+    for (own, parameter, range) in [
+        (USUAL, Parameter::ForcingScale, (0.6, 2.0)),
+        (USUAL, Parameter::Frequency, (2.05, 3.5)),
+        (
+            Oscillator {
+                force: 1.0,
+                frequency: 2.8,
+                clearance: -0.5,
+                ..USUAL
+            },
+            Parameter::ForcingScale,
+            (0.2, 9.0),
+        ),
+    ] {
+        let branch = followed(
+            &own.orbits(1)[0],
+            parameter,
+            range,
+            &ContinuationOptions::default(),
+        );
+        let counts = branch.n_unstable().expect("multipliers");
+        for k in 1..counts.len() {
+            let [before, after] = [k - 1, k].map(|k| counts[k].expect("a derivative"));
+            let span = branch.arclength[k - 1]..branch.arclength[k];
+            let crossed = branch.special.iter().filter(|own| {
+                let is_crossing =
+                    [SpecialKind::Fold, SpecialKind::PeriodDoubling].contains(&own.kind);
+                is_crossing && span.contains(&own.arclength)
+            });
+            assert_eq!(
+                before.abs_diff(after) % 2,
+                crossed.count() % 2,
+                "{parameter} {span:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn boundaries_are_named() {
+    let options = ContinuationOptions::default();
+    let orbit = &USUAL.orbits(1)[0];
+    let branch = followed(orbit, Parameter::ForcingScale, (0.1, 2.0), &options);
+    let [lost] = of(&branch, SpecialKind::LostImpact)[..] else {
+        panic!("{:?}", branch.special);
+    };
+    assert_eq!((lost.stop, lost.parameter), (Some(0), branch.parameter[0]));
+    let touch = USUAL.closed(1).z * USUAL.clearance / USUAL.force;
+    assert!(
+        (lost.parameter - touch).abs() <= lost.error.max(1e-10),
+        "{} {touch} {:e}",
+        lost.parameter,
+        lost.error
+    );
+    // The motion that hits nothing comes to the same force from below.
+    let quiet = Oscillator {
+        force: 1.0,
+        ..USUAL
+    };
+    let found = periodic_orbits(&quiet.scene(), &Pattern::none(), &OrbitOptions::default());
+    let branch = followed(
+        &found.expect("one")[0],
+        Parameter::ForcingScale,
+        (0.1, 9.0),
+        &options,
+    );
+    let [graze] = of(&branch, SpecialKind::Graze)[..] else {
+        panic!("{:?}", branch.special);
+    };
+    assert!((graze.parameter - touch * USUAL.force).abs() < 1e-9);
+    assert_eq!(graze.stop, Some(0));
+}

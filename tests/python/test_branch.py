@@ -1,0 +1,322 @@
+"""Branches of periodic orbits in Python: against closed forms, and what a user does with them."""
+
+import pickle
+import signal
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+SYSTEM = vi.LinearSystem(1.0, 0.1, 1.0)
+
+
+def scene(force=8.5, frequency=2.4, clearance=1.0, restitution=0.8):
+    return vi.Scene(SYSTEM, vi.Harmonic([force], frequency), vi.Stop(0, clearance, restitution))
+
+
+def orbit(**numbers):
+    return vi.periodic_orbits(scene(**numbers), [0])[0]
+
+
+def miss(speed, force=8.5, frequency=2.4, clearance=1.0, restitution=0.8):
+    """By how much a speed misses the closed form of one impact in one period (theory 19), in parts of the amplitude."""
+    eta, w, e = 0.05, frequency, restitution
+    period, own = 2 * np.pi / w, np.sqrt(1 - eta**2)
+    decay = np.exp(-eta * period)
+    cos, sin, end = decay * np.cos(own * period), decay * np.sin(own * period) / own, decay**2
+    every = 1 - 2 * cos + end
+    a, b = (1 + e) * sin / every, 1 + (1 + e) * (cos - eta * sin - end) / every
+    x = force / np.hypot(1 - w**2, 2 * eta * w)
+    return np.hypot(clearance + a * speed, b * speed / w) / x - 1
+
+
+class TestCurve:
+    @pytest.mark.parametrize(
+        ("name", "between"), [("frequency", (2.0, 2.9)), ("clearance", (0.2, 1.5)), ("restitution", (0.6, 0.95))]
+    )
+    def test_lies_on_the_closed_form(self, name, between):
+        branch = vi.continuation(orbit(), name, between)
+        assert len(branch) > 5
+        speeds = branch.speeds_before[:, 0]
+        assert max(abs(miss(u, **{name: p})) for u, p in zip(speeds, branch.parameter, strict=True)) < 1e-9
+        assert (np.diff(branch.arclength) > 0).all()
+        assert 0.0 in branch.arclength
+
+    def test_a_callable_gives_what_the_name_gives(self):
+        by_name = vi.continuation(orbit(), "forcing_scale", (0.7, 1.5), direction="up")
+        made = vi.continuation(orbit(), lambda force: scene(force=force), (0.7 * 8.5, 1.5 * 8.5), start=8.5, direction="up")
+        assert made.parameter_name is None
+        assert made.ends[0][0] == by_name.ends[0][0] == "start"
+        np.testing.assert_allclose(made.parameter, 8.5 * by_name.parameter, rtol=1e-6)
+        for u, force in zip(made.speeds_before[:, 0], made.parameter, strict=True):
+            assert abs(miss(u, force=force)) < 1e-9
+
+    def test_multipliers_count_what_grows(self):
+        branch = vi.continuation(orbit(force=9.0), "forcing_scale", (0.6, 1.2))
+        assert not branch.is_virtual.any()
+        outside = (np.abs(branch.multipliers) > 1.0).sum(axis=1)
+        np.testing.assert_array_equal(branch.n_unstable, outside)
+        np.testing.assert_array_equal(branch.is_stable, branch.n_unstable == 0)
+        # Period doubling at F = 7.73325782164.
+        force = 9.0 * branch.parameter
+        assert branch.is_stable[force > 7.7333].all()
+        assert not branch.is_stable[force < 7.7332].any()
+
+    def test_orbits_at_a_value(self):
+        # Two orbits above the fold at 0.39322555956.
+        branch = vi.continuation(orbit(force=1.0, frequency=2.8, clearance=-0.5), "forcing_scale", (0.2, 2.0), virtual="keep")
+        found = branch.at(0.45)
+        assert len(found) == 2
+        speeds = sorted(own.impacts["speed_before"][0] for own in found)
+        assert speeds[0] + 0.1 < speeds[1]
+        for u in speeds:
+            assert abs(miss(u, force=0.45, frequency=2.8, clearance=-0.5)) < 1e-9
+        assert branch.at(0.39) == []
+        # Both sides of the fold end at the end of the range.
+        assert branch.at(2.0) == [branch[0], branch[-1]]
+        with pytest.raises(ValueError, match="value is nan"):
+            branch.at(np.nan)
+
+    def test_special_points(self):
+        branch = vi.continuation(orbit(force=1.0, frequency=2.8, clearance=-0.5), "forcing_scale", (0.2, 9.0))
+        found = {own.kind: own for own in branch.special}
+        assert found["fold"].parameter == pytest.approx(0.3932255639773, abs=1e-12)
+        assert found["period_doubling"].parameter == pytest.approx(7.7482374608, abs=1e-9)
+        assert max(own.error for own in branch.special) < 1e-9
+        assert min(abs(found["period_doubling"].orbit.floquet_multipliers + 1)) < 1e-8
+        assert min(abs(found["fold"].orbit.floquet_multipliers - 1)) < 1e-4  # as the square root of the error
+        lengths = [own.arclength for own in branch.special]
+        assert lengths == sorted(lengths)
+        assert not found["fold"].is_virtual
+        assert found["fold"].stop is None
+        assert "Special(fold at 0.3932255" in repr(branch)
+
+    def test_what_ends_it_is_named(self):
+        branch = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5))
+        lost = branch.special[0]
+        assert (lost.kind, lost.stop, lost.parameter) == ("lost_impact", 0, branch.parameter[0])
+        assert 8.5 * lost.parameter == pytest.approx(4.76604658, rel=1e-9)
+
+    def test_a_motion_that_hits_nothing_is_followed_to_its_touch(self):
+        rest = vi.periodic_orbits(scene(force=1.0), [])[0]
+        branch = vi.continuation(rest, "forcing_scale", (0.5, 9.0))
+        assert branch.ends[1][0] == "boundary"
+        assert branch.parameter[-1] == pytest.approx(4.76604658, rel=1e-8)
+        assert branch.speeds_before.shape == (len(branch), 0)
+
+
+@pytest.fixture(scope="module")
+def branch():
+    return vi.continuation(orbit(), "frequency", (2.2, 2.6), monitor={"period": lambda own: own.period})
+
+
+class TestNearby:
+    def test_orbits_beside_a_point(self):
+        branch = vi.continuation(orbit(), "frequency", (2.3, 2.5))
+        for part in (-1e-10, -1e-12, 2e-16, 1e-14, 1e-11, 1e-9):
+            for value in branch.parameter[1:-1:7] * (1 + part):
+                (found,) = branch.at(value)
+                assert abs(miss(found.impacts["speed_before"][0], frequency=value)) < 1e-9
+
+    def test_ranges_of_next_to_nothing(self):
+        for width in (1e-12, 1e-9, 5e-16):
+            short = vi.continuation(orbit(), "frequency", (2.4 - width, 2.4 + width))
+            assert [reason for reason, _ in short.ends] == ["range", "range"]
+
+    def test_impacts_that_take_all_speed_beside_the_origin(self):
+        # Behind each impact the state is all but zero.
+        system = vi.LinearSystem(1.0, 0.1, 1.0, load=[-1.0])
+        for clearance in (0.0, 1e-9):
+            made = vi.Scene(system, vi.Harmonic([3.0], 1.5586206896551724), vi.Stop(0, clearance, 0.0))
+            found = next(own for own in vi.periodic_orbits(made, [0]) if own.is_admissible)
+            branch = vi.continuation(found, "forcing_scale", (0.9, 1.1))
+            assert len(branch) > 5
+            assert branch.is_admissible[1:-1].all()
+
+    def test_a_boundary_does_not_depend_on_the_steps(self):
+        # At a subharmonic resonance without damping an impact loses its speed.
+        made = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), vi.Harmonic([0.5], 0.7), vi.Stop(0, 1.0, 0.5))
+        found = next(own for own in vi.periodic_orbits(made, [0], 2) if own.is_admissible)
+        for largest in (0.05, 0.01):
+            branch = vi.continuation(found, "frequency", (0.5, 0.72), step=(1e-8, 1e-3, largest), direction="down")
+            assert branch.ends[0][0] in ("boundary", "step")
+            assert branch.parameter[0] == pytest.approx(2 / 3, abs=1e-7)
+
+    def test_a_stop_at_the_origin(self):
+        system = vi.LinearSystem(2.663315217698477, 0.2685788340786355, 16.739192399250783, load=[1.4791525333751003])
+        made = vi.Scene(system, vi.Harmonic([-0.2985169728691671], 2.8474469723215172), vi.Stop(0, 0.0, 1.0, side="lower"))
+        found = next(own for own in vi.periodic_orbits(made, [0]) if own.is_admissible)
+        ends = [vi.continuation(found, "frequency", (1.7, 4.5), step=(1e-8, 1e-3, s)).parameter[[0, -1]] for s in (0.05, 0.02)]
+        np.testing.assert_allclose(ends[0], ends[1], rtol=1e-7)
+        np.testing.assert_allclose(ends[0], [2.24432995, 2.74280988], rtol=1e-7)
+
+    def test_a_motion_that_feeds_itself_is_stable_but_for_a_shift_in_time(self):
+        made = vi.Scene(vi.LinearSystem(1.0, -0.1, 1.0), None, vi.Stop(0, 0.3, 0.6))
+        found = vi.find_orbit(made, vi.simulate(made, 0.0, 0.5, (0, 200)))
+        branch = vi.continuation(found, "clearance", (0.1, 0.5))
+        assert branch.is_stable.all()
+        assert not branch.n_unstable.any()
+
+
+class TestResult:
+    def test_is_a_sequence_of_orbits(self, branch):
+        assert branch[0] is branch.orbits[0]
+        assert branch[-2:] == branch.orbits[-2:]
+        assert list(branch) == list(branch.orbits)
+        assert branch.pattern == [0]
+        assert branch.n_periods == 1
+        assert branch.parameter_name == "frequency"
+        np.testing.assert_allclose(branch.monitor["period"], 2 * np.pi / branch.parameter, rtol=1e-14)
+        assert "frequency from 2.2 to 2.6" in repr(branch)
+        assert repr(branch).count("\n  range:") == 2
+
+    def test_goes_out_and_comes_back(self, branch, tmp_path):
+        branch.save(tmp_path / "branch.npz")
+        for again in (pickle.loads(pickle.dumps(branch)), vi.load(tmp_path / "branch.npz")):
+            assert again.ends == branch.ends
+            for name, values in branch.to_arrays().items():
+                np.testing.assert_array_equal(again.to_arrays()[name], values)
+            assert len(again.at(2.31)) == 1
+
+    def test_a_callable_is_not_saved(self):
+        made = vi.continuation(orbit(), lambda w: scene(frequency=w), (2.3, 2.5), start=2.4)
+        value = float(np.mean(made.parameter[:2]))
+        assert len(made.at(value)) == 1
+        again = pickle.loads(pickle.dumps(made))
+        assert len(again.at(float(made.parameter[1]))) == 1
+        with pytest.raises(ValueError, match="the callable that made the branch was not saved"):
+            again.at(value)
+
+    def test_refuses_what_is_no_branch(self, branch):
+        own = list(branch.__reduce__()[1])
+        for place, wrong, error in [
+            (1, (), TypeError),
+            (2, branch.parameter[:-1], ValueError),
+            (6, branch.n_unstable.astype(float), ValueError),
+            (8, (1,), TypeError),
+            (9, {"period": branch.parameter[:2]}, ValueError),
+            (10, (("range", ""), ("tired", "")), ValueError),
+        ]:
+            with pytest.raises(error):
+                vi.Branch(*own[:place], wrong, *own[place + 1 :])
+        with pytest.raises(ValueError, match="kind is 'bend'"):
+            vi.Special("bend", 1.0, 0.0, 0.0, branch[0], None, None)
+        with pytest.raises(TypeError, match="stop is 'a'"):
+            vi.Special("fold", 1.0, 0.0, 0.0, branch[0], "a", None)
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (("freq", (2, 3)), r'parameter is "freq", but it must be a number of Scene.replace .* or a callable p -> Scene'),
+            (("phase", (0, 1)), 'parameter is "phase"'),
+            (("clearance[4]", (0, 1)), r'parameter is "clearance\[4\]"'),
+            (("frequency", (2.5, 3)), r"between is \(2.5, 3\), but the orbit is at 2.4: it must lie inside"),
+            (("frequency", (3, 2)), "the first must be the lower one"),
+            (("frequency", (2.4, np.inf)), "between"),
+            (("restitution", (0.5, 1.5)), "between"),
+            (("frequency", (1, 2, 3)), r"between is \(1, 2, 3\), but \(low, high\) is needed"),
+            ((lambda p: scene(), (0, 1)), "start is None, but with a callable it must be the value of p at the orbit"),
+        ],
+    )
+    def test_what_is_followed(self, arguments, message):
+        with pytest.raises(ValueError, match=message):
+            vi.continuation(orbit(), *arguments)
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            ({"step": (0.0, 1e-3, 0.1)}, "step is"),
+            ({"step": (1e-8, 0.2, 0.1)}, "step is"),
+            ({"step": (1e-8, np.nan, 0.1)}, "step"),
+            ({"max_points": 0}, "max_points is 0"),
+            ({"direction": "left"}, 'direction is "left"'),
+            ({"virtual": "drop"}, "virtual is 'drop'"),
+            ({"monitor": {"bad": lambda own: np.nan}}, r"monitor\['bad'\] at point 0 is nan"),
+            ({"step": (1e-8, 0.1)}, r"step is \(1e-08, 0.1\), but \(smallest, first, largest\) is needed"),
+            ({"start": 2.35}, "start is 2.35, but it is that of a callable"),
+        ],
+    )
+    def test_how(self, options, message):
+        with pytest.raises(ValueError, match=message):
+            vi.continuation(orbit(), "frequency", (2.3, 2.5), **options)
+
+    def test_types(self):
+        with pytest.raises(TypeError, match="orbit is 1, but an Orbit is needed"):
+            vi.continuation(1, "frequency", (2, 3))
+        with pytest.raises(TypeError, match="parameter is 3"):
+            vi.continuation(orbit(), 3, (2, 3))
+        for wrong in ({"a": 3}, [len], {3: len}):
+            with pytest.raises(TypeError, match=r"monitor is .*, but names with functions"):
+                vi.continuation(orbit(), "frequency", (2, 3), monitor=wrong)
+        for wrong in ("a", None, [2.4]):
+            with pytest.raises((TypeError, ValueError), match="value"):
+                vi.continuation(orbit(), "frequency", (2.3, 2.5), direction="up").at(wrong)
+        with pytest.raises(TypeError, match=r"parameter\(2.4.*\) is None, but a Scene is needed"):
+            vi.continuation(orbit(), lambda w: None, (2, 3), start=2.4)
+
+    def test_what_forms_a_family_or_hits_together(self):
+        free = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), None, vi.Stop(0, 1.0, 1.0))
+        run = vi.simulate(free, 0.0, 2.0, (0, 30))
+        with pytest.raises(ValueError, match="one of a family"):
+            vi.continuation(vi.find_orbit(free, run), "clearance", (0.5, 1.5))
+        # Two masses alike, side by side.
+        pair = vi.Scene(
+            vi.LinearSystem([1.0, 1.0], [0.1, 0.1], [1.0, 1.0]),
+            vi.Harmonic([8.5, 8.5], 2.4),
+            [vi.Stop(k, 1.0, 0.8) for k in (0, 1)],
+        )
+        together = vi.find_orbit(pair, vi.simulate(pair, [0.0, 0.0], [0.0, 0.0], (0, 150 * pair.period)))
+        assert together.pattern == [(0, 1)]
+        with pytest.raises(ValueError, match="several stops at one instant"):
+            vi.continuation(together, "frequency", (2.3, 2.5))
+
+    def test_a_start_that_is_another_value(self):
+        with pytest.raises(ValueError, match=r"start is 2\.45, but the scene of 2\.45 is not that of the orbit"):
+            vi.continuation(orbit(), lambda w: scene(frequency=w), (2, 3), start=2.45)
+
+    def test_another_scene(self):
+        other = vi.Scene(
+            vi.LinearSystem(np.eye(2), 0.1 * np.eye(2), np.eye(2)), vi.Harmonic([1.0, 0.0], 2.4), vi.Stop(0, 1.0, 0.8)
+        )
+        with pytest.raises(ValueError, match=r"coordinates|degrees of freedom"):
+            vi.continuation(orbit(), lambda w: other, (2, 3), start=2.4)
+
+
+class TestBrokenOff:
+    def test_a_function_that_raises_leaves_the_branch(self):
+        def made(w):
+            if w > 2.5:
+                raise RuntimeError("no such machine")
+            return scene(frequency=w)
+
+        with pytest.raises(RuntimeError, match="no such machine") as caught:
+            vi.continuation(orbit(), made, (2.3, 2.8), start=2.4, direction="up")
+        branch = caught.value.branch
+        assert branch.ends[1][0] == "interrupted"
+        assert 2.4 < branch.parameter[-1] <= 2.5
+        assert any("the branch is kept" in note for note in caught.value.__notes__)
+
+    def test_a_value_that_is_refused_ends_it(self):
+        def made(w):
+            if w > 2.5:
+                raise ValueError("too fast")
+            return scene(frequency=w)
+
+        branch = vi.continuation(orbit(), made, (2.3, 2.8), start=2.4)
+        reason, detail = branch.ends[1]
+        assert reason == "domain"
+        assert "too fast" in detail
+        assert 2.5 - 1e-6 < branch.parameter[-1] <= 2.5
+
+    def test_ctrl_c_returns_what_there_is(self):
+        def made(w):
+            if w > 2.5:
+                signal.raise_signal(signal.SIGINT)
+            return scene(frequency=w)
+
+        branch = vi.continuation(orbit(), made, (2.3, 2.8), start=2.4, direction="up")
+        assert branch.ends[1][0] == "interrupted"
+        assert len(branch) > 2
