@@ -6,13 +6,14 @@
 //! `observer`: whether a long computation goes on; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
 //! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: how a scene with stops
 //! moves from event to event, in closed form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`section`]: a
-//! motion looked at once in a while; [`exponents`]: how fast deviations grow; [`sweep`]: maps, ensembles, diagrams; [`attractor`]: what motions settle on; [`basin`]: from where. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
+//! motion looked at once in a while; [`exponents`]: how fast deviations grow; [`sweep`]: maps, ensembles, diagrams; [`attractor`]: what motions settle on; [`basin`]: from where; [`branch`]: orbits over a number of
+//! their scene. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
 //! `docs/theory.md`: "theory 5" in a comment is its section 5; the words in `docs/glossary.md`; which files a new system, stop, excitation or
 //! integrator touches in `docs/extending.md`.
 
 pub mod attractor;
 pub mod basin;
-mod branch;
+pub mod branch;
 mod contact;
 pub mod error;
 pub mod exponents;

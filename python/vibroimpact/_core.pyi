@@ -659,7 +659,11 @@ def recovery_matrix(scene: Scene, stops: SupportsIndex | Iterable[SupportsIndex]
 def audit_recovery(
     matrix: ArrayLike, mass: ArrayLike, normals: ArrayLike | Sequence[SupportsIndex | ArrayLike]
 ) -> RecoveryAudit: ...
-def find_orbit(scene: Scene, guess: Orbit | Trajectory, n_periods: int | None = None) -> Orbit: ...
+def find_orbit(
+    scene: Scene,
+    guess: Orbit | Trajectory | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float],
+    n_periods: int | None = None,
+) -> Orbit: ...
 def periodic_orbits(
     scene: Scene,
     pattern: _Pattern,

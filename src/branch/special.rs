@@ -104,7 +104,11 @@ fn zero_between(
         found = Some(Zero {
             settled,
             along,
-            error: before,
+            error: if value == 0.0 {
+                0.0
+            } else {
+                before.min(length * family.span())
+            },
         });
         if is_over {
             break;
@@ -156,22 +160,24 @@ pub(super) fn between(
             continue;
         }
         let found = zero_between(family, from, [length, at_start, at_end], of)?;
-        if let Some(Zero {
-            settled,
-            along,
-            error,
-        }) = found
-        {
-            all.push(Special {
-                kind,
-                parameter: settled.place.value,
-                error: error.max(f64::EPSILON * family.span()),
-                arclength: from.arclength + along,
-                orbit: family.orbit(&settled.place)?,
-                stop: None,
-                time: None,
-            });
-        }
+        let special = |parameter: f64, error: f64, arclength: f64, orbit: PeriodicOrbit| Special {
+            kind,
+            parameter,
+            error: error.max(f64::EPSILON * family.span()),
+            arclength,
+            orbit,
+            stop: None,
+            time: None,
+        };
+        all.push(if let Some(zero) = found {
+            let (value, arclength) = (zero.settled.place.value, from.arclength + zero.along);
+            let orbit = family.orbit(&zero.settled.place)?;
+            special(value, zero.error, arclength, orbit)
+        } else {
+            // It is known to lie on the step.
+            let width = (to.place.value - from.place.value).abs();
+            special(to.place.value, width, to.arclength, to.orbit.clone())
+        });
     }
     all.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
     Ok(all)

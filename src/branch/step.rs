@@ -53,5 +53,9 @@ pub(super) fn step_to(family: &Family<'_>, from: &Point, target: Target) -> Atte
     if let Target::Value(value) = target {
         place.value = value;
     }
-    family.corrected(place, &normal)
+    let mut found = family.corrected(place, &normal)?;
+    if let (Ok(settled), Target::Value(value)) = (&mut found, target) {
+        settled.place.value = value;
+    }
+    Ok(found)
 }

@@ -92,7 +92,9 @@ pub(super) fn walk(
                     let detail = "it came back to where it began".to_owned();
                     break BranchEnd::new(EndReason::Closed, detail);
                 }
-                if let Some(end) = reached {
+                // A step back from a boundary is no step to the end.
+                let now = points.last().map(|own| own.place.value);
+                if let Some(end) = reached.filter(|&end| now == Some(end)) {
                     break at_end(end);
                 }
                 step = (step * factor).clamp(smallest, largest);

@@ -85,6 +85,6 @@ macro_rules! arguments {
 
 arguments! {
     atol between carry clearance curvature damping derivative direction dwell free frequency gravity keep kind law length_ratio levels linear longest_period
-    mass_ratio max_impacts max_periods max_points method n_dof name n_exponents n_harmonics n_periods over parameter periods phase position progress rate restitution rtol scene
+    mass_ratio max_impacts max_periods max_points method n_dof name n_exponents n_harmonics n_periods over parameter period periods phase position progress rate restitution rtol scene
     section side skip span start step t to transient
 }

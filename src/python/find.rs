@@ -1,15 +1,18 @@
 //! `find_orbit`.
 
 use crate::orbit::{self, Guess};
+use crate::python::array::vector;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::simulate::count;
 use crate::python::trajectory::PyTrajectory;
 use crate::python::{argument, interrupt};
+use nalgebra::DVector;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
 
-/// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
+/// A periodic motion near a guess: another orbit (of other parameters, say), a trajectory that comes near it, or a state.
 ///
 /// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times and
 /// the states after the impacts, regular also where an impact has no speed. Where the orbits form a family, the member
@@ -20,9 +23,10 @@ use pyo3::prelude::*;
 /// ----------
 /// scene : Scene
 ///     Any scene. Its forcing phase is not used: the orbit's own comes out.
-/// guess : Orbit or Trajectory
+/// guess : Orbit, Trajectory, (q0, v0), or (q0, v0, period)
 ///     An orbit of this pattern, of another scene with the same degrees of freedom; or a trajectory, with
-///     ``keep="motion"``, whose end comes near the orbit. The pattern is the guess's.
+///     ``keep="motion"``, whose end comes near the orbit; or a state at t = 0, at the scene's own forcing phase, from which the motion
+///     is followed for ``n_periods`` (default 1), without forcing for the period. The pattern is the guess's.
 /// n_periods : int, optional
 ///     Forcing periods in one period, 1 or more; default: those of the orbit, or the least number after which the
 ///     trajectory comes back. For an orbit a multiple of its own. Not for scenes without forcing, whose period is found.
@@ -40,7 +44,7 @@ use pyo3::prelude::*;
 ///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; stops let go at one
 ///     time; a contact with e > 0 that comes to rest while another stop is held or hit.
 /// TypeError
-///     A guess that is neither an orbit nor a trajectory.
+///     A guess that is none of these.
 ///
 /// Notes
 /// -----
@@ -70,6 +74,13 @@ use pyo3::prelude::*;
 /// >>> orbit = vi.find_orbit(scene, vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period)))
 /// >>> orbit.is_admissible, bool(abs(orbit.floquet_multipliers).max() < 1e-12)
 /// (True, True)
+///
+/// An unstable motion from where it is thought to be:
+///
+/// >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([7.0], 2.4), vi.Stop(0, 1.0, 0.8))
+/// >>> known = vi.periodic_orbits(scene, [0])[0]
+/// >>> vi.find_orbit(scene.replace(phase=known.phase), (1.0, -1.5)).is_stable
+/// False
 #[pyfunction]
 #[pyo3(signature = (scene, guess, n_periods=None))]
 pub(crate) fn find_orbit(
@@ -81,13 +92,19 @@ pub(crate) fn find_orbit(
     let n_periods = count("n_periods", n_periods)?;
     let orbit = guess.extract::<PyRef<'_, PyOrbit>>().ok();
     let trajectory = guess.extract::<PyRef<'_, PyTrajectory>>().ok();
-    let guess = match (&orbit, &trajectory) {
-        (Some(orbit), _) => Guess::Orbit(&orbit.0),
-        (None, Some(trajectory)) => Guess::Trajectory(&trajectory.core),
-        (None, None) => {
+    let state = state(guess)?;
+    let guess = match (&orbit, &trajectory, &state) {
+        (Some(orbit), ..) => Guess::Orbit(&orbit.0),
+        (_, Some(trajectory), _) => Guess::Trajectory(&trajectory.core),
+        (_, _, Some((q, v, period))) => Guess::State {
+            q,
+            v,
+            period: *period,
+        },
+        _ => {
             let given = guess.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "guess is of type {given}, but it must be an Orbit or a Trajectory; of several orbits pass one, orbits[0]"
+                "guess is of type {given}, but it must be an Orbit, a Trajectory or (q0, v0); of several orbits pass one, orbits[0]"
             )));
         }
     };
@@ -96,4 +113,18 @@ pub(crate) fn find_orbit(
         orbit::find_orbit_observed(scene, guess, n_periods, &mut || observe(0.0))
     })?;
     Ok(PyOrbit(found))
+}
+
+/// Position, velocity and, where it is given, the period of a guess that is a tuple or a list of them.
+fn state(guess: &Bound<'_, PyAny>) -> PyResult<Option<(DVector<f64>, DVector<f64>, Option<f64>)>> {
+    let is_state = guess.is_instance_of::<PyTuple>() || guess.is_instance_of::<PyList>();
+    if !is_state || !(2..=3).contains(&guess.len()?) {
+        return Ok(None);
+    }
+    let part = |k: usize| vector(&format!("guess[{k}]"), &guess.get_item(k)?);
+    let period = match guess.len()? {
+        3 => Some(argument::period(&guess.get_item(2)?)?),
+        _ => None,
+    };
+    Ok(Some((part(0)?, part(1)?, period)))
 }

@@ -140,3 +140,57 @@ def test_a_run_that_holds_too_few_periods_is_refused_and_not_stretched(linear):
         longer = vi.find_orbit(scene, run(n + 1), n_periods=n)
         assert (longer.n_periods, len(longer.impacts)) == (n, n)
         np.testing.assert_allclose(longer.impacts["speed_before"], orbit.impacts["speed_before"][0], rtol=1e-10)
+
+
+class TestFromAState:
+    def test_the_state_behind_the_first_impact(self, stable):
+        found = vi.find_orbit(stable.scene, (stable.q0, 1.001 * stable.v0), n_periods=2)
+        assert found.pattern == [1]
+        np.testing.assert_allclose(found.q0, stable.q0, atol=1e-12)
+        np.testing.assert_allclose(found.floquet_multipliers, stable.floquet_multipliers, atol=1e-9)
+
+    @pytest.mark.parametrize("part", [0.2, 0.55, 0.9])
+    def test_any_other_of_its_states(self, stable, part):
+        t = part * stable.period
+        w = 2 * np.pi / stable.scene.period
+        later = stable.scene.replace(phase=stable.phase + w * t)
+        found = vi.find_orbit(later, [stable.position(t), stable.velocity(t)], n_periods=2)
+        np.testing.assert_allclose(found.v0, stable.v0, atol=1e-12)
+        assert abs(found.phase - stable.phase) < 1e-11
+
+    def test_a_motion_that_hits_nothing(self):
+        scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.4), vi.Stop(0, 1.0, 0.8))
+        found = vi.find_orbit(scene, (0.1, 0.0))
+        assert found.pattern == []
+        x = 1.0 / (1 - 2.4**2 + 0.24j)
+        assert abs(found.position(0.0)[0] - abs(x) * np.cos(np.angle(x) + found.phase)) < 1e-12
+
+    def test_without_forcing_the_period_is_guessed_too(self):
+        scene = vi.Scene(vi.LinearSystem(1.0, -0.1, 1.0), None, vi.Stop(0, 0.3, 0.6))
+        known = vi.find_orbit(scene, vi.simulate(scene, 0.0, 0.5, (0, 200)))
+        found = vi.find_orbit(scene, (known.q0, known.v0, 1.02 * known.period))
+        assert abs(found.period - known.period) < 1e-11
+
+    def test_through_accumulating_impacts(self):
+        ball = vi.LinearSystem([1.0], [0.0], [0.0], load=[-1.0])
+        scene = vi.Scene(ball, vi.Harmonic([1.3], 1.0), [vi.Stop(0, 0.0, 0.5, side="lower")])
+        known = vi.find_orbit(scene, vi.simulate(scene, 0.3, 0.0, (0, 12 * scene.period)))
+        found = vi.find_orbit(known.scene, (known.q0, known.v0))
+        assert found.pattern == known.pattern
+        assert abs(found.phase - known.phase) < 1e-10
+
+    def test_what_is_no_state(self, stable):
+        scene = stable.scene
+        with pytest.raises(ValueError, match=r"q0\[0\] is NaN"):
+            vi.find_orbit(scene, ([np.nan, 0.0], [0.0, 0.0]))
+        with pytest.raises(ValueError, match="q0"):
+            vi.find_orbit(scene, ([0.0], [0.0, 0.0]))
+        with pytest.raises(ValueError, match=r"guess\[2\] is 3, but the scene has a forcing"):
+            vi.find_orbit(scene, (stable.q0, stable.v0, 3.0))
+        free = vi.Scene(vi.LinearSystem(1.0, -0.1, 1.0), None, vi.Stop(0, 0.3, 0.6))
+        with pytest.raises(ValueError, match=r"guess is a state without a period, .* \(q0, v0, period\)"):
+            vi.find_orbit(free, (0.0, 0.5))
+        with pytest.raises(ValueError, match=r"guess\[2\] is -1"):
+            vi.find_orbit(free, (0.0, 0.5, -1.0))
+        with pytest.raises(TypeError, match=r"it must be an Orbit, a Trajectory or \(q0, v0\)"):
+            vi.find_orbit(scene, (stable.q0,))

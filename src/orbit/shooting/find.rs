@@ -80,7 +80,7 @@ pub(crate) fn begun(
     n_periods: Option<usize>,
 ) -> Result<(Scene, Signature, ShootingState)> {
     scene.check_period("find_orbit")?;
-    let start = guess.read(scene.frequency(), n_periods)?;
+    let start = guess.read(scene, n_periods)?;
     check(scene, &start)?;
     let depends = depends_on_own_time(scene, &start.states)?;
     let scene = with_phase(scene, start.phase, depends)?;

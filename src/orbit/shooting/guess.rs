@@ -9,13 +9,18 @@ use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::guess_instants::{Instant, impacts, lasting, unsupported};
 use crate::orbit::shooting::signature::Signature;
-use crate::simulate::{ImpactSide, Trajectory};
+use crate::quantity::positive;
+use crate::simulate::{ImpactSide, SimulateOptions, Trajectory, simulate};
 use crate::tolerance::{AT_REST, RATIO_TOL, RETURNED};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Forcing periods in one period of the motion that are looked for in a trajectory.
 const MOST_PERIODS: usize = 64;
+
+/// Periods for which the motion from a state is followed, and in which its first instant is waited for.
+const FOLLOWED: f64 = 2.5;
+const WAITED: f64 = 1.25;
 
 /// What [`crate::find_orbit`] starts from.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +29,15 @@ pub enum Guess<'a> {
     Orbit(&'a PeriodicOrbit),
     /// A trajectory that comes near the orbit in the end; it must have kept its motion.
     Trajectory(&'a Trajectory),
+    /// Position and velocity at time zero, at the forcing phase of the scene, from which the motion is followed for one period of the orbit.
+    State {
+        /// Position, shape `(n,)`.
+        q: &'a DVector<f64>,
+        /// Velocity, shape `(n,)`.
+        v: &'a DVector<f64>,
+        /// The period, of a scene without forcing alone.
+        period: Option<f64>,
+    },
 }
 
 impl<'a> From<&'a PeriodicOrbit> for Guess<'a> {
@@ -70,7 +84,8 @@ impl Start {
 
 impl Guess<'_> {
     /// The guess as numbers, for so many forcing periods if that is given.
-    pub(crate) fn read(self, frequency: Option<f64>, n_periods: Option<usize>) -> Result<Start> {
+    pub(crate) fn read(self, scene: &Scene, n_periods: Option<usize>) -> Result<Start> {
+        let frequency = scene.frequency();
         if n_periods == Some(0) {
             return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
         }
@@ -81,6 +96,13 @@ impl Guess<'_> {
         match self {
             Self::Orbit(orbit) => from_orbit(orbit, n_periods),
             Self::Trajectory(trajectory) => from_trajectory(trajectory, frequency, n_periods),
+            Self::State { q, v, period } => {
+                let once = scene
+                    .period()
+                    .map(|once| once * n_periods.unwrap_or(1) as f64);
+                let period = period_of_state(once, period)?;
+                from_state(scene, (q, v), n_periods.unwrap_or(1), period)
+            }
         }
     }
 }
@@ -286,26 +308,97 @@ fn from_trajectory(
     };
     let spanned = last.time - earlier[first].time;
     let period = frequency.map_or(spanned, |w| TAU / w * n_periods as f64);
-    let mut round = earlier[first..].to_vec();
-    let is_strike = |instant: &Instant| matches!(instant.event, Event::Strike(_));
-    let Some(landing) = round.iter().position(is_strike) else {
-        return Err(unsupported(
-            "no impact but those that accumulate",
-            last.time,
-        ));
+    let round = earlier[first..].to_vec();
+    one_round(round, (spanned, period), n_periods, trajectory.scene())
+}
+
+/// The period for which a motion from a state is followed: that of the forcing, or what is given without one.
+fn period_of_state(forced: Option<f64>, given: Option<f64>) -> Result<f64> {
+    match (forced, given) {
+        (Some(period), None) => Ok(period),
+        (None, Some(period)) => positive("guess[2]", period),
+        (Some(_), Some(period)) => {
+            let rule = "the scene has a forcing, whose periods n_periods counts; leave it out";
+            Err(Error::bad_value("guess[2]", period, rule))
+        }
+        (None, None) => {
+            let rule = "without forcing the period is to be guessed too: (q0, v0, period)";
+            Err(Error::bad_value("guess", "a state without a period", rule))
+        }
+    }
+}
+
+/// What happens in one period from a state at time zero on: from the first instant to its return, which comes about a period later.
+fn from_state(
+    scene: &Scene,
+    (q, v): (&DVector<f64>, &DVector<f64>),
+    n_periods: usize,
+    period: f64,
+) -> Result<Start> {
+    let span = (0.0, FOLLOWED * period);
+    let run = simulate(scene, q, v, span, &SimulateOptions::default())?;
+    let stretches = run.stretches()?;
+    let has_lasting = stretches
+        .iter()
+        .any(|stretch| stretch.kind != SegmentKind::Flight);
+    let all = if has_lasting {
+        lasting(&run)?
+    } else {
+        impacts(&run)?
     };
-    // Not quite a period may have passed: the times are stretched to it.
-    let zero = round[landing].time;
+    let Some(first) = all.first().filter(|first| first.time <= WAITED * period) else {
+        let held = stretches.last().map_or(&[][..], |stretch| stretch.stops);
+        return without_instants(&run, scene.frequency(), Some(n_periods), held);
+    };
+    let off = |instant: &Instant| (instant.time - first.time - period).abs();
+    let is_return = |instant: &Instant| {
+        instant.event == first.event && instant.held == first.held && off(instant) < 0.5 * period
+    };
+    let returns = (1..all.len()).filter(|&k| is_return(&all[k]));
+    let back = returns.min_by(|&i, &j| off(&all[i]).total_cmp(&off(&all[j])));
+    let (count, spanned) = back.map_or_else(
+        || {
+            let end = first.time + period;
+            (all.partition_point(|instant| instant.time < end), period)
+        },
+        |k| (k, all[k].time - first.time),
+    );
+    one_round(all[..count].to_vec(), (spanned, period), n_periods, scene)
+}
+
+/// The start that one round is, whose time is stretched to the period.
+fn one_round(
+    mut round: Vec<Instant>,
+    (spanned, period): (f64, f64),
+    n_periods: usize,
+    scene: &Scene,
+) -> Result<Start> {
+    let zero = round[0].time;
     let stretch = |time: f64| (time - zero) / spanned * period;
-    for (k, instant) in round.iter_mut().enumerate() {
-        let late = if k < landing { period } else { 0.0 };
-        (instant.time, instant.start) =
-            (stretch(instant.time) + late, stretch(instant.start) + late);
+    for instant in &mut round {
+        (instant.time, instant.start) = (stretch(instant.time), stretch(instant.start));
+    }
+    begin_with_impact(&mut round, period)?;
+    let phase = round[0].phase;
+    Ok(started(folded(round, scene), n_periods, phase, period))
+}
+
+/// Turns a round so that its first instant is an impact, behind a release if there is one; those before it come a period later.
+fn begin_with_impact(round: &mut [Instant], period: f64) -> Result<()> {
+    let is_strike = |instant: &Instant| matches!(instant.event, Event::Strike(_));
+    let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
+    let after = (round.iter().position(is_release)).map_or(0, |release| release + 1);
+    let mut behind = (after..round.len()).chain(0..after);
+    let Some(landing) = behind.find(|&k| is_strike(&round[k])) else {
+        let time = round.last().map_or(0.0, |instant| instant.time);
+        return Err(unsupported("no impact but those that accumulate", time));
+    };
+    for instant in &mut round[..landing] {
+        instant.time += period;
+        instant.start += period;
     }
     round.rotate_left(landing);
-    let phase = round[0].phase;
-    let round = folded(round, trajectory.scene());
-    Ok(started(round, n_periods, phase, period))
+    Ok(())
 }
 
 /// The earlier instants that are like the last one, with how far they are from it.
