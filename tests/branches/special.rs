@@ -227,4 +227,20 @@ fn boundaries_are_named() {
     };
     assert!((graze.parameter - touch * USUAL.force).abs() < 1e-9);
     assert_eq!(graze.stop, Some(0));
+    // On the slow side of a fold the stop that is hit is touched in between.
+    let preloaded = Oscillator {
+        force: 1.0,
+        frequency: 2.8,
+        clearance: -0.5,
+        ..USUAL
+    };
+    let orbit = &preloaded.orbits(1)[0];
+    let branch = followed(orbit, Parameter::ForcingScale, (0.2, 9.0), &options);
+    let [graze] = of(&branch, SpecialKind::Graze)[..] else {
+        panic!("{:?}", branch.special);
+    };
+    let (time, period) = (graze.time.expect("a time"), graze.orbit.period());
+    assert!(time > 0.1 * period && time < 0.9 * period, "{time}");
+    let (q, v) = graze.orbit.state(time, false);
+    assert!((q[0] + 0.5).abs() < 1e-8 && v[0].abs() < 1e-4, "{q} {v}");
 }
