@@ -3,11 +3,9 @@
 use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
-use crate::hybrid::HybridMaps;
 use crate::model::Scene;
 use crate::orbit::{
-    FlightEnd, Linearised, PeriodicOrbit, ScaledUnits, Shooting, ShootingState, ShootingVisitor,
-    Signature, visit_shooting,
+    Linearised, PeriodicOrbit, ScaledUnits, ShootingState, Signature, with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -32,104 +30,13 @@ pub(super) struct ByValue {
     flights: ShootingState,
 }
 
-/// The sizes of a loop.
-struct Sizes<'s> {
-    state: &'s ShootingState,
-}
-
-impl ShootingVisitor for Sizes<'_> {
-    type Output = ScaledUnits;
-
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        _: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<ScaledUnits> {
-        shooting.units(self.state)
-    }
-}
-
 /// The units of a branch: the sizes of its first loop.
 pub(super) fn units_of(
     scene: &Scene,
     signature: &Signature,
     state: &ShootingState,
 ) -> Result<ScaledUnits> {
-    visit_shooting(scene, signature, Sizes { state })
-}
-
-/// What a loop lacks at one value.
-struct Lacking<'s> {
-    state: &'s ShootingState,
-    units: &'s ScaledUnits,
-}
-
-impl ShootingVisitor for Lacking<'_> {
-    type Output = Linearised;
-
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        _: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<Linearised> {
-        shooting.lacking(self.state, self.units)
-    }
-}
-
-/// The equations of the loop at one value, and how far it is from closing.
-struct AtValue<'s> {
-    state: &'s ShootingState,
-    units: &'s ScaledUnits,
-}
-
-impl ShootingVisitor for AtValue<'_> {
-    type Output = (Linearised, f64);
-
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        _: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<(Linearised, f64)> {
-        let linear = shooting.linearised(self.state, self.units)?;
-        Ok((linear, shooting.mismatch(self.state, self.units)?))
-    }
-}
-
-/// The equations of a deviation that comes back multiplied.
-struct Multiplied<'s> {
-    state: &'s ShootingState,
-    units: &'s ScaledUnits,
-    multiplier: f64,
-}
-
-impl ShootingVisitor for Multiplied<'_> {
-    type Output = DMatrix<f64>;
-
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        _: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<DMatrix<f64>> {
-        shooting.variational(self.state, self.units, self.multiplier)
-    }
-}
-
-/// The orbit that a closed loop is.
-struct Closed<'s> {
-    state: &'s ShootingState,
-    units: &'s ScaledUnits,
-}
-
-impl ShootingVisitor for Closed<'_> {
-    type Output = PeriodicOrbit;
-
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        orbit: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<PeriodicOrbit> {
-        orbit(self.state, &shooting.flight_ends(self.state, self.units)?)
-    }
+    with_shooting(scene, signature, |shooting, _| shooting.units(state))
 }
 
 impl Equations {
@@ -171,7 +78,10 @@ impl Family<'_> {
     fn linear(&self, place: &Place) -> Result<(Scene, Linearised, f64)> {
         let scene = self.scene(place.value)?;
         let (state, units) = (&place.state, &self.units_in(&scene));
-        let (linear, mismatch) = visit_shooting(&scene, &self.signature, AtValue { state, units })?;
+        let (linear, mismatch) = with_shooting(&scene, &self.signature, |shooting, _| {
+            let linear = shooting.linearised(state, units)?;
+            Ok((linear, shooting.mismatch(state, units)?))
+        })?;
         Ok((scene, linear, mismatch))
     }
 
@@ -180,12 +90,9 @@ impl Family<'_> {
     pub fn multiplier_test(&self, place: &Place, multiplier: f64) -> Result<f64> {
         let scene = self.scene(place.value)?;
         let (state, units) = (&place.state, &self.units_in(&scene));
-        let multiplied = Multiplied {
-            state,
-            units,
-            multiplier,
-        };
-        let matrix = visit_shooting(&scene, &self.signature, multiplied)?;
+        let matrix = with_shooting(&scene, &self.signature, |shooting, _| {
+            shooting.variational(state, units, multiplier)
+        })?;
         let lengths = matrix.column_iter().map(|column| column.norm().ln());
         let lengths: f64 = lengths.sum();
         let lu = matrix.lu();
@@ -200,7 +107,9 @@ impl Family<'_> {
     pub fn orbit(&self, place: &Place) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
         let (state, units) = (&place.state, &self.units_in(&scene));
-        visit_shooting(&scene, &self.signature, Closed { state, units })
+        with_shooting(&scene, &self.signature, |shooting, orbit| {
+            orbit(state, &shooting.flight_ends(state, units)?)
+        })
     }
 
     /// How what the loop lacks, and with it the states of its flights, changes with the parameter, in parts of the range: central
@@ -211,7 +120,9 @@ impl Family<'_> {
             check_same(scene, &there, value)?;
             let state = &stretched(&place.state, scene, &there);
             let units = &self.units_in(&there);
-            visit_shooting(&there, &self.signature, Lacking { state, units })
+            with_shooting(&there, &self.signature, |shooting, _| {
+                shooting.lacking(state, units)
+            })
         };
         let step = self.difference(place.value);
         let (above, below) = (place.value + step, place.value - step);

@@ -76,7 +76,7 @@ fn failed(iterations: usize, residual: f64) -> Error {
 }
 
 /// Opening speed and acceleration of a gap in free motion.
-fn opening<M: HybridMaps>(
+fn opening<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     t: f64,
@@ -90,7 +90,7 @@ fn opening<M: HybridMaps>(
 }
 
 /// The impacts of some stops on a state, on deviations of it and of its time.
-pub(crate) fn strike<M: HybridMaps>(
+pub(crate) fn strike<M: HybridMaps + ?Sized>(
     motion: &M,
     stops: &[usize],
     y: &mut Timed,
@@ -104,7 +104,7 @@ pub(crate) fn strike<M: HybridMaps>(
 }
 
 /// Goes through the sequence that begins with an impact on a stop; `y` becomes the state in lasting contact behind it.
-pub(crate) fn complete<M: HybridMaps>(
+pub(crate) fn complete<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     size: f64,
@@ -161,7 +161,7 @@ pub(crate) fn complete<M: HybridMaps>(
 
 /// The time from an impact to the next contact, from a guess: the gap is concave, so that Newton's method arrives from
 /// behind.
-fn next_contact<M: HybridMaps>(
+fn next_contact<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     (start, after): (f64, &DVector<f64>),
@@ -192,7 +192,7 @@ fn next_contact<M: HybridMaps>(
 }
 
 /// The rest of the sequence at once, with its Jacobian; `size` is that of the motion.
-pub(crate) fn finish<M: HybridMaps>(
+pub(crate) fn finish<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     size: f64,
@@ -218,7 +218,7 @@ pub(crate) fn finish<M: HybridMaps>(
 }
 
 /// `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, then onto the stop.
-fn rest<M: HybridMaps>(
+fn rest<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     t: f64,

@@ -87,7 +87,7 @@ pub(crate) trait HybridMaps {
 }
 
 /// Moves a state at a time onto some stops, along their reactions, and takes its normal speeds relative to them away.
-pub(crate) fn project_onto<M: HybridMaps>(
+pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
     maps: &M,
     stops: &[usize],
     t: f64,

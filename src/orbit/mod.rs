@@ -40,13 +40,11 @@ pub(crate) use one_instant::periodic_conditions::PeriodicConditions;
 pub(crate) use one_instant::solve::{Solution, clearance_given};
 pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
-pub(crate) use shooting::closure::{
-    Clocked, FlightEnd, Shooting, ShootingState, Units as ScaledUnits,
-};
+pub(crate) use shooting::closure::{Clocked, ShootingState, Units as ScaledUnits};
 pub(crate) use shooting::find::begun;
 pub(crate) use shooting::newton::Linearised;
 pub(crate) use shooting::own_time::with_phase;
-pub(crate) use shooting::signature::{ShootingVisitor, Signature, visit_shooting};
+pub(crate) use shooting::signature::{Signature, with_shooting};
 pub(crate) use stability::multipliers::{decides, largest_multiplier};
 pub(crate) use verdict::admissibility::{Admissibility, Breach, Rule, Ruling};
 pub(crate) use verdict::judge::Judge;

@@ -57,8 +57,8 @@ pub(crate) enum Clocked {
 }
 
 /// One periodic problem.
-pub(crate) struct Shooting<'a, M> {
-    pub motion: &'a M,
+pub(crate) struct Shooting<'a> {
+    pub motion: &'a dyn HybridMaps,
     pub stages: &'a [ContactStage],
     pub clocked: Clocked,
 }
@@ -71,7 +71,7 @@ pub(crate) struct Units {
     pub time: f64,
 }
 
-impl<M: HybridMaps> Shooting<'_, M> {
+impl Shooting<'_> {
     fn event(&self, k: usize) -> &Event {
         &self.stages[k % self.stages.len()].event
     }

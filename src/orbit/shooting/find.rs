@@ -1,15 +1,14 @@
 //! `find_orbit`: from a guess to a periodic motion of any pattern (theory 5).
 
 use crate::error::{Error, Result};
-use crate::hybrid::HybridMaps;
 use crate::model::{Scene, System, contacts};
 use crate::orbit::contact_mode::Event;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::shooting::closure::{Clocked, FlightEnd, Shooting, ShootingState};
+use crate::orbit::shooting::closure::{Clocked, ShootingState};
 use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
-use crate::orbit::shooting::signature::{ShootingVisitor, Signature, visit_shooting};
+use crate::orbit::shooting::signature::{Signature, with_shooting};
 use std::ops::ControlFlow;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
@@ -70,7 +69,10 @@ pub fn find_orbit_observed<'a>(
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
     let (scene, signature, guess) = begun(scene, guess.into(), n_periods)?;
-    visit_shooting(&scene, &signature, Solved { guess, observer })
+    with_shooting(&scene, &signature, |shooting, orbit| {
+        let (found, flight_ends) = shooting.solve(guess, observer)?;
+        orbit(&found, &flight_ends)
+    })
 }
 
 /// The scene with the phase of a guess, what happens along the motion, and the loop that the guess is.
@@ -91,25 +93,6 @@ pub(crate) fn begun(
     let signature = start.signature(depends);
     let first = first_loop(&start, signature.clocked(&scene));
     Ok((scene, signature, first))
-}
-
-/// The loop that closes near a guess, as an orbit.
-struct Solved<'s> {
-    guess: ShootingState,
-    observer: &'s mut dyn FnMut() -> ControlFlow<()>,
-}
-
-impl ShootingVisitor for Solved<'_> {
-    type Output = PeriodicOrbit;
-
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        orbit: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<PeriodicOrbit> {
-        let (found, flight_ends) = shooting.solve(self.guess, self.observer)?;
-        orbit(&found, &flight_ends)
-    }
 }
 
 fn check(scene: &Scene, start: &Start) -> Result<()> {

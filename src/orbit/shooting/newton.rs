@@ -1,7 +1,6 @@
 //! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
 
 use crate::error::{Error, Result};
-use crate::hybrid::HybridMaps;
 use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
 use crate::orbit::shooting::closure::{
@@ -40,7 +39,7 @@ impl Linearised {
     }
 }
 
-impl<M: HybridMaps> Shooting<'_, M> {
+impl Shooting<'_> {
     /// The closed loop near a guess, and the ends of its flights.
     pub fn solve(
         &self,

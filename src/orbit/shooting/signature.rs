@@ -43,23 +43,16 @@ impl Signature {
     }
 }
 
-/// What is done with the equations of a motion, whatever moves it; a closed loop, with the ends of its flights, makes an orbit.
-pub(crate) trait ShootingVisitor {
-    type Output;
+/// What makes an orbit of a closed loop, with the ends of its flights.
+pub(crate) type OrbitOf<'a> = &'a dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>;
 
-    fn visit<M: HybridMaps>(
-        self,
-        shooting: &Shooting<'_, M>,
-        orbit: &dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>,
-    ) -> Result<Self::Output>;
-}
-
-/// Visits the equations of a signature in a scene, whose phase is that of the forcing at time zero.
-pub(crate) fn visit_shooting<V: ShootingVisitor>(
+/// Does some work with the equations of a signature in a scene, whatever moves it; the phase of the scene is that of the forcing at time
+/// zero.
+pub(crate) fn with_shooting<T>(
     scene: &Scene,
     signature: &Signature,
-    visitor: V,
-) -> Result<V::Output> {
+    work: impl FnOnce(&Shooting<'_>, OrbitOf<'_>) -> Result<T>,
+) -> Result<T> {
     let clocked = signature.clocked(scene);
     let stages = &signature.stages;
     if scene.linear_system("find_orbit").is_err() {
@@ -76,7 +69,7 @@ pub(crate) fn visit_shooting<V: ShootingVisitor>(
             stages,
             clocked,
         };
-        return visitor.visit(&shooting, &orbit);
+        return work(&shooting, &orbit);
     }
     // Deviations, and the matrices between coordinates and modes.
     let n = scene.n_dof();
@@ -94,7 +87,7 @@ pub(crate) fn visit_shooting<V: ShootingVisitor>(
         stages,
         clocked,
     };
-    visitor.visit(&shooting, &orbit)
+    work(&shooting, &orbit)
 }
 
 /// The parts of the orbit, counted from its first impact; impacts that accumulate are taken apart.
