@@ -52,7 +52,7 @@ from vibroimpact._files import load
 from vibroimpact.attractors import Attractor, Attractors, find_attractors
 from vibroimpact.basin_plane import Basins, Fit, basins
 from vibroimpact.basin_samples import BasinFractions, basin_fractions
-from vibroimpact.branch import Branch, Special, continuation
+from vibroimpact.branch import Branch, continuation
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many
@@ -60,6 +60,7 @@ from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap, existence_map
 from vibroimpact.exponents import LyapunovExponents, lyapunov_exponents
 from vibroimpact.reduction import Reduction, reduce
+from vibroimpact.special import Special
 
 if TYPE_CHECKING:
     from vibroimpact import plot

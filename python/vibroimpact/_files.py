@@ -21,12 +21,13 @@ from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, Attractors
 from vibroimpact.basin_plane import Basins, Fit
 from vibroimpact.basin_samples import BasinFractions
-from vibroimpact.branch import Branch, Special
+from vibroimpact.branch import Branch
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap
 from vibroimpact.exponents import LyapunovExponents
+from vibroimpact.special import Special
 
 #: Counts what older libraries cannot read.
 FORMAT = 1

@@ -42,7 +42,7 @@ pub(super) enum Missed {
 pub(super) type Attempt<T> = Result<std::result::Result<T, Missed>>;
 
 /// A refusal of a scene's numbers is a missed place; whatever else is said by the functions of a user is theirs.
-fn attempted<T>(found: Result<T>, value: f64) -> Attempt<T> {
+pub(super) fn attempted<T>(found: Result<T>, value: f64) -> Attempt<T> {
     match found {
         Ok(found) => Ok(Ok(found)),
         Err(Error::NoConvergence { stage, .. }) if stage == NO_REST => {

@@ -1,10 +1,9 @@
 //! A step along a branch from a point that is known.
 
-use crate::branch::corrector::{Attempt, Missed, Settled};
+use crate::branch::corrector::{Attempt, Settled, attempted};
 use crate::branch::equations::Equations;
 use crate::branch::family::Family;
 use crate::branch::place::{Direction, Place};
-use crate::error::Error;
 use crate::orbit::PeriodicOrbit;
 
 /// A point that was accepted.
@@ -43,12 +42,10 @@ pub(super) fn step_to(family: &Family<'_>, from: &Point, target: Target) -> Atte
         }
     };
     let ahead = from.tangent.scaled(length);
-    let mut place = match family.moved(&from.place, &from.equations, &ahead) {
+    let moved = family.moved(&from.place, &from.equations, &ahead);
+    let mut place = match attempted(moved, from.place.value)? {
         Ok(place) => place,
-        Err(error @ Error::BadValue { .. }) => {
-            return Ok(Err(Missed::NoScene(error.to_string())));
-        }
-        Err(error) => return Err(error),
+        Err(missed) => return Ok(Err(missed)),
     };
     if let Target::Value(value) = target {
         place.value = value;

@@ -4,7 +4,7 @@ use crate::branch::{self, Branch, BranchEnd, ContinuationOptions, EndReason, Hea
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
 use crate::python::array::out_matrix;
-use crate::python::diagram::count;
+use crate::python::diagram::{count, way};
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::sweep::amplitude_given;
@@ -113,17 +113,7 @@ pub(crate) fn _continuation<'py>(
     #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<Out<'py>> {
     let options = ContinuationOptions {
-        heading: match direction {
-            "up" => Heading::Up,
-            "down" => Heading::Down,
-            "both" => Heading::Both,
-            _ => {
-                let message = format!(
-                    "direction is \"{direction}\", but it must be \"up\", \"down\" or \"both\""
-                );
-                return Err(PyValueError::new_err(message));
-            }
-        },
+        heading: way(direction, [Heading::Up, Heading::Down, Heading::Both])?,
         max_points: count("max_points", max_points, 1)?,
         steps: [step.0, step.1, step.2],
         beyond: if keeps_virtual {

@@ -109,6 +109,21 @@ pub(crate) fn count(argument: &str, value: i64, least: i64) -> PyResult<usize> {
         })
 }
 
+/// Which of three a direction is: up, down, both.
+pub(crate) fn way<T>(direction: &str, [up, down, both]: [T; 3]) -> PyResult<T> {
+    match direction {
+        "up" => Ok(up),
+        "down" => Ok(down),
+        "both" => Ok(both),
+        _ => {
+            let message = format!(
+                "direction is \"{direction}\", but it must be \"up\", \"down\" or \"both\""
+            );
+            Err(PyValueError::new_err(message))
+        }
+    }
+}
+
 /// Values, directions, periods, impacts, patterns, status; the place of the value of each point, and the points.
 type Diagram<'py> = (
     Bound<'py, PyArray1<f64>>,
@@ -158,17 +173,7 @@ pub(crate) fn _bifurcation_diagram<'py>(
         None => Ok(nalgebra::DVector::zeros(n)),
     };
     let options = DiagramOptions {
-        direction: match direction {
-            "up" => Direction::Up,
-            "down" => Direction::Down,
-            "both" => Direction::Both,
-            _ => {
-                let message = format!(
-                    "direction is \"{direction}\", but it must be \"up\", \"down\" or \"both\""
-                );
-                return Err(PyValueError::new_err(message));
-            }
-        },
+        direction: way(direction, [Direction::Up, Direction::Down, Direction::Both])?,
         start: (q0.is_some() || v0.is_some())
             .then(|| Ok::<_, PyErr>((part("q0", q0)?, part("v0", v0)?)))
             .transpose()?,
