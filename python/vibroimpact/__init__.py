@@ -60,7 +60,7 @@ from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap, existence_map
 from vibroimpact.exponents import LyapunovExponents, lyapunov_exponents
 from vibroimpact.reduction import Reduction, reduce
-from vibroimpact.special import Special
+from vibroimpact.special import Candidate, Special
 
 if TYPE_CHECKING:
     from vibroimpact import plot
@@ -80,6 +80,7 @@ __all__ = [
     "Basins",
     "BifurcationDiagram",
     "Branch",
+    "Candidate",
     "Coefficients",
     "ConvergenceError",
     "DoublePendulum",

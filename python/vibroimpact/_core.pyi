@@ -35,6 +35,7 @@ __all__ = [
     "__version__",
     "_basin_cells",
     "_bifurcation_diagram",
+    "_branches",
     "_check_existence",
     "_continuation",
     "_existence_at",
@@ -534,6 +535,7 @@ class Orbit:
     def is_stable(self) -> bool | None: ...
     @property
     def stability(self) -> Stability: ...
+    def mirrored(self) -> Orbit: ...
     def to_arrays(self) -> dict[str, NDArray[Any]]: ...
     def save(self, path: str | PathLike[str]) -> None: ...
     def to_xarray(self) -> Any: ...
@@ -801,6 +803,7 @@ def _continuation(
     max_points: int,
     step: tuple[float, float, float],
     keeps_virtual: bool,
+    symmetric: bool | None,
     progress: bool,
 ) -> tuple[
     list[Orbit],
@@ -810,11 +813,18 @@ def _continuation(
     NDArray[np.bool_],
     NDArray[np.int64],
     NDArray[np.complex128],
-    list[tuple[str, float, float, float, Orbit, int | None, float | None]],
+    list[tuple[str, float, float, float, Orbit, int | None, float | None, float | None, list[float]]],
     list[tuple[str, str]],
     bool,
     BaseException | None,
 ]: ...
+def _branches(
+    point: tuple[str, float, int | None, float | None, list[float]],
+    orbit: Orbit,
+    name: str | None,
+    make: Callable[[float], Scene] | None,
+    between: tuple[float, float],
+) -> list[tuple[Orbit, float, bool]]: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

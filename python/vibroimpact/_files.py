@@ -27,7 +27,7 @@ from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap
 from vibroimpact.exponents import LyapunovExponents
-from vibroimpact.special import Special
+from vibroimpact.special import Candidate, Special
 
 #: Counts what older libraries cannot read.
 FORMAT = 1
@@ -49,6 +49,7 @@ Result = (
     | Basins
     | BasinFractions
     | Branch
+    | Candidate
     | Special
     | Fit
 )
@@ -68,6 +69,7 @@ RESULTS: dict[str, Callable[..., Any]] = {
     "Basins": Basins,
     "BasinFractions": BasinFractions,
     "Branch": Branch,
+    "Candidate": Candidate,
     "Special": Special,
     "Fit": Fit,
 }
@@ -110,7 +112,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     Returns
     -------
     Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor,
-    Attractors, Basins, BasinFractions, Branch, Special or Fit
+    Attractors, Basins, BasinFractions, Branch, Candidate, Special or Fit
         What was saved, equal to the bit.
 
     Raises

@@ -137,6 +137,11 @@ def _special(own: Any) -> _Parts:
     return variables, {}, {name: getattr(own, name) for name in names}
 
 
+def _candidate(own: Any) -> _Parts:
+    variables: dict[str, Any] = {"q0": ("dof", own.orbit.q0), "v0": ("dof", own.orbit.v0)}
+    return variables, {}, {"parameter": own.parameter, "side": own.side}
+
+
 def _fit(fit: Any) -> _Parts:
     return {"counts": ("size", fit.counts)}, {"size": fit.sizes}, {"value": fit.value, "error": fit.error}
 
@@ -154,6 +159,7 @@ _MAKE = {
     "Basins": _basins,
     "BasinFractions": _fractions,
     "Branch": _branch,
+    "Candidate": _candidate,
     "Special": _special,
     "Fit": _fit,
 }

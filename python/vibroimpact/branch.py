@@ -13,7 +13,7 @@ from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
 from vibroimpact._results import ArrayResult
 from vibroimpact.diagram import Pattern
-from vibroimpact.special import Special
+from vibroimpact.special import Candidate, Special
 
 __all__ = ["Branch", "continuation"]
 
@@ -44,8 +44,7 @@ class Branch(ArrayResult, Sequence[Orbit]):
     multipliers : ndarray of complex, shape (m, 2n)
         The multipliers of each, the largest first; nan where it has none.
     special : tuple of Special
-        Where it turns, where a multiplier passes through -1, and the boundaries at its ends, in their order. Other bifurcations
-        are not looked for.
+        Its bifurcations and the boundaries at its ends, in their order.
     monitor : dict of str to ndarray, shape (m,)
         What functions that were asked for give.
     ends : tuple of (str, str), length 2
@@ -181,16 +180,14 @@ class Branch(ArrayResult, Sequence[Orbit]):
             message = f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
             raise ValueError(message)
         is_factor = self.parameter_name in ("forcing_scale", "damping_scale")
-        # Factors count from the scene of each orbit; none does from zero.
+        # Of factors none counts from zero.
         near = min((k, k + 1), key=lambda i: (is_factor and self.parameter[i] == 0.0, abs(self.parameter[i] - value)))
         start = float(self.parameter[near])
-        unit = start if is_factor else 1.0
-        between = (min(start, value) / unit, max(start, value) / unit)
-        if unit < 0.0:
-            between = between[::-1]
-        up = value / unit > start / unit
-        way = ("up" if up else "down", 100, (1e-12, 0.1, 0.5), True, False)
-        part = _core._continuation(self.orbits[near], self.parameter_name, make, start, between, *way)
+        up = value > start
+        way = ("up" if up else "down", 100, (1e-12, 0.1, 0.5), True, None, False)
+        part = _core._continuation(
+            self.orbits[near], self.parameter_name, make, start, (min(start, value), max(start, value)), *way
+        )
         return part[0][-1 if up else 0]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
@@ -210,7 +207,7 @@ class Branch(ArrayResult, Sequence[Orbit]):
 
 
 def continuation(
-    orbit: Orbit,
+    orbit: Orbit | Special | Candidate,
     parameter: str | Callable[[float], Scene],
     between: tuple[float, float],
     *,
@@ -220,22 +217,24 @@ def continuation(
     step: tuple[float, float, float] = (1e-8, 1e-3, 0.05),
     monitor: Mapping[str, Monitor] | None = None,
     virtual: str = "stop",
+    symmetric: bool | None = None,
     progress: bool = False,
 ) -> Branch:
     """Follow a periodic orbit over a number of its scene, through folds.
 
     Parameters
     ----------
-    orbit : Orbit
+    orbit : Orbit, Candidate or Special
         An orbit of ``periodic_orbits`` or ``find_orbit``: linear or not, with or without forcing, through chatter and lasting
-        contact, or one that hits nothing.
+        contact, or one that hits nothing. A candidate of ``Special.branches``; of a special point its first one. Factors then
+        count as on the branch that they come from.
     parameter : str or callable
         A number of ``Scene.replace`` ("frequency", "clearance[1]", "forcing_scale", ...; not "phase", which shifts time
         alone), or a callable ``p -> Scene``.
     between : (float, float)
         The range, with the orbit in it.
     start : float, optional
-        Of a callable, its value at the orbit.
+        Of a callable, its value at the orbit; a candidate knows it.
     direction : {"both", "up", "down"}, default "both"
         Which way at first; through folds it goes on.
     max_points : int, default 2000
@@ -248,6 +247,10 @@ def continuation(
     virtual : {"stop", "keep"}, default "stop"
         Whether the branch ends at a boundary of motion, beyond which its orbits break a rule of contact (a stop is passed, an
         impact has lost its speed), or goes on with orbits that say so.
+    symmetric : bool, optional
+        Whether the motion is kept its own mirror image half a period later, ``q(t + T/2) = -q(t)``: by default where it is, in
+        scenes that are odd (opposite stops that are alike, forces of odd harmonics). Such a branch cannot fall off its symmetry;
+        where it ceases to be stable it has a pitchfork, at which two others are born.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -262,7 +265,8 @@ def continuation(
         A number that does not exist or that the stops do not share; a range that is upside down, not finite or without the
         orbit, or whose ends the number may not take; steps that are not in order; a callable without ``start``; an orbit that
         breaks a rule of contact, unless such orbits are kept; stops that are hit together; a motion without forcing that hits
-        nothing; orbits that form a family (elastic impacts without damping); a monitor that is not finite.
+        nothing; orbits that form a family (elastic impacts without damping); a monitor that is not finite; a special point from
+        which no branch goes off; ``symmetric=True`` of an orbit that is not its own mirror image.
     ConvergenceError
         An orbit that does not close in the scene that the callable makes of ``start``.
 
@@ -288,6 +292,7 @@ def continuation(
     >>> [(own.kind, round(8.5 * own.parameter, 6)) for own in branch.special]
     [('lost_impact', 4.766047), ('period_doubling', 7.733258)]
     """
+    orbit, known = _orbit_of(orbit)
     if virtual not in ("stop", "keep"):
         message = f'virtual is {virtual!r}, but it must be "stop" or "keep"'
         raise ValueError(message)
@@ -297,17 +302,23 @@ def continuation(
     if isinstance(parameter, str) and start is not None:
         message = f"start is {start!r}, but it is that of a callable: the orbit has its own {parameter}"
         raise ValueError(message)
+    if symmetric is not None and not isinstance(symmetric, bool):
+        message = f"symmetric is {symmetric!r}, but True, False or None is needed"
+        raise TypeError(message)
     low, high = _few("between", between, ("low", "high"))
     smallest, first_step, largest = _few("step", step, ("smallest", "first", "largest"))
     measures = _checked(monitor)
     name, make = (parameter, None) if isinstance(parameter, str) else (None, parameter)
     keeps = virtual == "keep"
     steps = (smallest, first_step, largest)
-    found = _core._continuation(orbit, name, make, start, (low, high), direction, max_points, steps, keeps, progress)
+    start = known if start is None else start
+    found = _core._continuation(
+        orbit, name, make, start, (low, high), direction, max_points, steps, keeps, symmetric, progress
+    )
     orbits, values, arclength, is_admissible, is_stable, n_unstable, multipliers = found[:7]
     special, (first, last), is_closed, raised = found[7:]
     columns = (values, arclength, is_admissible, is_stable, n_unstable, multipliers)
-    marked = tuple(Special(*own) for own in special)
+    marked = tuple(_special(own, name, (low, high), make) for own in special)
     branch = Branch(name, tuple(orbits), *columns, marked, {}, (first, last), is_closed)
     # Not a part of the result: functions are not saved.
     object.__setattr__(branch, "_make", make)
@@ -321,6 +332,29 @@ def continuation(
         error.branch = branch  # type: ignore[attr-defined]
         raise
     return branch
+
+
+def _orbit_of(given: Any) -> tuple[Any, float | None]:
+    """Return the orbit of a candidate, of a special point that of its first one, and its value; an orbit as it is."""
+    if isinstance(given, Special):
+        found = given.branches()
+        if not found:
+            message = f"orbit is {given!r}, but no branch goes off there: an orbit is needed"
+            raise ValueError(message)
+        given = found[0]
+    return (given.orbit, given.parameter) if isinstance(given, Candidate) else (given, None)
+
+
+def _special(
+    own: tuple[Any, ...], name: str | None, between: tuple[float, float], make: Callable[[float], Scene] | None
+) -> Special:
+    """Return a special point, which knows the callable that made its branch."""
+    *numbers, rotation, direction = own
+    data = {} if rotation is None else {"rotation_number": rotation}
+    special = Special(*numbers, data, np.array(direction), name, between)
+    # Not a part of the result: functions are not saved.
+    object.__setattr__(special, "_make", make)
+    return special
 
 
 def _few(argument: str, value: Any, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -1,20 +1,83 @@
-"""Special points of branches."""
+"""Special points of branches, and the branches that meet them there."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core import Orbit
+from vibroimpact import _core
+from vibroimpact._core import Orbit, Scene
 from vibroimpact._results import ArrayResult
+from vibroimpact.diagram import Pattern
 
-__all__ = ["Special"]
+__all__ = ["Candidate", "Special"]
 
 #: What happens at a special point.
-KINDS = ("fold", "period_doubling", "graze", "lost_impact", "corner", "chatter_border")
+KINDS = (
+    "fold",
+    "period_doubling",
+    "torus",
+    "pitchfork",
+    "branch_point",
+    "graze",
+    "lost_impact",
+    "corner",
+    "chatter_border",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate(ArrayResult):
+    """An orbit near a special point of a branch, on another branch that meets it there.
+
+    Attributes
+    ----------
+    orbit : Orbit
+        The orbit.
+    parameter : float
+        The number of the branch at it.
+    side : {1, -1}
+        Whether that is above the special point or below.
+    pattern : list
+        The stops that it hits in one period, a tuple at one instant.
+    is_admissible, is_stable : bool or None
+        Whether it keeps the rules of contact; whether small deviations die out.
+    """
+
+    orbit: Orbit
+    parameter: float
+    side: int
+
+    def __post_init__(self) -> None:
+        """Refuse what is none."""
+        self._check_types({"orbit": Orbit, "parameter": float, "side": int})
+
+    @property
+    def pattern(self) -> Pattern:
+        """The stops hit in one period, a tuple at one instant."""
+        return self.orbit.pattern
+
+    @property
+    def is_admissible(self) -> bool | None:
+        """Whether the orbit keeps the rules of contact."""
+        return self.orbit.is_admissible
+
+    @property
+    def is_stable(self) -> bool | None:
+        """Whether small deviations from the orbit die out."""
+        return self.orbit.is_stable
+
+    def __repr__(self) -> str:
+        """Say what is hit, where, and whether it can be seen."""
+        where = "above" if self.side > 0 else "below"
+        kept = {True: "admissible", False: "not admissible", None: "undecided"}[self.is_admissible]
+        stable = {True: "stable", False: "unstable", None: "stability undecided"}[self.is_stable]
+        periods = f"{self.orbit.n_periods} period{'s' if self.orbit.n_periods > 1 else ''}"
+        return f"Candidate({self.pattern} in {periods} at {self.parameter:.10g}, {where}: {kept}, {stable})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +86,12 @@ class Special(ArrayResult):
 
     Attributes
     ----------
-    kind : {"fold", "period_doubling", "graze", "lost_impact", "corner", "chatter_border"}
-        The branch turns back; a multiplier passes through -1; at a boundary, where the branch ends: a stop is touched, an impact
-        has lost its speed, two stops are hit at one instant, lasting contact has no duration left.
+    kind : str
+        "fold": the branch turns back. "period_doubling": a multiplier passes through -1. "torus": two conjugate multipliers
+        pass through the unit circle beside 1 and -1. "pitchfork": a motion that was its own mirror image ceases to be stable
+        as such. "branch_point": another branch of the same pattern is crossed. At a boundary, where the branch ends: "graze",
+        a stop is touched; "lost_impact", an impact has lost its speed; "corner", two stops are hit at one instant;
+        "chatter_border", lasting contact has no duration left.
     parameter, error : float
         The number of the branch there, and how far it is known.
     arclength : float
@@ -36,6 +102,14 @@ class Special(ArrayResult):
         The stop that a boundary is about.
     time : float or None
         The time of its touch or impact [s], counted from the first impact.
+    data : dict of str to float
+        Of a torus "rotation_number": by what part of a turn a small deviation turns in a period, in (0, 1/2).
+    direction : ndarray
+        The direction of the branch there: first state and instants in scaled unknowns, the number in parts of the range.
+    parameter_name : str or None
+        The number, None of a branch made by a callable.
+    between : (float, float)
+        The range of the branch.
     is_virtual : bool
         Whether the orbit breaks a rule of contact.
     """
@@ -47,13 +121,23 @@ class Special(ArrayResult):
     orbit: Orbit
     stop: int | None
     time: float | None
+    data: dict[str, float]
+    direction: NDArray[np.float64]
+    parameter_name: str | None
+    between: tuple[float, float]
 
     def __post_init__(self) -> None:
         """Refuse what is none."""
+        object.__setattr__(self, "between", tuple(self.between))
         self._check_types({"kind": str, "parameter": float, "error": float, "arclength": float, "orbit": Orbit})
-        self._check_types({"stop": (int, type(None)), "time": (float, type(None))})
+        self._check_types({"stop": (int, type(None)), "time": (float, type(None)), "data": dict})
+        self._check_types({"parameter_name": (str, type(None))})
+        self._check({"direction": ("f", (np.size(self.direction),))})
         if self.kind not in KINDS:
             message = f"kind is {self.kind!r}, but it must be one of {KINDS}"
+            raise ValueError(message)
+        if len(self.between) != 2:
+            message = f"between is {self.between!r}, but (low, high) is needed"
             raise ValueError(message)
 
     @property
@@ -61,9 +145,59 @@ class Special(ArrayResult):
         """Whether the orbit breaks a rule of contact."""
         return self.orbit.is_admissible is False
 
+    def branches(self) -> list[Candidate]:
+        """Return the branches that meet this one at the point, an orbit of each near it, for ``continuation``.
+
+        Returns
+        -------
+        list of Candidate
+            At a period doubling the orbit of twice the period; at a pitchfork one that is not its own mirror image (the other is
+            ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze those with
+            an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
+            born there; at a corner the orbit that hits the two stops in the other order, if there is one. None at a fold, a
+            torus or a chatter border. Those that keep the rules of contact come first. What is not found near the point is left
+            out.
+
+        Raises
+        ------
+        ValueError
+            The callable that made the branch was not saved with it.
+        ConvergenceError
+            An orbit that does not close in the scene of its value.
+
+        Notes
+        -----
+        An impact that is born has some 1e-3 of the motion's speed; with it the number changes in proportion, so that a branch
+        leaves a graze like others [1]_. Each is unstable there, as its impact multiplies deviations by something like 1/speed.
+
+        References
+        ----------
+        .. [1] A. B. Nordmark, "Non-periodic motion caused by grazing incidence in an impact oscillator", Journal of Sound and
+           Vibration 145 (1991) 279.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+        >>> branch = vi.continuation(vi.periodic_orbits(scene, [0])[0], "forcing_scale", (0.1, 1.5))
+        >>> doubled = branch.special[1].branches()[0]
+        >>> doubled.orbit.n_periods, doubled.is_stable
+        (2, True)
+        >>> vi.continuation(doubled, "forcing_scale", (0.1, 1.5)).special[0].kind
+        'period_doubling'
+        """
+        make: Callable[[float], Scene] | None = getattr(self, "_make", None)
+        if self.parameter_name is None and make is None:
+            message = f"special is {self!r}, but the callable that made its branch was not saved with it"
+            raise ValueError(message)
+        point = (self.kind, self.parameter, self.stop, self.time, self.direction.tolist())
+        found = _core._branches(point, self.orbit, self.parameter_name, make, self.between)
+        return [Candidate(orbit, value, 1 if is_above else -1) for orbit, value, is_above in found]
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return its numbers as arrays, for ``numpy.savez``."""
-        return {name: np.array(getattr(self, name)) for name in ("kind", "parameter", "error", "arclength")}
+        arrays = {name: np.array(getattr(self, name)) for name in ("kind", "parameter", "error", "arclength", "direction")}
+        return arrays | {name: np.array(value) for name, value in self.data.items()}
 
     def __repr__(self) -> str:
         """Say what happens, and where."""

@@ -41,7 +41,7 @@ pub(super) fn located(
             break;
         }
         let middle = 0.5 * (low + high);
-        let there: Attempt<Settled> = step_to(family, from, Target::Length(middle));
+        let there: Attempt<Settled> = step_to(family, from.foot(), Target::Length(middle));
         let Ok(settled) = there? else {
             found.left = Some(high - low);
             break;

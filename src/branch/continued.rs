@@ -2,8 +2,8 @@
 
 use crate::branch::corrector::directions;
 use crate::branch::end::{BranchEnd, EndReason};
-use crate::branch::equations::units_of;
 use crate::branch::family::Family;
+use crate::branch::indicators::Indicators;
 use crate::branch::one::Branch;
 use crate::branch::options::{ContinuationOptions, Heading, Virtual};
 use crate::branch::place::{Direction, Place};
@@ -12,7 +12,7 @@ use crate::branch::step::Point;
 use crate::branch::walk::{Way, walk};
 use crate::error::{Error, Result, digits};
 use crate::model::{Parameter, Scene, value_of};
-use crate::orbit::{Guess, PeriodicOrbit, begun};
+use crate::orbit::PeriodicOrbit;
 use crate::quantity::finite;
 use crate::tolerance::ORBIT_CLOSED;
 use std::ops::ControlFlow;
@@ -125,27 +125,12 @@ pub fn continuation_of(
             rule,
         ));
     }
-    let scene = make(start)?;
-    let (scene, signature, state) = begun(&scene, Guess::Orbit(orbit), None)?;
-    let units = units_of(&scene, &signature, &state)?;
-    let family = Family {
-        make,
-        range: between,
-        signature,
-        phase: scene.phase(),
-        is_free: scene.frequency().is_none(),
-        units,
-    };
-    let clock = family.units_in(&scene).time;
-    let place = Place {
-        value: start,
-        state,
-        clock,
-    };
+    let (family, place) = begun(orbit, make, start, between, options.symmetric)?;
     let first = first_point(&family, place, orbit)?;
     let mut way = |sign: f64| -> Result<Option<Way>> {
         let turned = Point {
             tangent: first.tangent.scaled(sign),
+            indicators: first.indicators.along(sign),
             ..first.clone()
         };
         walk(&family, &turned, options, observer).map(Some)
@@ -164,6 +149,28 @@ pub fn continuation_of(
         way(-1.0)?
     };
     Ok(joined(first, up, down))
+}
+
+/// The scenes about an orbit and its loop, half of it where it is to be kept its own mirror image.
+fn begun<'a>(
+    orbit: &PeriodicOrbit,
+    make: &'a dyn Fn(f64) -> Result<Scene>,
+    start: f64,
+    between: (f64, f64),
+    symmetric: Option<bool>,
+) -> Result<(Family<'a>, Place)> {
+    let (family, place) = Family::around(orbit, make, start, between)?;
+    if symmetric == Some(false) {
+        return Ok((family, place));
+    }
+    match family.half(&place)? {
+        Some(half) => Ok(half),
+        None if symmetric == Some(true) => {
+            let rule = "the orbit must be its own mirror image half a period later, q(t + T/2) = -q(t), and so must be the scenes about it";
+            Err(Error::bad_value("symmetric", "true", rule))
+        }
+        None => Ok((family, place)),
+    }
 }
 
 /// An orbit that misses closing by more than this, in its own size, is not one of the scene.
@@ -216,9 +223,10 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
         ));
     };
     let up = if tangent.value_part < 0.0 { -1.0 } else { 1.0 };
+    let tangent = tangent.scaled(up);
     Ok(Point {
-        doubling: family.multiplier_test(&place, -1.0)?,
-        tangent: tangent.scaled(up),
+        indicators: Indicators::at(family, (&place, &equations, &tangent), &orbit)?,
+        tangent,
         place,
         equations,
         orbit,

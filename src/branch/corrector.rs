@@ -7,12 +7,14 @@ use crate::error::{Error, Result, digits};
 use crate::hybrid::chatter_map::NO_REST;
 use crate::linalg::rank;
 use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Corrections of one point.
 const MOST_CORRECTIONS: usize = 6;
 /// The last correction is no longer than this.
 const SETTLED: f64 = 1e-10;
+/// Where a branch is crossed a closed loop is known no better than this.
+const NEARLY: f64 = 1e-6;
 /// Of corrections as short as this the ratio is rounding.
 const LOUD: f64 = 1e-8;
 
@@ -59,16 +61,7 @@ pub(super) fn attempted<T>(found: Result<T>, value: f64) -> Attempt<T> {
 
 /// The solution of the equations beside one more row.
 fn solved(equations: &Equations, border: &Direction, right: &DVector<f64>) -> Option<Direction> {
-    let (m, unknowns) = equations.rows.shape();
-    let mut matrix = DMatrix::zeros(m + 1, unknowns + 1);
-    matrix
-        .view_mut((0, 0), (m, unknowns))
-        .copy_from(&equations.rows);
-    matrix
-        .view_mut((0, unknowns), (m, 1))
-        .copy_from(&equations.by_value.column);
-    matrix.row_mut(m).copy_from(&border.row().transpose());
-    let found = matrix.lu().solve(right)?;
+    let found = equations.bordered(border).lu().solve(right)?;
     found
         .iter()
         .all(|x| x.is_finite())
@@ -100,7 +93,8 @@ impl Family<'_> {
         let mut contraction = 0.0;
         let mut mismatch = f64::INFINITY;
         let mut by_value: Option<ByValue> = None;
-        for _ in 0..=MOST_CORRECTIONS {
+        for corrections in 0..=MOST_CORRECTIONS {
+            let is_last = corrections == MOST_CORRECTIONS;
             if let Some(instant) = met(&place) {
                 let value = place.value;
                 return Ok(Err(Missed::Met { value, instant }));
@@ -114,7 +108,8 @@ impl Family<'_> {
                 Err(missed) => return Ok(Err(missed)),
             };
             mismatch = equations.mismatch;
-            if mismatch <= ORBIT_CLOSED && last <= SETTLED {
+            let enough = if is_last { NEARLY } else { SETTLED };
+            if mismatch <= ORBIT_CLOSED && last <= enough {
                 let renewed = self.renewed(&place, equations);
                 let equations = match attempted(renewed, place.value)? {
                     Ok(equations) => equations,
@@ -156,13 +151,9 @@ impl Family<'_> {
 
 /// The directions in which a branch may go on from a place, orthonormal: one, but where branches cross and in families.
 pub(super) fn directions(equations: &Equations) -> Result<Vec<Direction>> {
-    let (m, unknowns) = equations.rows.shape();
-    let mut all = DMatrix::zeros(m, unknowns + 1);
-    all.view_mut((0, 0), (m, unknowns))
-        .copy_from(&equations.rows);
-    all.set_column(unknowns, &equations.by_value.column);
+    let all = equations.all_columns();
     let tolerance = FREE_DIRECTION * all.amax();
-    let found = rank::solve(&all, &DVector::zeros(m), tolerance)?.null_space;
+    let found = rank::solve(&all, &DVector::zeros(all.nrows()), tolerance)?.null_space;
     let each = found.column_iter().map(|numbers| {
         let own = Direction::of(&numbers.into_owned());
         let length = own.length();

@@ -3,9 +3,10 @@
 use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
+use crate::linalg::determinant::signed_volume;
 use crate::model::Scene;
 use crate::orbit::{
-    Linearised, PeriodicOrbit, ScaledUnits, ShootingState, Signature, with_shooting,
+    Event, Linearised, OrbitOf, PeriodicOrbit, ScaledUnits, Shooting, ShootingState, with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -21,6 +22,9 @@ pub(super) struct Equations {
     linear: Linearised,
 }
 
+/// Where a step begins: a place, the equations there, and the direction of the branch.
+pub(super) type Foot<'a> = (&'a Place, &'a Equations, &'a Direction);
+
 /// What changes with pi.
 #[derive(Clone)]
 pub(super) struct ByValue {
@@ -28,15 +32,6 @@ pub(super) struct ByValue {
     pub column: DVector<f64>,
     /// The states and the starts of the flights.
     flights: ShootingState,
-}
-
-/// The units of a branch: the sizes of its first loop.
-pub(super) fn units_of(
-    scene: &Scene,
-    signature: &Signature,
-    state: &ShootingState,
-) -> Result<ScaledUnits> {
-    with_shooting(scene, signature, |shooting, _| shooting.units(state))
 }
 
 impl Equations {
@@ -49,6 +44,27 @@ impl Equations {
             scene,
             linear,
         }
+    }
+
+    /// A number that changes its sign where another branch is crossed, along a direction of this one.
+    pub fn crossing(&self, tangent: &Direction) -> f64 {
+        signed_volume(self.bordered(tangent))
+    }
+
+    /// The matrix of the equations, the parameter last.
+    pub fn all_columns(&self) -> DMatrix<f64> {
+        let last = self.rows.ncols();
+        let mut matrix = self.rows.clone().insert_column(last, 0.0);
+        matrix.set_column(last, &self.by_value.column);
+        matrix
+    }
+
+    /// The same beside one more row.
+    pub fn bordered(&self, border: &Direction) -> DMatrix<f64> {
+        let last = self.rows.nrows();
+        let mut matrix = self.all_columns().insert_row(last, 0.0);
+        matrix.set_row(last, &border.row().transpose());
+        matrix
     }
 }
 
@@ -74,6 +90,19 @@ impl Family<'_> {
         })
     }
 
+    /// Does some work with the equations at a place.
+    fn shooting_at<T>(
+        &self,
+        place: &Place,
+        work: impl FnOnce(&Shooting<'_>, OrbitOf<'_>, &ScaledUnits) -> Result<T>,
+    ) -> Result<T> {
+        let scene = self.scene(place.value)?;
+        let units = &self.units_in(&scene);
+        with_shooting(&scene, &self.signature, |shooting, orbit| {
+            work(shooting, orbit, units)
+        })
+    }
+
     /// The equations of the loop alone, and how far it is from closing.
     fn linear(&self, place: &Place) -> Result<(Scene, Linearised, f64)> {
         let scene = self.scene(place.value)?;
@@ -85,29 +114,61 @@ impl Family<'_> {
         Ok((scene, linear, mismatch))
     }
 
-    /// A number that changes its sign where a multiplier passes through another number, and nowhere else: a determinant, in parts of the
-    /// product of its columns' lengths.
+    /// The speed at which the stops of an instant are approached, the first of them if there are several.
+    pub fn approach(&self, place: &Place, instant: usize) -> Result<f64> {
+        let state = &place.state;
+        let count = state.states.len();
+        let (flight, end) = if instant == 0 {
+            (count - 1, state.times[count])
+        } else {
+            (instant - 1, state.times[instant])
+        };
+        self.shooting_at(place, |shooting, _, units| {
+            let before = &shooting.flight_ends(state, units)?[flight].before;
+            let Event::Strike(stops) = &self.signature.stages[instant].event else {
+                return Ok(f64::NAN);
+            };
+            let n = before.len() / 2;
+            let at = shooting.motion.gap(stops[0], end, before)?;
+            Ok(-at.speed(before.rows(n, n)))
+        })
+    }
+
+    /// The equations of a deviation that comes back multiplied.
+    pub fn variational(&self, place: &Place, multiplier: f64) -> Result<Linearised> {
+        self.shooting_at(place, |shooting, _, units| {
+            shooting.variational(&place.state, units, multiplier)
+        })
+    }
+
+    /// How far a loop is from closing.
+    pub fn mismatch(&self, place: &Place) -> Result<f64> {
+        self.shooting_at(place, |shooting, _, units| {
+            shooting.mismatch(&place.state, units)
+        })
+    }
+
+    /// A number that changes its sign where a multiplier passes through another number, and nowhere else.
     pub fn multiplier_test(&self, place: &Place, multiplier: f64) -> Result<f64> {
-        let scene = self.scene(place.value)?;
-        let (state, units) = (&place.state, &self.units_in(&scene));
-        let matrix = with_shooting(&scene, &self.signature, |shooting, _| {
-            shooting.variational(state, units, multiplier)
-        })?;
-        let lengths = matrix.column_iter().map(|column| column.norm().ln());
-        let lengths: f64 = lengths.sum();
-        let lu = matrix.lu();
-        let diagonal = lu.u().diagonal();
-        let log: f64 = diagonal.iter().map(|x| x.abs().ln()).sum();
-        let is_odd = diagonal.iter().filter(|x| **x < 0.0).count() % 2 == 1;
-        let sign = lu.p().determinant::<f64>() * if is_odd { -1.0 } else { 1.0 };
-        Ok(sign * (log - lengths).exp().max(f64::MIN_POSITIVE))
+        Ok(signed_volume(self.variational(place, multiplier)?.rows))
     }
 
     /// The orbit at a place where the loop is closed.
+    ///
+    /// # Errors
+    /// A scene that is not odd any more, of half a motion; what the motion reports.
     pub fn orbit(&self, place: &Place) -> Result<PeriodicOrbit> {
-        let scene = self.scene(place.value)?;
-        let (state, units) = (&place.state, &self.units_in(&scene));
-        with_shooting(&scene, &self.signature, |shooting, orbit| {
+        if self.signature.images.is_some() {
+            let scene = self.scene(place.value)?;
+            if self.images_in(&scene, place)? != self.signature.images {
+                let rule = "the scene must stay odd, which the orbits' symmetry q(t + T/2) = -q(t) asks for";
+                return Err(Error::bad_value("parameter", place.value, rule));
+            }
+            let (family, place) = self.whole(place)?;
+            return family.orbit(&place);
+        }
+        let state = &place.state;
+        self.shooting_at(place, |shooting, orbit, units| {
             orbit(state, &shooting.flight_ends(state, units)?)
         })
     }
@@ -179,10 +240,6 @@ impl Family<'_> {
                 .map(|((x, d), p)| x + d + p * by.value_part)
                 .collect(),
         };
-        Ok(Place {
-            value,
-            state: stretched(&moved, scene, &there),
-            clock: self.units_in(&there).time,
-        })
+        Ok(self.place(&there, value, stretched(&moved, scene, &there)))
     }
 }

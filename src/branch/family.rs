@@ -3,9 +3,11 @@
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
 use crate::model::Scene;
-use crate::orbit::{Clocked, ScaledUnits, ShootingState, Signature, with_phase};
+use crate::orbit::{
+    Event, Guess, PeriodicOrbit, ScaledUnits, ShootingState, Signature, begun, with_phase,
+    with_shooting,
+};
 use nalgebra::DVector;
-use std::f64::consts::TAU;
 
 /// A range of so small a part of its numbers is measured by these: steps in parts of it would be lost in their rounding.
 const SHORT: f64 = 1e-3;
@@ -23,7 +25,43 @@ pub(super) struct Family<'a> {
     pub units: ScaledUnits,
 }
 
-impl Family<'_> {
+impl<'a> Family<'a> {
+    /// The scenes about an orbit, which is that of a value, and the orbit's loop in the scene of that value.
+    pub fn around(
+        orbit: &PeriodicOrbit,
+        make: &'a dyn Fn(f64) -> Result<Scene>,
+        value: f64,
+        range: (f64, f64),
+    ) -> Result<(Self, Place)> {
+        let (scene, signature, state) = begun(&make(value)?, Guess::Orbit(orbit), None)?;
+        let units = with_shooting(&scene, &signature, |shooting, _| shooting.units(&state))?;
+        let family = Self {
+            make,
+            range,
+            signature,
+            phase: scene.phase(),
+            is_free: scene.frequency().is_none(),
+            units,
+        };
+        let place = family.place(&scene, value, state);
+        Ok((family, place))
+    }
+
+    /// A loop in the scene of a value.
+    pub fn place(&self, scene: &Scene, value: f64, state: ShootingState) -> Place {
+        let clock = self.units_in(scene).time;
+        Place {
+            value,
+            state,
+            clock,
+        }
+    }
+
+    /// Whether nothing happens along the orbits: they are one flight, however long.
+    pub fn is_empty(&self) -> bool {
+        self.signature.stages[0].event == Event::Nothing
+    }
+
     /// The scene of a value.
     pub fn scene(&self, value: f64) -> Result<Scene> {
         let scene = (self.make)(value)?;
@@ -44,17 +82,23 @@ impl Family<'_> {
 
     /// The units in a scene, where times count in angles of its forcing.
     pub fn units_in(&self, scene: &Scene) -> ScaledUnits {
-        match self.signature.clocked(scene) {
-            Clocked::Forced { period } => ScaledUnits {
-                time: period / (TAU * self.signature.n_periods as f64),
-                ..self.units
-            },
-            Clocked::Free => self.units,
-        }
+        let time = scene.frequency().map_or(self.units.time, f64::recip);
+        ScaledUnits { time, ..self.units }
+    }
+
+    /// How many unknowns a loop has: its first state, and its times.
+    pub fn n_unknowns(&self, place: &Place) -> usize {
+        let times = if self.is_empty() {
+            0
+        } else {
+            self.signature.stages.len()
+        };
+        place.state.states[0].len() + times
     }
 
     /// The way from a loop to another, in the scaled unknowns.
-    pub fn between(&self, from: &Place, to: &Place, unknowns: usize) -> Direction {
+    pub fn between(&self, from: &Place, to: &Place) -> Direction {
+        let unknowns = self.n_unknowns(from);
         let two_n = from.state.states[0].len();
         let first = usize::from(self.is_free);
         let part = |i: usize| {

@@ -1,20 +1,30 @@
 //! Branches: periodic motions followed over a number of their scene (theory 19).
 
+mod bifurcations;
 mod boundary;
+mod candidate;
 mod continued;
 mod corrector;
 mod end;
 mod equations;
 mod family;
+mod indicators;
+mod instants;
+mod multipliers;
 mod one;
 mod options;
 mod place;
 mod special;
 mod step;
+mod switching;
+mod symmetry;
 mod walk;
+mod zero;
 
+pub use candidate::Candidate;
 pub use continued::{continuation, continuation_of};
 pub use end::{BranchEnd, EndReason};
 pub use one::Branch;
 pub use options::{ContinuationOptions, Heading, Virtual};
 pub use special::{Special, SpecialKind};
+pub use switching::{branches, branches_of};

@@ -1,11 +1,10 @@
 //! A branch.
 
 use crate::branch::end::BranchEnd;
+use crate::branch::multipliers::{is_free, n_outside, own_multipliers};
 use crate::branch::special::Special;
 use crate::error::Result;
 use crate::orbit::{PeriodicOrbit, decides};
-use crate::tolerance::MARGINAL;
-use nalgebra::Complex;
 
 /// Periodic motions of one pattern over a number of their scene, m points, in the order in which they follow each other.
 #[derive(Debug, Clone)]
@@ -24,24 +23,6 @@ pub struct Branch {
     pub is_closed: bool,
 }
 
-fn is_free(orbit: &PeriodicOrbit) -> bool {
-    orbit.scene().frequency().is_none()
-}
-
-/// The multipliers of an orbit but, without forcing, the one of a shift in time, which is 1; `None` where it has none.
-fn own_multipliers(orbit: &PeriodicOrbit) -> Result<Option<Vec<Complex<f64>>>> {
-    let Some(order) = orbit.stability()?.orders.first() else {
-        return Ok(None);
-    };
-    let mut own: Vec<Complex<f64>> = order.multipliers.iter().copied().collect();
-    if is_free(orbit) {
-        let off = |mu: &Complex<f64>| (mu - 1.0).norm();
-        let nearest = (0..own.len()).min_by(|&i, &j| off(&own[i]).total_cmp(&off(&own[j])));
-        nearest.map(|i| own.remove(i));
-    }
-    Ok(Some(own))
-}
-
 impl Branch {
     /// How many multipliers of each orbit lie outside the unit circle, by more than rounding; `None` where the return map has no
     /// derivative. Shape `(m,)`.
@@ -49,11 +30,7 @@ impl Branch {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn n_unstable(&self) -> Result<Vec<Option<usize>>> {
-        let count = |orbit: &PeriodicOrbit| {
-            let own = own_multipliers(orbit)?;
-            Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + MARGINAL).count()))
-        };
-        self.orbits.iter().map(count).collect()
+        self.orbits.iter().map(n_outside).collect()
     }
 
     /// Whether small deviations from each orbit die out, without forcing but for a shift in time; `None` where that is not decided. Shape `(m,)`.

@@ -36,6 +36,9 @@ pub struct ContinuationOptions {
     pub steps: [f64; 3],
     /// What becomes of it behind a boundary, default an end.
     pub beyond: Virtual,
+    /// Whether the motion is kept its own mirror image half a period later, `q(t + T/2) = -q(t)`: default where it is, in scenes that are
+    /// odd. A branch cannot leave its symmetry then, and where it is broken a branch of others is born (a pitchfork).
+    pub symmetric: Option<bool>,
 }
 
 impl Default for ContinuationOptions {
@@ -45,6 +48,7 @@ impl Default for ContinuationOptions {
             max_points: 2000,
             steps: [1e-8, 1e-3, 0.05],
             beyond: Virtual::Stop,
+            symmetric: None,
         }
     }
 }

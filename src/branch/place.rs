@@ -61,6 +61,11 @@ impl Direction {
         (&self.loop_part / count).push(self.value_part)
     }
 
+    /// All its numbers, the parameter last.
+    pub fn numbers(&self) -> DVector<f64> {
+        self.loop_part.clone().push(self.value_part)
+    }
+
     /// The direction of a list of all numbers, the parameter last.
     pub fn of(numbers: &DVector<f64>) -> Self {
         let last = numbers.len() - 1;

@@ -1,8 +1,9 @@
 //! A step along a branch from a point that is known.
 
 use crate::branch::corrector::{Attempt, Settled, attempted};
-use crate::branch::equations::Equations;
+use crate::branch::equations::{Equations, Foot};
 use crate::branch::family::Family;
+use crate::branch::indicators::Indicators;
 use crate::branch::place::{Direction, Place};
 use crate::orbit::PeriodicOrbit;
 
@@ -15,8 +16,7 @@ pub(super) struct Point {
     pub orbit: PeriodicOrbit,
     /// From the beginning of the way.
     pub arclength: f64,
-    /// A number whose sign changes where a multiplier passes through -1.
-    pub doubling: f64,
+    pub indicators: Indicators,
 }
 
 /// Where a step is to lead.
@@ -28,29 +28,36 @@ pub(super) enum Target {
     Value(f64),
 }
 
-/// A step from a point.
-pub(super) fn step_to(family: &Family<'_>, from: &Point, target: Target) -> Attempt<Settled> {
-    let unknowns = from.tangent.loop_part.len();
+impl Point {
+    /// A step from it.
+    pub fn foot(&self) -> Foot<'_> {
+        (&self.place, &self.equations, &self.tangent)
+    }
+}
+
+/// A step along a branch.
+pub(super) fn step_to(
+    family: &Family<'_>,
+    (place, equations, tangent): Foot<'_>,
+    target: Target,
+) -> Attempt<Settled> {
     let (length, normal) = match target {
-        Target::Length(length) => (length, from.tangent.clone()),
+        Target::Length(length) => (length, tangent.clone()),
         Target::Value(value) => {
-            let ahead = (value - from.place.value) / family.span();
-            (
-                ahead / from.tangent.value_part,
-                Direction::of_value(unknowns),
-            )
+            let ahead = (value - place.value) / family.span();
+            let by_value = Direction::of_value(tangent.loop_part.len());
+            (ahead / tangent.value_part, by_value)
         }
     };
-    let ahead = from.tangent.scaled(length);
-    let moved = family.moved(&from.place, &from.equations, &ahead);
-    let mut place = match attempted(moved, from.place.value)? {
+    let moved = family.moved(place, equations, &tangent.scaled(length));
+    let mut moved = match attempted(moved, place.value)? {
         Ok(place) => place,
         Err(missed) => return Ok(Err(missed)),
     };
     if let Target::Value(value) = target {
-        place.value = value;
+        moved.value = value;
     }
-    let mut found = family.corrected(place, &normal)?;
+    let mut found = family.corrected(moved, &normal)?;
     if let (Ok(settled), Target::Value(value)) = (&mut found, target) {
         settled.place.value = value;
     }

@@ -1,12 +1,14 @@
 //! Along a branch, one way: a step ahead, back to the branch, a longer or a shorter one (theory 19).
 
+use crate::branch::bifurcations::{are_explained, bifurcations};
 use crate::branch::boundary::{Boundary, located};
-use crate::branch::corrector::{Missed, Settled};
+use crate::branch::corrector::{Missed, Settled, attempted};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
+use crate::branch::indicators::Indicators;
 use crate::branch::options::{ContinuationOptions, Virtual};
-use crate::branch::place::{Direction, Place};
-use crate::branch::special::{Special, between, of_boundary, of_meeting};
+use crate::branch::place::Direction;
+use crate::branch::special::{Special, of_boundary, of_meeting};
 use crate::branch::step::{Point, Target, step_to};
 use crate::error::{Error, Result, digits};
 use crate::orbit::PeriodicOrbit;
@@ -21,6 +23,8 @@ const MOST_SHIFT: f64 = 0.5;
 const USUAL_CONTRACTION: f64 = 0.1;
 const USUAL_ANGLE: f64 = 0.15;
 const GROWTH: std::ops::RangeInclusive<f64> = 0.25..=2.0;
+/// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
+const UNEXPLAINED: f64 = 1e-5;
 /// A branch that comes back has this part of its direction there.
 const SAME_WAY: f64 = 0.9;
 
@@ -82,7 +86,7 @@ pub(super) fn walk(
             }
             Ok(Advance::Point(own, found, factor)) => {
                 special.extend(found);
-                let away = chord(family, first, &own.place).length();
+                let away = family.between(&first.place, &own.place).length();
                 let has_closed = farthest > 2.0 * step
                     && away < step
                     && first.tangent.dot(&own.tangent) > SAME_WAY;
@@ -123,11 +127,11 @@ pub(super) fn walk(
 
 /// A step from a point, as far as it can be trusted.
 fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -> Result<Advance> {
-    let settled = match step_to(family, from, target)? {
+    let settled = match step_to(family, from.foot(), target)? {
         Ok(settled) => settled,
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
-    let way = chord(family, from, &settled.place);
+    let way = family.between(&from.place, &settled.place);
     let factor = match judged(from, &settled, &way) {
         Ok(factor) => factor,
         Err(reason) => {
@@ -135,7 +139,10 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
             return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
         }
     };
-    let orbit = family.orbit(&settled.place)?;
+    let orbit = match attempted(family.orbit(&settled.place), settled.place.value)? {
+        Ok(orbit) => orbit,
+        Err(missed) => return Ok(Advance::Refused(missed)),
+    };
     if beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
         let value = settled.place.value;
         let mut found = located(family, from, (way.length(), value, orbit))?;
@@ -144,21 +151,29 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
             if found.left.is_some() {
                 return Ok(Advance::Distrusted(end));
             }
-            let special = of_boundary(&found, from);
+            let special = of_boundary(&found, from, family.units.velocity);
             return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
         };
         let step = way.length();
-        let way = chord(family, from, &settled.place);
+        let way = family.between(&from.place, &settled.place);
         let own = accepted(family, from, (settled, orbit), way.length())?;
-        let mut special = between(family, from, &own, &way)?;
+        let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
         if let Some(left) = found.left {
             return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
         }
-        special.extend(of_boundary(&found, &own));
+        special.extend(of_boundary(&found, &own, family.units.velocity));
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
-    let special = between(family, from, &own, &way)?;
+    let special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
+    let is_counted = are_explained(&special, from.indicators.outside, own.indicators.outside);
+    if !is_counted && way.length() > UNEXPLAINED {
+        let detail = format!(
+            "several multipliers leave the circle at {}",
+            digits(own.place.value)
+        );
+        return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
+    }
     Ok(Advance::Point(Box::new(own), special, factor))
 }
 
@@ -180,11 +195,6 @@ fn reaches(family: &Family<'_>, from: &Point, step: f64) -> Option<f64> {
     }
 }
 
-/// The way from a point to a place.
-fn chord(family: &Family<'_>, from: &Point, to: &Place) -> Direction {
-    family.between(&from.place, to, from.tangent.loop_part.len())
-}
-
 fn accepted(
     family: &Family<'_>,
     from: &Point,
@@ -199,11 +209,12 @@ fn accepted(
     } = settled;
     // A point at a given value has its direction by the parameter.
     let way = tangent.dot(&from.tangent).signum();
+    let tangent = tangent.scaled(way);
     Ok(Point {
-        doubling: family.multiplier_test(&place, -1.0)?,
+        indicators: Indicators::at(family, (&place, &equations, &tangent), &orbit)?,
         place,
         equations,
-        tangent: tangent.scaled(way),
+        tangent,
         orbit,
         arclength: from.arclength + length,
     })

@@ -3,6 +3,7 @@
 mod active_set;
 pub(crate) mod compensated;
 pub(crate) mod complementarity;
+pub(crate) mod determinant;
 pub(crate) mod eigen;
 pub(crate) mod elementary;
 pub(crate) mod exponential;

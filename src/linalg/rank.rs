@@ -47,6 +47,15 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, tolerance: f64) -> Resul
     })
 }
 
+/// Some orthonormal vectors that A makes shortest, the shortest first.
+pub(crate) fn weakest(a: &DMatrix<f64>, count: usize) -> Result<DMatrix<f64>> {
+    let singular = Singular::new(a)?;
+    let mut order: Vec<usize> = (0..a.ncols()).collect();
+    order.sort_by(|&i, &j| singular.value(i).total_cmp(&singular.value(j)));
+    let vectors: Vec<_> = order[..count].iter().map(|&k| singular.right(k)).collect();
+    Ok(DMatrix::from_columns(&vectors))
+}
+
 /// The pseudo-inverse of A; singular values up to `tolerance` count as zero.
 pub(crate) fn pseudo_inverse(a: &DMatrix<f64>, tolerance: f64) -> Result<DMatrix<f64>> {
     let singular = Singular::new(a)?;

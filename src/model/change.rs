@@ -75,6 +75,11 @@ impl Parameter {
 }
 
 impl Parameter {
+    /// Whether it counts from the scene: one is the scene as it is.
+    pub(crate) fn is_factor(self) -> bool {
+        matches!(self, Self::ForcingScale | Self::DampingScale)
+    }
+
     /// Whether a value is one that the parameter may take, in any scene.
     ///
     /// # Errors

@@ -22,6 +22,22 @@ pub(crate) struct ContactStage {
     pub held: Vec<usize>,
 }
 
+impl ContactStage {
+    /// The same with the mirror image of each stop.
+    pub fn mirrored(&self, images: &[usize]) -> Self {
+        let image = |stop: &usize| images[*stop];
+        let event = match &self.event {
+            Event::Nothing => Event::Nothing,
+            Event::Strike(stops) => Event::Strike(stops.iter().map(image).collect()),
+            Event::Chatter(stop) => Event::Chatter(image(stop)),
+            Event::Release(stop) => Event::Release(image(stop)),
+        };
+        let mut held: Vec<usize> = self.held.iter().map(image).collect();
+        held.sort_unstable();
+        Self { event, held }
+    }
+}
+
 /// What one flight of an orbit is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ContactMode {

@@ -1,6 +1,8 @@
 //! Branches in Python.
 
-use crate::branch::{self, Branch, BranchEnd, ContinuationOptions, EndReason, Heading, Virtual};
+use crate::branch::{
+    self, Branch, BranchEnd, ContinuationOptions, EndReason, Heading, Special, SpecialKind, Virtual,
+};
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
 use crate::python::array::out_matrix;
@@ -32,7 +34,7 @@ type Out<'py> = (
     Option<PyErr>,
 );
 
-/// Kind, value and its error, arclength, orbit, stop, time.
+/// Kind, value and its error, arclength, orbit, stop, time, rotation number, direction.
 type OutSpecial = (
     &'static str,
     f64,
@@ -41,14 +43,42 @@ type OutSpecial = (
     Py<PyOrbit>,
     Option<usize>,
     Option<f64>,
+    Option<f64>,
+    Vec<f64>,
 );
 
 /// What varies along a branch.
 enum Varied<'a> {
     Number(Parameter),
+    /// A factor on what an orbit has, which is that of a value.
+    Factor(Parameter, f64),
     /// The amplitude of a base, as a factor on the one that the scene has.
     Amplitude(f64),
     Made(&'a Py<PyAny>, f64),
+}
+
+impl Varied<'_> {
+    /// The value at the orbit, of all but a number.
+    fn start(&self) -> f64 {
+        match self {
+            Self::Number(_) => 1.0,
+            Self::Factor(_, start) | Self::Amplitude(start) | Self::Made(_, start) => *start,
+        }
+    }
+
+    /// The scene of a value, from that of the orbit.
+    fn scene(&self, own: &Scene, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
+        let changed = |parameter: Parameter, value: f64| {
+            parameter.check(value)?;
+            own.replace(parameter.change(value))
+        };
+        match self {
+            Self::Number(parameter) => changed(*parameter, value),
+            Self::Factor(parameter, start) => changed(*parameter, value / start),
+            Self::Amplitude(given) => own.replace(Parameter::ForcingScale.change(value / given)),
+            Self::Made(function, _) => made(function, value, raised),
+        }
+    }
 }
 
 fn varied<'a>(
@@ -59,7 +89,10 @@ fn varied<'a>(
 ) -> PyResult<Varied<'a>> {
     match (name, make, start) {
         (Some("amplitude"), ..) => Ok(Varied::Amplitude(amplitude_given("parameter", scene)?)),
-        (Some(name), ..) => name.parse().map(Varied::Number).map_err(|_| {
+        (Some(name), _, start) => name.parse().map(|parameter| match start {
+            Some(start) if Parameter::is_factor(parameter) => Varied::Factor(parameter, start),
+            _ => Varied::Number(parameter),
+        }).map_err(|_| {
             let names = "frequency, amplitude, clearance, clearance[0], restitution, restitution[0], forcing_scale or damping_scale";
             PyValueError::new_err(format!(
                 "parameter is {name:?}, but it must be a number of Scene.replace ({names}) or a callable p -> Scene"
@@ -110,6 +143,7 @@ pub(crate) fn _continuation<'py>(
     #[pyo3(from_py_with = argument::max_points)] max_points: i64,
     #[pyo3(from_py_with = argument::step)] step: (f64, f64, f64),
     keeps_virtual: bool,
+    symmetric: Option<bool>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<Out<'py>> {
     let options = ContinuationOptions {
@@ -121,6 +155,7 @@ pub(crate) fn _continuation<'py>(
         } else {
             Virtual::Stop
         },
+        symmetric,
     };
     let orbit = orbit.extract::<PyRef<'_, PyOrbit>>().map_err(|_| {
         let found = shown(orbit);
@@ -136,15 +171,9 @@ pub(crate) fn _continuation<'py>(
             Varied::Number(parameter) => {
                 branch::continuation(own, *parameter, between, &options, observer)
             }
-            Varied::Amplitude(given) => {
-                let scene = own.scene();
-                let make =
-                    |value: f64| scene.replace(Parameter::ForcingScale.change(value / given));
-                branch::continuation_of(own, &make, *given, between, &options, observer)
-            }
-            Varied::Made(function, start) => {
-                let make = |value: f64| made(function, value, &raised);
-                branch::continuation_of(own, &make, *start, between, &options, observer)
+            Varied::Factor(..) | Varied::Amplitude(_) | Varied::Made(..) => {
+                let make = |value: f64| varied.scene(own.scene(), value, &raised);
+                branch::continuation_of(own, &make, varied.start(), between, &options, observer)
             }
         };
         found.and_then(judged)
@@ -157,6 +186,52 @@ pub(crate) fn _continuation<'py>(
         (Err(error), None) => return Err(signal.unwrap_or_else(|| error.into())),
     };
     out(py, found, raised)
+}
+
+/// The branches that meet a branch at a special point: an orbit of each, its value, whether that is above the point's.
+#[pyfunction]
+pub(crate) fn _branches(
+    py: Python<'_>,
+    point: (String, f64, Option<usize>, Option<f64>, Vec<f64>),
+    orbit: &Bound<'_, PyOrbit>,
+    name: Option<String>,
+    make: Option<Py<PyAny>>,
+    between: (f64, f64),
+) -> PyResult<Vec<(PyOrbit, f64, bool)>> {
+    let (kind, parameter, stop, time, direction) = point;
+    let orbit = orbit.get().0.clone();
+    let Some(kind) = SpecialKind::ALL.into_iter().find(|own| own.name() == kind) else {
+        return Ok(Vec::new());
+    };
+    let scene = orbit.scene().clone();
+    let varied = varied(&scene, name.as_deref(), make.as_ref(), Some(parameter))?;
+    let special = Special {
+        kind,
+        parameter,
+        error: 0.0,
+        arclength: 0.0,
+        orbit,
+        stop,
+        time,
+        rotation: None,
+        direction: direction.into(),
+    };
+    let raised = Mutex::new(None);
+    let found = py.detach(|| {
+        let make = |value: f64| varied.scene(&scene, value, &raised);
+        let found = branch::branches_of(&special, &make, between)?;
+        found
+            .iter()
+            .try_for_each(|own| own.orbit.stability().map(|_| ()))?;
+        Ok::<_, Error>(found)
+    });
+    if let Some(raised) = raised.into_inner().ok().flatten() {
+        return Err(raised);
+    }
+    let each = found?.into_iter();
+    Ok(each
+        .map(|own| (PyOrbit(own.orbit), own.parameter, own.is_above))
+        .collect())
 }
 
 /// A branch whose orbits have been judged, with what was found.
@@ -221,6 +296,8 @@ fn out(py: Python<'_>, found: Judged, raised: Option<PyErr>) -> PyResult<Out<'_>
             orbit,
             own.stop,
             own.time,
+            own.rotation,
+            own.direction.as_slice().to_vec(),
         ))
     });
     let orbits = orbits.into_iter().map(|orbit| Py::new(py, PyOrbit(orbit)));

@@ -46,7 +46,7 @@ mod _core {
     #[pymodule_export]
     use super::basin::_basin_cells;
     #[pymodule_export]
-    use super::branch::_continuation;
+    use super::branch::{_branches, _continuation};
     #[pymodule_export]
     use super::diagram::{_bifurcation_diagram, _poincare_points};
     #[pymodule_export]

@@ -428,6 +428,32 @@ impl PyOrbit {
         Ok(PyStability(self.decided(py)?.clone()))
     }
 
+    /// Return the mirror image of the orbit: of the motion ``q(t)`` the motion ``-q(t + T/2)``, T the period of the forcing.
+    ///
+    /// Returns
+    /// -------
+    /// Orbit
+    ///     Counted from its own first impact; the orbit itself, half a period later, if that is its own image.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A scene that is not odd: opposite states half a period later have to have opposite accelerations, and every stop an
+    ///     opposite one that is alike.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import vibroimpact as vi
+    /// >>> stops = [vi.Stop(0, 0.5, 0.7), vi.Stop(0, 0.5, 0.7, side="lower")]
+    /// >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 1.2), stops)
+    /// >>> orbit = vi.periodic_orbits(scene, [0, 1])[0]
+    /// >>> bool(abs(orbit.mirrored().phase - orbit.phase) < 3.2)
+    /// True
+    fn mirrored(&self, py: Python<'_>) -> PyResult<Self> {
+        let own = &self.0;
+        Ok(Self(py.detach(|| own.mirrored())?))
+    }
+
     /// Arrays of the orbit, for ``numpy.savez``.
     ///
     /// Returns

@@ -3,5 +3,9 @@
 mod closed_form;
 mod ends;
 mod motions;
+#[path = "../common/random.rs"]
+mod random;
 mod scenes;
 mod special;
+mod switching;
+mod symmetry;

@@ -1,9 +1,11 @@
 //! Special points against closed forms, and the law that multipliers cross the unit circle at them alone.
 
+use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
+use vibroimpact::nalgebra::{Complex, DMatrix, DVector};
 use vibroimpact::{
-    Branch, ContinuationOptions, OrbitOptions, Parameter, Pattern, Special, SpecialKind, Virtual,
-    periodic_orbits,
+    Branch, ContinuationOptions, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Scene,
+    Special, SpecialKind, Stop, Virtual, periodic_orbits,
 };
 
 fn keep() -> ContinuationOptions {
@@ -53,14 +55,6 @@ fn the_fold_and_the_doubling_of_a_preloaded_stop() {
             .partition_point(|length| *length < own.arclength);
         assert!(place > 0 && place < branch.arclength.len());
     }
-}
-
-/// Random numbers in (0, 1), the same every time.
-fn random(state: &mut u64) -> f64 {
-    *state = state
-        .wrapping_mul(6_364_136_223_846_793_005)
-        .wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 11) as f64 / 2f64.powi(53)
 }
 
 /// Every fold and doubling of one oscillator lies where the closed form has it, and none is missing where the force is followed.
@@ -128,18 +122,18 @@ fn check(own: Oscillator, n_periods: usize, parameter: Parameter, branch: &Branc
 
 #[test]
 fn special_points_lie_on_their_closed_forms() {
-    let mut state = 18;
+    let random = &mut Random::new(18);
     let mut count = 0;
     for _ in 0..200 {
         let own = Oscillator {
-            eta: 0.3 * random(&mut state),
-            force: 0.5 + 8.0 * random(&mut state),
-            frequency: 0.6 + 3.0 * random(&mut state),
-            clearance: 2.0 * random(&mut state) - 0.8,
-            restitution: 0.95 * random(&mut state),
+            eta: 0.3 * random.unit(),
+            force: 0.5 + 8.0 * random.unit(),
+            frequency: 0.6 + 3.0 * random.unit(),
+            clearance: 2.0 * random.unit() - 0.8,
+            restitution: 0.95 * random.unit(),
         };
-        let n_periods = 1 + (2.0 * random(&mut state)) as usize;
-        let (parameter, range) = match (5.0 * random(&mut state)) as usize {
+        let n_periods = 1 + (2.0 * random.unit()) as usize;
+        let (parameter, range) = match (5.0 * random.unit()) as usize {
             0 => (Parameter::Frequency, (0.5, 4.0)),
             1 => (Parameter::Clearance, (-1.0, 1.5)),
             2 => (Parameter::Restitution, (0.0, 1.0)),
@@ -243,4 +237,71 @@ fn boundaries_are_named() {
     assert!(time > 0.1 * period && time < 0.9 * period, "{time}");
     let (q, v) = graze.orbit.state(time, false);
     assert!((q[0] + 0.5).abs() < 1e-8 && v[0].abs() < 1e-4, "{q} {v}");
+}
+
+/// The sum of all changes of the number of multipliers outside the circle that special points stand for, in a range of arclength.
+fn jumps(branch: &Branch, from: f64, to: f64) -> usize {
+    let own = branch
+        .special
+        .iter()
+        .filter(|own| own.arclength > from && own.arclength <= to);
+    own.map(|own| match own.kind {
+        SpecialKind::Fold
+        | SpecialKind::PeriodDoubling
+        | SpecialKind::Pitchfork
+        | SpecialKind::BranchPoint => 1,
+        SpecialKind::Torus => 2,
+        _ => 0,
+    })
+    .sum()
+}
+
+#[test]
+fn multipliers_leave_the_circle_at_special_points_alone() {
+    let (mut tori, mut changes) = (0, 0);
+    for case in 0..120 {
+        let random = &mut Random::of_case(91, case);
+        let n = 2 + random.below(2);
+        let half = random.matrix(n);
+        let stiffness = DMatrix::identity(n, n) + &half * half.transpose();
+        let damping = &stiffness * random.between(0.002, 0.1);
+        let mut force = random.vector(n).map(Complex::from);
+        force[0] += 1.0;
+        let system = LinearSystem::new(DVector::from_element(n, 1.0), damping, stiffness);
+        let force = Harmonic::new(force, random.between(0.5, 3.0), 0.0).expect("valid");
+        let stop = Stop::new(n - 1, random.between(-0.3, 0.5), random.between(0.2, 0.95));
+        let scene =
+            Scene::new(system.expect("valid"), force, [stop.expect("valid")]).expect("valid");
+        let Ok(found) = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())
+        else {
+            continue;
+        };
+        for orbit in found {
+            let branch = followed(&orbit, Parameter::Frequency, (0.4, 3.5), &keep());
+            let counts = branch.n_unstable().expect("multipliers");
+            for k in 1..counts.len() {
+                let (Some(one), Some(other)) = (counts[k - 1], counts[k]) else {
+                    continue;
+                };
+                let jumps = jumps(&branch, branch.arclength[k - 1], branch.arclength[k]);
+                let change = one.abs_diff(other);
+                assert!(
+                    change <= jumps && (jumps - change).is_multiple_of(2),
+                    "{case} at {}: {one} to {other}, {jumps}",
+                    branch.parameter[k]
+                );
+                changes += change;
+            }
+            for torus in of(&branch, SpecialKind::Torus) {
+                let rotation = torus.rotation.expect("a number");
+                let orders = &torus.orbit.stability().expect("multipliers").orders;
+                let turned = Complex::from_polar(1.0, std::f64::consts::TAU * rotation);
+                let off = orders[0].multipliers.iter().map(|mu| (mu - turned).norm());
+                assert!(off.fold(f64::INFINITY, f64::min) < 1e-8);
+                assert!(rotation > 0.0 && rotation < 0.5 && torus.error < 1e-9);
+                tori += 1;
+            }
+        }
+    }
+    assert!(tori > 5 && changes > 50, "{tori} {changes}");
 }

@@ -61,6 +61,8 @@ pub(crate) struct Shooting<'a> {
     pub motion: &'a dyn HybridMaps,
     pub stages: &'a [ContactStage],
     pub clocked: Clocked,
+    /// Of a motion that closes half a period later with its mirror image: the image of each stop.
+    pub images: Option<&'a [usize]>,
 }
 
 /// Units in which mismatches and corrections are measured.
@@ -88,7 +90,36 @@ impl Shooting<'_> {
             _ => &[],
         };
         let before = self.held(k + self.stages.len() - 1);
-        stops.iter().copied().filter(|stop| !before.contains(stop))
+        let is_first = k.is_multiple_of(self.stages.len());
+        let images = self.images.filter(|_| is_first);
+        let is_held = move |stop: &usize| match images {
+            Some(images) => before.iter().any(|&held| images[held] == *stop),
+            None => before.contains(stop),
+        };
+        stops.iter().copied().filter(move |stop| !is_held(stop))
+    }
+
+    /// Whether flight k is to close with its mirror image.
+    fn is_mirrored(&self, k: usize) -> bool {
+        self.images.is_some() && k + 1 == self.stages.len()
+    }
+
+    /// The end of such a flight becomes its image, half a period before; that of another stays.
+    pub(super) fn mirror(&self, k: usize, state: &ShootingState, y: &mut Timed) {
+        if self.is_mirrored(k) {
+            y.state.neg_mut();
+            y.deviations.neg_mut();
+            y.time = state.times[0];
+        }
+    }
+
+    /// The start of the flight that follows flight k, in the time of its end.
+    pub(super) fn next_start(&self, k: usize, state: &ShootingState) -> f64 {
+        if self.is_mirrored(k) {
+            state.times[0]
+        } else {
+            state.start(k + 1)
+        }
     }
 
     /// How many times are unknown.
@@ -165,7 +196,7 @@ impl Shooting<'_> {
         }
     }
 
-    /// The end of flight k, at instant k + 1, without deviations.
+    /// The end of flight k, at instant k + 1, without deviations; of a last flight that is to close with its mirror image, the image.
     fn flown(&self, k: usize, state: &ShootingState) -> Result<Timed> {
         let len = state.states[0].len();
         let mut y = Timed {
@@ -177,6 +208,7 @@ impl Shooting<'_> {
         let span = (state.starts[k], y.time);
         self.motion
             .flow(self.held(k), span, &mut y.state, &mut y.deviations)?;
+        self.mirror(k, state, &mut y);
         Ok(y)
     }
 
@@ -244,7 +276,7 @@ impl Shooting<'_> {
                 worst = worst.max(condition.abs());
             }
             self.pass(k + 1, units, &mut y)?;
-            let (next, start) = (&state.states[(k + 1) % count], state.start(k + 1));
+            let (next, start) = (&state.states[(k + 1) % count], self.next_start(k, state));
             let mut end = y.state - next;
             if y.time != start {
                 // The end of a chatter is known to less than the state at a fixed time is.

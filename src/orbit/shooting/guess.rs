@@ -78,6 +78,7 @@ impl Start {
             stages: self.stages.clone(),
             n_periods: self.n_periods,
             depends_on_time,
+            images: None,
         }
     }
 }

@@ -29,12 +29,20 @@ pub(crate) struct Linearised {
 impl Linearised {
     /// What corrections of the unknowns make of every time and state; of none, what closing the flights one after the other makes of them.
     pub fn corrections(&self, xi: &DVector<f64>) -> ShootingState {
-        let with_one = xi.clone().push(1.0);
-        let each = |rows: &[DVector<f64>]| rows.iter().map(|d| d.dot(&with_one)).collect();
+        self.of(xi.clone().push(1.0))
+    }
+
+    /// What deviations of the unknowns make of every time and state.
+    pub fn deviations(&self, xi: &DVector<f64>) -> ShootingState {
+        self.of(xi.clone().push(0.0))
+    }
+
+    fn of(&self, numbers: DVector<f64>) -> ShootingState {
+        let each = |rows: &[DVector<f64>]| rows.iter().map(|d| d.dot(&numbers)).collect();
         ShootingState {
             times: each(&self.times),
             starts: each(&self.starts),
-            states: self.states.iter().map(|d| d * &with_one).collect(),
+            states: self.states.iter().map(|d| d * &numbers).collect(),
         }
     }
 }
@@ -80,17 +88,15 @@ impl Shooting<'_> {
         self.equations(state, units, self.n_unknowns(state), 1.0)
     }
 
-    /// The same of a deviation that comes back multiplied: a square matrix is singular if the number is a multiplier, without forcing if it
+    /// The same of a deviation that comes back multiplied: square rows are singular if the number is a multiplier, without forcing if it
     /// is one beside that of the phase (theory 19).
     pub(crate) fn variational(
         &self,
         state: &ShootingState,
         units: &Units,
         multiplier: f64,
-    ) -> Result<DMatrix<f64>> {
-        let unknowns = self.n_unknowns(state);
-        let linear = self.equations(state, units, unknowns, multiplier)?;
-        Ok(linear.rows)
+    ) -> Result<Linearised> {
+        self.equations(state, units, self.n_unknowns(state), multiplier)
     }
 
     /// What a loop lacks, and what closing its flights one after the other from the first state makes of the others: the equations of no
@@ -156,6 +162,7 @@ impl Shooting<'_> {
                 deviations,
                 delays,
             };
+            self.mirror(k, state, &mut y);
             if let Some((condition, mut row)) = self.condition(k + 1, units, &y)? {
                 row[unknowns] += condition;
                 rows.push(row);
@@ -164,7 +171,7 @@ impl Shooting<'_> {
             (deviations, delays) = (y.deviations, y.delays);
             let mut open = deviations.column_mut(unknowns);
             open += y.state - &state.states[(k + 1) % flights];
-            delays[unknowns] += y.time - state.start(k + 1);
+            delays[unknowns] += y.time - self.next_start(k, state);
         }
         for i in 0..two_n {
             if i < unknowns {

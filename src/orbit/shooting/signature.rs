@@ -29,15 +29,19 @@ pub(crate) struct Signature {
     pub n_periods: usize,
     /// Whether the equations of the scene depend on time by themselves.
     pub depends_on_time: bool,
+    /// Of a motion that is its own mirror image half a period later, of which the stages are one half: the image of each stop.
+    pub images: Option<Vec<usize>>,
 }
 
 impl Signature {
     /// The times that are unknown in a scene.
     pub fn clocked(&self, scene: &Scene) -> Clocked {
         match scene.frequency() {
-            Some(w) => Clocked::Forced {
-                period: TAU / w * self.n_periods as f64,
-            },
+            Some(w) => {
+                let half = if self.images.is_some() { 0.5 } else { 1.0 };
+                let period = TAU / w * self.n_periods as f64 * half;
+                Clocked::Forced { period }
+            }
             None => Clocked::Free,
         }
     }
@@ -55,6 +59,7 @@ pub(crate) fn with_shooting<T>(
 ) -> Result<T> {
     let clocked = signature.clocked(scene);
     let stages = &signature.stages;
+    let images = signature.images.as_deref();
     if scene.linear_system("find_orbit").is_err() {
         let motion = &IntegratedMaps::new(scene, scene.phase());
         let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {
@@ -68,6 +73,7 @@ pub(crate) fn with_shooting<T>(
             motion,
             stages,
             clocked,
+            images,
         };
         return work(&shooting, &orbit);
     }
@@ -86,6 +92,7 @@ pub(crate) fn with_shooting<T>(
         motion,
         stages,
         clocked,
+        images,
     };
     work(&shooting, &orbit)
 }

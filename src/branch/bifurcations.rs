@@ -1,0 +1,137 @@
+//! Smooth bifurcations on a step of a branch (theory 19).
+
+use crate::branch::corrector::Settled;
+use crate::branch::family::Family;
+use crate::branch::multipliers::{n_outside, own_multipliers};
+use crate::branch::special::{Special, SpecialKind};
+use crate::branch::step::Point;
+use crate::branch::zero::zero_between;
+use crate::error::Result;
+use nalgebra::Complex;
+use std::f64::consts::TAU;
+
+/// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
+pub(super) fn bifurcations(
+    family: &Family<'_>,
+    from: &Point,
+    to: &Point,
+    length: f64,
+) -> Result<Vec<Special>> {
+    let (a, b) = (&from.indicators, &to.indicators);
+    let fold = |settled: &Settled| Ok(settled.tangent.value_part);
+    let doubling = |settled: &Settled| family.multiplier_test(&settled.place, -1.0);
+    let crossing = |settled: &Settled| Ok(settled.equations.crossing(&settled.tangent));
+    let is_half = family.signature.images.is_some();
+    let doubled = if is_half {
+        SpecialKind::Pitchfork
+    } else {
+        SpecialKind::PeriodDoubling
+    };
+    let tests: [(SpecialKind, [f64; 2], Test<'_>); 3] = [
+        (SpecialKind::Fold, [a.fold, b.fold], &fold),
+        (doubled, [a.doubling, b.doubling], &doubling),
+        (
+            SpecialKind::BranchPoint,
+            [a.crossing, b.crossing],
+            &crossing,
+        ),
+    ];
+    let mut all = Vec::new();
+    for (kind, [at_start, at_end], of) in tests {
+        if at_start * at_end < 0.0 {
+            all.push(located(
+                family,
+                (from, to, kind),
+                [length, at_start, at_end],
+                of,
+            )?);
+        }
+    }
+    if let (true, Some(one), Some(other)) = (all.is_empty(), a.outside, b.outside)
+        && one.abs_diff(other) == 2
+    {
+        all.extend(torus(family, (from, to), (length, one))?);
+    }
+    all.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
+    Ok(all)
+}
+
+/// Whether the multipliers that leave the unit circle on a step, or come into it, are those of its bifurcations.
+pub(super) fn are_explained(
+    special: &[Special],
+    before: Option<usize>,
+    after: Option<usize>,
+) -> bool {
+    let (Some(before), Some(after)) = (before, after) else {
+        return true;
+    };
+    let each = special
+        .iter()
+        .map(|own| if own.kind == SpecialKind::Torus { 2 } else { 1 });
+    let (most, change) = (each.sum::<usize>(), before.abs_diff(after));
+    change <= most && (most - change).is_multiple_of(2)
+}
+
+/// A number at a point of a step.
+type Test<'a> = &'a dyn Fn(&Settled) -> Result<f64>;
+
+/// Where a number is zero on a step.
+fn located(
+    family: &Family<'_>,
+    (from, to, kind): (&Point, &Point, SpecialKind),
+    between: [f64; 3],
+    of: Test<'_>,
+) -> Result<Special> {
+    let Some(zero) = zero_between(family, from, between, of)? else {
+        // It is known to lie on the step.
+        let width = (to.place.value - from.place.value).abs();
+        return Ok(Special::at(kind, to, width));
+    };
+    let point = Point {
+        orbit: family.orbit(&zero.settled.place)?,
+        place: zero.settled.place,
+        equations: zero.settled.equations,
+        tangent: zero.settled.tangent,
+        arclength: from.arclength + zero.along,
+        indicators: from.indicators,
+    };
+    let error = zero.error.max(f64::EPSILON * family.span());
+    Ok(Special::at(kind, &point, error))
+}
+
+/// The pair of conjugate multipliers that is nearest to the unit circle, one of it.
+fn pair_at_circle(own: &[Complex<f64>]) -> Option<Complex<f64>> {
+    let off = |mu: &Complex<f64>| mu.norm().ln().abs();
+    let pairs = own.iter().copied().filter(|mu| mu.im > 0.0);
+    pairs.min_by(|a, b| off(a).total_cmp(&off(b)))
+}
+
+/// Where two conjugate multipliers pass through the unit circle, and so many are outside before; none where they are real there.
+fn torus(
+    family: &Family<'_>,
+    (from, to): (&Point, &Point),
+    (length, before): (f64, usize),
+) -> Result<Option<Special>> {
+    let off = |settled: &Settled| -> Result<f64> {
+        let orbit = family.orbit(&settled.place)?;
+        let own = own_multipliers(&orbit)?.unwrap_or_default();
+        let size = pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs());
+        let is_before = n_outside(&orbit)? == Some(before);
+        Ok(if is_before { -size } else { size })
+    };
+    let size = |point: &Point| -> Result<f64> {
+        let own = own_multipliers(&point.orbit)?.unwrap_or_default();
+        Ok(pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs()))
+    };
+    let between = [length, -size(from)?, size(to)?];
+    let found = located(family, (from, to, SpecialKind::Torus), between, &off)?;
+    let own = own_multipliers(&found.orbit)?.unwrap_or_default();
+    let pair = pair_at_circle(&own).filter(|mu| mu.norm().ln().abs() < ON_CIRCLE);
+    Ok(pair.map(|mu| Special {
+        rotation: Some(mu.arg() / TAU),
+        ..found
+    }))
+}
+
+/// A pair is on the circle if the logarithm of its modulus is below this.
+const ON_CIRCLE: f64 = 1e-6;

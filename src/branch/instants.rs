@@ -1,0 +1,222 @@
+//! A loop instant by instant, and loops with other instants that are the same motion: several rounds of it, one, an impact without speed
+//! more or less.
+
+use crate::branch::family::Family;
+use crate::branch::place::Place;
+use crate::error::Result;
+use crate::orbit::{ContactStage, Event, ShootingState, Signature, with_shooting};
+use nalgebra::{DMatrix, DVector};
+
+/// Rounds of a loop are one if it closes after the first to this part of its size.
+pub(super) const SAME_ROUND: f64 = 1e-8;
+
+/// An instant of a loop, and the flight that begins there.
+#[derive(Clone)]
+pub(super) struct Instant {
+    pub stage: ContactStage,
+    pub time: f64,
+    pub start: f64,
+    pub state: DVector<f64>,
+}
+
+impl Instant {
+    /// The same at a later time.
+    pub fn later(mut self, by: f64) -> Self {
+        self.time += by;
+        self.start += by;
+        self
+    }
+}
+
+/// The period of a loop.
+pub(super) fn period(state: &ShootingState) -> f64 {
+    state.times[state.states.len()] - state.times[0]
+}
+
+/// The instants of a period that begins with another of them.
+pub(super) fn turned(mut instants: Vec<Instant>, first: usize, period: f64) -> Vec<Instant> {
+    let behind = instants.split_off(first);
+    let earlier = instants.into_iter().map(|own| own.later(period));
+    behind.into_iter().chain(earlier).collect()
+}
+
+impl Family<'_> {
+    /// The instants of a loop.
+    pub fn instants(&self, state: &ShootingState) -> Vec<Instant> {
+        let stages = self.signature.stages.iter().cloned();
+        let times = state.times.iter().zip(&state.starts);
+        stages
+            .zip(times)
+            .zip(&state.states)
+            .map(|((stage, (&time, &start)), state)| Instant {
+                stage,
+                time,
+                start,
+                state: state.clone(),
+            })
+            .collect()
+    }
+
+    /// The loop of some instants in a period of so many of the forcing, and its family.
+    pub fn with_instants(
+        &self,
+        value: f64,
+        instants: Vec<Instant>,
+        (period, n_periods): (f64, usize),
+    ) -> Result<(Self, Place)> {
+        // Without forcing time counts from the first instant.
+        let first = instants[0].time;
+        let zero = if self.is_free { first } else { 0.0 };
+        let mut stages = Vec::new();
+        let mut state = ShootingState {
+            times: Vec::new(),
+            starts: Vec::new(),
+            states: Vec::new(),
+        };
+        for instant in instants {
+            stages.push(instant.stage);
+            state.times.push(instant.time - zero);
+            state.starts.push(instant.start - zero);
+            state.states.push(instant.state);
+        }
+        state.times.push(first - zero + period);
+        let family = Self {
+            signature: Signature {
+                stages,
+                n_periods: if self.is_free { 1 } else { n_periods },
+                images: None,
+                ..self.signature
+            },
+            ..*self
+        };
+        let scene = family.scene(value)?;
+        let place = family.place(&scene, value, state);
+        Ok((family, place))
+    }
+
+    /// Several rounds of a loop as one, deviations of it in each with a factor of its own; halves are mirrored by turns.
+    pub fn repeated(
+        &self,
+        place: &Place,
+        by: &ShootingState,
+        factors: &[f64],
+    ) -> Result<(Self, Place)> {
+        let state = &place.state;
+        let count = state.states.len();
+        // Without forcing a round takes as much longer as its last instant is late.
+        let late = by.times[count] - by.times[0];
+        let mut all = Vec::new();
+        let mut begin = 0.0;
+        for (round, factor) in factors.iter().enumerate() {
+            let images = self.signature.images.as_ref();
+            let images = images.filter(|_| round % 2 == 1);
+            for (k, mut instant) in self.instants(state).into_iter().enumerate() {
+                instant.time += begin + factor * by.times[k];
+                instant.start += begin + factor * by.starts[k];
+                instant.state += &by.states[k] * *factor;
+                if let Some(images) = images {
+                    instant.stage = instant.stage.mirrored(images);
+                    instant.state.neg_mut();
+                }
+                all.push(instant);
+            }
+            begin += period(state) + factor * late;
+        }
+        if self.is_empty() {
+            all.truncate(1);
+        }
+        let halves = if self.signature.images.is_some() {
+            2
+        } else {
+            1
+        };
+        let n_periods = self.signature.n_periods * factors.len() / halves;
+        self.with_instants(place.value, all, (begin, n_periods))
+    }
+
+    /// A loop that is one round of a loop, if that is several.
+    pub fn one_round(&self, place: &Place) -> Result<Option<(Self, Place)>> {
+        let stages = &self.signature.stages;
+        let (is_empty, count) = (self.is_empty(), stages.len());
+        let n_periods = self.signature.n_periods;
+        let periods = if self.is_free { count } else { n_periods };
+        for rounds in (2..=periods).rev() {
+            let own = if is_empty { 1 } else { count / rounds };
+            let is_like = is_empty || (own..count).all(|k| stages[k] == stages[k - own]);
+            if !periods.is_multiple_of(rounds) || own == 0 || !is_like {
+                continue;
+            }
+            let instants = self.instants(&place.state)[..own].to_vec();
+            let length = (
+                period(&place.state) / rounds as f64,
+                (n_periods / rounds).max(1),
+            );
+            let (one, found) = self.with_instants(place.value, instants, length)?;
+            if one.mismatch(&found)? <= SAME_ROUND {
+                return Ok(Some((one, found)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A loop with an impact on a stop at a time, where it is touched, and the number of that instant.
+    pub fn with_touch(
+        &self,
+        place: &Place,
+        (stop, time): (usize, f64),
+    ) -> Result<(Self, Place, usize)> {
+        let state = &place.state;
+        let mut instants = self.instants(state);
+        let first = instants[0].time;
+        let time = first + (time - first).rem_euclid(period(state));
+        let flight = instants.iter().rposition(|own| own.start <= time);
+        let mut touched = instants[flight.unwrap_or(0)].clone();
+        let span = (touched.start, time);
+        let scene = self.scene(place.value)?;
+        with_shooting(&scene, &self.signature, |shooting, _| {
+            let none = &mut DMatrix::zeros(touched.state.len(), 0);
+            let held = &touched.stage.held;
+            shooting.motion.flow(held, span, &mut touched.state, none)
+        })?;
+        (touched.time, touched.start) = (time, time);
+        touched.stage.event = Event::Strike(vec![stop]);
+        let instant = if self.is_empty() {
+            instants.clear();
+            0
+        } else {
+            flight.map_or(1, |flight| flight + 1)
+        };
+        instants.insert(instant, touched);
+        let length = (period(state), self.signature.n_periods);
+        let (mut family, place) = self.with_instants(place.value, instants, length)?;
+        family.signature.images.clone_from(&self.signature.images);
+        Ok((family, place, instant))
+    }
+
+    /// A loop without one of its impacts; none where no impact is left from which a period could begin.
+    pub fn without(&self, place: &Place, instant: usize) -> Result<Option<(Self, Place)>> {
+        let mut instants = self.instants(&place.state);
+        let length = (period(&place.state), self.signature.n_periods);
+        if instants.len() > 1 {
+            instants.remove(instant);
+            // A period begins with an impact behind which nothing is held.
+            let is_beginning = |own: &Instant| {
+                matches!(own.stage.event, Event::Strike(_)) && own.stage.held.is_empty()
+            };
+            let from = if instant > 0 {
+                Some(0)
+            } else {
+                instants.iter().position(is_beginning)
+            };
+            let Some(from) = from else {
+                return Ok(None);
+            };
+            instants = turned(instants, from, length.0);
+        } else if self.is_free {
+            return Ok(None);
+        } else {
+            instants[0].stage.event = Event::Nothing;
+        }
+        Ok(Some(self.with_instants(place.value, instants, length)?))
+    }
+}

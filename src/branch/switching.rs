@@ -1,0 +1,316 @@
+//! Other branches that meet a branch at a special point: an orbit of each nearby (theory 19).
+
+use crate::branch::candidate::Candidate;
+use crate::branch::corrector::directions;
+use crate::branch::family::Family;
+use crate::branch::instants::{Instant, period, turned};
+use crate::branch::place::{Direction, Place};
+use crate::branch::special::{Special, SpecialKind};
+use crate::branch::step::{Target, step_to};
+use crate::error::Result;
+use crate::linalg::rank;
+use crate::model::{Parameter, Scene};
+use crate::orbit::{Event, with_shooting};
+use nalgebra::{DMatrix, dvector};
+
+/// How far beside a branch an orbit of another is looked for at first, in its scaled unknowns, and how often half as far.
+const ASIDE: f64 = 0.01;
+const MOST_HALVINGS: usize = 12;
+/// The speed of an impact that is born, in the unit of velocities, and the step by which its growth is measured.
+const SLOW: f64 = 1e-3;
+const TRIED: f64 = 1e-5;
+/// The most periods from one impact that is born to the next.
+const MOST_ROUNDS: usize = 6;
+/// How far from a boundary, in parts of the range, the orbit beyond is.
+const BEYOND: f64 = 1e-4;
+
+/// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of twice
+/// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order. None at a fold.
+///
+/// `between` is the range of the branch. Of branches that are born at a graze most are not admissible, and say so; those that are come
+/// first. What is not found near the point is left out.
+///
+/// # Errors
+/// As [`continuation`](crate::continuation).
+///
+/// # References
+/// Theory section 19, "switching"; A. B. Nordmark, J. Sound Vib. 145 (1991) 279.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::{ContinuationOptions, OrbitOptions, Parameter, Pattern, SpecialKind, branches, continuation, periodic_orbits};
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![7.0.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
+/// let (parameter, range) = (Parameter::ForcingScale, (0.5, 2.0));
+/// let branch = continuation(&orbits[0], parameter, range, &ContinuationOptions::default(), &mut |_| ControlFlow::Continue(()))?;
+/// let doubling = branch.special.iter().find(|own| own.kind == SpecialKind::PeriodDoubling).expect("one");
+/// let born = branches(doubling, parameter, range)?;
+/// assert_eq!(born[0].orbit.n_periods(), 2);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn branches(
+    special: &Special,
+    parameter: Parameter,
+    between: (f64, f64),
+) -> Result<Vec<Candidate>> {
+    let scene = special.orbit.scene();
+    // Factors count from the scene of the branch.
+    let unit = if parameter.is_factor() {
+        special.parameter
+    } else {
+        1.0
+    };
+    let make = |value: f64| {
+        parameter.check(value)?;
+        scene.replace(parameter.change(value / unit))
+    };
+    branches_of(special, &make, between)
+}
+
+/// The same over scenes of any kind, one for each value.
+///
+/// # Errors
+/// As [`branches`]; what `make` says.
+pub fn branches_of(
+    special: &Special,
+    make: &dyn Fn(f64) -> Result<Scene>,
+    between: (f64, f64),
+) -> Result<Vec<Candidate>> {
+    let (family, place) = Family::around(&special.orbit, make, special.parameter, between)?;
+    let mut found = match (special.kind, special.stop.zip(special.time)) {
+        (SpecialKind::PeriodDoubling, _) => doubled(&family, &place)?.into_iter().collect(),
+        (SpecialKind::Pitchfork, _) => match family.half(&place)? {
+            Some((half, place)) => doubled(&half, &place)?.into_iter().collect(),
+            None => Vec::new(),
+        },
+        (SpecialKind::BranchPoint, _) => crossed(&family, &place, special)?,
+        (SpecialKind::Graze, Some(touch)) => born(&family, &place, touch)?,
+        (SpecialKind::LostImpact, Some(touch)) => lost(&family, &place, touch, special)?,
+        (SpecialKind::Corner, _) => swapped(&family, &place)?.into_iter().collect(),
+        _ => Vec::new(),
+    };
+    found.sort_by_key(|own| own.orbit.is_admissible() == Some(false));
+    Ok(found)
+}
+
+/// An orbit of a loop that closes, at a value that differs from that of a special point.
+fn candidate(family: &Family<'_>, place: &Place, special: f64) -> Result<Candidate> {
+    Ok(Candidate {
+        orbit: family.orbit(place)?,
+        parameter: place.value,
+        is_above: place.value > special,
+    })
+}
+
+/// The orbit of twice the period, along the deviation that comes back reversed; of half a motion the one that is not its mirror image.
+fn doubled(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
+    let linear = family.variational(place, -1.0)?;
+    let by = &linear.deviations(&rank::weakest(&linear.rows, 1)?.column(0).into_owned());
+    let (twice, at) = family.repeated(place, by, &[0.0, 0.0])?;
+    let moved = |aside: f64| Ok(family.repeated(place, by, &[aside, -aside])?.1);
+    found_aside(&twice, &at, &moved)
+}
+
+/// The branch that is crossed, which leaves the plane of both at right angles to the first one.
+fn crossed(family: &Family<'_>, place: &Place, special: &Special) -> Result<Vec<Candidate>> {
+    let own = Direction::of(&special.direction);
+    let is_half = own.loop_part.len() < family.n_unknowns(place);
+    let half = if is_half { family.half(place)? } else { None };
+    let (family, place) = half
+        .as_ref()
+        .map_or((family, place), |half| (&half.0, &half.1));
+    let equations = family.equations(place)?;
+    let plane = rank::weakest(&equations.all_columns(), 2)?;
+    let weight = own.row();
+    let parts = plane.tr_mul(&weight);
+    // Across in the product of directions.
+    let across = Direction::of(&(&plane * dvector![-parts[1], parts[0]]));
+    let across = across.scaled(1.0 / across.length());
+    let mut found = Vec::new();
+    for side in [1.0, -1.0] {
+        let moved = |aside: f64| family.moved(place, &equations, &across.scaled(side * aside));
+        found.extend(found_aside(family, place, &moved)?);
+    }
+    Ok(found)
+}
+
+/// The orbit of another branch that is so far from an orbit, less if there is none, in a direction.
+fn found_aside(
+    family: &Family<'_>,
+    at: &Place,
+    moved: &dyn Fn(f64) -> Result<Place>,
+) -> Result<Option<Candidate>> {
+    let mut aside = ASIDE;
+    for _ in 0..MOST_HALVINGS {
+        let to = moved(aside)?;
+        let way = family.between(at, &to);
+        let length = way.length();
+        if let Ok(settled) = family.corrected(to.clone(), &way.scaled(1.0 / length))? {
+            let off = family.between(&to, &settled.place);
+            if off.length() < length {
+                return candidate(family, &settled.place, at.value).map(Some);
+            }
+        }
+        aside *= 0.5;
+    }
+    Ok(None)
+}
+
+/// The orbits with one impact more, on a stop that is touched, in some rounds of a loop.
+fn born(family: &Family<'_>, place: &Place, touch: (usize, f64)) -> Result<Vec<Candidate>> {
+    let mut found = Vec::new();
+    // A motion that is its own mirror image touches two stops, or one twice: it may go on hitting both.
+    if let Some((half, at)) = family.half(place)? {
+        let (own, at, instant) = half.with_touch(&at, half.in_half(&at, touch))?;
+        found.extend(with_speed(&own, &at, instant)?);
+    }
+    for rounds in 1..=MOST_ROUNDS {
+        let (several, at) = family.repeated(place, &place.state, &vec![0.0; rounds])?;
+        let (own, at, instant) = several.with_touch(&at, touch)?;
+        found.extend(with_speed(&own, &at, instant)?);
+    }
+    Ok(found)
+}
+
+/// The orbit near a loop on which an impact that has no speed there has some.
+fn with_speed(family: &Family<'_>, place: &Place, instant: usize) -> Result<Option<Candidate>> {
+    let equations = family.equations(place)?;
+    let all = directions(&equations)?;
+    let [tangent] = all.as_slice() else {
+        return Ok(None);
+    };
+    let tried = family.moved(place, &equations, &tangent.scaled(TRIED))?;
+    let growth = family.approach(&tried, instant)? - family.approach(place, instant)?;
+    let mut length = (SLOW * family.units.velocity / growth * TRIED).clamp(-ASIDE, ASIDE);
+    for _ in 0..MOST_HALVINGS {
+        let from = (place, &equations, tangent);
+        if let Ok(settled) = step_to(family, from, Target::Length(length))?
+            && family.approach(&settled.place, instant)? > 0.0
+        {
+            return candidate(family, &settled.place, place.value).map(Some);
+        }
+        length *= 0.5;
+    }
+    Ok(None)
+}
+
+/// The orbit without an impact that has lost its speed, and the others that it meets there.
+fn lost(
+    family: &Family<'_>,
+    place: &Place,
+    (stop, time): (usize, f64),
+    special: &Special,
+) -> Result<Vec<Candidate>> {
+    let instants = family.instants(&place.state);
+    let whole = period(&place.state);
+    let off = |own: &Instant| {
+        let late = (time - own.time).rem_euclid(whole);
+        late.min(whole - late)
+    };
+    let on_stop = instants.iter().enumerate().filter(
+        |(_, own)| matches!(&own.stage.event, Event::Strike(stops) if stops.contains(&stop)),
+    );
+    let Some((instant, own)) = on_stop.min_by(|a, b| off(a.1).total_cmp(&off(b.1))) else {
+        return Ok(Vec::new());
+    };
+    let touch = (stop, own.time);
+    let Some((rest, at)) = family.without(place, instant)? else {
+        return Ok(Vec::new());
+    };
+    let by_value = Direction::of_value(rest.n_unknowns(&at));
+    let Ok(settled) = rest.corrected(at, &by_value)? else {
+        return Ok(Vec::new());
+    };
+    let (rest, at) = match rest.one_round(&settled.place)? {
+        Some(one) => one,
+        None => (rest, settled.place),
+    };
+    let mut found: Vec<Candidate> = beside(&rest, &at)?.into_iter().collect();
+    let is_other = |own: &Candidate| {
+        own.orbit.pattern() != special.orbit.pattern()
+            || own.orbit.n_periods() != special.orbit.n_periods()
+    };
+    found.extend(born(&rest, &at, touch)?.into_iter().filter(is_other));
+    Ok(found)
+}
+
+/// The orbit next to a boundary on the side on which it keeps the rules of contact, if on one.
+fn beside(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
+    let by_value = Direction::of_value(family.n_unknowns(place));
+    let Ok(settled) = family.corrected(place.clone(), &by_value)? else {
+        return Ok(None);
+    };
+    let mut found = None;
+    for side in [1.0, -1.0] {
+        let value = place.value + side * BEYOND * family.span();
+        let from = (&settled.place, &settled.equations, &settled.tangent);
+        let Ok(there) = step_to(family, from, Target::Value(value))? else {
+            continue;
+        };
+        let own = candidate(family, &there.place, place.value)?;
+        if own.orbit.is_admissible() != Some(false) {
+            return Ok(Some(own));
+        }
+        found.get_or_insert(own);
+    }
+    Ok(found)
+}
+
+/// The orbit beyond a corner that hits its two stops in the other order; where the order matters there mostly is none.
+fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
+    let times = &place.state.times;
+    let count = place.state.states.len();
+    let length = |k: usize| times[k + 1] - times[k];
+    let shortest = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)));
+    let Some(first) = shortest.filter(|_| count > 1) else {
+        return Ok(None);
+    };
+    let equations = family.equations(place)?;
+    let all = directions(&equations)?;
+    let [tangent] = all.as_slice() else {
+        return Ok(None);
+    };
+    // On past the corner, where the first of the two would come behind the second.
+    let later = family.moved(place, &equations, &tangent.scaled(TRIED))?;
+    let grows = later.state.times[first + 1] - later.state.times[first] > length(first);
+    let ahead = if grows { -BEYOND } else { BEYOND };
+    let past = family.moved(place, &equations, &tangent.scaled(ahead))?;
+    let whole = period(&past.state);
+    let mut instants = turned(family.instants(&past.state), first, whole);
+    instants.swap(0, 1);
+    let flown = instants.last().cloned().filter(|_| count > 2);
+    let before = flown.unwrap_or_else(|| instants[0].clone()).later(-whole);
+    let scene = family.scene(past.value)?;
+    with_shooting(&scene, &family.signature, |shooting, _| {
+        let mut from = before;
+        for own in &mut instants[..2] {
+            let Event::Strike(stops) = own.stage.event.clone() else {
+                return Ok(());
+            };
+            let none = &mut DMatrix::zeros(from.state.len(), 0);
+            let state = &mut from.state;
+            let span = (from.start, own.time);
+            shooting.motion.flow(&from.stage.held, span, state, none)?;
+            shooting.motion.impact(&stops, own.time, state, none)?;
+            own.state.copy_from(state);
+            (own.start, from) = (own.time, own.clone());
+        }
+        Ok(())
+    })?;
+    let n_periods = family.signature.n_periods;
+    let (other, at) = family.with_instants(past.value, instants, (whole, n_periods))?;
+    let by_value = Direction::of_value(other.n_unknowns(&at));
+    let Ok(settled) = other.corrected(at.clone(), &by_value)? else {
+        return Ok(None);
+    };
+    let off = other.between(&at, &settled.place);
+    if off.length() > ASIDE {
+        return Ok(None);
+    }
+    candidate(&other, &settled.place, place.value).map(Some)
+}

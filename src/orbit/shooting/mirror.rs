@@ -1,0 +1,78 @@
+//! Scenes that are odd: half a period later everything is opposite (theory 19, "Symmetry").
+
+use crate::error::Result;
+use crate::hybrid::HybridMaps;
+use crate::model::Scene;
+use crate::orbit::shooting::closure::{ShootingState, Units};
+use nalgebra::DVector;
+
+/// What opposite sides may differ by, relative.
+const OPPOSITE: f64 = 1e-10;
+
+/// Whether two vectors are opposite, to a part of their size.
+fn are_opposite(a: &DVector<f64>, b: &DVector<f64>) -> bool {
+    (a + b).amax() <= OPPOSITE * a.amax().max(b.amax())
+}
+
+/// Of each stop its mirror image, where for any motion `q(t)` of a scene `-q(t + T/2)` is one too, T the period of its forcing; as far as the
+/// first state of a loop and two more show it. None where the scene is not like that.
+pub(crate) fn images(
+    motion: &dyn HybridMaps,
+    scene: &Scene,
+    units: &Units,
+    state: &ShootingState,
+) -> Result<Option<Vec<usize>>> {
+    // Without forcing nothing depends on time.
+    let half = scene.period().map_or(0.0, |period| 0.5 * period);
+    let n = scene.n_dof();
+    let usual = |k: usize| {
+        DVector::from_fn(2 * n, |i, _| {
+            let unit = if i < n {
+                units.position
+            } else {
+                units.velocity
+            };
+            unit * ((1 + i + 2 * k) as f64).sin()
+        })
+    };
+    let samples = [
+        (state.starts[0], state.states[0].clone()),
+        (0.3 * units.time, usual(0)),
+        (1.1 * units.time, usual(1)),
+    ];
+    for (t, x) in &samples {
+        let rate = motion.rate(&[], *t, x)?;
+        if !are_opposite(&rate, &motion.rate(&[], t + half, &-x)?) {
+            return Ok(None);
+        }
+    }
+    let is_image = |stop: usize, other: usize| -> Result<bool> {
+        for (t, x) in &samples {
+            let (one, two) = (motion.gap(stop, *t, x)?, motion.gap(other, t + half, &-x)?);
+            let size = one.gap.abs().max(one.gradient.amax() * x.amax());
+            let same = (one.gap - two.gap).abs() <= OPPOSITE * size
+                && (one.slope - two.slope).abs() <= OPPOSITE * one.slope.abs()
+                && are_opposite(&one.gradient, &two.gradient);
+            let reactions = (motion.reaction(stop, x)?, motion.reaction(other, &-x)?);
+            if !same || !are_opposite(&reactions.0, &reactions.1) {
+                return Ok(false);
+            }
+        }
+        Ok(motion.restitution(stop) == motion.restitution(other))
+    };
+    let n_stops = scene.stops().len();
+    let mut images = Vec::new();
+    for stop in 0..n_stops {
+        let mut image = None;
+        for other in 0..n_stops {
+            if image.is_none() && !images.contains(&other) && is_image(stop, other)? {
+                image = Some(other);
+            }
+        }
+        let Some(image) = image else {
+            return Ok(None);
+        };
+        images.push(image);
+    }
+    Ok(Some(images))
+}

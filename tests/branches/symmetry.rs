@@ -1,0 +1,248 @@
+//! Motions that are their own mirror images, and where they cease to be stable as such: two stops, against closed forms (theory 19).
+
+use crate::random::Random;
+use crate::scenes::followed;
+use std::f64::consts::PI;
+use vibroimpact::nalgebra::{dmatrix, dvector};
+use vibroimpact::{
+    Branch, ContinuationOptions, EndReason, Harmonic, LinearSystem, OrbitOptions, Parameter,
+    Pattern, PeriodicOrbit, Scene, Side, SimulateOptions, Special, SpecialKind, Stop, Virtual,
+    branches, find_orbit, periodic_orbits, simulate,
+};
+
+/// `x'' + 2 eta x' + x = F cos w t` between stops at d and -d.
+#[derive(Debug, Clone, Copy)]
+struct Between {
+    eta: f64,
+    frequency: f64,
+    clearance: f64,
+    restitution: f64,
+}
+
+impl Between {
+    fn scene(self) -> Scene {
+        let system = LinearSystem::new(dvector![1.0], dmatrix![2.0 * self.eta], dmatrix![1.0]);
+        let force = Harmonic::new(dvector![1.0.into()], self.frequency, 0.0);
+        let stop = |side| {
+            let stop = Stop::new(0, self.clearance, self.restitution).expect("valid");
+            stop.on_side(side)
+        };
+        let stops = [stop(Side::Upper), stop(Side::Lower)];
+        Scene::new(system.expect("valid"), force.expect("valid"), stops).expect("valid")
+    }
+
+    /// Its motions of one impact on each stop in a period, that are their own mirror images.
+    fn orbits(self) -> Vec<PeriodicOrbit> {
+        let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+        let found = periodic_orbits(&self.scene(), &pattern, &OrbitOptions::default());
+        let own = found.expect("a search").into_iter();
+        own.filter(|orbit| {
+            let impacts = orbit.impacts();
+            (impacts[0].approach / impacts[1].approach - 1.0).abs() < 1e-9
+        })
+        .collect()
+    }
+
+    /// `1 + tr H + det H` of half a period at an impact of some speed: zero where a multiplier of the half map is -1.
+    fn breaking(self, speed: f64) -> f64 {
+        let Self {
+            eta,
+            frequency: w,
+            clearance: d,
+            restitution: e,
+        } = self;
+        let h = PI / w;
+        let own = (1.0 - eta * eta).sqrt();
+        let (decay, angle) = ((-eta * h).exp(), own * h);
+        let s = decay * angle.sin() / own;
+        let [plus, minus] =
+            [1.0, -1.0].map(|sign| decay * (angle.cos() + sign * eta * angle.sin() / own));
+        let end = (-2.0 * eta * h).exp();
+        let all = 1.0 + plus + minus + end;
+        let a = (1.0 + e) * s / all;
+        let b = 1.0 - (1.0 + e) * (minus + end) / all;
+        let trace = e * (plus + minus)
+            - (1.0 + e) * s * (2.0 * eta * b - (1.0 - w * w) * a - w * w * d / speed);
+        1.0 + trace + e * e * end
+    }
+}
+
+fn pitchforks(branch: &Branch) -> Vec<&Special> {
+    let own = branch.special.iter();
+    own.filter(|own| own.kind == SpecialKind::Pitchfork)
+        .collect()
+}
+
+fn keep() -> ContinuationOptions {
+    ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..Default::default()
+    }
+}
+
+#[test]
+fn symmetry_breaks_where_the_half_map_says() {
+    let own = Between {
+        eta: 0.0,
+        frequency: 1.2,
+        clearance: 0.5,
+        restitution: 0.7,
+    };
+    let orbit = &own.orbits()[0];
+    let branch = followed(orbit, Parameter::Frequency, (0.9, 1.8), &keep());
+    let found: Vec<f64> = pitchforks(&branch)
+        .iter()
+        .map(|own| own.parameter)
+        .collect();
+    for known in [1.034_484_452_715, 1.530_515_078_983] {
+        assert!(
+            found.iter().any(|own| (own - known).abs() < 1e-11),
+            "{found:?}"
+        );
+    }
+    // All of its orbits are their own mirror images, to rounding.
+    for orbit in &branch.orbits {
+        let (q, v) = orbit.state(0.1, false);
+        let (p, u) = orbit.state(0.1 + 0.5 * orbit.period(), false);
+        assert!((q + p).amax() < 1e-12 && (v + u).amax() < 1e-12);
+    }
+}
+
+/// A simulation does what an orbit says.
+fn check_motion(orbit: &PeriodicOrbit) {
+    let end = 1.3 * orbit.period();
+    let options = SimulateOptions::default();
+    let run = simulate(
+        orbit.scene(),
+        &orbit.q0(),
+        &orbit.v0(),
+        (0.0, end),
+        &options,
+    );
+    let run = run.expect("a run");
+    let (q, v) = run.last();
+    let (p, u) = orbit.state(end, false);
+    assert!((q - p).amax() < 1e-8 && (v - u).amax() < 1e-8);
+}
+
+#[test]
+fn motions_that_are_no_mirror_images_are_born_at_pitchforks() {
+    let (mut seen, mut retraced) = (0, 0);
+    for case in 0..60 {
+        let random = &mut Random::of_case(81, case);
+        let own = Between {
+            eta: random.between(0.01, 0.2),
+            frequency: random.between(0.7, 2.5),
+            clearance: random.between(0.05, 0.8),
+            restitution: random.between(0.3, 0.9),
+        };
+        for orbit in own.orbits() {
+            let range = (0.5, 3.0);
+            let branch = followed(&orbit, Parameter::Frequency, range, &keep());
+            for pitchfork in pitchforks(&branch) {
+                let there = Between {
+                    frequency: pitchfork.parameter,
+                    ..own
+                };
+                let speed = pitchfork.orbit.impacts()[0].approach;
+                assert!(
+                    there.breaking(speed).abs() < 1e-7,
+                    "{}",
+                    there.breaking(speed)
+                );
+                assert!(pitchfork.error < 1e-9);
+                let born = branches(pitchfork, Parameter::Frequency, range).expect("branches");
+                let [born] = born.as_slice() else {
+                    panic!("{case}: {}", born.len());
+                };
+                let image = born.orbit.mirrored().expect("an image");
+                let speeds = |orbit: &PeriodicOrbit| {
+                    [0, 1].map(|k: usize| {
+                        let own = orbit.impacts().iter().find(|impact| impact.stop == k);
+                        own.expect("one").approach
+                    })
+                };
+                let (one, other) = (speeds(&born.orbit), speeds(&image));
+                assert!((one[0] / one[1] - 1.0).abs() > 1e-6);
+                assert!(
+                    (one[0] / other[1] - 1.0).abs() < 1e-12
+                        && (one[1] / other[0] - 1.0).abs() < 1e-12
+                );
+                assert_eq!(image.is_admissible(), born.orbit.is_admissible());
+                if image.is_admissible() == Some(true) {
+                    check_motion(&image);
+                    retraced += 1;
+                }
+                // One is stable where the symmetric one is not.
+                let scene = image.scene();
+                let other =
+                    find_orbit(scene, &pitchfork.orbit, None).expect("the branch beside it");
+                let radius = |orbit: &PeriodicOrbit| {
+                    orbit.stability().expect("multipliers").orders[0].spectral_radius()
+                };
+                let rest_is_inside = radius(&pitchfork.orbit) < 1.0 + 1e-6;
+                if rest_is_inside {
+                    assert_eq!(radius(&born.orbit) < 1.0, radius(&other) > 1.0, "{case}");
+                }
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 20 && retraced > 5, "{seen} {retraced}");
+}
+
+#[test]
+fn where_a_scene_is_not_odd_nothing_is_kept_symmetric() {
+    let own = Between {
+        eta: 0.05,
+        frequency: 1.2,
+        clearance: 0.5,
+        restitution: 0.7,
+    };
+    let orbit = &own.orbits()[0];
+    let symmetric = ContinuationOptions {
+        symmetric: Some(true),
+        ..keep()
+    };
+    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+    // One clearance alone.
+    let range = (0.4, 0.6);
+    let refused =
+        vibroimpact::continuation(orbit, Parameter::ClearanceOf(1), range, &symmetric, go_on);
+    assert!(refused.is_err_and(|error| error.to_string().contains("mirror image")));
+    let branch = followed(orbit, Parameter::ClearanceOf(1), range, &keep());
+    assert_eq!(branch.ends[0].reason, EndReason::Range);
+    let speeds = |orbit: &PeriodicOrbit| [orbit.impacts()[0].approach, orbit.impacts()[1].approach];
+    let last = speeds(&branch.orbits[0]);
+    assert!((last[0] / last[1] - 1.0).abs() > 1e-3);
+    assert!(branch.orbits[0].mirrored().is_err());
+    // Both at once, without the symmetry: the same orbits, and crossings instead of pitchforks.
+    let ignored = ContinuationOptions {
+        symmetric: Some(false),
+        ..keep()
+    };
+    let range = (0.9, 1.8);
+    let [kept, free] =
+        [symmetric, ignored].map(|options| followed(orbit, Parameter::Frequency, range, &options));
+    let at = |branch: &Branch, kind| {
+        let own = branch.special.iter().filter(|own| own.kind == kind);
+        own.cloned().collect::<Vec<Special>>()
+    };
+    let (forks, crossings) = (
+        at(&kept, SpecialKind::Pitchfork),
+        at(&free, SpecialKind::BranchPoint),
+    );
+    assert!(!forks.is_empty() && forks.len() == crossings.len());
+    for (fork, crossing) in forks.iter().zip(&crossings) {
+        // Where branches cross Newton's method comes no nearer, and says so.
+        assert!(
+            (fork.parameter - crossing.parameter).abs() < crossing.error && crossing.error < 1e-3
+        );
+    }
+    let born = branches(&crossings[0], Parameter::Frequency, range).expect("branches");
+    assert!(!born.is_empty());
+    for own in &born {
+        let [one, other] = speeds(&own.orbit);
+        assert!((one / other - 1.0).abs() > 1e-6);
+    }
+}
