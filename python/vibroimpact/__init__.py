@@ -53,6 +53,7 @@ from vibroimpact.attractors import Attractor, Attractors, find_attractors
 from vibroimpact.basin_plane import Basins, Fit, basins
 from vibroimpact.basin_samples import BasinFractions, basin_fractions
 from vibroimpact.branch import Branch, continuation
+from vibroimpact.curve import BifurcationCurve, CurvePoint, bifurcation_curve
 from vibroimpact.damping import rayleigh_damping
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many
@@ -61,6 +62,8 @@ from vibroimpact.existence import ExistenceMap, existence_map
 from vibroimpact.exponents import LyapunovExponents, lyapunov_exponents
 from vibroimpact.reduction import Reduction, reduce
 from vibroimpact.special import Candidate, Special
+from vibroimpact.tree import BranchTree, branch_tree
+from vibroimpact.verdict import Beyond
 
 if TYPE_CHECKING:
     from vibroimpact import plot
@@ -78,11 +81,15 @@ __all__ = [
     "BaseMotion",
     "BasinFractions",
     "Basins",
+    "Beyond",
+    "BifurcationCurve",
     "BifurcationDiagram",
     "Branch",
+    "BranchTree",
     "Candidate",
     "Coefficients",
     "ConvergenceError",
+    "CurvePoint",
     "DoublePendulum",
     "Energy",
     "Ensemble",
@@ -117,7 +124,9 @@ __all__ = [
     "audit_recovery",
     "basin_fractions",
     "basins",
+    "bifurcation_curve",
     "bifurcation_diagram",
+    "branch_tree",
     "continuation",
     "existence_map",
     "find_attractors",

@@ -34,6 +34,7 @@ __all__ = [
     "Wall",
     "__version__",
     "_basin_cells",
+    "_bifurcation_curve",
     "_bifurcation_diagram",
     "_branches",
     "_check_existence",
@@ -48,6 +49,7 @@ __all__ = [
     "_restore_orbit",
     "_restore_orbits",
     "_restore_trajectory",
+    "_scene_at",
     "_settle_seeds",
     "_simulate_rows",
     "audit_recovery",
@@ -825,6 +827,27 @@ def _branches(
     make: Callable[[float], Scene] | None,
     between: tuple[float, float],
 ) -> list[tuple[Orbit, float, bool]]: ...
+def _bifurcation_curve(
+    point: tuple[str, float, int | None, float | None, list[float]] | None,
+    orbit: Orbit,
+    names: tuple[str, str] | None,
+    make: Callable[[float, float], Scene] | None,
+    start: tuple[float | None, float | None],
+    between: tuple[tuple[float, ...], tuple[float, ...]],
+    direction: str,
+    max_points: int,
+    step: tuple[float, ...],
+    progress: bool,
+) -> tuple[
+    list[Orbit],
+    _FloatArray,
+    _FloatArray,
+    _FloatArray,
+    NDArray[np.bool_],
+    list[tuple[str, list[float], list[float], float, Orbit]],
+    list[tuple[str, str]],
+]: ...
+def _scene_at(scene: Scene, name: str | None, make: Callable[[float], Scene] | None, start: float, value: float) -> Scene: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

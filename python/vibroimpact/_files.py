@@ -22,12 +22,15 @@ from vibroimpact.attractors import Attractor, Attractors
 from vibroimpact.basin_plane import Basins, Fit
 from vibroimpact.basin_samples import BasinFractions
 from vibroimpact.branch import Branch
+from vibroimpact.curve import BifurcationCurve, CurvePoint
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap
 from vibroimpact.exponents import LyapunovExponents
 from vibroimpact.special import Candidate, Special
+from vibroimpact.tree import BranchTree
+from vibroimpact.verdict import Beyond
 
 #: Counts what older libraries cannot read.
 FORMAT = 1
@@ -49,6 +52,10 @@ Result = (
     | Basins
     | BasinFractions
     | Branch
+    | Beyond
+    | BifurcationCurve
+    | CurvePoint
+    | BranchTree
     | Candidate
     | Special
     | Fit
@@ -69,6 +76,10 @@ RESULTS: dict[str, Callable[..., Any]] = {
     "Basins": Basins,
     "BasinFractions": BasinFractions,
     "Branch": Branch,
+    "Beyond": Beyond,
+    "BifurcationCurve": BifurcationCurve,
+    "CurvePoint": CurvePoint,
+    "BranchTree": BranchTree,
     "Candidate": Candidate,
     "Special": Special,
     "Fit": Fit,
@@ -112,7 +123,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     Returns
     -------
     Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor,
-    Attractors, Basins, BasinFractions, Branch, Candidate, Special or Fit
+    Attractors, Basins, BasinFractions, Branch, Beyond, BranchTree, BifurcationCurve, CurvePoint, Candidate, Special or Fit
         What was saved, equal to the bit.
 
     Raises

@@ -137,6 +137,31 @@ def _special(own: Any) -> _Parts:
     return variables, {}, {name: getattr(own, name) for name in names}
 
 
+def _beyond(own: Any) -> _Parts:
+    sides = np.array([candidate.side for candidate in own.candidates])
+    parameters = ("candidate", np.array([candidate.parameter for candidate in own.candidates]))
+    return {"side": ("candidate", sides)}, {"parameter": parameters}, {"outcome": own.outcome, "reason": own.reason}
+
+
+def _curve(curve: Any) -> _Parts:
+    names = {} if curve.parameter_names is None else dict(zip(("name_x", "name_y"), curve.parameter_names, strict=True))
+    variables: dict[str, Any] = {name: ("orbit", getattr(curve, name)) for name in ("arclength", "is_virtual")}
+    return variables, {"x": ("orbit", curve.x), "y": ("orbit", curve.y)}, {"kind": curve.kind} | names
+
+
+def _curve_point(own: Any) -> _Parts:
+    variables: dict[str, Any] = {"q0": ("dof", own.orbit.q0), "v0": ("dof", own.orbit.v0)}
+    return variables, {}, {"kind": own.kind, "x": own.parameter[0], "y": own.parameter[1]}
+
+
+def _branch_tree(tree: Any) -> _Parts:
+    branch = np.repeat(np.arange(len(tree)), [len(own) for own in tree])
+    joined = {name: np.concatenate([getattr(own, name) for own in tree]) for name in ("is_stable", "is_admissible", "n_unstable")}
+    variables: dict[str, Any] = {name: ("orbit", values) for name, values in joined.items()}
+    coordinates = {"parameter": ("orbit", np.concatenate([own.parameter for own in tree])), "branch": ("orbit", branch)}
+    return variables, coordinates, {f"parent_{k}": str(own) for k, own in enumerate(tree.parents)}
+
+
 def _candidate(own: Any) -> _Parts:
     variables: dict[str, Any] = {"q0": ("dof", own.orbit.q0), "v0": ("dof", own.orbit.v0)}
     return variables, {}, {"parameter": own.parameter, "side": own.side}
@@ -159,6 +184,10 @@ _MAKE = {
     "Basins": _basins,
     "BasinFractions": _fractions,
     "Branch": _branch,
+    "Beyond": _beyond,
+    "BifurcationCurve": _curve,
+    "CurvePoint": _curve_point,
+    "BranchTree": _branch_tree,
     "Candidate": _candidate,
     "Special": _special,
     "Fit": _fit,

@@ -292,7 +292,7 @@ def continuation(
     >>> [(own.kind, round(8.5 * own.parameter, 6)) for own in branch.special]
     [('lost_impact', 4.766047), ('period_doubling', 7.733258)]
     """
-    orbit, known = _orbit_of(orbit)
+    begin, known = _orbit_of(orbit)
     if virtual not in ("stop", "keep"):
         message = f'virtual is {virtual!r}, but it must be "stop" or "keep"'
         raise ValueError(message)
@@ -305,16 +305,15 @@ def continuation(
     if symmetric is not None and not isinstance(symmetric, bool):
         message = f"symmetric is {symmetric!r}, but True, False or None is needed"
         raise TypeError(message)
-    low, high = _few("between", between, ("low", "high"))
-    smallest, first_step, largest = _few("step", step, ("smallest", "first", "largest"))
+    low, high = few("between", between, ("low", "high"))
+    smallest, first_step, largest = few("step", step, ("smallest", "first", "largest"))
     measures = _checked(monitor)
     name, make = (parameter, None) if isinstance(parameter, str) else (None, parameter)
     keeps = virtual == "keep"
     steps = (smallest, first_step, largest)
     start = known if start is None else start
-    found = _core._continuation(
-        orbit, name, make, start, (low, high), direction, max_points, steps, keeps, symmetric, progress
-    )
+    way = (direction, max_points, steps, keeps, symmetric, progress)
+    found = _core._continuation(begin, name, make, start, (low, high), *way)
     orbits, values, arclength, is_admissible, is_stable, n_unstable, multipliers = found[:7]
     special, (first, last), is_closed, raised = found[7:]
     columns = (values, arclength, is_admissible, is_stable, n_unstable, multipliers)
@@ -349,15 +348,15 @@ def _special(
     own: tuple[Any, ...], name: str | None, between: tuple[float, float], make: Callable[[float], Scene] | None
 ) -> Special:
     """Return a special point, which knows the callable that made its branch."""
-    *numbers, rotation, direction = own
+    kind, value, error, arclength, orbit, stop, time, rotation, direction = own
     data = {} if rotation is None else {"rotation_number": rotation}
-    special = Special(*numbers, data, np.array(direction), name, between)
+    special = Special(kind, value, error, arclength, orbit, stop, time, data, np.array(direction), name, between)
     # Not a part of the result: functions are not saved.
     object.__setattr__(special, "_make", make)
     return special
 
 
-def _few(argument: str, value: Any, names: tuple[str, ...]) -> tuple[float, ...]:
+def few(argument: str, value: Any, names: tuple[str, ...]) -> tuple[float, ...]:
     """Return so many numbers."""
     found = _core._numbers(argument, value)
     if found.shape != (len(names),):

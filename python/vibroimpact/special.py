@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
 from vibroimpact._results import ArrayResult
 from vibroimpact.diagram import Pattern
+
+if TYPE_CHECKING:
+    from vibroimpact.verdict import Beyond
 
 __all__ = ["Candidate", "Special"]
 
@@ -27,6 +30,7 @@ KINDS = (
     "lost_impact",
     "corner",
     "chatter_border",
+    "rise",
 )
 
 
@@ -91,7 +95,7 @@ class Special(ArrayResult):
         pass through the unit circle beside 1 and -1. "pitchfork": a motion that was its own mirror image ceases to be stable
         as such. "branch_point": another branch of the same pattern is crossed. At a boundary, where the branch ends: "graze",
         a stop is touched; "lost_impact", an impact has lost its speed; "corner", two stops are hit at one instant;
-        "chatter_border", lasting contact has no duration left.
+        "chatter_border", lasting contact has no duration left; "rise", the contact force comes to zero while a stop is held.
     parameter, error : float
         The number of the branch there, and how far it is known.
     arclength : float
@@ -145,6 +149,10 @@ class Special(ArrayResult):
         """Whether the orbit breaks a rule of contact."""
         return self.orbit.is_admissible is False
 
+    def _given(self) -> tuple[str, float, int | None, float | None, list[float]]:
+        """Return what the core takes of a special point besides its orbit."""
+        return (self.kind, self.parameter, self.stop, self.time, self.direction.tolist())
+
     def branches(self) -> list[Candidate]:
         """Return the branches that meet this one at the point, an orbit of each near it, for ``continuation``.
 
@@ -155,8 +163,8 @@ class Special(ArrayResult):
             ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze those with
             an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
             born there; at a corner the orbit that hits the two stops in the other order, if there is one. None at a fold, a
-            torus or a chatter border. Those that keep the rules of contact come first. What is not found near the point is left
-            out.
+            torus, a chatter border or a rise. Those that keep the rules of contact come first. What is not found near the point
+            is left out.
 
         Raises
         ------
@@ -190,9 +198,49 @@ class Special(ArrayResult):
         if self.parameter_name is None and make is None:
             message = f"special is {self!r}, but the callable that made its branch was not saved with it"
             raise ValueError(message)
-        point = (self.kind, self.parameter, self.stop, self.time, self.direction.tolist())
-        found = _core._branches(point, self.orbit, self.parameter_name, make, self.between)
+        found = _core._branches(self._given(), self.orbit, self.parameter_name, make, self.between)
         return [Candidate(orbit, value, 1 if is_above else -1) for orbit, value, is_above in found]
+
+    def beyond(self, delta: float | None = None, periods: int = 500, rng: int | np.random.Generator = 0) -> Beyond:
+        """Say what becomes of a motion beyond a boundary at which its branch ends.
+
+        Parameters
+        ----------
+        delta : float, optional
+            How far beyond it is looked, 1e-3 of the range by default.
+        periods : int, default 500
+            Periods of the forcing that a simulation is given to settle.
+        rng : int or numpy.random.Generator, default 0
+            What the simulation is kicked with.
+
+        Returns
+        -------
+        Beyond
+            A value, never an exception: where nothing is found it says so. What a simulation comes to is what it came to, from
+            one start, at one value.
+
+        Raises
+        ------
+        ValueError
+            A special point that is no boundary; a distance or a count that is not above zero.
+
+        Notes
+        -----
+        Candidates beyond are followed to the value that is looked at: one that is stable and keeps the rules of contact there
+        "continues". Else a candidate before the boundary that keeps them and is not stable makes it a "nonsmooth_fold"
+        (theory 19, "Grazing"). A simulation begins at the last orbit, kicked by 1e-6 of its size.
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+        >>> branch = vi.continuation(vi.periodic_orbits(scene, [0])[0], "forcing_scale", (0.1, 1.5))
+        >>> branch.special[0].beyond().outcome
+        'continues'
+        """
+        from vibroimpact import verdict
+
+        return verdict.look_beyond(self, delta, periods, rng)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return its numbers as arrays, for ``numpy.savez``."""

@@ -4,8 +4,8 @@ use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
 use crate::branch::multipliers::{n_outside, own_multipliers};
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::step::Point;
-use crate::branch::zero::zero_between;
+use crate::branch::step::{Point, Target, step_to};
+use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
 use nalgebra::Complex;
 use std::f64::consts::TAU;
@@ -82,16 +82,27 @@ fn located(
     between: [f64; 3],
     of: Test<'_>,
 ) -> Result<Special> {
-    let Some(zero) = zero_between(family, from, between, of)? else {
+    let mut point = |along: f64| {
+        let Ok(settled) = step_to(family, from.foot(), Target::Length(along))? else {
+            return Ok(None);
+        };
+        Ok(Some(Tried {
+            parameter: settled.place.value,
+            value: of(&settled)?,
+            point: settled,
+        }))
+    };
+    let Some(zero) = zero_between(between, family.span(), &mut point)? else {
         // It is known to lie on the step.
         let width = (to.place.value - from.place.value).abs();
         return Ok(Special::at(kind, to, width));
     };
+    let settled = zero.point;
     let point = Point {
-        orbit: family.orbit(&zero.settled.place)?,
-        place: zero.settled.place,
-        equations: zero.settled.equations,
-        tangent: zero.settled.tangent,
+        orbit: family.orbit(&settled.place)?,
+        place: settled.place,
+        equations: settled.equations,
+        tangent: settled.tangent,
         arclength: from.arclength + zero.along,
         indicators: from.indicators,
     };

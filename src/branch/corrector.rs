@@ -77,7 +77,7 @@ fn tangent(equations: &Equations, border: &Direction) -> Option<Direction> {
 }
 
 /// The instant to which the next one has come, whose flight takes no time.
-fn met(place: &Place) -> Option<usize> {
+pub(super) fn met(place: &Place) -> Option<usize> {
     let ends = place.state.times.windows(2);
     let mut flights = place.state.starts.iter().zip(ends);
     flights.position(|(start, ends)| !(ends[0] <= *start && *start < ends[1]))

@@ -219,16 +219,40 @@ impl Family<'_> {
         })
     }
 
+    /// A place moved by the parameter alone, to first order.
+    pub fn moved_by_value(&self, place: &Place, equations: &Equations, part: f64) -> Result<Place> {
+        let none = equations
+            .linear
+            .deviations(&DVector::zeros(equations.rows.ncols()));
+        self.moved_by(place, equations, &none, part)
+    }
+
     /// A place moved by a direction, to first order.
     pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
-        let value = place.value + by.value_part * self.span();
+        let corrections = equations.linear.corrections(&by.loop_part);
+        self.moved_by(place, equations, &corrections, by.value_part)
+    }
+
+    /// A place moved by a deviation, to first order: what is not closed stays so.
+    pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
+        let deviations = equations.linear.deviations(&by.loop_part);
+        self.moved_by(place, equations, &deviations, by.value_part)
+    }
+
+    fn moved_by(
+        &self,
+        place: &Place,
+        equations: &Equations,
+        corrections: &ShootingState,
+        part: f64,
+    ) -> Result<Place> {
+        let value = place.value + part * self.span();
         let (scene, there) = (&equations.scene, self.scene(value)?);
         check_same(scene, &there, value)?;
-        let corrections = equations.linear.corrections(&by.loop_part);
         let by_value = &equations.by_value.flights;
         let sum = |x: &[f64], d: &[f64], p: &[f64]| -> Vec<f64> {
             let each = x.iter().zip(d).zip(p);
-            each.map(|((x, d), p)| x + d + by.value_part * p).collect()
+            each.map(|((x, d), p)| x + d + part * p).collect()
         };
         let start = &place.state;
         let states = start.states.iter().zip(&corrections.states);
@@ -237,7 +261,7 @@ impl Family<'_> {
             starts: sum(&start.starts, &corrections.starts, &by_value.starts),
             states: states
                 .zip(&by_value.states)
-                .map(|((x, d), p)| x + d + p * by.value_part)
+                .map(|((x, d), p)| x + d + p * part)
                 .collect(),
         };
         Ok(self.place(&there, value, stretched(&moved, scene, &there)))

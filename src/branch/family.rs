@@ -68,10 +68,9 @@ impl<'a> Family<'a> {
         with_phase(&scene, self.phase, self.signature.depends_on_time)
     }
 
-    /// The unit of the parameter: the width of the range, unless that is next to nothing of it.
+    /// The unit of the parameter.
     pub fn span(&self) -> f64 {
-        let (low, high) = self.range;
-        (high - low).max(SHORT * low.abs().max(high.abs()))
+        span_of(self.range)
     }
 
     /// The step of a difference by the parameter.
@@ -119,6 +118,11 @@ impl<'a> Family<'a> {
             value_part: (to.value - from.value) / self.span(),
         }
     }
+}
+
+/// The unit of a number of some range: the width, unless that is next to nothing of it.
+pub(super) fn span_of((low, high): (f64, f64)) -> f64 {
+    (high - low).max(SHORT * low.abs().max(high.abs()))
 }
 
 /// A loop of one scene in another, instants at the phases that they have.

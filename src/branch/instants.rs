@@ -159,6 +159,29 @@ impl Family<'_> {
         Ok(None)
     }
 
+    /// The instant of an impact on a stop that is nearest to a time.
+    pub fn instant_of(&self, place: &Place, (stop, time): (usize, f64)) -> Option<usize> {
+        let instants = self.instants(&place.state);
+        let whole = period(&place.state);
+        let off = |k: &usize| {
+            let late = (time - instants[*k].time).rem_euclid(whole);
+            late.min(whole - late)
+        };
+        let on_stop = (0..instants.len()).filter(
+            |&k| matches!(&instants[k].stage.event, Event::Strike(stops) if stops.contains(&stop)),
+        );
+        on_stop.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// The flight that takes the least time, of two at least.
+    pub fn shortest_flight(&self, place: &Place) -> Option<usize> {
+        let times = &place.state.times;
+        let count = place.state.states.len();
+        let length = |k: usize| times[k + 1] - times[k];
+        let shortest = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)));
+        shortest.filter(|_| count > 1)
+    }
+
     /// A loop with an impact on a stop at a time, where it is touched, and the number of that instant.
     pub fn with_touch(
         &self,

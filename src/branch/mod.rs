@@ -5,6 +5,7 @@ mod boundary;
 mod candidate;
 mod continued;
 mod corrector;
+mod curve;
 mod end;
 mod equations;
 mod family;
@@ -23,6 +24,7 @@ mod zero;
 
 pub use candidate::Candidate;
 pub use continued::{continuation, continuation_of};
+pub use curve::{BifurcationCurve, CurveOf, CurvePoint, bifurcation_curve, bifurcation_curve_of};
 pub use end::{BranchEnd, EndReason};
 pub use one::Branch;
 pub use options::{ContinuationOptions, Heading, Virtual};

@@ -28,11 +28,13 @@ pub enum SpecialKind {
     Corner,
     /// Lasting contact has no duration left.
     ChatterBorder,
+    /// The contact force comes to zero while a stop is held.
+    Rise,
 }
 
 impl SpecialKind {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Fold,
         Self::PeriodDoubling,
         Self::Torus,
@@ -42,6 +44,7 @@ impl SpecialKind {
         Self::LostImpact,
         Self::Corner,
         Self::ChatterBorder,
+        Self::Rise,
     ];
 
     /// Its name.
@@ -56,6 +59,7 @@ impl SpecialKind {
             Self::LostImpact => "lost_impact",
             Self::Corner => "corner",
             Self::ChatterBorder => "chatter_border",
+            Self::Rise => "rise",
         }
     }
 }
@@ -123,7 +127,7 @@ pub(super) fn of_boundary(found: &Boundary, last: &Point, speed: f64) -> Option<
         Rule::Reached { .. } => SpecialKind::Corner,
         Rule::Passed if is_at_impact(&found.beyond, stop, time) => SpecialKind::LostImpact,
         Rule::Passed => SpecialKind::Graze,
-        Rule::Holds { .. } => return None,
+        Rule::Holds { .. } => SpecialKind::Rise,
     };
     Some(Special {
         stop: Some(stop),

@@ -3,7 +3,7 @@
 use crate::branch::candidate::Candidate;
 use crate::branch::corrector::directions;
 use crate::branch::family::Family;
-use crate::branch::instants::{Instant, period, turned};
+use crate::branch::instants::{period, turned};
 use crate::branch::place::{Direction, Place};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
@@ -206,19 +206,10 @@ fn lost(
     (stop, time): (usize, f64),
     special: &Special,
 ) -> Result<Vec<Candidate>> {
-    let instants = family.instants(&place.state);
-    let whole = period(&place.state);
-    let off = |own: &Instant| {
-        let late = (time - own.time).rem_euclid(whole);
-        late.min(whole - late)
-    };
-    let on_stop = instants.iter().enumerate().filter(
-        |(_, own)| matches!(&own.stage.event, Event::Strike(stops) if stops.contains(&stop)),
-    );
-    let Some((instant, own)) = on_stop.min_by(|a, b| off(a.1).total_cmp(&off(b.1))) else {
+    let Some(instant) = family.instant_of(place, (stop, time)) else {
         return Ok(Vec::new());
     };
-    let touch = (stop, own.time);
+    let touch = (stop, place.state.times[instant]);
     let Some((rest, at)) = family.without(place, instant)? else {
         return Ok(Vec::new());
     };
@@ -263,13 +254,11 @@ fn beside(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
 
 /// The orbit beyond a corner that hits its two stops in the other order; where the order matters there mostly is none.
 fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
-    let times = &place.state.times;
-    let count = place.state.states.len();
-    let length = |k: usize| times[k + 1] - times[k];
-    let shortest = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)));
-    let Some(first) = shortest.filter(|_| count > 1) else {
+    let Some(first) = family.shortest_flight(place) else {
         return Ok(None);
     };
+    let count = place.state.states.len();
+    let length = |place: &Place| place.state.times[first + 1] - place.state.times[first];
     let equations = family.equations(place)?;
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
@@ -277,7 +266,7 @@ fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
     };
     // On past the corner, where the first of the two would come behind the second.
     let later = family.moved(place, &equations, &tangent.scaled(TRIED))?;
-    let grows = later.state.times[first + 1] - later.state.times[first] > length(first);
+    let grows = length(&later) > length(place);
     let ahead = if grows { -BEYOND } else { BEYOND };
     let past = family.moved(place, &equations, &tangent.scaled(ahead))?;
     let whole = period(&past.state);

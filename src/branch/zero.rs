@@ -1,32 +1,39 @@
-//! Where a function of a branch is zero on a step.
+//! Where a function of a branch or a curve is zero on a step, by the method of the false position in its Illinois form.
 
-use crate::branch::corrector::Settled;
-use crate::branch::family::Family;
-use crate::branch::step::{Point, Target, step_to};
 use crate::error::Result;
 
 /// Evaluations of a search, and a part of a step below which it is over.
 const MOST_TRIES: usize = 40;
 const SHARP: f64 = 1e-13;
-/// The search is over when the number of the branch moves by no more than this part of its range.
+/// The search is over when the parameter moves by no more than this part of its range.
 const KNOWN: f64 = 1e-12;
-/// A zero on a step from a point.
-pub(super) struct Zero {
-    pub settled: Settled,
+
+/// A point between the ends of a step.
+pub(super) struct Tried<T> {
+    pub point: T,
+    /// The parameter there.
+    pub parameter: f64,
+    /// The function there.
+    pub value: f64,
+}
+
+/// The point nearest to a zero.
+pub(super) struct Zero<T> {
+    pub point: T,
     pub along: f64,
+    /// How far the parameter is known.
     pub error: f64,
 }
 
-/// The zero of a function of the branch between a point, where it has a value, and another so far along the step from it, by the method
-/// of the false position in its Illinois form; none where the branch cannot be reached between.
-pub(super) fn zero_between(
-    family: &Family<'_>,
-    from: &Point,
+/// The zero of a function between the beginning of a step, where it has a value, and another so far along it; none where no point between
+/// is reached. A parameter of some span tells when it is known.
+pub(super) fn zero_between<T>(
     [length, at_start, at_end]: [f64; 3],
-    of: &dyn Fn(&Settled) -> Result<f64>,
-) -> Result<Option<Zero>> {
+    span: f64,
+    point: &mut dyn FnMut(f64) -> Result<Option<Tried<T>>>,
+) -> Result<Option<Zero<T>>> {
     let (mut low, mut high) = ((0.0, at_start), (length, at_end));
-    let mut found: Option<Zero> = None;
+    let mut found: Option<(Zero<T>, f64)> = None;
     let mut side = 0;
     for _ in 0..MOST_TRIES {
         let wanted = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
@@ -35,25 +42,31 @@ pub(super) fn zero_between(
         } else {
             0.5 * (low.0 + high.0)
         };
-        let Ok(settled) = step_to(family, from.foot(), Target::Length(along))? else {
+        let Some(Tried {
+            point,
+            parameter,
+            value,
+        }) = point(along)?
+        else {
             break;
         };
-        let value = of(&settled)?;
-        let before = found.as_ref().map_or(f64::INFINITY, |zero| {
-            (zero.settled.place.value - settled.place.value).abs()
-        });
-        let is_over = before <= KNOWN * family.span() && high.0 - low.0 < 0.5 * length
+        let change = found
+            .as_ref()
+            .map_or(f64::INFINITY, |(_, before)| (before - parameter).abs());
+        let is_over = change <= KNOWN * span && high.0 - low.0 < 0.5 * length
             || high.0 - low.0 <= SHARP * length
             || value == 0.0;
-        found = Some(Zero {
-            settled,
+        let error = if value == 0.0 {
+            0.0
+        } else {
+            change.min(length * span)
+        };
+        let zero = Zero {
+            point,
             along,
-            error: if value == 0.0 {
-                0.0
-            } else {
-                before.min(length * family.span())
-            },
-        });
+            error,
+        };
+        found = Some((zero, parameter));
         if is_over {
             break;
         }
@@ -71,5 +84,5 @@ pub(super) fn zero_between(
             side = 1;
         }
     }
-    Ok(found)
+    Ok(found.map(|(zero, _)| zero))
 }

@@ -4,7 +4,8 @@ use crate::branch::{
     self, Branch, BranchEnd, ContinuationOptions, EndReason, Heading, Special, SpecialKind, Virtual,
 };
 use crate::error::{Error, Result};
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, Scene, value_of};
+use crate::orbit::PeriodicOrbit;
 use crate::python::array::out_matrix;
 use crate::python::diagram::{count, way};
 use crate::python::model::PyScene;
@@ -14,8 +15,10 @@ use crate::python::text::shown;
 use crate::python::{argument, interrupt};
 use nalgebra::{Complex, DMatrix};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use std::fmt;
 use std::sync::Mutex;
 
 /// Orbits, values, arclengths; whether each is admissible, is stable; multipliers outside the circle (-1: undefined), multipliers; special
@@ -48,7 +51,7 @@ type OutSpecial = (
 );
 
 /// What varies along a branch.
-enum Varied<'a> {
+pub(super) enum Varied<'a> {
     Number(Parameter),
     /// A factor on what an orbit has, which is that of a value.
     Factor(Parameter, f64),
@@ -66,8 +69,26 @@ impl Varied<'_> {
         }
     }
 
+    /// The value in the scene of an orbit.
+    pub fn start_in(&self, scene: &Scene) -> Result<f64> {
+        let Self::Number(parameter) = self else {
+            return Ok(self.start());
+        };
+        let value = value_of(scene, *parameter, "parameters")?;
+        if value.is_finite() && *parameter != Parameter::Phase {
+            return Ok(value);
+        }
+        let rule =
+            "it must be a number that the scene of the orbit has, and that changes its motion";
+        Err(Error::bad_value(
+            "parameters",
+            format!("\"{parameter}\""),
+            rule,
+        ))
+    }
+
     /// The scene of a value, from that of the orbit.
-    fn scene(&self, own: &Scene, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
+    pub fn scene(&self, own: &Scene, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
         let changed = |parameter: Parameter, value: f64| {
             parameter.check(value)?;
             own.replace(parameter.change(value))
@@ -76,12 +97,12 @@ impl Varied<'_> {
             Self::Number(parameter) => changed(*parameter, value),
             Self::Factor(parameter, start) => changed(*parameter, value / start),
             Self::Amplitude(given) => own.replace(Parameter::ForcingScale.change(value / given)),
-            Self::Made(function, _) => made(function, value, raised),
+            Self::Made(function, _) => made(function, (value,), raised),
         }
     }
 }
 
-fn varied<'a>(
+pub(super) fn varied<'a>(
     scene: &Scene,
     name: Option<&str>,
     make: Option<&'a Py<PyAny>>,
@@ -107,20 +128,25 @@ fn varied<'a>(
 
 /// The scene that a function makes of a value: one that it refuses by a `ValueError` is the end of its domain; any other exception is
 /// kept, and breaks off.
-fn made(make: &Py<PyAny>, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
+pub(super) fn made<V>(make: &Py<PyAny>, values: V, raised: &Mutex<Option<PyErr>>) -> Result<Scene>
+where
+    V: for<'py> PyCallArgs<'py> + fmt::Debug + Copy,
+{
     Python::attach(|py| {
-        let found = make.bind(py).call1((value,)).and_then(|scene| {
+        let given = format!("{values:?}");
+        let given = given.trim_matches(['(', ')', ',']);
+        let found = make.bind(py).call1(values).and_then(|scene| {
             let found = scene.extract::<PyRef<'_, PyScene>>();
             found.map(|scene| scene.0.clone()).map_err(|_| {
                 let found = shown(&scene);
                 PyTypeError::new_err(format!(
-                    "parameter({value}) is {found}, but a Scene is needed"
+                    "parameter({given}) is {found}, but a Scene is needed"
                 ))
             })
         });
         found.map_err(|error| {
             if error.is_instance_of::<PyValueError>(py) {
-                return Error::bad_value("p", value, error.value(py).to_string());
+                return Error::bad_value("p", given, error.value(py).to_string());
             }
             if let Ok(mut raised) = raised.lock() {
                 *raised = Some(error);
@@ -188,24 +214,16 @@ pub(crate) fn _continuation<'py>(
     out(py, found, raised)
 }
 
-/// The branches that meet a branch at a special point: an orbit of each, its value, whether that is above the point's.
-#[pyfunction]
-pub(crate) fn _branches(
-    py: Python<'_>,
-    point: (String, f64, Option<usize>, Option<f64>, Vec<f64>),
-    orbit: &Bound<'_, PyOrbit>,
-    name: Option<String>,
-    make: Option<Py<PyAny>>,
-    between: (f64, f64),
-) -> PyResult<Vec<(PyOrbit, f64, bool)>> {
+/// Kind, value, stop, time, direction.
+pub(super) type SpecialGiven = (String, f64, Option<usize>, Option<f64>, Vec<f64>);
+
+/// A special point from what Python has of it.
+pub(super) fn special_of(point: SpecialGiven, orbit: PeriodicOrbit) -> Option<Special> {
     let (kind, parameter, stop, time, direction) = point;
-    let orbit = orbit.get().0.clone();
-    let Some(kind) = SpecialKind::ALL.into_iter().find(|own| own.name() == kind) else {
-        return Ok(Vec::new());
-    };
-    let scene = orbit.scene().clone();
-    let varied = varied(&scene, name.as_deref(), make.as_ref(), Some(parameter))?;
-    let special = Special {
+    let kind = SpecialKind::ALL
+        .into_iter()
+        .find(|own| own.name() == kind)?;
+    Some(Special {
         kind,
         parameter,
         error: 0.0,
@@ -215,7 +233,25 @@ pub(crate) fn _branches(
         time,
         rotation: None,
         direction: direction.into(),
+    })
+}
+
+/// The branches that meet a branch at a special point: an orbit of each, its value, whether that is above the point's.
+#[pyfunction]
+pub(crate) fn _branches(
+    py: Python<'_>,
+    point: SpecialGiven,
+    orbit: &Bound<'_, PyOrbit>,
+    name: Option<String>,
+    make: Option<Py<PyAny>>,
+    between: (f64, f64),
+) -> PyResult<Vec<(PyOrbit, f64, bool)>> {
+    let parameter = point.1;
+    let Some(special) = special_of(point, orbit.get().0.clone()) else {
+        return Ok(Vec::new());
     };
+    let scene = special.orbit.scene().clone();
+    let varied = varied(&scene, name.as_deref(), make.as_ref(), Some(parameter))?;
     let raised = Mutex::new(None);
     let found = py.detach(|| {
         let make = |value: f64| varied.scene(&scene, value, &raised);
@@ -232,6 +268,24 @@ pub(crate) fn _branches(
     Ok(each
         .map(|own| (PyOrbit(own.orbit), own.parameter, own.is_above))
         .collect())
+}
+
+/// The scene of a value, from that of an orbit which is that of another.
+#[pyfunction]
+pub(crate) fn _scene_at(
+    scene: &PyScene,
+    name: Option<String>,
+    make: Option<Py<PyAny>>,
+    start: f64,
+    value: f64,
+) -> PyResult<PyScene> {
+    let varied = varied(&scene.0, name.as_deref(), make.as_ref(), Some(start))?;
+    let raised = Mutex::new(None);
+    let found = varied.scene(&scene.0, value, &raised);
+    match raised.into_inner().ok().flatten() {
+        Some(raised) => Err(raised),
+        None => Ok(PyScene(found?)),
+    }
 }
 
 /// A branch whose orbits have been judged, with what was found.

@@ -13,6 +13,7 @@ mod basin;
 mod branch;
 mod c_function;
 mod callable;
+mod curve;
 mod diagram;
 mod error;
 mod exponents;
@@ -46,7 +47,9 @@ mod _core {
     #[pymodule_export]
     use super::basin::_basin_cells;
     #[pymodule_export]
-    use super::branch::{_branches, _continuation};
+    use super::branch::{_branches, _continuation, _scene_at};
+    #[pymodule_export]
+    use super::curve::_bifurcation_curve;
     #[pymodule_export]
     use super::diagram::{_bifurcation_diagram, _poincare_points};
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Branches of periodic motions over a number of their scene.
 
 mod closed_form;
+mod curves;
 mod ends;
 mod motions;
 #[path = "../common/random.rs"]

@@ -201,9 +201,9 @@ class TestResult:
             with pytest.raises(error):
                 vi.Branch(*own[:place], wrong, *own[place + 1 :])
         with pytest.raises(ValueError, match="kind is 'bend'"):
-            vi.Special("bend", 1.0, 0.0, 0.0, branch[0], None, None)
+            vi.Special("bend", 1.0, 0.0, 0.0, branch[0], None, None, {}, np.zeros(4), None, (0.0, 2.0))
         with pytest.raises(TypeError, match="stop is 'a'"):
-            vi.Special("fold", 1.0, 0.0, 0.0, branch[0], "a", None)
+            vi.Special("fold", 1.0, 0.0, 0.0, branch[0], "a", None, {}, np.zeros(4), None, (0.0, 2.0))
 
 
 class TestBadInput:
@@ -320,3 +320,112 @@ class TestBrokenOff:
         branch = vi.continuation(orbit(), made, (2.3, 2.8), start=2.4, direction="up")
         assert branch.ends[1][0] == "interrupted"
         assert len(branch) > 2
+
+
+class TestSwitching:
+    def test_doubled_orbits_are_followed_in_the_same_factor(self):
+        branch = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5))
+        doubling = next(own for own in branch.special if own.kind == "period_doubling")
+        (born,) = doubling.branches()
+        assert born.orbit.n_periods == 2
+        # Below it the orbit of one period is not stable.
+        assert born.side == -1
+        assert born.is_stable
+        again = vi.continuation(born, "forcing_scale", (0.1, 1.5))
+        by_point = vi.continuation(doubling, "forcing_scale", (0.1, 1.5))
+        np.testing.assert_allclose(again.parameter, by_point.parameter)
+        # It comes back to the doubling, where its two speeds are one.
+        nearest = np.abs(again.parameter - doubling.parameter).argmin()
+        assert abs(again.parameter[nearest] - doubling.parameter) < 1e-2
+        force = again[-1].scene.forcing.amplitude[0].real
+        assert abs(force - 8.5 * again.parameter[-1]) < 1e-12 * force
+
+    def test_a_graze_bears_the_impacts_of_kappa(self):
+        # kappa of one to four rounds: -0.242, 1.450, -0.843, 0.469 (x'' + 0.1 x' + x, w = 2.4, e = 0.8).
+        rest = vi.periodic_orbits(scene(force=4.0), [])[0]
+        branch = vi.continuation(rest, lambda force: scene(force=force), (3.0, 6.0), start=4.0)
+        (graze,) = branch.special
+        assert graze.kind == "graze"
+        sides = {own.orbit.n_periods: own.side for own in graze.branches()}
+        assert [sides[m] for m in (1, 2, 3, 4)] == [1, -1, 1, -1]
+        kept = [own.orbit.n_periods for own in graze.branches() if own.is_admissible]
+        assert sorted(kept) == [1, 2]
+        assert not any(own.is_stable for own in graze.branches())
+
+    def test_what_becomes_of_it_beyond(self):
+        rest = vi.periodic_orbits(scene(force=4.0), [])[0]
+        branch = vi.continuation(rest, "forcing_scale", (0.9, 1.5))
+        found = branch.special[0].beyond()
+        assert found.outcome == "nonsmooth_fold"
+        assert found.attractor is not None
+        assert "500 periods" in found.reason
+
+    def test_mirror_images(self):
+        stops = [vi.Stop(0, 0.5, 0.7), vi.Stop(0, 0.5, 0.7, side="lower")]
+        both = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), vi.Harmonic([1.0], 1.2), stops)
+        found = vi.continuation(vi.periodic_orbits(both, [0, 1])[0], "frequency", (1.1, 1.8), virtual="keep")
+        fork = next(own for own in found.special if own.kind == "pitchfork")
+        assert abs(fork.parameter - 1.530515078983) < 1e-11
+        (born,) = fork.branches()
+        a, b = born.orbit, born.orbit.mirrored()
+        speeds = [dict(zip(own.impacts["stop"].tolist(), own.impacts["speed_before"], strict=True)) for own in (a, b)]
+        assert speeds[0][0] != pytest.approx(speeds[0][1], rel=1e-4)
+        assert speeds[0][0] == pytest.approx(speeds[1][1], rel=1e-12)
+        with pytest.raises(ValueError, match="mirror"):
+            orbit().mirrored()
+        with pytest.raises(ValueError, match="mirror image"):
+            vi.continuation(orbit(), "frequency", (2.0, 2.6), symmetric=True)
+
+    def test_nothing_goes_off_a_fold(self):
+        folded = vi.Scene(SYSTEM, vi.Harmonic([1.0], 2.8), vi.Stop(0, -0.5, 0.8))
+        branch = vi.continuation(vi.periodic_orbits(folded, [0])[0], "forcing_scale", (0.2, 5.0))
+        fold = next(own for own in branch.special if own.kind == "fold")
+        assert fold.branches() == []
+        with pytest.raises(ValueError, match="no branch goes off"):
+            vi.continuation(fold, "forcing_scale", (0.2, 5.0))
+        with pytest.raises(ValueError, match="boundary"):
+            fold.beyond()
+
+    def test_a_callable_that_was_not_saved(self, tmp_path):
+        branch = vi.continuation(orbit(), lambda force: scene(force=force), (7.0, 9.0), start=8.5)
+        doubling = branch.special[0]
+        assert len(doubling.branches()) == 1
+        again = pickle.loads(pickle.dumps(doubling))
+        with pytest.raises(ValueError, match="not saved"):
+            again.branches()
+
+
+class TestTree:
+    def test_each_branch_stands_once(self):
+        tree = vi.branch_tree(orbit(), "forcing_scale", (0.3, 1.2))
+        assert tree.parents[0] is None
+        keys = [(own.n_periods, len(own[0].impacts)) for own in tree]
+        assert (1, 0) in keys
+        assert (2, 2) in keys
+        assert (4, 4) in keys
+        assert (2, 1) in keys
+        for k, one in enumerate(tree):
+            for other in tree.branches[:k]:
+                if (one.n_periods, one.pattern) != (other.n_periods, other.pattern):
+                    continue
+                low, high = max(one.parameter.min(), other.parameter.min()), min(one.parameter.max(), other.parameter.max())
+                if low < high:
+                    value = 0.5 * (low + high)
+                    u, w = (sorted(o.impacts["speed_before"].sum() for o in own.at(value)) for own in (one, other))
+                    assert not any(abs(a - b) < 1e-6 for a in u for b in w)
+        assert len(tree.at(0.75)) >= 3
+
+    def test_workers_change_nothing(self):
+        one, two = (vi.branch_tree(orbit(), "forcing_scale", (0.5, 1.2), depth=1, workers=own) for own in (1, map))
+        assert one.parents == two.parents
+        for a, b in zip(one, two, strict=True):
+            np.testing.assert_array_equal(a.parameter, b.parameter)
+
+    def test_not_through_boundaries(self):
+        tree = vi.branch_tree(orbit(), "forcing_scale", (0.3, 1.2), through=False, depth=1)
+        assert [own.n_periods for own in tree] == [1, 2]
+
+    @pytest.mark.parametrize(("name", "value"), [("max_branches", 0), ("depth", -1), ("depth", 1.5)])
+    def test_bad_counts(self, name, value):
+        with pytest.raises(ValueError, match=f"{name} is"):
+            vi.branch_tree(orbit(), "forcing_scale", (0.3, 1.2), **{name: value})

@@ -71,8 +71,14 @@ def objects():
     yield "Energy", vi.simulate(PAIR, [0, 0], [0, 0.1], (0, 3)).energy
     yield "ExistenceMap", vi.existence_map(PAIR, [1], ("frequency", [1.4, 1.5]), ("clearance", [0.1, 0.2, 0.3]), 2)
     yield "Ensemble", vi.simulate_many(PAIR, np.zeros((3, 2)), np.ones((3, 2)), (0, 3))
-    yield "Special", vi.continuation(orbits[0], "frequency", (1.0, 2.0)).special[0]
-    yield "Candidate", vi.continuation(orbits[0], "frequency", (1.0, 2.0)).special[0].branches()[0]
+    graze = vi.continuation(orbits[0], "frequency", (1.0, 2.0)).special[0]
+    yield "Special", graze
+    yield "Beyond", graze.beyond(periods=20)
+    yield "BranchTree", vi.branch_tree(orbits[0], "frequency", (1.2, 1.8), depth=1, max_points=5)
+    plane = (("frequency", "clearance"), ((1.0, 3.0), (0.05, 1.0)))
+    yield "BifurcationCurve", vi.bifurcation_curve(graze, *plane, max_points=5)
+    yield "CurvePoint", vi.CurvePoint("fold_flip", (1.0, 2.0), (1e-12, 1e-12), 0.5, graze.orbit)
+    yield "Candidate", graze.branches()[0]
     yield "Branch", vi.continuation(orbits[0], "frequency", (1.4, 1.6), max_points=3, monitor={"period": lambda own: own.period})
     yield "PoincarePoints", vi.poincare_points(vi.simulate(PAIR, [0, 0], [1, 1], (0, 9)))
     found = vi.find_attractors(PAIR, [(-1, 0), (-1, 1), (-1, 1), (-1, 1)], seeds=2, transient=20, max_periods=20)

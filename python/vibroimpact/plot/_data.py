@@ -191,6 +191,13 @@ class Branch(Protocol):
     def special(self) -> Sequence[Any]: ...
 
 
+class BranchTree(Protocol):
+    """Branches that meet each other."""
+
+    @property
+    def branches(self) -> tuple[Branch, ...]: ...
+
+
 def require(data: object, attribute: str, rule: str) -> None:
     """Refuse data that lack an attribute; `rule` says what they must be."""
     if not hasattr(data, attribute):

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from vibroimpact.plot._axes import axes_or_new, label_axis, label_once, with_defaults
-from vibroimpact.plot._data import Branch, FloatArray, require
+from vibroimpact.plot._data import Branch, BranchTree, FloatArray, require
 
 #: Of each part of a branch its name, its line and whether it is drawn thick.
 PARTS = {"stable": ("-", 1.8), "unstable": ("--", 1.0), "virtual": (":", 1.0)}
@@ -17,28 +17,35 @@ COLOUR = "#1d3a66"
 MARKS = {
     "fold": ("o", "fold"),
     "period_doubling": ("s", "period doubling"),
+    "torus": ("P", "torus"),
+    "pitchfork": ("p", "pitchfork"),
+    "branch_point": ("*", "branch point"),
     "graze": ("^", "graze"),
     "lost_impact": ("v", "lost impact"),
     "corner": ("D", "corner"),
+    "rise": ("h", "rise"),
     "chatter_border": ("X", "chatter border"),
 }
 
 
-def branch(branch: Branch, ax: Axes | None = None, *, y: str | Callable[[Any], float] | None = None, **line: Any) -> Axes:
-    """Draw a branch of periodic orbits over its number.
+def branch(
+    branch: Branch | BranchTree, ax: Axes | None = None, *, y: str | Callable[[Any], float] | None = None, **line: Any
+) -> Axes:
+    """Draw a branch of periodic orbits over its number, or all that meet.
 
     Parameters
     ----------
-    branch : Branch
-        The result of ``vibroimpact.continuation``.
+    branch : Branch or BranchTree
+        The result of ``vibroimpact.continuation`` or ``vibroimpact.branch_tree``.
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
     y : str or callable, optional
         What is drawn of each orbit: "speeds_before[k]", the speed of impact k, "phases[k]", the name of a monitor, or a function
         ``f(orbit) -> float``. Default the speed of the first impact; of orbits that hit nothing the largest position at the
-        beginning of a period.
+        beginning of a period; of a tree the speed of the fastest impact, zero where nothing is hit.
     **line
-        Options of the lines (`matplotlib.lines.Line2D`), such as ``color`` or ``linewidth``.
+        Options of the lines (`matplotlib.lines.Line2D`), such as ``color`` or ``linewidth``; the branches of a tree have a
+        colour each.
 
     Returns
     -------
@@ -58,9 +65,26 @@ def branch(branch: Branch, ax: Axes | None = None, *, y: str | Callable[[Any], f
     >>> vi.plot.branch(found).get_ylabel()
     'speed before impact 0'
     """
-    require(branch, "arclength", "branch must be the result of vibroimpact.continuation")
-    values, label = _drawn(branch, y)
+    tree: tuple[Any, ...] | None = getattr(branch, "branches", None)
+    every: tuple[Any, ...] = (branch,) if tree is None else tree
+    for own in every:
+        require(own, "arclength", "branch must be the result of vibroimpact.continuation or vibroimpact.branch_tree")
     ax = axes_or_new(ax)
+    for k, own in enumerate(every):
+        colour, usual = (COLOUR, y) if tree is None else (f"C{k % 10}", _fastest if y is None else y)
+        _draw(ax, own, usual, {"color": colour} | line)
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _fastest(orbit: Any) -> float:
+    """Return the speed of the fastest impact of an orbit."""
+    return float(orbit.impacts["speed_before"].max(initial=0.0))
+
+
+def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, line: dict[str, Any]) -> None:
+    """Draw one branch with its special points."""
+    values, label = _drawn(branch, y)
     label_axis(ax, "x", branch.parameter_name or "parameter")
     label_axis(ax, "y", label)
     part = _parts(branch)
@@ -73,7 +97,7 @@ def branch(branch: Branch, ax: Axes | None = None, *, y: str | Callable[[Any], f
         beside = np.append(mine[1:], False) | np.append(False, mine[:-1])
         ends = mine if name == "stable" else mine | beside
         x[~ends], drawn[~ends] = np.nan, np.nan
-        usual: dict[str, Any] = {"color": COLOUR, "linestyle": style, "linewidth": width, "label": label_once(ax, name)}
+        usual: dict[str, Any] = {"linestyle": style, "linewidth": width, "label": label_once(ax, name)}
         ax.plot(x, drawn, **with_defaults(line, **usual))
     for kind in sorted({own.kind for own in branch.special}):
         places = [own for own in branch.special if own.kind == kind]
@@ -86,11 +110,9 @@ def branch(branch: Branch, ax: Axes | None = None, *, y: str | Callable[[Any], f
             marker=marker,
             markersize=5.0,
             markerfacecolor="white",
-            markeredgecolor=line.get("color", COLOUR),
+            markeredgecolor=line["color"],
             label=label_once(ax, name),
         )
-    ax.legend(fontsize="small")
-    return ax
 
 
 def _parts(branch: Branch) -> NDArray[Any]:
@@ -105,7 +127,8 @@ def _parts(branch: Branch) -> NDArray[Any]:
 def _drawn(branch: Branch, y: str | Callable[[Any], float] | None) -> tuple[FloatArray, str]:
     """Return what is drawn, and what it is called."""
     if callable(y):
-        return np.array([float(y(orbit)) for orbit in branch]), getattr(y, "__name__", "value")
+        named = "speed of the fastest impact" if y is _fastest else getattr(y, "__name__", "value")
+        return np.array([float(y(orbit)) for orbit in branch]), named
     if y is None and branch.speeds_before.shape[1] == 0:
         return np.array([float(np.abs(orbit.position(0.0)).max()) for orbit in branch]), "position at t = 0"
     name = "speeds_before[0]" if y is None else y

@@ -1,0 +1,232 @@
+"""Branches that meet each other, followed from one to the next."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact import _workers
+from vibroimpact._core import Orbit, Scene
+from vibroimpact._results import ArrayResult
+from vibroimpact.branch import Branch, continuation
+from vibroimpact.special import Candidate, Special
+from vibroimpact.verdict import BOUNDARIES
+
+__all__ = ["BranchTree", "branch_tree"]
+
+#: Two orbits at one value are one if their impacts differ by less than this in phase [rad] and in parts of the fastest.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class BranchTree(ArrayResult, Sequence[Branch]):
+    """Branches that meet each other: a sequence of them, each once.
+
+    Attributes
+    ----------
+    branches : tuple of Branch
+        The branches; the first is that of the orbit that was given.
+    parents : tuple of (int, int) or None
+        Of each the branch that it goes off from and the place of the special point among its ``special``; None of the first.
+    """
+
+    branches: tuple[Branch, ...]
+    parents: tuple[tuple[int, int] | None, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what is no tree; lists become tuples."""
+        object.__setattr__(self, "branches", tuple(self.branches))
+        parents = tuple(None if own is None else (int(own[0]), int(own[1])) for own in self.parents)
+        object.__setattr__(self, "parents", parents)
+        if not self.branches or not all(isinstance(own, Branch) for own in self.branches):
+            message = f"branches is {self.branches!r}, but a sequence of Branch, one at least, is needed"
+            raise TypeError(message)
+        if len(parents) != len(self.branches) or any(own is not None and own[0] >= k for k, own in enumerate(parents)):
+            message = f"parents is {parents!r}, but for each branch an earlier one, or None, is needed"
+            raise ValueError(message)
+
+    def __len__(self) -> int:
+        """Count the branches."""
+        return len(self.branches)
+
+    @overload
+    def __getitem__(self, index: int) -> Branch: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Branch, ...]: ...
+    def __getitem__(self, index: int | slice) -> Branch | tuple[Branch, ...]:
+        """Return a branch, or several."""
+        return self.branches[index]
+
+    def __iter__(self) -> Iterator[Branch]:
+        """Go through the branches."""
+        return iter(self.branches)
+
+    def at(self, value: float) -> list[Orbit]:
+        """Return every orbit that the branches have at a value of their number.
+
+        Parameters
+        ----------
+        value : float
+            The value.
+
+        Returns
+        -------
+        list of Orbit
+            Branch by branch, as ``Branch.at``.
+        """
+        return [orbit for branch in self.branches for orbit in branch.at(value)]
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of all branches, their place before each name, for ``numpy.savez``."""
+        each = enumerate(self.branches)
+        return {f"branch_{k}_{name}": array for k, own in each for name, array in own.to_arrays().items()}
+
+    def __repr__(self) -> str:
+        """Say what each branch is and where it goes off."""
+        lines = [f"BranchTree({len(self)} branches)"]
+        for k, (branch, parent) in enumerate(zip(self.branches, self.parents, strict=True)):
+            low, high = branch.parameter.min(), branch.parameter.max()
+            off = "" if parent is None else f", off {parent[0]} at {self.branches[parent[0]].special[parent[1]]!r}"
+            lines.append(f"  {k}: {branch.pattern} in {branch.n_periods} from {low:.6g} to {high:.6g}{off}")
+        return "\n".join(lines)
+
+
+def branch_tree(
+    orbit: Orbit | Special | Candidate,
+    parameter: str | Callable[[float], Scene],
+    between: tuple[float, float],
+    *,
+    start: float | None = None,
+    depth: int = 2,
+    through: bool = True,
+    max_branches: int = 50,
+    workers: _workers.Workers = 1,
+    progress: bool = False,
+    **options: Any,
+) -> BranchTree:
+    """Follow an orbit, and the branches that meet its branch, and those that meet them.
+
+    Parameters
+    ----------
+    orbit, parameter, between, start
+        As for ``continuation``.
+    depth : int, default 2
+        From branch to branch so often: 0 is the branch of the orbit alone.
+    through : bool, default True
+        Whether across boundaries of motion too, to the branches with an impact more or less. Only orbits that keep the rules of
+        contact are followed.
+    max_branches : int, default 50
+        Branches at the most.
+    workers : int, Executor or callable, default 1
+        Executors and map-like callables as for ``simulate_many``, which branches of one depth are handed to; an integer is one
+        after another. The result is the same with any.
+    progress : bool, default False
+        Show a progress bar (needs tqdm).
+    **options
+        Others of ``continuation``: ``max_points``, ``step``, ``monitor``, ``virtual``, ``symmetric``.
+
+    Returns
+    -------
+    BranchTree
+        Each branch once: two are one if they share an orbit at a value, or one has the mirror image of an orbit of the other.
+
+    Raises
+    ------
+    ValueError
+        As ``continuation``; a depth below 0, ``max_branches`` below 1.
+
+    Notes
+    -----
+    A branch goes off in both directions from its candidate; those that go off are looked at in the order of the special points,
+    so the tree does not depend on ``workers``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+    >>> tree = vi.branch_tree(vi.periodic_orbits(scene, [0])[0], "forcing_scale", (0.3, 1.2), depth=1)
+    >>> [(branch.pattern, branch.n_periods) for branch in tree]
+    [([0], 1), ([], 1), ([0], 2), ([0, 0], 2)]
+    """
+    for name, value, least in (("depth", depth, 0), ("max_branches", max_branches, 1)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            message = f"{name} is {value!r}, but it must be at least {least}"
+            raise ValueError(message)
+    branches = [continuation(orbit, parameter, between, start=start, **options)]
+    parents: list[tuple[int, int] | None] = [None]
+    shared = (parameter, between, options)
+    begin = 0
+    for _ in range(depth):
+        level = range(begin, len(branches))
+        begin = len(branches)
+        offers = [
+            (k, j, own) for k in level for j, own in enumerate(branches[k].special) if through or own.kind not in BOUNDARIES
+        ]
+        pieces = [(k, j, candidate) for k, j, special in offers for candidate in special.branches() if candidate.is_admissible]
+        pieces = [piece for piece in pieces if not _is_known(piece[2], branches)]
+        followed = _workers.run(_followed, shared, [piece[2] for piece in pieces], workers, progress=progress)
+        for (k, j, candidate), branch in zip(pieces, followed, strict=True):
+            if len(branches) < max_branches and not _is_known(candidate, branches):
+                branches.append(branch)
+                parents.append((k, j))
+    return BranchTree(tuple(branches), tuple(parents))
+
+
+def _followed(shared: tuple[Any, ...], candidate: Candidate, _: _workers.Own) -> Branch:
+    """Return the branch of a candidate."""
+    parameter, between, options = shared
+    return continuation(candidate, parameter, between, **options)
+
+
+def _is_known(candidate: Candidate, branches: list[Branch]) -> bool:
+    """Whether one of some branches has the orbit of a candidate, or its mirror image."""
+    images = [candidate.orbit]
+    with contextlib.suppress(ValueError):
+        images.append(candidate.orbit.mirrored())
+    for branch in branches:
+        if branch.n_periods != candidate.orbit.n_periods or len(branch[0].impacts) != len(candidate.orbit.impacts):
+            continue
+        there = branch.at(candidate.parameter)
+        if any(_are_one(orbit, image) for orbit in there for image in images):
+            return True
+    return False
+
+
+def _are_one(one: Orbit, other: Orbit) -> bool:
+    """Whether two orbits are the same motion, counted from one of their impacts or another."""
+    a, b = one.impacts, other.impacts
+    if len(a) != len(b):
+        return False
+    if not len(a):
+        x, y = _at_phase_zero(one), _at_phase_zero(other)
+        return bool(np.abs(x - y).max() <= _SAME * np.abs(x).max())
+    fastest = max(np.abs(a["speed_before"]).max(), np.abs(b["speed_before"]).max())
+    for turn in range(len(a)):
+        turned = np.roll(b, turn)
+        speeds = np.abs(a["speed_before"] - turned["speed_before"]).max() <= _SAME * fastest
+        late = _angle(_since_first(a, one) - _since_first(turned, other)) + _angle(a["phase"] - turned["phase"])
+        if speeds and late.max() <= _SAME and (a["stop"] == turned["stop"]).all():
+            return True
+    return False
+
+
+def _angle(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the sizes of angles within a turn."""
+    return np.asarray(np.abs(np.angle(np.exp(1j * x))))
+
+
+def _since_first(impacts: NDArray[Any], orbit: Orbit) -> NDArray[np.float64]:
+    """Return the times of impacts from the first of them, in angles of a turn for each period."""
+    times = impacts["time"]
+    return np.asarray(2.0 * np.pi * (times - times[0]) / orbit.period)
+
+
+def _at_phase_zero(orbit: Orbit) -> NDArray[np.float64]:
+    """Return the state of an orbit at phase zero of the forcing."""
+    t = (-orbit.phase % (2.0 * np.pi)) * orbit.period / (2.0 * np.pi * orbit.n_periods)
+    return np.concatenate([orbit.position(t), orbit.velocity(t)])

@@ -1,0 +1,100 @@
+//! Newton's method back to a curve, and the direction in which it goes on.
+
+use crate::branch::corrector::{Attempt, Missed, attempted, met};
+use crate::branch::curve::plane::{Conditions, Plane, Spot};
+use crate::tolerance::ORBIT_CLOSED;
+use nalgebra::{DMatrix, DVector};
+
+/// Corrections of one point, and the length of the last.
+const MOST_CORRECTIONS: usize = 8;
+const SETTLED: f64 = 1e-10;
+
+/// A point of a curve.
+pub(super) struct Found {
+    pub spot: Spot,
+    pub conditions: Conditions,
+    /// Along the curve, of length one in the product of [`weighted`].
+    pub tangent: DVector<f64>,
+    /// How much shorter the second correction was than the first.
+    pub contraction: f64,
+}
+
+/// A row that is the product of directions: the mean over the unknowns of the loop, and both numbers.
+pub(super) fn weighted(direction: &DVector<f64>) -> DVector<f64> {
+    let count = direction.len() - 2;
+    let mut row = direction.clone();
+    row.rows_mut(0, count).unscale_mut(count as f64);
+    row
+}
+
+/// The length of a direction.
+pub(super) fn length(direction: &DVector<f64>) -> f64 {
+    weighted(direction).dot(direction).sqrt()
+}
+
+/// The matrix of the conditions beside one more row.
+fn bordered(at: &Conditions, border: &DVector<f64>) -> DMatrix<f64> {
+    let last = at.matrix.nrows();
+    let mut matrix = at.matrix.clone().insert_row(last, 0.0);
+    matrix.set_row(last, &border.transpose());
+    matrix
+}
+
+/// The direction of the curve, on the side of a row.
+fn tangent(at: &Conditions, border: &DVector<f64>) -> Option<DVector<f64>> {
+    let mut right = DVector::zeros(border.len());
+    right[border.len() - 1] = 1.0;
+    let found = bordered(at, border).lu().solve(&right)?;
+    let size = length(&found);
+    (size.is_finite() && size > 0.0).then(|| found / size)
+}
+
+impl Plane<'_> {
+    /// The point of the curve near a spot on the plane through it that a row is normal to.
+    pub fn corrected(&self, mut spot: Spot, normal: &DVector<f64>) -> Attempt<Found> {
+        let value = |spot: &Spot| spot.place.value;
+        let mut gone: DVector<f64> = DVector::zeros(normal.len());
+        let (mut last, mut first) = (f64::INFINITY, None);
+        let mut contraction = 0.0;
+        for _ in 0..=MOST_CORRECTIONS {
+            if let Some(instant) = met(&spot.place) {
+                let value = value(&spot);
+                return Ok(Err(Missed::Met { value, instant }));
+            }
+            let conditions = match attempted(self.conditions(&spot), value(&spot))? {
+                Ok(conditions) => conditions,
+                Err(missed) => return Ok(Err(missed)),
+            };
+            if conditions.mismatch <= ORBIT_CLOSED && last <= SETTLED {
+                let Some(tangent) = tangent(&conditions, normal) else {
+                    break;
+                };
+                return Ok(Ok(Found {
+                    spot,
+                    conditions,
+                    tangent,
+                    contraction,
+                }));
+            }
+            let right = conditions.right.clone().push(-normal.dot(&gone));
+            let Some(by) = bordered(&conditions, normal).lu().solve(&right) else {
+                break;
+            };
+            last = length(&by);
+            match first {
+                None => first = Some(last),
+                Some(first) if contraction == 0.0 && first > 1e-8 => contraction = last / first,
+                Some(_) => {}
+            }
+            gone += &by;
+            spot = match attempted(self.moved(&spot, &conditions, &by), value(&spot))? {
+                Ok(spot) => spot,
+                Err(missed) => return Ok(Err(missed)),
+            };
+        }
+        Ok(Err(Missed::Stalled {
+            value: value(&spot),
+            reason: "Newton's method does not settle".to_owned(),
+        }))
+    }
+}

@@ -1,0 +1,39 @@
+//! A curve.
+
+use crate::branch::end::BranchEnd;
+use crate::branch::special::SpecialKind;
+use crate::orbit::PeriodicOrbit;
+
+/// A special point on a curve, where two things happen at once.
+#[derive(Debug, Clone)]
+pub struct CurvePoint {
+    /// What happens there besides: "fold_flip", "resonant_graze", "graze_fold" or "cusp".
+    pub kind: &'static str,
+    /// Both numbers.
+    pub parameters: [f64; 2],
+    /// How far each is known.
+    pub error: [f64; 2],
+    /// How far along the curve it is.
+    pub arclength: f64,
+    /// The orbit of the point of the curve next to it.
+    pub orbit: PeriodicOrbit,
+}
+
+/// A curve in the plane of two numbers of a scene on which a special point of a branch lies, m points in their order.
+#[derive(Debug, Clone)]
+pub struct BifurcationCurve {
+    /// What lies on it; none of stops that are hit at one instant.
+    pub kind: Option<SpecialKind>,
+    /// The motions, shape `(m,)`.
+    pub orbits: Vec<PeriodicOrbit>,
+    /// The first number at each, and the second, shape `(m,)`.
+    pub x: Vec<f64>,
+    /// See `x`.
+    pub y: Vec<f64>,
+    /// How far along the curve each is, in scaled unknowns, from the one that was given; shape `(m,)`.
+    pub arclength: Vec<f64>,
+    /// Where two things happen at once, along the curve.
+    pub special: Vec<CurvePoint>,
+    /// What it ends with, at its first point and at its last.
+    pub ends: [BranchEnd; 2],
+}

@@ -1,0 +1,179 @@
+//! Scenes of two numbers, and loops in them.
+
+use crate::branch::curve::condition::Condition;
+use crate::branch::equations::Equations;
+use crate::branch::family::{Family, span_of};
+use crate::branch::place::{Direction, Place};
+use crate::error::Result;
+use crate::model::Scene;
+use crate::orbit::{PeriodicOrbit, ScaledUnits, Signature};
+use nalgebra::{DMatrix, DVector};
+
+/// The step of the differences of a condition, in scaled unknowns.
+const STEP: f64 = 6e-6;
+
+/// The scenes of two numbers, what happens along the orbits, and what holds on the curve.
+pub(super) struct Plane<'a> {
+    pub make: &'a dyn Fn(f64, f64) -> Result<Scene>,
+    /// The ranges of both.
+    pub between: [(f64, f64); 2],
+    pub signature: Signature,
+    pub phase: f64,
+    pub is_free: bool,
+    pub units: ScaledUnits,
+    pub condition: Condition,
+    /// The instant of a stop that is touched and not hit.
+    pub touch: Option<usize>,
+}
+
+/// A loop at two numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Spot {
+    /// The loop, at the first number.
+    pub place: Place,
+    pub second: f64,
+}
+
+/// The equations of a loop and of what holds on the curve at a spot: `matrix y = right`, y the unknowns of the loop and both numbers in
+/// parts of their ranges.
+pub(super) struct Conditions {
+    pub matrix: DMatrix<f64>,
+    pub right: DVector<f64>,
+    /// How far the loop is from closing.
+    pub mismatch: f64,
+    first: Equations,
+    second: Equations,
+}
+
+impl Plane<'_> {
+    /// Does some work with the scenes over the first number, or over the second, the other as at a spot.
+    pub fn along<T>(
+        &self,
+        axis: usize,
+        spot: &Spot,
+        work: impl FnOnce(&Family<'_>) -> Result<T>,
+    ) -> Result<T> {
+        let (first, second) = (spot.place.value, spot.second);
+        let over_first = |value: f64| (self.make)(value, second);
+        let over_second = |value: f64| (self.make)(first, value);
+        let make: &dyn Fn(f64) -> Result<Scene> =
+            if axis == 0 { &over_first } else { &over_second };
+        work(&Family {
+            make,
+            range: self.between[axis],
+            signature: self.signature.clone(),
+            phase: self.phase,
+            is_free: self.is_free,
+            units: self.units,
+        })
+    }
+
+    /// The unit of a number.
+    pub fn span(&self, axis: usize) -> f64 {
+        span_of(self.between[axis])
+    }
+
+    /// The orbit of a spot where the loop is closed.
+    pub fn orbit(&self, spot: &Spot) -> Result<PeriodicOrbit> {
+        self.along(0, spot, |family| {
+            let touch = self.touch;
+            let touching =
+                touch.map_or(Ok(None), |instant| family.without(&spot.place, instant))?;
+            match touching {
+                Some((family, place)) => family.orbit(&place),
+                None => family.orbit(&spot.place),
+            }
+        })
+    }
+
+    /// The equations at a spot.
+    pub fn conditions(&self, spot: &Spot) -> Result<Conditions> {
+        let first = self.along(0, spot, |family| family.equations(&spot.place))?;
+        let over_second = Place {
+            value: spot.second,
+            ..spot.place.clone()
+        };
+        let second = self.along(1, spot, |family| family.equations(&over_second))?;
+        let last = first.rows.ncols();
+        let mut matrix = first.all_columns().insert_column(last + 1, 0.0);
+        matrix.set_column(last + 1, &second.by_value.column);
+        let mut found = Conditions {
+            right: first.right.clone(),
+            mismatch: first.mismatch,
+            matrix,
+            first,
+            second,
+        };
+        if let Some(value) = self.value(spot)? {
+            let unknowns = last + 2;
+            let mut row = DVector::zeros(unknowns);
+            for k in 0..unknowns {
+                let by = |part: f64| -> Result<f64> {
+                    let mut step = DVector::zeros(unknowns);
+                    step[k] = part;
+                    let there = self.deviated(spot, &found, &step)?;
+                    Ok(self.value(&there)?.unwrap_or(f64::NAN))
+                };
+                row[k] = (by(STEP)? - by(-STEP)?) / (2.0 * STEP);
+            }
+            let size = row.amax();
+            let below = found.matrix.nrows();
+            found.matrix = found.matrix.insert_row(below, 0.0);
+            found.matrix.set_row(below, &(row / size).transpose());
+            found.right = found.right.push(-value / size);
+        }
+        Ok(found)
+    }
+
+    /// A number that is zero where the condition of the curve holds.
+    pub fn value(&self, spot: &Spot) -> Result<Option<f64>> {
+        self.along(0, spot, |family| self.condition.value(family, &spot.place))
+    }
+
+    /// A spot moved by a correction of all unknowns, to first order.
+    pub fn moved(&self, spot: &Spot, at: &Conditions, by: &DVector<f64>) -> Result<Spot> {
+        self.shifted(spot, at, by, true)
+    }
+
+    /// A spot moved by a deviation: what is not closed stays so.
+    fn deviated(&self, spot: &Spot, at: &Conditions, by: &DVector<f64>) -> Result<Spot> {
+        self.shifted(spot, at, by, false)
+    }
+
+    fn shifted(
+        &self,
+        spot: &Spot,
+        at: &Conditions,
+        by: &DVector<f64>,
+        closes: bool,
+    ) -> Result<Spot> {
+        let unknowns = by.len() - 2;
+        let way = Direction {
+            loop_part: by.rows(0, unknowns).into_owned(),
+            value_part: by[unknowns],
+        };
+        let place = self.along(0, spot, |family| {
+            if closes {
+                family.moved(&spot.place, &at.first, &way)
+            } else {
+                family.deviated(&spot.place, &at.first, &way)
+            }
+        })?;
+        let there = Spot {
+            second: spot.second,
+            place,
+        };
+        let value = there.place.value;
+        let over_second = Place {
+            value: spot.second,
+            ..there.place.clone()
+        };
+        let moved = self.along(1, &there, |family| {
+            family.moved_by_value(&over_second, &at.second, by[unknowns + 1])
+        })?;
+        Ok(Spot {
+            second: moved.value,
+            place: Place { value, ..moved },
+        })
+    }
+}

@@ -1,0 +1,202 @@
+//! Curves in two numbers on which special points lie, against closed forms.
+
+use crate::random::Random;
+use crate::scenes::{Oscillator, USUAL, followed};
+use std::ops::ControlFlow;
+use vibroimpact::{
+    BifurcationCurve, ContinuationOptions, CurveOf, EndReason, Kind, OrbitOptions, PaperOptions,
+    Parameter, Pattern, Special, SpecialKind, Virtual, bifurcation_curve, paper_scene,
+    periodic_orbits,
+};
+
+const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [
+    (
+        [Parameter::Frequency, Parameter::ForcingScale],
+        [(0.5, 4.0), (0.05, 5.0)],
+    ),
+    (
+        [Parameter::ForcingScale, Parameter::Frequency],
+        [(0.05, 5.0), (0.5, 4.0)],
+    ),
+    (
+        [Parameter::Frequency, Parameter::Clearance],
+        [(0.5, 4.0), (-1.0, 2.0)],
+    ),
+    (
+        [Parameter::Restitution, Parameter::ForcingScale],
+        [(0.0, 1.0), (0.05, 5.0)],
+    ),
+    (
+        [Parameter::DampingScale, Parameter::Clearance],
+        [(0.1, 5.0), (-1.0, 2.0)],
+    ),
+];
+
+fn curve(special: &Special, plane: ([Parameter; 2], [(f64, f64); 2])) -> BifurcationCurve {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let options = ContinuationOptions::default();
+    bifurcation_curve(CurveOf::Special(special), plane.0, plane.1, &options, go_on)
+        .expect("a curve")
+}
+
+/// The force at which a special point of one impact in a period lies.
+fn critical(own: Oscillator, kind: SpecialKind) -> f64 {
+    let speed = match kind {
+        SpecialKind::Fold => own.fold_speed(1),
+        SpecialKind::PeriodDoubling => own.doubling_speed(1),
+        _ => 0.0,
+    };
+    own.force_of(1, speed)
+}
+
+#[test]
+fn every_point_of_a_curve_lies_on_the_closed_form() {
+    let keep = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..Default::default()
+    };
+    let mut seen = [0; 3];
+    for case in 0..40 {
+        let random = &mut Random::of_case(61, case);
+        let own = Oscillator {
+            eta: random.between(0.02, 0.2),
+            force: random.between(1.0, 6.0),
+            frequency: random.between(0.8, 3.5),
+            clearance: random.between(-0.8, 1.2),
+            restitution: random.between(0.2, 0.9),
+        };
+        let orbits = own.orbits(1);
+        let Some(orbit) = orbits.first() else {
+            continue;
+        };
+        // The number that is followed to a special point is the second of the plane; the curve begins in a scene where it is one.
+        let branch = followed(orbit, Parameter::ForcingScale, (0.1, 4.0), &keep);
+        for special in &branch.special {
+            let start = Oscillator {
+                force: own.force * special.parameter,
+                ..own
+            };
+            let (names, ranges) = PLANES[case as usize % PLANES.len()];
+            let is_inside =
+                |axis: usize, value: f64| (ranges[axis].0..=ranges[axis].1).contains(&value);
+            let values = names.map(|name| match name {
+                Parameter::Frequency => own.frequency,
+                Parameter::Clearance => own.clearance,
+                Parameter::Restitution => own.restitution,
+                _ => 1.0,
+            });
+            if !(is_inside(0, values[0]) && is_inside(1, values[1])) {
+                continue;
+            }
+            let found = curve(special, (names, ranges));
+            assert!(
+                found.x.len() > 3,
+                "{case} {:?} {:?}",
+                special.kind,
+                found.ends
+            );
+            for (&x, &y) in found.x.iter().zip(&found.y) {
+                let there = start.at(names[0], x).at(names[1], y);
+                let miss = critical(there, special.kind) / there.force - 1.0;
+                assert!(
+                    miss.abs() < 1e-8,
+                    "{case} {:?} {names:?} ({x}, {y}): {miss:e}",
+                    special.kind
+                );
+            }
+            seen[usize::from(special.kind == SpecialKind::Fold)] += 1;
+        }
+    }
+    assert!(seen[0] > 8 && seen[1] > 4, "{seen:?}");
+}
+
+#[test]
+fn a_curve_of_grazes_is_that_of_the_amplitude() {
+    let own = Oscillator {
+        force: 4.0,
+        ..USUAL
+    };
+    let found = periodic_orbits(&own.scene(), &Pattern::none(), &OrbitOptions::default());
+    let rest = &found.expect("one")[0];
+    let branch = followed(
+        rest,
+        Parameter::ForcingScale,
+        (0.5, 2.0),
+        &ContinuationOptions::default(),
+    );
+    let graze = &branch.special[0];
+    assert_eq!(graze.kind, SpecialKind::Graze);
+    let found = curve(
+        graze,
+        (
+            [Parameter::Frequency, Parameter::ForcingScale],
+            [(1.2, 4.0), (0.05, 4.0)],
+        ),
+    );
+    let start = Oscillator {
+        force: 4.0 * graze.parameter,
+        ..own
+    };
+    for (&x, &y) in found.x.iter().zip(&found.y) {
+        let there = start
+            .at(Parameter::Frequency, x)
+            .at(Parameter::ForcingScale, y);
+        assert!(
+            (critical(there, SpecialKind::Graze) / there.force - 1.0).abs() < 1e-9,
+            "{x} {y}"
+        );
+    }
+    assert!(found.orbits.iter().all(|orbit| orbit.impacts().is_empty()));
+    assert!(
+        found.ends.iter().all(|end| end.reason == EndReason::Range),
+        "{:?}",
+        found.ends
+    );
+    // Folds and doublings end on it where sin(w_d T) = 0: w = 2 w_d/j.
+    let own_frequency = (1.0f64 - 0.05 * 0.05).sqrt();
+    let resonance = 2.0 * own_frequency;
+    let meetings: Vec<f64> = found.special.iter().map(|own| own.parameters[0]).collect();
+    assert!(
+        meetings.iter().any(|w| (w - resonance).abs() < 1e-6),
+        "{meetings:?}"
+    );
+}
+
+#[test]
+fn stops_that_are_hit_together_are_a_curve() {
+    // The paper's first kind: both stops at one instant.
+    let scene = paper_scene(Kind::One, &PaperOptions::default()).expect("a scene");
+    let pattern = Pattern::new(vec![vec![0, 1]]).expect("valid");
+    let options = OrbitOptions::default();
+    let found = periodic_orbits(&scene, &pattern, &options).expect("a search");
+    let Some(orbit) = found.into_iter().next() else {
+        panic!("no orbit of the first kind");
+    };
+    let (w, c) = (
+        scene.frequency().expect("forced"),
+        scene.stops()[0].clearance(),
+    );
+    let plane = [Parameter::Frequency, Parameter::ClearanceOf(0)];
+    let between = [(0.8 * w, 1.2 * w), (c - 0.5 * c.abs(), c + 0.5 * c.abs())];
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let own = CurveOf::Orbit(&orbit);
+    let curve = bifurcation_curve(own, plane, between, &ContinuationOptions::default(), go_on)
+        .expect("a curve");
+    assert!(curve.x.len() > 3);
+    for orbit in &curve.orbits {
+        let impacts = orbit.impacts();
+        assert_eq!(impacts.len(), 2);
+        assert!(impacts[0].time == impacts[1].time);
+    }
+    // One that hits its stops one after the other is none.
+    let alone = USUAL.orbits(1);
+    let plane = [Parameter::Frequency, Parameter::Clearance];
+    let refused = bifurcation_curve(
+        CurveOf::Orbit(&alone[0]),
+        plane,
+        [(2.0, 3.0), (0.5, 1.5)],
+        &ContinuationOptions::default(),
+        go_on,
+    );
+    assert!(refused.is_err_and(|error| error.to_string().contains("one instant")));
+}
