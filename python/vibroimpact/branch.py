@@ -243,7 +243,8 @@ def continuation(
         The smallest, the first and the largest step: arclength of unknowns scaled to the size of the motion, and of the number
         in parts of its range.
     monitor : dict of str to callable, optional
-        Functions ``f(orbit) -> float``, called with each orbit at the end.
+        Functions ``f(orbit) -> float``, called with each orbit at the end; where one is zero the branch has a special point of
+        the kind "user:name".
     virtual : {"stop", "keep"}, default "stop"
         Whether the branch ends at a boundary of motion, beyond which its orbits break a rule of contact (a stop is passed, an
         impact has lost its speed), or goes on with orbits that say so.
@@ -327,9 +328,12 @@ def continuation(
         raise raised
     try:
         branch.monitor.update({own: _measured(own, measure, branch.orbits) for own, measure in measures.items()})
+        zeros = [zero for own, measure in measures.items() for zero in _zeros(branch, (low, high), own, measure)]
     except Exception as error:
         error.branch = branch  # type: ignore[attr-defined]
         raise
+    if zeros:
+        object.__setattr__(branch, "special", tuple(sorted((*branch.special, *zeros), key=lambda own: own.arclength)))
     return branch
 
 
@@ -390,3 +394,32 @@ def _measured(name: str, measure: Monitor, orbits: Sequence[Orbit]) -> NDArray[n
     for k, value in enumerate(given):
         values[k] = _finite(f"monitor[{name!r}] at point {k}", value)
     return values
+
+
+#: A change of sign is a zero where a function comes to so small a part of its values on both sides.
+_ZERO = 1e-6
+
+
+def _zeros(branch: Branch, between: tuple[float, float], name: str, measure: Monitor) -> Iterator[Special]:
+    """Give the points between others at which a function is zero, by the false position in the branch's number."""
+    values, span = branch.monitor[name], np.ptp(branch.parameter)
+    for k in map(int, np.flatnonzero(values[:-1] * values[1:] < 0.0)):
+        (x, y), (f, g) = branch.parameter[k : k + 2], values[k : k + 2]
+        size, at, value, orbit = max(abs(f), abs(g)), x, f, branch[k]
+        while x != y:
+            before, at = at, x - f * (y - x) / (g - f)
+            if not min(x, y) < at < max(x, y):
+                break
+            orbit = branch._between(k, at)
+            value = measure(orbit)
+            # The side that stays is halved, so that both come nearer (Illinois).
+            (x, f, y, g) = (at, value, y, 0.5 * g) if value * f > 0.0 else (x, 0.5 * f, at, value)
+            if value == 0.0 or abs(at - before) <= 1e-13 * span:
+                break
+        if abs(value) > _ZERO * size:
+            continue
+        part = (at - branch.parameter[k]) / (branch.parameter[k + 1] - branch.parameter[k])
+        arclength = float(branch.arclength[k] + part * (branch.arclength[k + 1] - branch.arclength[k]))
+        error = max(abs(at - before), np.finfo(float).eps * span)
+        point: tuple[Any, ...] = (f"user:{name}", float(at), float(error), arclength, orbit, None, None, None, [])
+        yield _special(point, branch.parameter_name, between, getattr(branch, "_make", None))

@@ -96,6 +96,7 @@ class Special(ArrayResult):
         as such. "branch_point": another branch of the same pattern is crossed. At a boundary, where the branch ends: "graze",
         a stop is touched; "lost_impact", an impact has lost its speed; "corner", two stops are hit at one instant;
         "chatter_border", lasting contact has no duration left; "rise", the contact force comes to zero while a stop is held.
+        "user:name": a monitor of that name is zero.
     parameter, error : float
         The number of the branch there, and how far it is known.
     arclength : float
@@ -137,7 +138,7 @@ class Special(ArrayResult):
         self._check_types({"stop": (int, type(None)), "time": (float, type(None)), "data": dict})
         self._check_types({"parameter_name": (str, type(None))})
         self._check({"direction": ("f", (np.size(self.direction),))})
-        if self.kind not in KINDS:
+        if self.kind not in KINDS and not self.kind.startswith("user:"):
             message = f"kind is {self.kind!r}, but it must be one of {KINDS}"
             raise ValueError(message)
         if len(self.between) != 2:

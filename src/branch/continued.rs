@@ -5,7 +5,7 @@ use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::one::Branch;
-use crate::branch::options::{ContinuationOptions, Heading, Virtual};
+use crate::branch::options::{ContinuationOptions, Heading, Virtual, check_range};
 use crate::branch::place::{Direction, Place};
 use crate::branch::special::Special;
 use crate::branch::step::Point;
@@ -13,7 +13,6 @@ use crate::branch::walk::{Way, walk};
 use crate::error::{Error, Result, digits};
 use crate::model::{Parameter, Scene, value_of};
 use crate::orbit::PeriodicOrbit;
-use crate::quantity::finite;
 use crate::tolerance::ORBIT_CLOSED;
 use std::ops::ControlFlow;
 
@@ -98,22 +97,7 @@ pub fn continuation_of(
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     options.check()?;
-    let (low, high) = between;
-    for value in [low, high, start] {
-        finite("between", value)?;
-    }
-    let value = format!("({low}, {high})");
-    if low >= high {
-        return Err(Error::bad_value(
-            "between",
-            value,
-            "the first must be the lower one",
-        ));
-    }
-    if !(low..=high).contains(&start) {
-        let rule = format!("the orbit is at {start}: it must lie inside");
-        return Err(Error::bad_value("between", value, rule));
-    }
+    check_range("between", between, start)?;
     if options.beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
         let reason = orbit
             .violation()

@@ -1,5 +1,6 @@
 //! Newton's method back to a branch from a place beside it, and the direction in which the branch goes on (theory 19).
 
+use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::equations::{ByValue, Equations};
 use crate::branch::family::Family;
 use crate::branch::place::{Direction, Place};
@@ -38,6 +39,33 @@ pub(super) enum Missed {
     Met { value: f64, instant: usize },
     /// There is no scene.
     NoScene(String),
+}
+
+impl Missed {
+    /// The end of what comes no further.
+    pub fn end(&self) -> BranchEnd {
+        match self {
+            Missed::Stalled { value, reason } => {
+                let detail = format!("Newton's method stalls at {}: {reason}", digits(*value));
+                BranchEnd::new(EndReason::Step, detail)
+            }
+            Missed::NoRest { value } => {
+                let value = digits(*value);
+                let detail = format!(
+                    "at {value} impacts that accumulated come to no rest, or are not let go"
+                );
+                BranchEnd::new(EndReason::Boundary, detail)
+            }
+            Missed::Met { value, .. } => {
+                let detail = format!(
+                    "at {} an instant comes to the one before it",
+                    digits(*value)
+                );
+                BranchEnd::new(EndReason::Boundary, detail)
+            }
+            Missed::NoScene(reason) => BranchEnd::new(EndReason::Domain, reason.clone()),
+        }
+    }
 }
 
 /// What cannot be got over, or a place that was missed.

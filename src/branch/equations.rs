@@ -224,30 +224,41 @@ impl Family<'_> {
         let none = equations
             .linear
             .deviations(&DVector::zeros(equations.rows.ncols()));
-        self.moved_by(place, equations, &none, part)
+        let scene = &self.scene(place.value)?;
+        self.moved_by((place, scene), equations, &none, part)
     }
 
     /// A place moved by a direction, to first order.
     pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
         let corrections = equations.linear.corrections(&by.loop_part);
-        self.moved_by(place, equations, &corrections, by.value_part)
+        self.moved_by(
+            (place, &equations.scene),
+            equations,
+            &corrections,
+            by.value_part,
+        )
     }
 
     /// A place moved by a deviation, to first order: what is not closed stays so.
     pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
         let deviations = equations.linear.deviations(&by.loop_part);
-        self.moved_by(place, equations, &deviations, by.value_part)
+        self.moved_by(
+            (place, &equations.scene),
+            equations,
+            &deviations,
+            by.value_part,
+        )
     }
 
     fn moved_by(
         &self,
-        place: &Place,
+        (place, scene): (&Place, &Scene),
         equations: &Equations,
         corrections: &ShootingState,
         part: f64,
     ) -> Result<Place> {
         let value = place.value + part * self.span();
-        let (scene, there) = (&equations.scene, self.scene(value)?);
+        let there = self.scene(value)?;
         check_same(scene, &there, value)?;
         let by_value = &equations.by_value.flights;
         let sum = |x: &[f64], d: &[f64], p: &[f64]| -> Vec<f64> {

@@ -17,6 +17,7 @@ mod options;
 mod place;
 mod special;
 mod step;
+mod step_size;
 mod switching;
 mod symmetry;
 mod walk;

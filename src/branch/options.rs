@@ -72,3 +72,20 @@ impl ContinuationOptions {
         Ok(())
     }
 }
+
+/// Refuses a range that is none, or without the value at which something begins.
+pub(super) fn check_range(name: &str, (low, high): (f64, f64), start: f64) -> Result<()> {
+    for value in [low, high, start] {
+        finite(name, value)?;
+    }
+    let value = format!("({low}, {high})");
+    if low >= high {
+        let rule = "the first must be the lower one";
+        return Err(Error::bad_value(name, value, rule));
+    }
+    if !(low..=high).contains(&start) {
+        let rule = format!("the orbit is at {start}: it must lie inside");
+        return Err(Error::bad_value(name, value, rule));
+    }
+    Ok(())
+}

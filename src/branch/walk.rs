@@ -10,24 +10,15 @@ use crate::branch::options::{ContinuationOptions, Virtual};
 use crate::branch::place::Direction;
 use crate::branch::special::{Special, of_boundary, of_meeting};
 use crate::branch::step::{Point, Target, step_to};
+use crate::branch::step_size::{SAME_WAY, step_factor};
 use crate::error::{Error, Result, digits};
 use crate::orbit::PeriodicOrbit;
 use std::ops::ControlFlow;
 
-/// A step is refused if the second correction is longer than this part of the first, if the branch turns by more than this angle, or if
-/// an instant goes farther in the phase of the forcing.
-const MOST_CONTRACTION: f64 = 0.5;
-const MOST_ANGLE: f64 = 0.35;
+/// A step is refused if an instant goes farther in the phase of the forcing.
 const MOST_SHIFT: f64 = 0.5;
-/// The contraction and the angle that steps are to have, and the changes of a step from one to the next.
-const USUAL_CONTRACTION: f64 = 0.1;
-const USUAL_ANGLE: f64 = 0.15;
-const GROWTH: std::ops::RangeInclusive<f64> = 0.25..=2.0;
 /// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
 const UNEXPLAINED: f64 = 1e-5;
-/// A branch that comes back has this part of its direction there.
-const SAME_WAY: f64 = 0.9;
-
 /// A way along a branch, and why it ended.
 pub(super) struct Way {
     pub points: Vec<Point>,
@@ -109,7 +100,7 @@ pub(super) fn walk(
                     let error = step * family.span();
                     special.push(of_meeting(family, from, (*instant, error)));
                 }
-                missed_at(&missed)
+                missed.end()
             }
             Ok(Advance::Distrusted(end)) => end,
         };
@@ -226,22 +217,13 @@ fn judged(
     settled: &Settled,
     chord: &Direction,
 ) -> std::result::Result<f64, &'static str> {
-    if settled.contraction > MOST_CONTRACTION {
-        return Err("Newton's method hardly converges");
-    }
-    let along = settled.tangent.dot(&from.tangent).abs().min(1.0);
-    let angle = along.acos();
-    if angle > MOST_ANGLE {
-        return Err("the branch turns sharply");
-    }
+    let factor = step_factor(settled.contraction, settled.tangent.dot(&from.tangent))?;
     let two_n = settled.place.state.states[0].len();
     let times = &chord.loop_part.as_slice()[two_n..];
     if times.iter().any(|shift| shift.abs() > MOST_SHIFT) {
         return Err("an instant goes far");
     }
-    let by_contraction = (USUAL_CONTRACTION / settled.contraction).sqrt();
-    let factor = by_contraction.min(USUAL_ANGLE / angle);
-    Ok(factor.clamp(*GROWTH.start(), *GROWTH.end()))
+    Ok(factor)
 }
 
 fn at_boundary(found: &Boundary) -> BranchEnd {
@@ -251,27 +233,4 @@ fn at_boundary(found: &Boundary) -> BranchEnd {
         digits(settled.place.value)
     });
     BranchEnd::new(EndReason::Boundary, format!("beyond {place} {reason}"))
-}
-
-fn missed_at(missed: &Missed) -> BranchEnd {
-    match missed {
-        Missed::Stalled { value, reason } => {
-            let detail = format!("Newton's method stalls at {}: {reason}", digits(*value));
-            BranchEnd::new(EndReason::Step, detail)
-        }
-        Missed::NoRest { value } => {
-            let value = digits(*value);
-            let detail =
-                format!("at {value} impacts that accumulated come to no rest, or are not let go");
-            BranchEnd::new(EndReason::Boundary, detail)
-        }
-        Missed::Met { value, .. } => {
-            let detail = format!(
-                "at {} an instant comes to the one before it",
-                digits(*value)
-            );
-            BranchEnd::new(EndReason::Boundary, detail)
-        }
-        Missed::NoScene(reason) => BranchEnd::new(EndReason::Domain, reason.clone()),
-    }
 }

@@ -84,7 +84,13 @@ pub(crate) fn _bifurcation_curve<'py>(
             ));
         }
     };
+    let kind = point.as_ref().map(|point| point.0.clone());
     let special: Option<Special> = point.and_then(|point| special_of(point, own.clone()));
+    if let (Some(kind), None) = (kind, &special) {
+        return Err(PyValueError::new_err(format!(
+            "special is a {kind}, but a zero of a monitor has no curve"
+        )));
+    }
     let of = special
         .as_ref()
         .map_or(CurveOf::Orbit(&own), CurveOf::Special);

@@ -4,9 +4,9 @@ use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
 use std::ops::ControlFlow;
 use vibroimpact::{
-    BifurcationCurve, ContinuationOptions, CurveOf, EndReason, Kind, OrbitOptions, PaperOptions,
-    Parameter, Pattern, Special, SpecialKind, Virtual, bifurcation_curve, paper_scene,
-    periodic_orbits,
+    BifurcationCurve, Constraint, ContinuationOptions, CurveOf, EndReason, FreeParameter, Kind,
+    OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Special, SpecialKind, Virtual,
+    bifurcation_curve, bifurcation_curve_of, paper_scene, periodic_orbits,
 };
 
 const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [
@@ -37,6 +37,14 @@ fn curve(special: &Special, plane: ([Parameter; 2], [(f64, f64); 2])) -> Bifurca
     let options = ContinuationOptions::default();
     bifurcation_curve(CurveOf::Special(special), plane.0, plane.1, &options, go_on)
         .expect("a curve")
+}
+
+/// The clearance of the first stop of an orbit.
+fn clearance(orbit: &PeriodicOrbit) -> f64 {
+    match &orbit.scene().stops()[0] {
+        Constraint::Stop(stop) => stop.clearance(),
+        _ => panic!("a stop"),
+    }
 }
 
 /// The force at which a special point of one impact in a period lies.
@@ -164,29 +172,45 @@ fn a_curve_of_grazes_is_that_of_the_amplitude() {
 
 #[test]
 fn stops_that_are_hit_together_are_a_curve() {
-    // The paper's first kind: both stops at one instant.
+    // The paper's first kind: both stops at one instant, at the clearances that a search with a free one finds for each frequency.
     let scene = paper_scene(Kind::One, &PaperOptions::default()).expect("a scene");
-    let pattern = Pattern::new(vec![vec![0, 1]]).expect("valid");
-    let options = OrbitOptions::default();
-    let found = periodic_orbits(&scene, &pattern, &options).expect("a search");
-    let Some(orbit) = found.into_iter().next() else {
-        panic!("no orbit of the first kind");
+    let pattern = Pattern::new(Kind::One.pattern()).expect("valid");
+    let free = OrbitOptions {
+        n_periods: Kind::One.n_periods(),
+        free: Some(FreeParameter::Clearance),
+        ..Default::default()
     };
-    let (w, c) = (
-        scene.frequency().expect("forced"),
-        scene.stops()[0].clearance(),
-    );
-    let plane = [Parameter::Frequency, Parameter::ClearanceOf(0)];
-    let between = [(0.8 * w, 1.2 * w), (c - 0.5 * c.abs(), c + 0.5 * c.abs())];
+    let found = periodic_orbits(&scene, &pattern, &free).expect("a search");
+    let orbit = found.iter().find(|own| own.is_admissible() == Some(true));
+    let orbit = orbit.expect("the paper's orbit");
     let go_on = &mut |_| ControlFlow::Continue(());
-    let own = CurveOf::Orbit(&orbit);
-    let curve = bifurcation_curve(own, plane, between, &ContinuationOptions::default(), go_on)
-        .expect("a curve");
-    assert!(curve.x.len() > 3);
-    for orbit in &curve.orbits {
-        let impacts = orbit.impacts();
-        assert_eq!(impacts.len(), 2);
-        assert!(impacts[0].time == impacts[1].time);
+    let make = |w: f64, c: f64| {
+        let there = scene.replace(Parameter::Frequency.change(w))?;
+        there.replace(Parameter::Clearance.change(c))
+    };
+    let start = [1.5, clearance(orbit)];
+    let between = [(1.3, 1.7), (-3.0, 3.0)];
+    let options = ContinuationOptions::default();
+    let curve = bifurcation_curve_of(
+        CurveOf::Orbit(orbit),
+        &make,
+        start,
+        between,
+        &options,
+        go_on,
+    );
+    let curve = curve.expect("a curve");
+    assert!(curve.x.len() > 5, "{:?}", curve.ends);
+    for k in (0..curve.x.len()).step_by(3) {
+        let impacts = curve.orbits[k].impacts();
+        assert!(impacts.len() == 2 && impacts[0].time == impacts[1].time);
+        let there = scene
+            .replace(Parameter::Frequency.change(curve.x[k]))
+            .expect("valid");
+        let known = periodic_orbits(&there, &pattern, &free).expect("a search");
+        let off = known.iter().map(|own| (clearance(own) - curve.y[k]).abs());
+        let off = off.fold(f64::INFINITY, f64::min);
+        assert!(off < 1e-9, "{} {}: {off:e}", curve.x[k], curve.y[k]);
     }
     // One that hits its stops one after the other is none.
     let alone = USUAL.orbits(1);

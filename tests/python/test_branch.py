@@ -322,6 +322,30 @@ class TestBrokenOff:
         assert len(branch) > 2
 
 
+class TestMonitorZeros:
+    def test_zeros_of_a_monitor_are_special_points(self):
+        # The speed of the impact is 3 at a force that the closed form knows.
+        wanted = 3.0
+        branch = vi.continuation(
+            orbit(), "forcing_scale", (0.3, 1.5), monitor={"off": lambda own: own.impacts["speed_before"][0] - wanted}
+        )
+        (found,) = (own for own in branch.special if own.kind == "user:off")
+        assert abs(miss(wanted, force=8.5 * found.parameter)) < 1e-9
+        assert abs(found.orbit.impacts["speed_before"][0] - wanted) < 1e-9
+        assert found.branches() == []
+        arclengths = [own.arclength for own in branch.special]
+        assert arclengths == sorted(arclengths)
+
+    def test_a_jump_is_no_zero(self):
+        branch = vi.continuation(
+            orbit(),
+            "forcing_scale",
+            (0.3, 1.5),
+            monitor={"side": lambda own: 1.0 if own.impacts["speed_before"][0] > 3 else -1.0},
+        )
+        assert not any(own.kind.startswith("user:") for own in branch.special)
+
+
 class TestSwitching:
     def test_doubled_orbits_are_followed_in_the_same_factor(self):
         branch = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5))
@@ -429,3 +453,51 @@ class TestTree:
     def test_bad_counts(self, name, value):
         with pytest.raises(ValueError, match=f"{name} is"):
             vi.branch_tree(orbit(), "forcing_scale", (0.3, 1.2), **{name: value})
+
+
+class TestBifurcationCurve:
+    PLANE = (("frequency", "forcing_scale"), ((2.1, 3.0), (0.1, 2.0)))
+
+    def test_doublings_lie_on_the_closed_form(self):
+        doubling = next(
+            own for own in vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special if own.kind == "period_doubling"
+        )
+        curve = vi.bifurcation_curve(doubling, *self.PLANE)
+        assert curve.kind == "period_doubling"
+        assert len(curve) > 10
+        # The branch's own factor goes on as it is.
+        assert abs(curve.y[curve.arclength == 0.0][0] - doubling.parameter) < 1e-9
+        for w, factor, own in zip(curve.x, curve.y, curve, strict=True):
+            assert abs(miss(own.impacts["speed_before"][0], force=8.5 * factor, frequency=w)) < 1e-9
+            assert np.abs(own.floquet_multipliers + 1.0).min() < 1e-8
+
+    def test_a_callable_gives_what_the_names_give(self):
+        branch = vi.continuation(orbit(), lambda force: scene(force=force), (3.0, 9.0), start=8.5)
+        doubling = next(own for own in branch.special if own.kind == "period_doubling")
+        ranges = ((2.1, 3.0), (1.0, 17.0))
+        start = (2.4, doubling.parameter)
+        made = vi.bifurcation_curve(doubling, lambda w, force: scene(force=force, frequency=w), ranges, start=start)
+        assert made.parameter_names is None
+        for w, force, own in zip(made.x, made.y, made, strict=True):
+            assert abs(miss(own.impacts["speed_before"][0], force=force, frequency=w)) < 1e-9
+
+    @pytest.mark.parametrize(
+        ("parameters", "between", "message"),
+        [
+            (("frequency", "frequency"), ((2, 3), (0, 1)), "they must be two"),
+            (("frequency", "freq"), ((2, 3), (0, 1)), 'parameter is "freq"'),
+            (("frequency", "clearance"), ((3, 2), (0, 2)), r"between\[0\] is \(3, 2\)"),
+            (("frequency", "clearance"), ((2, 3), (2, 3)), r"between\[1\] is \(2, 3\), but the orbit is at 1"),
+            (("frequency", "clearance"), (2, 3), "between"),
+        ],
+    )
+    def test_bad_input(self, parameters, between, message):
+        doubling = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[1]
+        with pytest.raises(ValueError, match=message):
+            vi.bifurcation_curve(doubling, parameters, between)
+
+    def test_what_has_no_curve(self):
+        with pytest.raises(ValueError, match="one instant"):
+            vi.bifurcation_curve(orbit(), *self.PLANE)
+        with pytest.raises(TypeError, match="special is 3"):
+            vi.bifurcation_curve(3, *self.PLANE)

@@ -26,6 +26,7 @@ OSCILLATOR = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.4), vi.St
 DIAGRAM = vi.bifurcation_diagram(OSCILLATOR, ("forcing_scale", [5.0, 9.0]), direction="both", transient=9, periods=4)
 EXPONENTS = vi.lyapunov_exponents(OSCILLATOR.replace(forcing_scale=5.0), 0.0, 0.0, (0, 400))
 BRANCH = vi.continuation(vi.periodic_orbits(OSCILLATOR.replace(forcing_scale=9.0), [0])[0], "frequency", (2.0, 2.8))
+CURVE = vi.bifurcation_curve(BRANCH.special[0], ("frequency", "clearance"), ((2.0, 2.8), (0.5, 1.5)), max_points=10)
 PLANE = vi.basins(OSCILLATOR.replace(forcing_scale=9.0), q=(-3, 1.4, 5), v=(-5, 5, 4))
 
 CALLS = {
@@ -45,6 +46,7 @@ CALLS = {
     "lyapunov": lambda **k: plot.lyapunov(EXPONENTS, **k),
     "basins": lambda **k: plot.basins(PLANE, **k),
     "branch": lambda **k: plot.branch(BRANCH, **k),
+    "bifurcation_curves": lambda **k: plot.bifurcation_curves(CURVE, **k),
 }
 DATA = {
     "mode_shapes": modes(),
@@ -57,6 +59,7 @@ DATA = {
     "lyapunov": EXPONENTS,
     "basins": PLANE,
     "branch": BRANCH,
+    "bifurcation_curves": CURVE,
 }
 BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,), "sweep": (0,)}  # the stop, or what is drawn along
 
@@ -149,3 +152,17 @@ class TestImports:
                 names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
                 for name in names:
                     assert name.split(".")[0] in allowed or name.startswith("vibroimpact.plot"), (path.name, name)
+
+
+class TestBranches:
+    def test_a_tree_has_a_colour_for_each_branch(self):
+        tree = vi.branch_tree(BRANCH[0], "frequency", (2.0, 2.8), depth=1, max_points=10)
+        ax = plot.branch(tree)
+        assert ax.get_ylabel() == "speed of the fastest impact"
+        assert len({line.get_color() for line in ax.lines if line.get_linestyle() != "None"}) == len(tree)
+
+    def test_curves_have_their_kind_in_the_legend(self):
+        ax = plot.bifurcation_curves([CURVE])
+        assert CURVE.kind.replace("_", " ") in [text.get_text() for text in ax.get_legend().get_texts()]
+        x = np.concatenate([line.get_xdata() for line in ax.lines])
+        np.testing.assert_array_equal(np.unique(x[np.isfinite(x)]), np.unique(CURVE.x))

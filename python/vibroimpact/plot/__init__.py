@@ -14,6 +14,7 @@ from vibroimpact.plot.animation import animate
 from vibroimpact.plot.basins import basins
 from vibroimpact.plot.branch import branch
 from vibroimpact.plot.contact_force import contact_force
+from vibroimpact.plot.curves import bifurcation_curves
 from vibroimpact.plot.diagram import bifurcation_diagram
 from vibroimpact.plot.existence import existence_map
 from vibroimpact.plot.exponents import lyapunov
@@ -30,6 +31,7 @@ from vibroimpact.plot.sweep import sweep
 __all__ = [
     "animate",
     "basins",
+    "bifurcation_curves",
     "bifurcation_diagram",
     "branch",
     "contact_force",

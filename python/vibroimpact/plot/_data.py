@@ -212,3 +212,14 @@ def is_orbit(motion: object) -> TypeGuard[Orbit]:
 def is_trajectory(motion: object) -> TypeGuard[Trajectory]:
     """Tell a trajectory from an orbit by the attributes that only it has."""
     return hasattr(motion, "t") and hasattr(motion, "q")
+
+
+class Curve(Protocol):
+    """Special points over two numbers."""
+
+    @property
+    def x(self) -> FloatArray: ...
+    @property
+    def y(self) -> FloatArray: ...
+    @property
+    def is_virtual(self) -> NDArray[Any]: ...

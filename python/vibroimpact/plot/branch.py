@@ -65,14 +65,15 @@ def branch(
     >>> vi.plot.branch(found).get_ylabel()
     'speed before impact 0'
     """
-    tree: tuple[Any, ...] | None = getattr(branch, "branches", None)
-    every: tuple[Any, ...] = (branch,) if tree is None else tree
+    tree = getattr(branch, "branches", None)
+    every: tuple[Any, ...] = tree if isinstance(tree, tuple) else (branch,)
     for own in every:
         require(own, "arclength", "branch must be the result of vibroimpact.continuation or vibroimpact.branch_tree")
     ax = axes_or_new(ax)
     for k, own in enumerate(every):
-        colour, usual = (COLOUR, y) if tree is None else (f"C{k % 10}", _fastest if y is None else y)
-        _draw(ax, own, usual, {"color": colour} | line)
+        is_one = own is branch
+        usual = y if is_one or y is not None else _fastest
+        _draw(ax, own, usual, {"color": COLOUR if is_one else f"C{k % 10}"} | line)
     ax.legend(fontsize="small")
     return ax
 
@@ -102,7 +103,7 @@ def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, line
     for kind in sorted({own.kind for own in branch.special}):
         places = [own for own in branch.special if own.kind == kind]
         at = np.interp([own.arclength for own in places], branch.arclength, values)
-        marker, name = MARKS[kind]
+        marker, name = MARKS.get(kind, ("d", kind.removeprefix("user:") + " = 0"))
         ax.plot(
             [own.parameter for own in places],
             at,

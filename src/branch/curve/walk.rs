@@ -1,0 +1,138 @@
+//! Along a curve, one way.
+
+use crate::branch::curve::corrector::{length, weighted};
+use crate::branch::curve::one::CurvePoint;
+use crate::branch::curve::plane::{Plane, Spot};
+use crate::branch::curve::step::{chord, stepped};
+use crate::branch::curve::two_at_once::{Point, indicators, passed};
+use crate::branch::end::{BranchEnd, EndReason};
+use crate::branch::options::ContinuationOptions;
+use crate::branch::step_size::{SAME_WAY, step_factor};
+use crate::error::{Error, Result, digits};
+use nalgebra::DVector;
+use std::ops::ControlFlow;
+
+/// A way along a curve.
+pub(super) struct Way {
+    pub points: Vec<Point>,
+    pub special: Vec<CurvePoint>,
+    pub end: BranchEnd,
+}
+
+/// Goes along a curve from a point, which is not among those that it gives.
+pub(super) fn walk(
+    plane: &Plane<'_>,
+    first: &Point,
+    sign: f64,
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Way> {
+    let mut way = Way {
+        points: Vec::new(),
+        special: Vec::new(),
+        end: BranchEnd::new(EndReason::Points, String::new()),
+    };
+    let [smallest, usual, largest] = options.steps;
+    let mut step = usual;
+    let mut tangent = &first.found.tangent * sign;
+    let mut farthest = 0.0f64;
+    way.end = loop {
+        let from = way.points.last().unwrap_or(first);
+        let at = [from.found.spot.place.value, from.found.spot.second];
+        if way.points.len() >= options.max_points {
+            let detail = format!("{} points were asked for", options.max_points);
+            break BranchEnd::new(EndReason::Points, detail);
+        }
+        if observer(at[0]).is_break() {
+            let detail = format!("broken off at ({}, {})", digits(at[0]), digits(at[1]));
+            break BranchEnd::new(EndReason::Interrupted, detail);
+        }
+        let reach = reached(plane, &from.found.spot, &tangent, step);
+        let (ahead, normal) = match reach {
+            Some((axis, ahead)) => (ahead, axis_row(tangent.len(), axis)),
+            None => (step, weighted(&tangent)),
+        };
+        if let (Some((axis, _)), true) = (reach, ahead <= 0.0) {
+            break range_end(axis, at[axis]);
+        }
+        let refused = match stepped(plane, &from.found, &tangent, ahead, &normal) {
+            Err(Error::Interrupted) => {
+                let detail = format!("broken off at ({}, {})", digits(at[0]), digits(at[1]));
+                break BranchEnd::new(EndReason::Interrupted, detail);
+            }
+            Err(error) => return Err(error),
+            Ok(Ok(found)) => {
+                match step_factor(found.contraction, found.tangent.dot(&weighted(&tangent))) {
+                    Ok(factor) => {
+                        let gone = chord(plane, &from.found.spot, &found.spot);
+                        let arclength = from.arclength + length(&gone);
+                        let indicators = indicators(plane, &found.spot)?;
+                        let point = Point {
+                            found,
+                            arclength,
+                            indicators,
+                        };
+                        let special = passed(plane, from, &point, &tangent)?;
+                        way.special.extend(special);
+                        let side = point.found.tangent.dot(&weighted(&tangent)).signum();
+                        tangent = &point.found.tangent * side;
+                        let away = length(&chord(plane, &first.found.spot, &point.found.spot));
+                        let is_same =
+                            sign * tangent.dot(&weighted(&first.found.tangent)) > SAME_WAY;
+                        let has_closed = farthest > 2.0 * step && away < step && is_same;
+                        farthest = farthest.max(away);
+                        let now = [point.found.spot.place.value, point.found.spot.second];
+                        way.points.push(point);
+                        if has_closed {
+                            let detail = "it came back to where it began".to_owned();
+                            break BranchEnd::new(EndReason::Closed, detail);
+                        }
+                        if let Some((axis, _)) = reach {
+                            break range_end(axis, now[axis]);
+                        }
+                        step = (step * factor).clamp(smallest, largest);
+                        continue;
+                    }
+                    Err(reason) => BranchEnd::new(EndReason::Step, reason.to_owned()),
+                }
+            }
+            Ok(Err(missed)) => missed.end(),
+        };
+        if step <= smallest {
+            break refused;
+        }
+        step = (0.5 * step).max(smallest);
+    };
+    Ok(way)
+}
+
+fn range_end(axis: usize, value: f64) -> BranchEnd {
+    let name = ["first", "second"][axis];
+    let detail = format!("the range of the {name} number ends at {}", digits(value));
+    BranchEnd::new(EndReason::Range, detail)
+}
+
+/// The row that holds one of the numbers.
+fn axis_row(unknowns: usize, axis: usize) -> DVector<f64> {
+    let mut row = DVector::zeros(unknowns);
+    row[unknowns - 2 + axis] = 1.0;
+    row
+}
+
+/// The number whose range ends within a step, and how far along that is.
+fn reached(
+    plane: &Plane<'_>,
+    from: &Spot,
+    tangent: &DVector<f64>,
+    step: f64,
+) -> Option<(usize, f64)> {
+    let at = [from.place.value, from.second];
+    let ahead = (0..2).filter_map(|axis| {
+        let (low, high) = plane.between[axis];
+        let rate = tangent[tangent.len() - 2 + axis] * plane.span(axis);
+        let end = if rate > 0.0 { high } else { low };
+        let ahead = (end - at[axis]) / rate;
+        (ahead <= step).then_some((axis, ahead))
+    });
+    ahead.min_by(|a, b| a.1.total_cmp(&b.1))
+}
