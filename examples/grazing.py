@@ -50,7 +50,7 @@ def follow() -> tuple[vi.Branch, vi.Branch]:
     scene = oscillator()
     hit = vi.continuation(vi.periodic_orbits(scene, [0])[0], "forcing_scale", (0.05, 1.2))
     rest = vi.periodic_orbits(scene.replace(forcing_scale=0.05), [])[0]
-    free = vi.continuation(rest, lambda force: scene.replace(forcing_scale=force), (0.01, 1.2), start=0.05)
+    free = vi.continuation(rest, made, (0.01, 1.2), start=0.05)
     return hit, free
 
 
@@ -74,16 +74,24 @@ def check(hit: vi.Branch, free: vi.Branch) -> None:
     assert beyond.outcome == "nonsmooth_fold", "the impacts of the branch that is born are before the graze"
 
 
-def draw(tree: vi.BranchTree, output: Path) -> None:
-    """Draw all branches that meet, and enlarge where they do."""
-    figure, (whole, near) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
-    for ax in (whole, near):
+def made(force: float) -> vi.Scene:
+    """Return the scene of a force."""
+    return oscillator().replace(forcing_scale=force)
+
+
+def draw(start: vi.Orbit, force: float, output: Path) -> None:
+    """Draw all branches that meet, and once more where they do: steps count in parts of the range."""
+    figure, axes = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
+    for ax, between in zip(axes, ((0.05, 1.2), (0.09996, 0.10002)), strict=True):
+        near = vi.continuation(start, made, (0.05, 1.2), start=force).at(min(between[1], 0.1))
+        tree = vi.branch_tree(near[0], made, between, start=min(between[1], 0.1), depth=1)
+        print(f"\n{tree}")
         vi.plot.branch(tree, ax)
         ax.set(xlabel="force F")
-    near.set(xlim=(0.09996, 0.10002), ylim=(-0.0005, 0.012), title="where the stop is touched")
-    near.ticklabel_format(useOffset=False)
-    near.tick_params(axis="x", labelrotation=30)
-    near.get_legend().remove()
+    axes[1].set(title="where the stop is touched")
+    axes[1].ticklabel_format(useOffset=False)
+    axes[1].tick_params(axis="x", labelrotation=30)
+    axes[1].get_legend().remove()
     figure.savefig(output / "grazing.png", dpi=150)
 
 
@@ -95,9 +103,7 @@ def main() -> None:
     output.mkdir(parents=True, exist_ok=True)
     hit, free = follow()
     check(hit, free)
-    tree = vi.branch_tree(hit[-1], lambda force: oscillator().replace(forcing_scale=force), (0.05, 1.2), start=hit.parameter[-1], depth=1)
-    print(f"\n{tree}")
-    draw(tree, output)
+    draw(hit[-1], hit.parameter[-1], output)
     print(f"figure in {output}/")
 
 

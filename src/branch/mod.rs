@@ -1,6 +1,7 @@
 //! Branches: periodic motions followed over a number of their scene (theory 19).
 
 mod bifurcations;
+mod border;
 mod boundary;
 mod candidate;
 mod continued;

@@ -1,6 +1,7 @@
 //! Along a branch, one way: a step ahead, back to the branch, a longer or a shorter one (theory 19).
 
 use crate::branch::bifurcations::{are_explained, bifurcations};
+use crate::branch::border::border;
 use crate::branch::boundary::{Boundary, located};
 use crate::branch::corrector::{Missed, Settled, attempted};
 use crate::branch::end::{BranchEnd, EndReason};
@@ -98,7 +99,11 @@ pub(super) fn walk(
             Ok(Advance::Refused(missed)) => {
                 if let (true, Missed::Met { instant, .. }) = (step <= smallest, &missed) {
                     let error = step * family.span();
-                    special.push(of_meeting(family, from, (*instant, error)));
+                    let mut met = of_meeting(family, from, (*instant, error));
+                    if let Some((parameter, error)) = border(family, &points, *instant)? {
+                        (met.parameter, met.error) = (parameter, error);
+                    }
+                    special.push(met);
                 }
                 missed.end()
             }

@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, EndReason, Error, Harmonic, Heading, LinearSystem, OrbitOptions,
-    Parameter, Pattern, Scene, Stop, Virtual, continuation, continuation_of, periodic_orbits,
+    Parameter, Pattern, Scene, SimulateOptions, SpecialKind, Stop, Virtual, continuation,
+    continuation_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn go_on(_: f64) -> ControlFlow<()> {
@@ -205,4 +206,30 @@ fn an_orbit_at_an_end_of_the_range_is_there_once() {
     assert_eq!(branch.parameter[0], 1.0);
     assert!(branch.parameter.windows(2).all(|pair| pair[0] < pair[1]));
     assert!(branch.ends.iter().all(|end| end.reason == EndReason::Range));
+}
+
+#[test]
+fn the_border_of_a_chatter_is_known_from_its_power_law() {
+    // x'' + x = cos 0.3 t before a stop at d, e = 0.8: the stick shrinks to nothing at a d known to 18 digits.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.0.into()], 0.3, 0.0).expect("valid");
+    let stop = Stop::new(0, 0.0, 0.8).expect("valid");
+    let scene = Scene::new(system, force, [stop]).expect("valid");
+    let (start, rest) = (dvector![-0.5], dvector![0.0]);
+    let long = (0.0, 40.0 * std::f64::consts::TAU / 0.3);
+    let run = simulate(&scene, &start, &rest, long, &SimulateOptions::default());
+    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    let up = ContinuationOptions {
+        heading: Heading::Up,
+        ..Default::default()
+    };
+    let branch = followed(&orbit, Parameter::Clearance, (-0.2, 0.3), &up);
+    let border = branch.special.last().expect("a border");
+    assert_eq!(border.kind, SpecialKind::ChatterBorder);
+    let off = (border.parameter - 0.123_448_597_848_029_15).abs();
+    assert!(
+        off < 1e-9 && off < border.error && border.error < 1e-8,
+        "{off:e} {:e}",
+        border.error
+    );
 }

@@ -1,0 +1,148 @@
+"""Write docs/branches.md: what is proved about a branch, what is not, and a sketch of each boundary.
+
+Run by hand, ``python docs/branches.py``, with the package and matplotlib installed.
+"""
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import vibroimpact as vi
+
+HERE = Path(__file__).parent
+FORCE = 0.1  # where the oscillator of examples/grazing.py just touches its stop
+STEPS = (0.2, 0.05, 0.0125)
+
+TEXT = """# What a branch proves, and what it does not
+
+`continuation` gives the orbits of a branch at points, and between two points nothing but that they lie on one curve. This page says
+what holds where. Written by `docs/branches.py`; the mechanics are in [theory.md](theory.md), sections 19 and 20.
+
+## At a point
+
+- *It is an orbit*: the motion closes to 1e-11 of its size, and every impact obeys its law.
+- *Whether it keeps the rules of contact is proved*: between two impacts the whole flight is searched for a gap below zero, with bounds, not with
+  samples. `is_virtual` is the broken ones; an orbit that touches within rounding is undecided, and no more is said.
+- *Its multipliers* are those of the maps as executed. Beside a graze they are as uncertain as the motion's speed over the impact's, in
+  roundings.
+
+## Between two points
+
+- *That no other branch is jumped to* is made likely, not proved: a step is refused where Newton's method does not converge at once, the
+  branch turns by more than 0.35, or an impact moves by more than 0.5 in phase.
+- *A sign that changes and changes back within one step is not seen*: two folds, two doublings, a stop that is passed and not passed again.
+  Smaller steps see more. Of two coordinates and more the number of multipliers outside the unit circle has to agree with the points found,
+  else the step is halved; of one coordinate it is not asked.
+- *What is found is located*: `special.error` is the last change of the search, or the width of what the point was shut in. A crossing
+  of branches without a symmetry is known to some 1e-4 of the range, as Newton's method fails there; all others to 1e-10.
+
+The fold of `examples/grazing.py` lies {part:.1e} of its force below the graze. From F = 1 the branch finds it at
+
+| largest step | points | fold at F | off by |
+|---:|---:|---:|---:|
+{rows}
+
+## At a boundary
+
+The branch ends at the last orbit that keeps the rules of contact. Before it (solid), at it (dashed), beyond it (dotted):
+
+![Gaps before a boundary, at it, and beyond](figures/boundaries.png)
+
+| `special.kind` | at the boundary | beyond it |
+|---|---|---|
+| `graze` | a stop that is not hit is touched | it would be passed |
+| `lost_impact` | an impact has no speed left | the impact would have to pull |
+| `corner` | two stops are hit at one instant | they would be hit in the other order |
+| `chatter_border` | the contact behind impacts that accumulate lasts no time | they do not come to rest |
+| `rise` | the contact force is zero while a stop is held | it would have to pull |
+
+- `special.branches()` looks for what is born there near the point, and says of each orbit found whether it keeps the rules. That
+  nothing else is born is not proved: orbits with two impacts more, or one in more than six rounds, are not looked for.
+- `special.beyond()` is a proof where it says "continues": a stable orbit stands there. "Nonsmooth fold" says that no such orbit was
+  found beyond and that one was that is not stable before. The attractor is what one simulation came to.
+- A chatter border is the limit of a power law. From its other side infinitely many grazes come towards it, and nothing can be
+  followed through it.
+
+## Not looked for
+
+Motions with a frequency more behind a torus (its rotation number is given), resonances of tori, sequences of corner impacts, the zero of a
+monitor within a fold, and meetings of two curves but those that `BifurcationCurve` names.
+"""
+
+
+def oscillator() -> vi.Scene:
+    """Return the oscillator of examples/grazing.py, its force of one."""
+    return vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], 1.0), vi.Stop(0, 1.0, 0.8))
+
+
+def fold_in_closed_form() -> float:
+    """Return the force of the fold (theory 19, "Closed forms")."""
+    e, eta = 0.8, 0.05
+    period, turn = 2.0 * np.pi, np.sqrt(1.0 - eta**2)
+    decay = np.exp(-eta * period)
+    slope, cosine, end = decay * np.sin(turn * period) / turn, decay * np.cos(turn * period), decay**2
+    closing = 1.0 - 2.0 * cosine + end
+    a, b = (1.0 + e) * slope / closing, 1.0 + (1.0 + e) * (cosine - eta * slope - end) / closing
+    speed = -a / (a**2 + b**2)
+    return float(2.0 * eta * np.hypot(1.0 + a * speed, b * speed))
+
+
+def rows(fold: float) -> str:
+    """Return the lines of the table: the fold by steps of several sizes."""
+    lines = []
+    orbit = vi.periodic_orbits(oscillator(), [0])[0]
+    for largest in STEPS:
+        branch = vi.continuation(orbit, "forcing_scale", (0.05, 1.2), step=(1e-8, 1e-3, largest))
+        found = next((own.parameter for own in branch.special if own.kind == "fold"), np.nan)
+        lines.append(f"| {largest:g} | {len(branch)} | {found:.12f} | {abs(found - fold):.0e} |")
+    return "\n".join(lines)
+
+
+def sketch() -> None:
+    """Draw the gap, or the contact force, before each boundary, at it and beyond."""
+    t = np.linspace(-1.0, 1.0, 401)
+    figure, axes = plt.subplots(1, 5, figsize=(12.0, 2.6), layout="constrained", sharey=True)
+    for ax, kind in zip(axes, ("graze", "lost_impact", "corner", "chatter_border", "rise"), strict=True):
+        ax.axhline(0.0, color="0.5", linewidth=3.0, solid_capstyle="butt")
+        ax.set(title=kind, xticks=[], yticks=[], ylim=(-0.35, 1.0), xlabel="time")
+    axes[0].set_ylabel("gap")
+    # A parabola above the stop, on it, below it.
+    for height, line in ((0.25, "-"), (0.0, "--"), (-0.2, ":")):
+        axes[0].plot(t, height + t**2, line, color="C0")
+    # An impact of some speed, of none; beyond it the motion turns above the stop.
+    for speed, line in ((1.2, "-"), (0.5, "-"), (0.0, "--")):
+        axes[1].plot(t, np.where(t < 0.0, -speed * t, 0.7 * speed * t) + t**2, line, color="C0")
+    # Two stops, hit one after the other, together, in the other order.
+    for late, line in ((0.35, "-"), (0.0, "--"), (-0.2, ":")):
+        axes[2].plot(t, np.abs(t) * np.where(t < 0.0, 1.2, 0.8), "-", color="C0")
+        axes[2].plot(t, np.abs(t - late) * np.where(t < late, 0.9, 0.6), line, color="C1")
+    # Bounces that accumulate, then contact up to the release; and as many that leave before they rest.
+    for lift, line in ((0.0, "-"), (0.1, ":")):
+        at, height, width = -1.0, 0.7, 0.6
+        while width > 0.03:
+            s = np.linspace(0.0, 1.0, 40)
+            axes[3].plot(at + s * width, lift * (at + s * width + 1.0) + 4.0 * height * s * (1.0 - s), line, color="C0", linewidth=1.0)
+            at, height, width = at + width, 0.4 * height, 0.62 * width
+        if lift == 0.0:
+            axes[3].plot([at, 0.7], [0.0, 0.0], "-", color="C0", linewidth=2.0)
+            axes[3].plot(t[t >= 0.7], 3.0 * (t[t >= 0.7] - 0.7) ** 2, "-", color="C0")
+    # A contact force that stays above zero, comes to it, would pull.
+    for least, line in ((0.25, "-"), (0.0, "--"), (-0.2, ":")):
+        axes[4].plot(t, least + 0.9 * t**2, line, color="C3")
+    axes[4].text(0.0, 0.75, "contact force", ha="center", color="C3")
+    figure.savefig(HERE / "figures" / "boundaries.png", dpi=110)
+
+
+def main() -> None:
+    """Measure, draw and write."""
+    fold = fold_in_closed_form()
+    sketch()
+    (HERE / "branches.md").write_text(TEXT.format(part=(FORCE - fold) / FORCE, rows=rows(fold)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
