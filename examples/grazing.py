@@ -5,8 +5,9 @@ oscillator that comes with COCO. Up to F = 0.1 the mass swings without an impact
 down from large forces to F = 0.09997, turns there by a fold, and meets the other at F = 0.1, where its impact has lost its speed:
 a part of 3e-5 of the force, in which two attractors stand beside each other and an unstable motion lies between.
 
-You will see that branch with its fold beside its closed form; what is born at the graze, on which side and whether it can be seen;
-what becomes of the motion beyond; and a picture of all branches that meet there, with the neighbourhood of the graze enlarged.
+You will see that branch with its fold beside its closed form; what is born at the graze, on which side and whether it can be
+seen; what becomes of the motion beyond; and a picture of all branches that meet there, with the neighbourhood of the graze
+enlarged.
 
 Run: python examples/grazing.py [--output DIRECTORY]
 """

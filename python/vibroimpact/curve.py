@@ -48,7 +48,7 @@ class CurvePoint(ArrayResult):
     def __post_init__(self) -> None:
         """Refuse what is none."""
         for name in ("parameter", "error"):
-            object.__setattr__(self, name, tuple(float(own) for own in getattr(self, name)))
+            object.__setattr__(self, name, few(name, getattr(self, name), ("x", "y")))
         self._check_types({"kind": str, "arclength": float, "orbit": Orbit})
         if self.kind not in TWO_AT_ONCE:
             message = f"kind is {self.kind!r}, but it must be one of {TWO_AT_ONCE}"
@@ -102,8 +102,8 @@ class BifurcationCurve(ArrayResult, Sequence[Orbit]):
         """Refuse what is none of one curve; lists become tuples."""
         for name in ("orbits", "special"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
-        names = self.parameter_names
-        object.__setattr__(self, "parameter_names", None if names is None else tuple(names))
+        if self.parameter_names is not None:
+            object.__setattr__(self, "parameter_names", _two(self.parameter_names))
         object.__setattr__(self, "ends", tuple((str(reason), str(detail)) for reason, detail in self.ends))
         self._check_types({"kind": str})
         if self.kind not in (*KINDS, "together"):

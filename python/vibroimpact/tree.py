@@ -41,7 +41,11 @@ class BranchTree(ArrayResult, Sequence[Branch]):
     def __post_init__(self) -> None:
         """Refuse what is no tree; lists become tuples."""
         object.__setattr__(self, "branches", tuple(self.branches))
-        parents = tuple(None if own is None else (int(own[0]), int(own[1])) for own in self.parents)
+        given = self.parents
+        if not all(own is None or (isinstance(own, (tuple, list)) and len(own) == 2) for own in given):
+            message = f"parents is {given!r}, but for each branch a pair, or None, is needed"
+            raise ValueError(message)
+        parents = tuple(None if own is None else (int(own[0]), int(own[1])) for own in given)
         object.__setattr__(self, "parents", parents)
         if not self.branches or not all(isinstance(own, Branch) for own in self.branches):
             message = f"branches is {self.branches!r}, but a sequence of Branch, one at least, is needed"

@@ -73,7 +73,7 @@ def branch(
     for k, own in enumerate(every):
         is_one = own is branch
         usual = y if is_one or y is not None else _fastest
-        _draw(ax, own, usual, {"color": COLOUR if is_one else f"C{k % 10}"} | line)
+        _draw(ax, own, usual, COLOUR if is_one else f"C{k % 10}", line)
     ax.legend(fontsize="small")
     return ax
 
@@ -83,7 +83,7 @@ def _fastest(orbit: Any) -> float:
     return float(orbit.impacts["speed_before"].max(initial=0.0))
 
 
-def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, line: dict[str, Any]) -> None:
+def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, colour: str, line: dict[str, Any]) -> None:
     """Draw one branch with its special points."""
     values, label = _drawn(branch, y)
     label_axis(ax, "x", branch.parameter_name or "parameter")
@@ -98,8 +98,8 @@ def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, line
         beside = np.append(mine[1:], False) | np.append(False, mine[:-1])
         ends = mine if name == "stable" else mine | beside
         x[~ends], drawn[~ends] = np.nan, np.nan
-        usual: dict[str, Any] = {"linestyle": style, "linewidth": width, "label": label_once(ax, name)}
-        ax.plot(x, drawn, **with_defaults(line, **usual))
+        usual: dict[str, Any] = {"color": colour, "linestyle": style, "linewidth": width, "label": label_once(ax, name)}
+        colour = str(ax.plot(x, drawn, **with_defaults(line, **usual))[0].get_color())
     for kind in sorted({own.kind for own in branch.special}):
         places = [own for own in branch.special if own.kind == kind]
         at = np.interp([own.arclength for own in places], branch.arclength, values)
@@ -111,7 +111,7 @@ def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, line
             marker=marker,
             markersize=5.0,
             markerfacecolor="white",
-            markeredgecolor=line["color"],
+            markeredgecolor=colour,
             label=label_once(ax, name),
         )
 
