@@ -1,13 +1,15 @@
 //! A branch of one degree of freedom with one impact over its force, round a fold: the time of all its points, whose number is printed,
-//! beside that of as many orbits found one from another. `cargo bench --bench branches`.
+//! beside that of as many orbits found one from another; what is born where its impact has no speed; the curve of its fold over force and
+//! frequency. `cargo bench --bench branches`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    Change, ContinuationOptions, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Scene,
-    Stop, Virtual, continuation, find_orbit, periodic_orbits,
+    Change, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
+    Scene, SpecialKind, Stop, Virtual, bifurcation_curve, branches as born, continuation,
+    find_orbit, periodic_orbits,
 };
 
 fn branches(criterion: &mut Criterion) {
@@ -45,6 +47,27 @@ fn branches(criterion: &mut Criterion) {
         });
     });
     group.finish();
+
+    let stop_at = ContinuationOptions::default();
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let ended = continuation(orbit, Parameter::ForcingScale, (0.2, 5.0), &stop_at, go_on);
+    let special = ended.expect("a branch").special;
+    let of = |kind: SpecialKind| special.iter().find(|own| own.kind == kind).expect("it");
+    let (fold, lost) = (of(SpecialKind::Fold), special.last().expect("an end"));
+    let plane = [Parameter::Frequency, Parameter::ForcingScale];
+    let curve = || {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let own = CurveOf::Special(fold);
+        let between = [(2.2, 3.4), (0.5, 2.0)];
+        bifurcation_curve(own, plane, between, &stop_at, go_on).expect("a curve")
+    };
+    let count = curve().x.len();
+    criterion.bench_function(&format!("a curve of {count} folds"), |b| {
+        b.iter(|| black_box(curve()));
+    });
+    criterion.bench_function("the branches at a special point", |b| {
+        b.iter(|| black_box(born(lost, Parameter::ForcingScale, (0.2, 5.0)).expect("branches")));
+    });
 }
 
 criterion_group!(benches, branches);

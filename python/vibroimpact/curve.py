@@ -167,8 +167,8 @@ def bifurcation_curve(
     Parameters
     ----------
     special : Special or Orbit
-        A fold, period doubling, pitchfork, graze, lost impact or corner of a branch; or an orbit that hits two stops at one
-        instant, which one number alone cannot keep.
+        A fold, period doubling, torus, pitchfork, graze, lost impact or corner of a branch; or an orbit that hits two stops at
+        one instant, which one number alone cannot keep.
     parameters : (str, str) or callable
         Two numbers of ``Scene.replace``, or a callable ``(x, y) -> Scene``. Factors count from the scene of the special point's
         orbit, but for that of its branch, which counts as there.
@@ -187,7 +187,7 @@ def bifurcation_curve(
     Raises
     ------
     ValueError
-        A torus, a branch point, a chatter border or a rise, which have no equation here; an orbit that does not hit two stops at
+        A branch point, a chatter border or a rise, which have no equation here; an orbit that does not hit two stops at
         one instant; numbers that do not exist or are one; ranges that are upside down, not finite or without the point; steps
         that are not in order; a callable without ``start``.
     ConvergenceError
@@ -196,8 +196,9 @@ def bifurcation_curve(
     Notes
     -----
     The equations of ``continuation`` with both numbers as unknowns and one more (theory 20): a determinant that is zero where
-    the multiplier is 1 or -1, of half a period for a symmetric orbit; the speed of an impact, of one inserted at the touch of a
-    graze. A curve is followed wherever its equations go; what breaks a rule of contact says so.
+    the multiplier is 1 or -1, of half a period for a symmetric orbit; the modulus of a pair of multipliers; the speed of an
+    impact, of one inserted at the touch of a graze. A curve is followed wherever its equations go; what breaks a rule of contact
+    says so.
 
     Examples
     --------

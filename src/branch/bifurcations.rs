@@ -2,12 +2,11 @@
 
 use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
-use crate::branch::multipliers::{n_outside, own_multipliers};
+use crate::branch::multipliers::{n_outside, own_multipliers, pair_at_circle};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
-use nalgebra::Complex;
 use std::f64::consts::TAU;
 
 /// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
@@ -108,13 +107,6 @@ fn located(
     };
     let error = zero.error.max(f64::EPSILON * family.span());
     Ok(Special::at(kind, &point, error))
-}
-
-/// The pair of conjugate multipliers that is nearest to the unit circle, one of it.
-fn pair_at_circle(own: &[Complex<f64>]) -> Option<Complex<f64>> {
-    let off = |mu: &Complex<f64>| mu.norm().ln().abs();
-    let pairs = own.iter().copied().filter(|mu| mu.im > 0.0);
-    pairs.min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// Where two conjugate multipliers pass through the unit circle, and so many are outside before; none where they are real there.

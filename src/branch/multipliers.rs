@@ -28,3 +28,10 @@ pub(super) fn n_outside(orbit: &PeriodicOrbit) -> Result<Option<usize>> {
     let own = own_multipliers(orbit)?;
     Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + MARGINAL).count()))
 }
+
+/// The pair of conjugate multipliers that is nearest to the unit circle, one of it.
+pub(super) fn pair_at_circle(own: &[Complex<f64>]) -> Option<Complex<f64>> {
+    let off = |mu: &Complex<f64>| mu.norm().ln().abs();
+    let pairs = own.iter().copied().filter(|mu| mu.im > 0.0);
+    pairs.min_by(|a, b| off(a).total_cmp(&off(b)))
+}

@@ -34,7 +34,7 @@ const BEYOND: f64 = 1e-4;
 /// As [`continuation`](crate::continuation).
 ///
 /// # References
-/// Theory section 19, "switching"; A. B. Nordmark, J. Sound Vib. 145 (1991) 279.
+/// Theory section 19, "Switching"; A. B. Nordmark, J. Sound Vib. 145 (1991) 279.
 ///
 /// # Examples
 /// ```

@@ -4,8 +4,8 @@ use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector};
 use vibroimpact::{
-    Branch, ContinuationOptions, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Scene,
-    Special, SpecialKind, Stop, Virtual, periodic_orbits,
+    Branch, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
+    Scene, Special, SpecialKind, Stop, Virtual, bifurcation_curve, periodic_orbits,
 };
 
 fn keep() -> ContinuationOptions {
@@ -299,9 +299,34 @@ fn multipliers_leave_the_circle_at_special_points_alone() {
                 let off = orders[0].multipliers.iter().map(|mu| (mu - turned).norm());
                 assert!(off.fold(f64::INFINITY, f64::min) < 1e-8);
                 assert!(rotation > 0.0 && rotation < 0.5 && torus.error < 1e-9);
+                if tori < 3 {
+                    check_curve(torus);
+                }
                 tori += 1;
             }
         }
     }
     assert!(tori > 5 && changes > 50, "{tori} {changes}");
+}
+
+/// A torus over frequency and force: on all its curve two multipliers lie on the circle.
+fn check_curve(torus: &Special) {
+    let plane = [Parameter::Frequency, Parameter::ForcingScale];
+    let options = ContinuationOptions {
+        max_points: 10,
+        ..ContinuationOptions::default()
+    };
+    let between = [(0.3, 3.6), (0.5, 2.0)];
+    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+    let curve = bifurcation_curve(CurveOf::Special(torus), plane, between, &options, go_on);
+    let curve = curve.expect("a curve");
+    assert!(curve.x.len() > 3, "{:?}", curve.ends);
+    for orbit in &curve.orbits {
+        let orders = &orbit.stability().expect("multipliers").orders;
+        let own = orders[0].multipliers.iter().filter(|mu| mu.im > 0.0);
+        let off = own.fold(f64::INFINITY, |least: f64, mu| {
+            least.min((mu.norm() - 1.0).abs())
+        });
+        assert!(off < 1e-8, "{off:e}");
+    }
 }

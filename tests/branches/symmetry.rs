@@ -246,3 +246,45 @@ fn where_a_scene_is_not_odd_nothing_is_kept_symmetric() {
         assert!((one / other - 1.0).abs() > 1e-6);
     }
 }
+
+#[test]
+fn two_stops_touched_at_once_bear_motions_that_hit_both_and_one() {
+    let own = Between {
+        eta: 0.05,
+        frequency: 1.4,
+        clearance: 1.5,
+        restitution: 0.7,
+    };
+    let found = periodic_orbits(&own.scene(), &Pattern::none(), &OrbitOptions::default());
+    let rest = &found.expect("one")[0];
+    let (parameter, range) = (Parameter::ForcingScale, (0.5, 3.0));
+    let branch = followed(rest, parameter, range, &ContinuationOptions::default());
+    let graze = branch
+        .special
+        .iter()
+        .find(|own| own.kind == SpecialKind::Graze);
+    let graze = graze.expect("a touch");
+    // F = d |1 - w^2 + 2 i eta w|.
+    let touch = 1.5 * (1.0f64 - 1.4 * 1.4).hypot(2.0 * 0.05 * 1.4);
+    assert!((graze.parameter - touch).abs() < 1e-9);
+    let born = branches(graze, parameter, range).expect("branches");
+    let hits = |count: usize| {
+        let own = born.iter().filter(|own| own.orbit.n_periods() == 1);
+        own.filter(|own| own.orbit.impacts().len() == count)
+            .collect::<Vec<_>>()
+    };
+    let [both] = hits(2)[..] else {
+        panic!("{}", born.len());
+    };
+    let impacts = both.orbit.impacts();
+    assert!(impacts[0].stop != impacts[1].stop);
+    assert!((impacts[0].approach / impacts[1].approach - 1.0).abs() < 1e-9);
+    let image = both.orbit.mirrored().expect("an image");
+    assert!((image.impacts()[0].approach / impacts[0].approach - 1.0).abs() < 1e-9);
+    let [one] = hits(1)[..] else {
+        panic!("{}", born.len());
+    };
+    // Its mirror image hits the other stop.
+    let image = one.orbit.mirrored().expect("an image");
+    assert!(image.impacts()[0].stop != one.orbit.impacts()[0].stop);
+}

@@ -46,6 +46,7 @@ CALLS = {
     "lyapunov": lambda **k: plot.lyapunov(EXPONENTS, **k),
     "basins": lambda **k: plot.basins(PLANE, **k),
     "branch": lambda **k: plot.branch(BRANCH, **k),
+    "multiplier_paths": lambda **k: plot.multiplier_paths(BRANCH, **k),
     "bifurcation_curves": lambda **k: plot.bifurcation_curves(CURVE, **k),
 }
 DATA = {
@@ -59,6 +60,7 @@ DATA = {
     "lyapunov": EXPONENTS,
     "basins": PLANE,
     "branch": BRANCH,
+    "multiplier_paths": BRANCH,
     "bifurcation_curves": CURVE,
 }
 BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,), "sweep": (0,)}  # the stop, or what is drawn along
@@ -128,7 +130,9 @@ class TestEveryFigure:
             getattr(plot, name)(BouncingOrbit(), stop)
         assert plt.get_fignums() == []
 
-    @pytest.mark.parametrize("name", [name for name in CALLS if name not in ("multipliers", "existence_map", "basins")])
+    @pytest.mark.parametrize(
+        "name", [name for name in CALLS if name not in ("multipliers", "multiplier_paths", "existence_map", "basins")]
+    )
     def test_passes_options_to_the_line_under_any_alias(self, name):
         ax = CALLS[name](lw=3.5, c="red", ls=":", marker="d")
         drawn = next(line for line in ax.lines if line.get_linewidth() == 3.5)

@@ -23,6 +23,7 @@ from vibroimpact.plot.impacts import impact_speeds
 from vibroimpact.plot.ledger import energy
 from vibroimpact.plot.modes import mode_shapes
 from vibroimpact.plot.motion import phase_portrait, time_history
+from vibroimpact.plot.paths import multiplier_paths
 from vibroimpact.plot.section import poincare_section
 from vibroimpact.plot.spectrum import spectrum
 from vibroimpact.plot.stability import multipliers
@@ -41,6 +42,7 @@ __all__ = [
     "impact_speeds",
     "lyapunov",
     "mode_shapes",
+    "multiplier_paths",
     "multipliers",
     "phase_portrait",
     "poincare_section",

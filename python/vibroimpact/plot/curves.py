@@ -13,6 +13,7 @@ from vibroimpact.plot._data import Curve, require
 LINES = {
     "fold": ("C0", "-", "fold"),
     "period_doubling": ("C1", "-", "period doubling"),
+    "torus": ("C7", "-", "torus"),
     "pitchfork": ("C4", "-", "pitchfork"),
     "graze": ("C2", "--", "graze"),
     "lost_impact": ("C3", "--", "lost impact"),

@@ -18,6 +18,15 @@ TEXT_WIDTH = 34  # of the lines that say why there are none [characters]
 ROOM = 1.08  # width of the square drawn, in that of the circle and the points
 
 
+def draw_circle(ax: Axes) -> None:
+    """Draw the unit circle of the plane of multipliers, with its axes."""
+    label_axis(ax, "x", "real part of multiplier")
+    label_axis(ax, "y", "imaginary part of multiplier")
+    ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0.5)
+    ax.axvline(0.0, color="0.8", linewidth=0.8, zorder=0.5)
+    ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor="0.35", linewidth=1.2, linestyle="--"))
+
+
 def multipliers(orbit: StableOrbit, ax: Axes | None = None, **options: Any) -> Axes:
     """Draw the Floquet multipliers of an orbit in the complex plane, with the unit circle.
 
@@ -57,11 +66,7 @@ def multipliers(orbit: StableOrbit, ax: Axes | None = None, **options: Any) -> A
     worst = orbit.floquet_multipliers
     is_new = ax is None
     ax = axes_or_new(ax)
-    label_axis(ax, "x", "real part of multiplier")
-    label_axis(ax, "y", "imaginary part of multiplier")
-    ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0.5)
-    ax.axvline(0.0, color="0.8", linewidth=0.8, zorder=0.5)
-    ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor="0.35", linewidth=1.2, linestyle="--"))
+    draw_circle(ax)
     corners = np.array([[-1.0, -1.0], [1.0, 1.0]])
     prefix = f"{options.pop('label')}, " if options.get("label") else ""
     for name, values in _named_multipliers(orbit):

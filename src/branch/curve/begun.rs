@@ -58,6 +58,7 @@ pub(super) fn begun<'a>(
             (SpecialKind::Fold, _) => (Condition::Multiplier(1.0), (whole, place)),
             (SpecialKind::PeriodDoubling, _) => (Condition::Multiplier(-1.0), (whole, place)),
             (SpecialKind::Pitchfork, _) => (Condition::Multiplier(-1.0), half()?),
+            (SpecialKind::Torus, _) => (Condition::OnCircle, (whole, place)),
             (SpecialKind::Graze, Some(touch)) => {
                 let (family, place, instant) = whole.with_touch(&place, touch)?;
                 (Condition::NoSpeed(instant), (family, place))
@@ -98,7 +99,7 @@ pub(super) fn begun<'a>(
 
 /// The refusal of what has no curve.
 fn refused(what: &str) -> Error {
-    let rule = "a curve there is of a fold, a period_doubling, a pitchfork, a graze, a lost_impact, a corner, or of an orbit that hits \
+    let rule = "a curve there is of a fold, a period_doubling, a torus, a pitchfork, a graze, a lost_impact, a corner, or of an orbit that hits \
                 stops at one instant";
     Error::bad_value("special", what, rule)
 }

@@ -14,14 +14,14 @@ use crate::linalg::rank;
 use crate::model::{Parameter, Scene, value_of};
 use std::ops::ControlFlow;
 
-/// Follows a special point of a branch over two numbers of its scene: folds, period doublings, pitchforks, grazes, impacts without speed and
+/// Follows a special point of a branch over two numbers of its scene: folds, period doublings, tori, pitchforks, grazes, impacts without speed and
 /// corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by arclength.
 ///
 /// A curve of grazes shows the orbits that touch; one of corners those that hit both stops at once. It is followed wherever its equations
 /// go: whether its orbits keep the rules of contact is said by each.
 ///
 /// # Errors
-/// A torus, a crossing, a chatter border and a rise, which have no equation here; otherwise as [`continuation`](crate::continuation), with
+/// A crossing, a chatter border and a rise, which have no equation here; otherwise as [`continuation`](crate::continuation), with
 /// a pair of numbers, of ranges and of values.
 ///
 /// # References

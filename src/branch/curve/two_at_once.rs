@@ -35,6 +35,7 @@ pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static
             Condition::Multiplier(mu) => {
                 vec![("fold_flip", test(-mu)?), ("resonant_graze", slowest()?)]
             }
+            Condition::OnCircle => vec![("resonant_graze", slowest()?)],
             Condition::NoSpeed(_) => {
                 vec![("graze_fold", test(1.0)?), ("resonant_graze", test(-1.0)?)]
             }
