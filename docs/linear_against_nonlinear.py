@@ -2,7 +2,7 @@
 
 Run by hand, ``python docs/linear_against_nonlinear.py``, with the package installed. The amplitude of the base motion grows from
 1 % to the printed value, and the clearances with it, so that the small-angle orbit keeps its shape; the nonlinear orbit
-is followed from there by ``find_orbit``, each one the guess for the next.
+is followed from there by ``continuation``, through folds and past boundaries.
 """
 
 from pathlib import Path
@@ -12,7 +12,6 @@ import numpy as np
 import vibroimpact as vi
 
 PARTS = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-FIRST_STEP, LAST_STEP = 0.01, 1e-5
 PERIODS = {1: 3, 2: 2, 3: 2}
 SETTLING = 150  # periods of a trajectory that starts near the orbit
 
@@ -80,26 +79,12 @@ def first(linear, scene):
 
 
 def follow(kind, linear):
-    """Yield, for each part of the amplitude, the nonlinear orbit, and at the end the message where it is lost."""
+    """Return the branch of the nonlinear orbit over the part of the amplitude."""
     scene = vi.paper_scene(kind, linear=False)
-    orbit = first(linear, scene)
-    yield PARTS[0], orbit, None
-    reached = PARTS[0]
-    for part in PARTS[1:]:
-        step = FIRST_STEP
-        while reached < part:
-            step = min(step, part - reached)
-            try:
-                orbit = vi.find_orbit(scaled(linear, scene, reached + step), orbit)
-            except vi.ConvergenceError as lost:
-                step *= 0.5
-                if step < LAST_STEP:
-                    yield reached, orbit, f"behind the last row the orbit is lost: {lost}"
-                    return
-                continue
-            reached = part if step == part - reached else reached + step
-            step *= 1.5
-        yield part, orbit, None
+    between = (PARTS[0], PARTS[-1])
+    return vi.continuation(
+        first(linear, scene), lambda part: scaled(linear, scene, part), between, start=PARTS[0], direction="up", virtual="keep"
+    )
 
 
 def section(kind):
@@ -112,15 +97,13 @@ def section(kind):
         "|---|---|---|---|---|---|---|",
     ]
     lines.append(f"| small angles | {facts(linear, 1.0)} | {closure(linear)} |")
-    first_loss = None
-    for part, orbit, lost in follow(kind, linear):
-        lines.append(f"| {100 * part:.4g} % | {facts(orbit, part)} | {closure(orbit)} |")
-        if first_loss is None and not orbit.is_admissible:
-            first_loss = part
-        if lost:
-            lines += ["", f"{lost[0].upper()}{lost[1:]}."]
-    if first_loss is not None:
-        lines += ["", f"The first row that is no longer admissible is that of {100 * first_loss:.4g} %."]
+    branch = follow(kind, linear)
+    for part in PARTS:
+        for orbit in branch.at(part):
+            lines.append(f"| {100 * part:.4g} % | {facts(orbit, part)} | {closure(orbit)} |")
+    events = [f"{own.kind.replace('_', ' ')} at {100 * own.parameter:.5f} %" for own in branch.special]
+    said = ", then ".join(events) if events else "nothing happens to it"
+    lines += ["", f"Along the branch: {said}. It ends: {branch.ends[1][1]}."]
     return [*lines, ""]
 
 
@@ -132,11 +115,11 @@ def main():
         "The paper's three kinds, with the defaults of `paper_scene`, in the small-angle theory and by eq. (3). Amplitude",
         "of the base motion and clearances grow together from 1 % to the printed values, so that the small-angle orbit is the",
         "same at every amplitude but for its scale; speeds and depths are divided by the part of the amplitude. The nonlinear",
-        "orbit is followed by `find_orbit`. The first row of each table holds for small angles. Where two stops are hit in one",
+        "orbit is followed by `continuation`; where its branch turns, an amplitude has several rows. The first row of each table holds for small angles. Where two stops are hit in one",
         "period their speeds stand in the order of the stops, and the time between the impacts in degrees of the forcing; two",
         "stops that the small-angle orbit hits at one instant are hit one after the other by the nonlinear one, which has one",
-        "phase for two clearances. Closure is that of a simulated period, relative to the motion. Where the largest multiplier",
-        "comes to 1 as the orbit is lost, it ends in a fold. Written by `docs/linear_against_nonlinear.py`.",
+        "phase for two clearances. Closure is that of a simulated period, relative to the motion. Under each table stands what happens",
+        "along the branch. Written by `docs/linear_against_nonlinear.py`.",
         "",
     ]
     for kind in (1, 2, 3):

@@ -247,7 +247,8 @@ def continuation(
         the kind "user:name".
     virtual : {"stop", "keep"}, default "stop"
         Whether the branch ends at a boundary of motion, beyond which its orbits break a rule of contact (a stop is passed, an
-        impact has lost its speed), or goes on with orbits that say so.
+        impact has lost its speed), or goes on with orbits that say so. Kept, it has its boundaries among its special points,
+        but for those of orbits that break another rule already.
     symmetric : bool, optional
         Whether the motion is kept its own mirror image half a period later, ``q(t + T/2) = -q(t)``: by default where it is, in
         scenes that are odd (opposite stops that are alike, forces of odd harmonics). Such a branch cannot fall off its symmetry;

@@ -2,7 +2,8 @@
 
 use crate::orbit::PeriodicOrbit;
 
-/// An orbit near a special point of a branch, on another branch that meets it there.
+/// An orbit near a special point of a branch, on another branch that meets it there; followed by [`continuation`](crate::continuation) a factor
+/// counts from the scene of this orbit, one there.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// The orbit.

@@ -21,7 +21,8 @@ pub enum Virtual {
     /// It ends there.
     #[default]
     Stop,
-    /// It goes on, with orbits that say that they are not admissible.
+    /// It goes on, with orbits that say that they are not admissible; the boundary is one of its special points, the next one that is
+    /// broken besides is not.
     Keep,
 }
 

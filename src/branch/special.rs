@@ -1,6 +1,5 @@
 //! Special points of a branch, and what the boundaries are at which it ends.
 
-use crate::branch::boundary::Boundary;
 use crate::branch::family::Family;
 use crate::branch::step::Point;
 use crate::impact::Impact;
@@ -110,29 +109,35 @@ const AT_IMPACT: f64 = 1e-3;
 /// An impact of so small a part of the motion's speed has none left.
 const NO_SPEED: f64 = 1e-7;
 
-/// What a boundary is at which a branch ends, the last orbit before it at a point; `speed` is the unit of velocities.
-pub(super) fn of_boundary(found: &Boundary, last: &Point, speed: f64) -> Option<Special> {
+/// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; `speed` is the unit of
+/// velocities.
+pub(super) fn of_boundary(
+    broken: &PeriodicOrbit,
+    at: &Point,
+    error: f64,
+    speed: f64,
+) -> Option<Special> {
     let Breach {
         mut stop,
         mut time,
         rule,
         ..
-    } = found.beyond.breach()?;
-    if let (Rule::Passed, Some(impact)) = (rule, at_rest(&last.orbit, speed)) {
+    } = broken.breach()?;
+    if let (Rule::Passed, Some(impact)) = (rule, at_rest(&at.orbit, speed)) {
         // A stop is passed where an impact has no speed any more, or in other rounds of the motion that it leaves.
         (stop, time) = (impact.stop, impact.time);
     }
     let kind = match rule {
         Rule::Pulls { .. } | Rule::Leaves { .. } => SpecialKind::LostImpact,
         Rule::Reached { .. } => SpecialKind::Corner,
-        Rule::Passed if is_at_impact(&found.beyond, stop, time) => SpecialKind::LostImpact,
+        Rule::Passed if is_at_impact(broken, stop, time) => SpecialKind::LostImpact,
         Rule::Passed => SpecialKind::Graze,
         Rule::Holds { .. } => SpecialKind::Rise,
     };
     Some(Special {
         stop: Some(stop),
         time: Some(time),
-        ..Special::at(kind, last, found.width)
+        ..Special::at(kind, at, error)
     })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::branch::bifurcations::{are_explained, bifurcations};
 use crate::branch::border::border;
-use crate::branch::boundary::{Boundary, located};
+use crate::branch::boundary::{Boundary, is_broken, located};
 use crate::branch::corrector::{Missed, Settled, attempted};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
@@ -139,7 +139,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         Ok(orbit) => orbit,
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
-    if beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
+    if beyond == Virtual::Stop && is_broken(&orbit) {
         let value = settled.place.value;
         let mut found = located(family, from, (way.length(), value, orbit))?;
         let end = at_boundary(&found);
@@ -147,7 +147,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
             if found.left.is_some() {
                 return Ok(Advance::Distrusted(end));
             }
-            let special = of_boundary(&found, from, family.units.velocity);
+            let special = of_boundary(&found.other, from, found.width, family.units.velocity);
             return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
         };
         let step = way.length();
@@ -157,11 +157,16 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         if let Some(left) = found.left {
             return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
         }
-        special.extend(of_boundary(&found, &own, family.units.velocity));
+        special.extend(of_boundary(
+            &found.other,
+            &own,
+            found.width,
+            family.units.velocity,
+        ));
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
-    let special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
+    let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
     let is_counted = are_explained(&special, from.indicators.outside, own.indicators.outside);
     if !is_counted && way.length() > UNEXPLAINED {
         let detail = format!(
@@ -170,7 +175,31 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         );
         return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
     }
+    if is_broken(&from.orbit) != is_broken(&own.orbit) {
+        special.extend(crossed(family, from, &own)?);
+        special.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
+    }
     Ok(Advance::Point(Box::new(own), special, factor))
+}
+
+/// The boundary that a branch goes across on a step, where virtual orbits are kept.
+fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Special>> {
+    let length = to.arclength - from.arclength;
+    let found = located(family, from, (length, to.place.value, to.orbit.clone()))?;
+    let (other, width) = (found.other, found.width);
+    let at = match found.last {
+        Some((settled, orbit)) => {
+            let way = family.between(&from.place, &settled.place);
+            accepted(family, from, (settled, orbit), way.length())?
+        }
+        None => from.clone(),
+    };
+    let broken = if is_broken(&at.orbit) {
+        &at.orbit
+    } else {
+        &other
+    };
+    Ok(of_boundary(broken, &at, width, family.units.velocity))
 }
 
 fn at_end(value: f64) -> BranchEnd {
@@ -232,7 +261,7 @@ fn judged(
 }
 
 fn at_boundary(found: &Boundary) -> BranchEnd {
-    let (orbit, last) = (&found.beyond, found.last.as_ref());
+    let (orbit, last) = (&found.other, found.last.as_ref());
     let reason = orbit.violation().map_or("", |v| v.reason.as_str());
     let place = last.map_or("here".to_owned(), |(settled, _)| {
         digits(settled.place.value)

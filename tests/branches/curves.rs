@@ -79,7 +79,12 @@ fn every_point_of_a_curve_lies_on_the_closed_form() {
         };
         // The number that is followed to a special point is the second of the plane; the curve begins in a scene where it is one.
         let branch = followed(orbit, Parameter::ForcingScale, (0.1, 4.0), &keep);
-        for special in &branch.special {
+        // A stop that is touched in between has no closed form here.
+        let known = branch
+            .special
+            .iter()
+            .filter(|own| own.kind != SpecialKind::Graze);
+        for special in known {
             let start = Oscillator {
                 force: own.force * special.parameter,
                 ..own

@@ -233,3 +233,38 @@ fn the_border_of_a_chatter_is_known_from_its_power_law() {
         border.error
     );
 }
+
+#[test]
+fn a_branch_that_goes_on_beyond_its_boundary_has_it_all_the_same() {
+    let orbit = &USUAL.orbits(1)[0];
+    let [stopped, kept] = [Virtual::Stop, Virtual::Keep].map(|beyond| {
+        let options = ContinuationOptions {
+            beyond,
+            ..Default::default()
+        };
+        followed(orbit, Parameter::ForcingScale, (0.1, 2.0), &options)
+    });
+    let lost = |branch: &vibroimpact::Branch| {
+        let own = branch.special.iter();
+        let own: Vec<_> = own
+            .filter(|own| own.kind == SpecialKind::LostImpact)
+            .collect();
+        assert_eq!(own.len(), 1);
+        (own[0].parameter, own[0].arclength)
+    };
+    let (one, other) = (lost(&stopped), lost(&kept));
+    assert!((one.0 - other.0).abs() < 1e-9 && (one.1 - other.1).abs() < 1e-3);
+    assert!(kept.arclength[0] < other.1);
+    // From behind it too.
+    let behind = kept.orbits.first().expect("a virtual orbit");
+    assert_eq!(behind.is_admissible(), Some(false));
+    let keep = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..Default::default()
+    };
+    let factor = kept.parameter[0];
+    let range = (0.9, 2.0 / factor);
+    let again = followed(behind, Parameter::ForcingScale, range, &keep);
+    let (parameter, _) = lost(&again);
+    assert!((parameter * factor - one.0).abs() < 1e-9);
+}

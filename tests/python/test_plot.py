@@ -66,6 +66,9 @@ DATA = {
 BEFORE_AXES = {"gap": (0,), "contact_force": (0,), "spectrum": (1,), "sweep": (0,)}  # the stop, or what is drawn along
 
 
+MARKED = ("multipliers", "multiplier_paths", "existence_map", "basins")  # what is drawn of these is no line
+
+
 class TestEveryFigure:
     def test_every_public_name_is_covered_here(self):
         assert sorted([*CALLS, "animate"]) == sorted(plot.__all__)  # the animation has tests of its own
