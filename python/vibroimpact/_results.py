@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeVar, overload
 
 import numpy as np
 
@@ -58,3 +59,30 @@ class ArrayResult:
         from vibroimpact import _xarray
 
         return _xarray.to_xarray(self)
+
+
+Item = TypeVar("Item")
+
+
+class ItemsResult(ArrayResult, Sequence[Item]):
+    """A frozen dataclass of arrays beside a tuple of items, of which it is a sequence."""
+
+    def _items(self) -> tuple[Item, ...]:
+        """Return the items."""
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        """Count the items."""
+        return len(self._items())
+
+    @overload
+    def __getitem__(self, index: int) -> Item: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Item, ...]: ...
+    def __getitem__(self, index: int | slice) -> Item | tuple[Item, ...]:
+        """Return an item, or several."""
+        return self._items()[index]
+
+    def __iter__(self) -> Iterator[Item]:
+        """Go through the items."""
+        return iter(self._items())

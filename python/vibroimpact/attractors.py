@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core, _workers
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._results import ArrayResult
+from vibroimpact._results import ArrayResult, ItemsResult
 from vibroimpact.diagram import Pattern
 
 __all__ = ["Attractor", "Attractors", "find_attractors"]
@@ -69,7 +69,7 @@ class Attractor(ArrayResult):
 
 
 @dataclass(frozen=True, eq=False)
-class Attractors(ArrayResult, Sequence[Attractor]):
+class Attractors(ItemsResult[Attractor]):
     """The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
 
     Attributes
@@ -107,21 +107,8 @@ class Attractors(ArrayResult, Sequence[Attractor]):
         k, width = np.shape(self.seeds)[:1], (2 * self.scene.n_dof,)
         self._check({"seeds": ("f", k + width), "of_seed": ("i", k), "box": ("f", (*width, 2))})
 
-    def __len__(self) -> int:
-        """Count the attractors."""
-        return len(self.all)
-
-    @overload
-    def __getitem__(self, index: int) -> Attractor: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Attractor, ...]: ...
-    def __getitem__(self, index: int | slice) -> Attractor | tuple[Attractor, ...]:
-        """Return an attractor, or several."""
-        return self.all[index]
-
-    def __iter__(self) -> Iterator[Attractor]:
-        """Go through the attractors."""
-        return iter(self.all)
+    def _items(self) -> tuple[Attractor, ...]:
+        return self.all
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the search, for ``numpy.savez``."""

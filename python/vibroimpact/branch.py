@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._results import ArrayResult
+from vibroimpact._results import ItemsResult
 from vibroimpact.diagram import Pattern
 from vibroimpact.special import Candidate, Special
 
@@ -24,7 +24,7 @@ Monitor = Callable[[Orbit], float]
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(ArrayResult, Sequence[Orbit]):
+class Branch(ItemsResult[Orbit]):
     """Periodic orbits of one pattern over a number of their scene: a sequence of m orbits, each beside those that it comes from.
 
     Attributes
@@ -129,21 +129,8 @@ class Branch(ArrayResult, Sequence[Orbit]):
             row[: len(own)] = own
         return rows
 
-    def __len__(self) -> int:
-        """Count the points."""
-        return len(self.orbits)
-
-    @overload
-    def __getitem__(self, index: int) -> Orbit: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Orbit, ...]: ...
-    def __getitem__(self, index: int | slice) -> Orbit | tuple[Orbit, ...]:
-        """Return an orbit, or several."""
-        return self.orbits[index]
-
-    def __iter__(self) -> Iterator[Orbit]:
-        """Go through the orbits."""
-        return iter(self.orbits)
+    def _items(self) -> tuple[Orbit, ...]:
+        return self.orbits
 
     def at(self, value: float) -> list[Orbit]:
         """Return every orbit that the branch has at a value of its number, one for each of its points or passages.

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._results import ArrayResult
+from vibroimpact._results import ArrayResult, ItemsResult
 from vibroimpact.branch import REASONS, few
 from vibroimpact.special import KINDS, Special
 
@@ -65,7 +65,7 @@ class CurvePoint(ArrayResult):
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationCurve(ArrayResult, Sequence[Orbit]):
+class BifurcationCurve(ItemsResult[Orbit]):
     """Periodic orbits at special points over two numbers of their scene: a sequence of m orbits, beside each other.
 
     Attributes
@@ -121,21 +121,8 @@ class BifurcationCurve(ArrayResult, Sequence[Orbit]):
         m = (len(self.orbits),)
         self._check({"x": ("f", m), "y": ("f", m), "arclength": ("f", m), "is_virtual": ("b", m)})
 
-    def __len__(self) -> int:
-        """Count the points."""
-        return len(self.orbits)
-
-    @overload
-    def __getitem__(self, index: int) -> Orbit: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Orbit, ...]: ...
-    def __getitem__(self, index: int | slice) -> Orbit | tuple[Orbit, ...]:
-        """Return an orbit, or several."""
-        return self.orbits[index]
-
-    def __iter__(self) -> Iterator[Orbit]:
-        """Go through the orbits."""
-        return iter(self.orbits)
+    def _items(self) -> tuple[Orbit, ...]:
+        return self.orbits
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the curve, for ``numpy.savez``."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _workers
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._results import ArrayResult
+from vibroimpact._results import ItemsResult
 from vibroimpact.branch import Branch, continuation
 from vibroimpact.special import Candidate, Special
 from vibroimpact.verdict import BOUNDARIES
@@ -24,7 +24,7 @@ _SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class BranchTree(ArrayResult, Sequence[Branch]):
+class BranchTree(ItemsResult[Branch]):
     """Branches that meet each other: a sequence of them, each once.
 
     Attributes
@@ -54,21 +54,8 @@ class BranchTree(ArrayResult, Sequence[Branch]):
             message = f"parents is {parents!r}, but for each branch an earlier one, or None, is needed"
             raise ValueError(message)
 
-    def __len__(self) -> int:
-        """Count the branches."""
-        return len(self.branches)
-
-    @overload
-    def __getitem__(self, index: int) -> Branch: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Branch, ...]: ...
-    def __getitem__(self, index: int | slice) -> Branch | tuple[Branch, ...]:
-        """Return a branch, or several."""
-        return self.branches[index]
-
-    def __iter__(self) -> Iterator[Branch]:
-        """Go through the branches."""
-        return iter(self.branches)
+    def _items(self) -> tuple[Branch, ...]:
+        return self.branches
 
     def at(self, value: float) -> list[Orbit]:
         """Return every orbit that the branches have at a value of their number.

@@ -1,15 +1,15 @@
 //! `continuation`: from an orbit to the branch that it is on.
 
 use crate::branch::corrector::directions;
-use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::one::Branch;
-use crate::branch::options::{ContinuationOptions, Heading, Virtual, check_range};
+use crate::branch::options::{ContinuationOptions, Virtual, check_range};
 use crate::branch::place::{Direction, Place};
 use crate::branch::special::Special;
 use crate::branch::step::Point;
-use crate::branch::walk::{Way, walk};
+use crate::branch::walk::walk;
+use crate::branch::way::both_ways;
 use crate::error::{Error, Result, digits};
 use crate::model::{Parameter, Scene, value_of};
 use crate::orbit::PeriodicOrbit;
@@ -111,28 +111,32 @@ pub fn continuation_of(
     }
     let (family, place) = begun(orbit, make, start, between, options.symmetric)?;
     let first = first_point(&family, place, orbit)?;
-    let mut way = |sign: f64| -> Result<Option<Way>> {
+    let joined = both_ways(&first, options.heading, |sign| {
         let turned = Point {
             tangent: first.tangent.scaled(sign),
             indicators: first.indicators.along(sign),
             ..first.clone()
         };
-        walk(&family, &turned, options, observer).map(Some)
+        walk(&family, &turned, options, observer)
+    })?;
+    let special = joined.special.into_iter().map(|(own, sign)| Special {
+        arclength: sign * own.arclength,
+        ..own
+    });
+    let mut branch = Branch {
+        orbits: Vec::new(),
+        parameter: Vec::new(),
+        arclength: Vec::new(),
+        special: special.collect(),
+        ends: joined.ends,
+        is_closed: joined.is_closed,
     };
-    let up = if options.heading == Heading::Down {
-        None
-    } else {
-        way(1.0)?
-    };
-    let has_closed = up
-        .as_ref()
-        .is_some_and(|way| way.end.reason == EndReason::Closed);
-    let down = if options.heading == Heading::Up || has_closed {
-        None
-    } else {
-        way(-1.0)?
-    };
-    Ok(joined(first, up, down))
+    for (point, sign) in joined.points {
+        branch.parameter.push(point.place.value);
+        branch.arclength.push(sign * point.arclength);
+        branch.orbits.push(point.orbit);
+    }
+    Ok(branch)
 }
 
 /// The scenes about an orbit and its loop, half of it where it is to be kept its own mirror image.
@@ -216,36 +220,4 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
         orbit,
         arclength: 0.0,
     })
-}
-
-/// The branch of two ways from a point.
-fn joined(first: Point, up: Option<Way>, down: Option<Way>) -> Branch {
-    let none = || Way {
-        points: Vec::new(),
-        special: Vec::new(),
-        end: BranchEnd::new(EndReason::Start, "it was followed the other way".to_owned()),
-    };
-    let (up, down) = (up.unwrap_or_else(none), down.unwrap_or_else(none));
-    let is_closed = up.end.reason == EndReason::Closed;
-    let turned = |own: Special| Special {
-        arclength: -own.arclength,
-        ..own
-    };
-    let special = down.special.into_iter().rev().map(turned);
-    let mut branch = Branch {
-        orbits: Vec::new(),
-        parameter: Vec::new(),
-        arclength: Vec::new(),
-        special: special.chain(up.special).collect(),
-        ends: [if is_closed { up.end.clone() } else { down.end }, up.end],
-        is_closed,
-    };
-    let low = down.points.into_iter().rev().map(|point| (point, -1.0));
-    let high = [first].into_iter().chain(up.points);
-    for (point, sign) in low.chain(high.map(|point| (point, 1.0))) {
-        branch.parameter.push(point.place.value);
-        branch.arclength.push(sign * point.arclength);
-        branch.orbits.push(point.orbit);
-    }
-    branch
 }

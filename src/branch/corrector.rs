@@ -97,7 +97,7 @@ fn solved(equations: &Equations, border: &Direction, right: &DVector<f64>) -> Op
 }
 
 /// The direction of the branch at a place, on the side of another direction.
-fn tangent(equations: &Equations, border: &Direction) -> Option<Direction> {
+pub(super) fn tangent(equations: &Equations, border: &Direction) -> Option<Direction> {
     let mut right = DVector::zeros(equations.rows.nrows() + 1);
     right[equations.rows.nrows()] = 1.0;
     let found = solved(equations, border, &right)?;

@@ -109,7 +109,9 @@ impl Family<'_> {
         let (state, units) = (&place.state, &self.units_in(&scene));
         let (linear, mismatch) = with_shooting(&scene, &self.signature, |shooting, _| {
             let linear = shooting.linearised(state, units)?;
-            Ok((linear, shooting.mismatch(state, units)?))
+            // In parts of the motion's own size, where it has outgrown the units.
+            let mismatch = shooting.mismatch(state, units)? / self.size(state).max(1.0);
+            Ok((linear, mismatch))
         })?;
         Ok((scene, linear, mismatch))
     }
@@ -145,6 +147,16 @@ impl Family<'_> {
     pub fn mismatch(&self, place: &Place) -> Result<f64> {
         self.shooting_at(place, |shooting, _, units| {
             shooting.mismatch(&place.state, units)
+        })
+    }
+
+    /// The same family with positions and velocities in the units of another loop.
+    pub fn in_units_of(&self, place: &Place) -> Result<Self> {
+        let units = self.shooting_at(place, |shooting, _, _| shooting.units(&place.state))?;
+        let time = self.units.time;
+        Ok(Self {
+            units: ScaledUnits { time, ..units },
+            ..self.clone()
         })
     }
 

@@ -13,6 +13,7 @@ use nalgebra::DVector;
 const SHORT: f64 = 1e-3;
 
 /// The scenes of a branch, what happens along its orbits, and the units of its unknowns.
+#[derive(Clone)]
 pub(super) struct Family<'a> {
     pub make: &'a dyn Fn(f64) -> Result<Scene>,
     /// The range that is asked for.
@@ -83,6 +84,16 @@ impl<'a> Family<'a> {
     pub fn units_in(&self, scene: &Scene) -> ScaledUnits {
         let time = scene.frequency().map_or(self.units.time, f64::recip);
         ScaledUnits { time, ..self.units }
+    }
+
+    /// How large the states of a loop are in the units.
+    pub fn size(&self, state: &ShootingState) -> f64 {
+        let n = state.states[0].len() / 2;
+        let each = state.states.iter().map(|x| {
+            let (q, v) = (x.rows(0, n).amax(), x.rows(n, n).amax());
+            (q / self.units.position).max(v / self.units.velocity)
+        });
+        each.fold(0.0, f64::max)
     }
 
     /// How many unknowns a loop has: its first state, and its times.

@@ -22,6 +22,7 @@ mod step_size;
 mod switching;
 mod symmetry;
 mod walk;
+mod way;
 mod zero;
 
 pub use candidate::Candidate;

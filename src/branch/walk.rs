@@ -3,7 +3,7 @@
 use crate::branch::bifurcations::{are_explained, bifurcations};
 use crate::branch::border::border;
 use crate::branch::boundary::{Boundary, is_broken, located};
-use crate::branch::corrector::{Missed, Settled, attempted};
+use crate::branch::corrector::{Missed, Settled, attempted, tangent};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
@@ -12,21 +12,18 @@ use crate::branch::place::Direction;
 use crate::branch::special::{Special, of_boundary, of_meeting};
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::step_size::{SAME_WAY, step_factor};
+use crate::branch::way::Way;
 use crate::error::{Error, Result, digits};
 use crate::orbit::PeriodicOrbit;
 use std::ops::ControlFlow;
 
 /// A step is refused if an instant goes farther in the phase of the forcing.
 const MOST_SHIFT: f64 = 0.5;
+/// Sizes of motions in units that are not looked at again, and ratios of units that are not changed.
+const FITTING: std::ops::RangeInclusive<f64> = 0.0625..=4.0;
+const RESCALED: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 /// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
 const UNEXPLAINED: f64 = 1e-5;
-/// A way along a branch, and why it ended.
-pub(super) struct Way {
-    pub points: Vec<Point>,
-    pub special: Vec<Special>,
-    pub end: BranchEnd,
-}
-
 /// What a step has come to.
 enum Advance {
     /// A point, the special ones before it, and the factor on the next step.
@@ -44,7 +41,7 @@ pub(super) fn walk(
     first: &Point,
     options: &ContinuationOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Way> {
+) -> Result<Way<Point, Special>> {
     let mut points: Vec<Point> = Vec::new();
     let mut special = Vec::new();
     let [smallest, usual, largest] = options.steps;
@@ -54,6 +51,7 @@ pub(super) fn walk(
         let detail = format!("broken off at {}", digits(at.place.value));
         BranchEnd::new(EndReason::Interrupted, detail)
     };
+    let family = &mut family.clone();
     let end = loop {
         let from = points.last().unwrap_or(first);
         if points.len() >= options.max_points {
@@ -83,7 +81,7 @@ pub(super) fn walk(
                     && away < step
                     && first.tangent.dot(&own.tangent) > SAME_WAY;
                 farthest = farthest.max(away);
-                points.push(*own);
+                points.push(rescaled(family, *own)?);
                 if has_closed {
                     let detail = "it came back to where it began".to_owned();
                     break BranchEnd::new(EndReason::Closed, detail);
@@ -118,6 +116,33 @@ pub(super) fn walk(
         points,
         special,
         end,
+    })
+}
+
+/// A point in units that fit it: those of the family become its own where it has outgrown them, or shrunk.
+fn rescaled(family: &mut Family<'_>, own: Point) -> Result<Point> {
+    if FITTING.contains(&family.size(&own.place.state)) {
+        return Ok(own);
+    }
+    let there = family.in_units_of(&own.place)?;
+    let ratio = there.units.position / family.units.position;
+    if RESCALED.contains(&ratio) {
+        return Ok(own);
+    }
+    let n = own.place.state.states[0].len() / 2;
+    let mut border = own.tangent.clone();
+    border.loop_part.rows_mut(0, n).unscale_mut(ratio);
+    let faster = there.units.velocity / family.units.velocity;
+    border.loop_part.rows_mut(n, n).unscale_mut(faster);
+    let equations = there.equations(&own.place)?;
+    let Some(tangent) = tangent(&equations, &border) else {
+        return Ok(own);
+    };
+    *family = there;
+    Ok(Point {
+        equations,
+        tangent,
+        ..own
     })
 }
 

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Branch, ContinuationOptions, EndReason, Harmonic, Heading, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop, find_orbit, paper_scene,
-    periodic_orbits, simulate,
+    PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop, continuation_of,
+    find_orbit, paper_scene, periodic_orbits, simulate,
 };
 
 /// Orbits on which small deviations do not grow by more than this in a period are retraced.
@@ -195,5 +195,37 @@ fn a_motion_that_feeds_itself() {
                 assert!((orbit.period() / branch.orbits[0].period() - 1.0).abs() < 1e-10);
             }
         }
+    }
+}
+
+#[test]
+fn units_grow_with_the_motion() {
+    // Force and clearance in one proportion: the motion is the same but for its size, which grows a millionfold.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
+    let make = |part: f64| {
+        let force = Harmonic::new(dvector![(8.5 * part).into()], 2.4, 0.0)?;
+        Scene::new(system.clone(), force, [Stop::new(0, part, 0.8)?])
+    };
+    let least = 1e-6;
+    let found = periodic_orbits(
+        &make(least).expect("a scene"),
+        &Pattern::single(0),
+        &OrbitOptions::default(),
+    );
+    let orbit = &found.expect("a search")[0];
+    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+    let options = options(Heading::Up);
+    let branch = continuation_of(orbit, &make, least, (least, 1.0), &options, go_on);
+    let branch = branch.expect("a branch");
+    assert_eq!(
+        branch.ends[1].reason,
+        EndReason::Range,
+        "{}",
+        branch.ends[1].detail
+    );
+    let speed = orbit.impacts()[0].approach / least;
+    for (own, &part) in branch.orbits.iter().zip(&branch.parameter) {
+        let off = own.impacts()[0].approach / (part * speed) - 1.0;
+        assert!(off.abs() < 1e-9, "{part:e}: {off:e}");
     }
 }

@@ -10,6 +10,7 @@ const MOST_CORRECTIONS: usize = 8;
 const SETTLED: f64 = 1e-10;
 
 /// A point of a curve.
+#[derive(Clone)]
 pub(super) struct Found {
     pub spot: Spot,
     pub conditions: Conditions,

@@ -5,10 +5,9 @@ use crate::branch::curve::corrector::weighted;
 use crate::branch::curve::one::{BifurcationCurve, CurvePoint};
 use crate::branch::curve::plane::{Plane, Spot};
 use crate::branch::curve::two_at_once::{Point, indicators};
-use crate::branch::curve::walk::{Way, walk};
-use crate::branch::end::{BranchEnd, EndReason};
-use crate::branch::options::{ContinuationOptions, Heading, check_range};
-use crate::branch::special::SpecialKind;
+use crate::branch::curve::walk::walk;
+use crate::branch::options::{ContinuationOptions, check_range};
+use crate::branch::way::both_ways;
 use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene, value_of};
@@ -101,21 +100,30 @@ pub fn bifurcation_curve_of(
     }
     let (plane, spot) = begun(of, make, start, between)?;
     let first = first_point(&plane, spot)?;
-    let mut way = |sign: f64| walk(&plane, &first, sign, options, observer).map(Some);
-    let up = if options.heading == Heading::Down {
-        None
-    } else {
-        way(1.0)?
+    let joined = both_ways(&first, options.heading, |sign| {
+        walk(&plane, &first, sign, options, observer)
+    })?;
+    let special = joined.special.into_iter().map(|(own, sign)| CurvePoint {
+        arclength: sign * own.arclength,
+        ..own
+    });
+    let mut curve = BifurcationCurve {
+        kind: of.kind(),
+        orbits: Vec::new(),
+        x: Vec::new(),
+        y: Vec::new(),
+        arclength: Vec::new(),
+        special: special.collect(),
+        ends: joined.ends,
     };
-    let has_closed = up
-        .as_ref()
-        .is_some_and(|way| way.end.reason == EndReason::Closed);
-    let down = if options.heading == Heading::Up || has_closed {
-        None
-    } else {
-        way(-1.0)?
-    };
-    joined(of.kind(), &plane, &first, up, down)
+    for (point, sign) in joined.points {
+        let spot = &point.found.spot;
+        curve.x.push(spot.place.value);
+        curve.y.push(spot.second);
+        curve.arclength.push(sign * point.arclength);
+        curve.orbits.push(plane.orbit(spot)?);
+    }
+    Ok(curve)
 }
 
 /// The point of the curve at the special point, its tangent towards larger first numbers.
@@ -146,45 +154,4 @@ fn first_point(plane: &Plane<'_>, spot: Spot) -> Result<Point> {
         arclength: 0.0,
         indicators,
     })
-}
-
-/// The curve of two ways from a point.
-fn joined(
-    kind: Option<SpecialKind>,
-    plane: &Plane<'_>,
-    first: &Point,
-    up: Option<Way>,
-    down: Option<Way>,
-) -> Result<BifurcationCurve> {
-    let none = || Way {
-        points: Vec::new(),
-        special: Vec::new(),
-        end: BranchEnd::new(EndReason::Start, "it was followed the other way".to_owned()),
-    };
-    let (up, down) = (up.unwrap_or_else(none), down.unwrap_or_else(none));
-    let is_closed = up.end.reason == EndReason::Closed;
-    let turned = |own: CurvePoint| CurvePoint {
-        arclength: -own.arclength,
-        ..own
-    };
-    let special = down.special.into_iter().rev().map(turned);
-    let mut curve = BifurcationCurve {
-        kind,
-        orbits: Vec::new(),
-        x: Vec::new(),
-        y: Vec::new(),
-        arclength: Vec::new(),
-        special: special.chain(up.special).collect(),
-        ends: [if is_closed { up.end.clone() } else { down.end }, up.end],
-    };
-    let low = down.points.iter().rev().map(|point| (point, -1.0));
-    let high = std::iter::once(first).chain(&up.points);
-    for (point, sign) in low.chain(high.map(|point| (point, 1.0))) {
-        let spot = &point.found.spot;
-        curve.x.push(spot.place.value);
-        curve.y.push(spot.second);
-        curve.arclength.push(sign * point.arclength);
-        curve.orbits.push(plane.orbit(spot)?);
-    }
-    Ok(curve)
 }

@@ -36,6 +36,7 @@ pub(super) struct Spot {
 
 /// The equations of a loop and of what holds on the curve at a spot: `matrix y = right`, y the unknowns of the loop and both numbers in
 /// parts of their ranges.
+#[derive(Clone)]
 pub(super) struct Conditions {
     pub matrix: DMatrix<f64>,
     pub right: DVector<f64>,

@@ -11,6 +11,7 @@ use crate::orbit::Event;
 use nalgebra::DVector;
 
 /// A point of a curve that was accepted.
+#[derive(Clone)]
 pub(super) struct Point {
     pub found: Found,
     pub arclength: f64,

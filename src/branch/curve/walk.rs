@@ -8,16 +8,10 @@ use crate::branch::curve::two_at_once::{Point, indicators, passed};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::options::ContinuationOptions;
 use crate::branch::step_size::{SAME_WAY, step_factor};
+use crate::branch::way::Way;
 use crate::error::{Error, Result, digits};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
-
-/// A way along a curve.
-pub(super) struct Way {
-    pub points: Vec<Point>,
-    pub special: Vec<CurvePoint>,
-    pub end: BranchEnd,
-}
 
 /// Goes along a curve from a point, which is not among those that it gives.
 pub(super) fn walk(
@@ -26,7 +20,7 @@ pub(super) fn walk(
     sign: f64,
     options: &ContinuationOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Way> {
+) -> Result<Way<Point, CurvePoint>> {
     let mut way = Way {
         points: Vec::new(),
         special: Vec::new(),
