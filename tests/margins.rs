@@ -10,8 +10,8 @@ use nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use random::{Cases, Random};
 use scenes::{linear, oscillator, run, scene, upper, with};
 use vibroimpact::{
-    Forcing, Harmonic, Impact, Method, Scene, SegmentKind, Side, SimulateOptions, Stop, Trajectory,
-    simulate,
+    Forcing, Harmonic, Impact, LinearSystem, Method, OrbitOptions, Pattern, Scene, SegmentKind,
+    Side, SimulateOptions, Stop, Trajectory, periodic_orbits, simulate,
 };
 
 /// An oscillator of frequency and amplitude 1 from the middle, `q = sin t`, and a stop below its peak by a depth.
@@ -183,5 +183,25 @@ fn a_start_on_two_stops_hits_both_however_far_the_modes_are_off() {
         let first = &run.impacts()[0];
         assert_eq!((first.stop, first.time), (0, -67.66), "{k}");
         assert!((first.approach - 0.8).abs() < 1e-9 && (first.departure - 0.4).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_flight_whose_last_step_rounds_short_is_not_searched_beyond_its_end() {
+    // Whether the time of the last step and its length make the span is a matter of rounding: of a hundred dampings next to each other.
+    let force = Harmonic::new(dvector![1.4.into()], 1.65, 0.0).expect("valid");
+    let stops = [
+        Stop::new(0, 0.92, 0.5).expect("valid"),
+        Stop::new(0, 1.07, 0.5).expect("valid").on_side(Side::Lower),
+    ];
+    let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+    for k in -50..=50 {
+        let damping = 0.02 * (1.0 + 2e-8 * f64::from(k));
+        let system = LinearSystem::new(dvector![1.0], dvector![damping], dvector![0.74]);
+        let scene = Scene::new(system.expect("valid"), force.clone(), stops.clone());
+        let found = periodic_orbits(&scene.expect("valid"), &pattern, &OrbitOptions::default());
+        let found = found.expect("a search");
+        let kept = found.iter().filter(|own| own.is_admissible() == Some(true));
+        assert_eq!(kept.count(), 1, "{k}");
     }
 }

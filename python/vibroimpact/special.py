@@ -30,6 +30,7 @@ KINDS = (
     "lost_impact",
     "corner",
     "chatter_border",
+    "landing_border",
     "rise",
 )
 
@@ -95,7 +96,8 @@ class Special(ArrayResult):
         pass through the unit circle beside 1 and -1. "pitchfork": a motion that was its own mirror image ceases to be stable
         as such. "branch_point": another branch of the same pattern is crossed. At a boundary, where the branch ends: "graze",
         a stop is touched; "lost_impact", an impact has lost its speed; "corner", two stops are hit at one instant;
-        "chatter_border", lasting contact has no duration left; "rise", the contact force comes to zero while a stop is held.
+        "chatter_border", lasting contact has no duration left; "landing_border", behind an impact with e = 0 the stop is left
+        instead of held, or held instead of left; "rise", the contact force comes to zero while a stop is held.
         "user:name": a monitor of that name is zero.
     parameter, error : float
         The number of the branch there, and how far it is known.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vibroimpact import _workers
 from vibroimpact._core import Orbit, Scene
 from vibroimpact._results import ItemsResult
-from vibroimpact.branch import Branch, continuation
+from vibroimpact.branch import Branch, continuation, few
 from vibroimpact.special import Candidate, Special
 from vibroimpact.verdict import BOUNDARIES
 
@@ -148,6 +148,7 @@ def branch_tree(
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             message = f"{name} is {value!r}, but it must be at least {least}"
             raise ValueError(message)
+    low, high = few("between", between, ("low", "high"))
     branches = [continuation(orbit, parameter, between, start=start, **options)]
     parents: list[tuple[int, int] | None] = [None]
     shared = (parameter, between, options)
@@ -158,11 +159,15 @@ def branch_tree(
         offers = [
             (k, j, own) for k in level for j, own in enumerate(branches[k].special) if through or own.kind not in BOUNDARIES
         ]
-        pieces = [(k, j, candidate) for k, j, special in offers for candidate in special.branches() if candidate.is_admissible]
-        pieces = [piece for piece in pieces if not _is_known(piece[2], branches)]
+        born = [(k, j, own) for k, j, special in offers for own in special.branches() if low <= own.parameter <= high]
+        pieces = [piece for piece in born if piece[2].is_admissible and not _is_known(piece[2], branches)]
         followed = _workers.run(_followed, shared, [piece[2] for piece in pieces], workers, progress=progress)
         for (k, j, candidate), branch in zip(pieces, followed, strict=True):
-            if len(branches) < max_branches and not _is_known(candidate, branches):
+            # Next to a fold a branch may be found twice by candidates that no point of it is beside: three orbits of it tell.
+            some = [
+                Candidate(branch[i], float(branch.parameter[i]), 1) for i in np.linspace(0, len(branch) - 1, 5)[1:-1].astype(int)
+            ]
+            if len(branches) < max_branches and not any(_is_known(own, branches) for own in (candidate, *some)):
                 branches.append(branch)
                 parents.append((k, j))
     return BranchTree(tuple(branches), tuple(parents))

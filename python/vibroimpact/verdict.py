@@ -17,7 +17,7 @@ from vibroimpact.special import Candidate, Special
 __all__ = ["Beyond", "look_beyond"]
 
 #: The kinds of special points that are boundaries.
-BOUNDARIES = ("graze", "lost_impact", "corner", "chatter_border", "rise")
+BOUNDARIES = ("graze", "lost_impact", "corner", "chatter_border", "landing_border", "rise")
 
 #: How a motion may go on.
 OUTCOMES = ("continues", "nonsmooth_fold", "jumps")
@@ -112,15 +112,18 @@ def _settled(special: Special, value: float, periods: int, rng: int | np.random.
     except ValueError as error:
         return None, f"there is no scene at {value:.10g}: {error}"
     t = np.linspace(0.0, orbit.period, 65)
-    sizes = np.concatenate([np.abs(orbit.position(t)).max(axis=0), np.abs(orbit.velocity(t)).max(axis=0)])
+    q, v = orbit.position(t), orbit.velocity(t)
+    sizes = np.concatenate([np.abs(q).max(axis=0), np.abs(v).max(axis=0)])
     sizes = np.maximum(sizes, 1e-12 + 1e-3 * sizes.max())
+    # From where the motion is farthest from all stops: a kick on a stop may lead into it.
+    gaps = np.array([orbit.gap(stop, t) for stop in range(len(orbit.scene.stops))]).min(axis=0)
+    far = int(gaps.argmax())
     kick = _KICK * sizes * np.random.default_rng(rng).uniform(-1.0, 1.0, sizes.size)
-    start = np.concatenate([orbit.q0, orbit.v0]) + kick
+    start = np.concatenate([q[far], v[far]]) + kick
+    phase = float(orbit.phase + 2.0 * np.pi * orbit.n_periods * t[far] / orbit.period)
     box = np.stack([-_BOX * sizes, _BOX * sizes], axis=1)
     try:
-        found = find_attractors(
-            scene, box, seeds=start[None], phase=orbit.phase, transient=periods, max_periods=max(2000, 2 * periods)
-        )
+        found = find_attractors(scene, box, seeds=start[None], phase=phase, transient=periods, max_periods=max(2000, 2 * periods))
     except ValueError as error:
         return None, f"not simulated: {error}"
     if not found:

@@ -2,11 +2,12 @@
 
 use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
-use crate::branch::multipliers::{n_outside, own_multipliers, pair_at_circle};
+use crate::branch::multipliers::{own_multipliers, pair_at_circle};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
+use crate::orbit::PeriodicOrbit;
 use std::f64::consts::TAU;
 
 /// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
@@ -115,18 +116,17 @@ fn torus(
     (from, to): (&Point, &Point),
     (length, before): (f64, usize),
 ) -> Result<Option<Special>> {
-    let off = |settled: &Settled| -> Result<f64> {
-        let orbit = family.orbit(&settled.place)?;
-        let own = own_multipliers(&orbit)?.unwrap_or_default();
+    let size = |orbit: &PeriodicOrbit| -> Result<(f64, usize)> {
+        let own = own_multipliers(orbit)?.unwrap_or_default();
         let size = pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs());
-        let is_before = n_outside(&orbit)? == Some(before);
-        Ok(if is_before { -size } else { size })
+        // Without a margin: the pair is on the circle at the point itself.
+        Ok((size, own.iter().filter(|mu| mu.norm() > 1.0).count()))
     };
-    let size = |point: &Point| -> Result<f64> {
-        let own = own_multipliers(&point.orbit)?.unwrap_or_default();
-        Ok(pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs()))
+    let off = |settled: &Settled| -> Result<f64> {
+        let (size, outside) = size(&family.orbit(&settled.place)?)?;
+        Ok(if outside == before { -size } else { size })
     };
-    let between = [length, -size(from)?, size(to)?];
+    let between = [length, -size(&from.orbit)?.0, size(&to.orbit)?.0];
     let found = located(family, (from, to, SpecialKind::Torus), between, &off)?;
     let own = own_multipliers(&found.orbit)?.unwrap_or_default();
     let pair = pair_at_circle(&own).filter(|mu| mu.norm().ln().abs() < ON_CIRCLE);

@@ -4,8 +4,8 @@ use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{
-    Event, Guess, PeriodicOrbit, ScaledUnits, ShootingState, Signature, begun, with_phase,
-    with_shooting,
+    Event, Guess, PeriodicOrbit, ScaledUnits, ShootingState, Signature, begun, check_landings,
+    with_phase, with_shooting,
 };
 use nalgebra::DVector;
 
@@ -66,6 +66,7 @@ impl<'a> Family<'a> {
     /// The scene of a value.
     pub fn scene(&self, value: f64) -> Result<Scene> {
         let scene = (self.make)(value)?;
+        check_landings(&scene, &self.signature.stages)?;
         with_phase(&scene, self.phase, self.signature.depends_on_time)
     }
 

@@ -173,6 +173,15 @@ impl Family<'_> {
         on_stop.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
+    /// The instant from which a stop is held for the least time.
+    pub fn last_stick(&self, place: &Place) -> Option<usize> {
+        let state = &place.state;
+        let held = |k: &usize| !self.signature.stages[*k].held.is_empty();
+        let length = |k: usize| state.times[k + 1] - state.starts[k];
+        let sticks = (0..state.states.len()).filter(held);
+        sticks.min_by(|&a, &b| length(a).total_cmp(&length(b)))
+    }
+
     /// The flight that takes the least time, of two at least.
     pub fn shortest_flight(&self, place: &Place) -> Option<usize> {
         let times = &place.state.times;
@@ -240,6 +249,8 @@ impl Family<'_> {
         } else {
             instants[0].stage.event = Event::Nothing;
         }
-        Ok(Some(self.with_instants(place.value, instants, length)?))
+        let (mut family, place) = self.with_instants(place.value, instants, length)?;
+        family.signature.images.clone_from(&self.signature.images);
+        Ok(Some((family, place)))
     }
 }

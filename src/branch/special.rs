@@ -27,13 +27,15 @@ pub enum SpecialKind {
     Corner,
     /// Lasting contact has no duration left.
     ChatterBorder,
+    /// Behind an impact that takes all speed the stop is left instead of held, or held instead of left.
+    LandingBorder,
     /// The contact force comes to zero while a stop is held.
     Rise,
 }
 
 impl SpecialKind {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Fold,
         Self::PeriodDoubling,
         Self::Torus,
@@ -43,6 +45,7 @@ impl SpecialKind {
         Self::LostImpact,
         Self::Corner,
         Self::ChatterBorder,
+        Self::LandingBorder,
         Self::Rise,
     ];
 
@@ -58,6 +61,7 @@ impl SpecialKind {
             Self::LostImpact => "lost_impact",
             Self::Corner => "corner",
             Self::ChatterBorder => "chatter_border",
+            Self::LandingBorder => "landing_border",
             Self::Rise => "rise",
         }
     }
@@ -104,18 +108,23 @@ impl Special {
     }
 }
 
-/// An impact is the one that a stop is passed at if it is no farther in time than this part of the period.
+/// An impact is next to a time if it is no farther than this part of the period.
 const AT_IMPACT: f64 = 1e-3;
+/// A stop is reached at the instant of another's impact if it is so near to it, in parts of the period.
+const AT_ONCE: f64 = 1e-7;
+/// Behind an impact without speed a stop is passed by the third power of the acceleration: where that changes its sign is known to this
+/// part of the range.
+const LANDED: f64 = 1e-4;
 /// An impact of so small a part of the motion's speed has none left.
 const NO_SPEED: f64 = 1e-7;
 
-/// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; `speed` is the unit of
-/// velocities.
+/// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; with the units of
+/// velocities and of the number.
 pub(super) fn of_boundary(
     broken: &PeriodicOrbit,
     at: &Point,
-    error: f64,
-    speed: f64,
+    mut error: f64,
+    (speed, span): (f64, f64),
 ) -> Option<Special> {
     let Breach {
         mut stop,
@@ -123,16 +132,25 @@ pub(super) fn of_boundary(
         rule,
         ..
     } = broken.breach()?;
-    if let (Rule::Passed, Some(impact)) = (rule, at_rest(&at.orbit, speed)) {
-        // A stop is passed where an impact has no speed any more, or in other rounds of the motion that it leaves.
-        (stop, time) = (impact.stop, impact.time);
-    }
     let kind = match rule {
         Rule::Pulls { .. } | Rule::Leaves { .. } => SpecialKind::LostImpact,
         Rule::Reached { .. } => SpecialKind::Corner,
-        Rule::Passed if is_at_impact(broken, stop, time) => SpecialKind::LostImpact,
-        Rule::Passed => SpecialKind::Graze,
         Rule::Holds { .. } => SpecialKind::Rise,
+        Rule::Passed => {
+            let next_to = beside(&at.orbit, time);
+            if let Some(impact) = at_rest(&at.orbit, speed) {
+                // A stop is passed where an impact has no speed any more, or in other rounds of the motion that it leaves.
+                (stop, time) = (impact.stop, impact.time);
+                SpecialKind::LostImpact
+            } else if next_to.is_some_and(|(own, _)| own.stop == stop && own.departure == 0.0) {
+                error = error.max(LANDED * span);
+                SpecialKind::LandingBorder
+            } else if next_to.is_some_and(|(own, off)| own.stop != stop && off <= AT_ONCE) {
+                SpecialKind::Corner
+            } else {
+                SpecialKind::Graze
+            }
+        }
     };
     Some(Special {
         stop: Some(stop),
@@ -148,14 +166,16 @@ fn at_rest(orbit: &PeriodicOrbit, unit: f64) -> Option<&Impact> {
     slowest.filter(|own| own.approach <= NO_SPEED * unit)
 }
 
-/// Whether a stop is passed next to an impact on it, which has too little speed to leave it.
-fn is_at_impact(orbit: &PeriodicOrbit, stop: usize, time: f64) -> bool {
+/// The impact of an orbit that is nearest to a time, if it is near, and how far it is, in parts of the period.
+fn beside(orbit: &PeriodicOrbit, time: f64) -> Option<(&Impact, f64)> {
     let period = orbit.period();
-    let mut own = orbit.impacts().iter().filter(|impact| impact.stop == stop);
-    own.any(|impact| {
-        let off = (time - impact.time).rem_euclid(period);
-        off.min(period - off) <= AT_IMPACT * period
-    })
+    let off = |impact: &Impact| {
+        let late = (time - impact.time).rem_euclid(period);
+        late.min(period - late) / period
+    };
+    let each = orbit.impacts().iter().map(|impact| (impact, off(impact)));
+    let nearest = each.min_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.filter(|(_, off)| *off <= AT_IMPACT)
 }
 
 /// What it is where an instant comes to the one before it, at the end of a branch.

@@ -7,7 +7,7 @@ use crate::branch::instants::{period, turned};
 use crate::branch::place::{Direction, Place};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{Event, with_shooting};
@@ -83,19 +83,27 @@ pub fn branches_of(
 ) -> Result<Vec<Candidate>> {
     let (family, place) = Family::around(&special.orbit, make, special.parameter, between)?;
     let mut found = match (special.kind, special.stop.zip(special.time)) {
-        (SpecialKind::PeriodDoubling, _) => doubled(&family, &place)?.into_iter().collect(),
+        (SpecialKind::PeriodDoubling, _) => found_there(doubled(&family, &place))?,
         (SpecialKind::Pitchfork, _) => match family.half(&place)? {
-            Some((half, place)) => doubled(&half, &place)?.into_iter().collect(),
+            Some((half, place)) => found_there(doubled(&half, &place))?,
             None => Vec::new(),
         },
         (SpecialKind::BranchPoint, _) => crossed(&family, &place, special)?,
         (SpecialKind::Graze, Some(touch)) => born(&family, &place, touch)?,
         (SpecialKind::LostImpact, Some(touch)) => lost(&family, &place, touch, special)?,
-        (SpecialKind::Corner, _) => swapped(&family, &place)?.into_iter().collect(),
+        (SpecialKind::Corner, _) => found_there(swapped(&family, &place))?,
         _ => Vec::new(),
     };
     found.sort_by_key(|own| own.orbit.is_admissible() == Some(false));
     Ok(found)
+}
+
+/// What was found, nothing where the way there leads out of what the number may be.
+fn found_there(found: Result<Option<Candidate>>) -> Result<Vec<Candidate>> {
+    match found {
+        Err(Error::BadValue { .. }) => Ok(Vec::new()),
+        found => Ok(found?.into_iter().collect()),
+    }
 }
 
 /// An orbit of a loop that closes, at a value that differs from that of a special point.
@@ -134,7 +142,7 @@ fn crossed(family: &Family<'_>, place: &Place, special: &Special) -> Result<Vec<
     let mut found = Vec::new();
     for side in [1.0, -1.0] {
         let moved = |aside: f64| family.moved(place, &equations, &across.scaled(side * aside));
-        found.extend(found_aside(family, place, &moved)?);
+        found.extend(found_there(found_aside(family, place, &moved))?);
     }
     Ok(found)
 }
@@ -153,7 +161,11 @@ fn found_aside(
         if let Ok(settled) = family.corrected(to.clone(), &way.scaled(1.0 / length))? {
             let off = family.between(&to, &settled.place);
             if off.length() < length {
-                return candidate(family, &settled.place, at.value).map(Some);
+                let one = family.one_round(&settled.place)?;
+                let (family, place) = one
+                    .as_ref()
+                    .map_or((family, &settled.place), |(family, place)| (family, place));
+                return candidate(family, place, at.value).map(Some);
             }
         }
         aside *= 0.5;
@@ -167,12 +179,12 @@ fn born(family: &Family<'_>, place: &Place, touch: (usize, f64)) -> Result<Vec<C
     // A motion that is its own mirror image touches two stops, or one twice: it may go on hitting both.
     if let Some((half, at)) = family.half(place)? {
         let (own, at, instant) = half.with_touch(&at, half.in_half(&at, touch))?;
-        found.extend(with_speed(&own, &at, instant)?);
+        found.extend(found_there(with_speed(&own, &at, instant))?);
     }
     for rounds in 1..=MOST_ROUNDS {
         let (several, at) = family.repeated(place, &place.state, &vec![0.0; rounds])?;
         let (own, at, instant) = several.with_touch(&at, touch)?;
-        found.extend(with_speed(&own, &at, instant)?);
+        found.extend(found_there(with_speed(&own, &at, instant))?);
     }
     Ok(found)
 }
@@ -206,6 +218,12 @@ fn lost(
     (stop, time): (usize, f64),
     special: &Special,
 ) -> Result<Vec<Candidate>> {
+    // A motion that is its own mirror image loses two impacts at once.
+    let half = family.half(place)?;
+    let (family, place, (stop, time)) = match &half {
+        Some((half, at)) => (half, at, half.in_half(at, (stop, time))),
+        None => (family, place, (stop, time)),
+    };
     let Some(instant) = family.instant_of(place, (stop, time)) else {
         return Ok(Vec::new());
     };
@@ -217,10 +235,12 @@ fn lost(
     let Ok(settled) = rest.corrected(at, &by_value)? else {
         return Ok(Vec::new());
     };
-    let (rest, at) = match rest.one_round(&settled.place)? {
-        Some(one) => one,
-        None => (rest, settled.place),
+    let (rest, at) = if rest.signature.images.is_some() {
+        rest.whole(&settled.place)?
+    } else {
+        (rest, settled.place)
     };
+    let (rest, at) = rest.one_round(&at)?.unwrap_or((rest, at));
     let mut found: Vec<Candidate> = beside(&rest, &at)?.into_iter().collect();
     let is_other = |own: &Candidate| {
         own.orbit.pattern() != special.orbit.pattern()

@@ -75,14 +75,21 @@ pub(super) fn walk(
                 break end;
             }
             Ok(Advance::Point(own, found, factor)) => {
-                special.extend(found);
-                let away = family.between(&first.place, &own.place).length();
+                let home = family.between(&first.place, &own.place);
+                let away = home.length();
                 let has_closed = farthest > 2.0 * step
                     && away < step
                     && first.tangent.dot(&own.tangent) > SAME_WAY;
                 farthest = farthest.max(away);
-                points.push(rescaled(family, *own)?);
+                let is_past = has_closed && first.tangent.dot(&home) > 0.0;
+                if !is_past {
+                    special.extend(found);
+                    points.push(rescaled(family, *own)?);
+                }
                 if has_closed {
+                    let (last, found) = closing(family, points.last().unwrap_or(first), first)?;
+                    special.extend(found);
+                    points.push(last);
                     let detail = "it came back to where it began".to_owned();
                     break BranchEnd::new(EndReason::Closed, detail);
                 }
@@ -95,10 +102,15 @@ pub(super) fn walk(
                 continue;
             }
             Ok(Advance::Refused(missed)) => {
-                if let (true, Missed::Met { instant, .. }) = (step <= smallest, &missed) {
+                let border_of = match &missed {
+                    Missed::Met { instant, .. } => Some(*instant),
+                    Missed::NoRest { .. } => family.last_stick(&from.place),
+                    _ => None,
+                };
+                if let (true, Some(instant)) = (step <= smallest, border_of) {
                     let error = step * family.span();
-                    let mut met = of_meeting(family, from, (*instant, error));
-                    if let Some((parameter, error)) = border(family, &points, *instant)? {
+                    let mut met = of_meeting(family, from, (instant, error));
+                    if let Some((parameter, error)) = border(family, &points, instant)? {
                         (met.parameter, met.error) = (parameter, error);
                     }
                     special.push(met);
@@ -117,6 +129,17 @@ pub(super) fn walk(
         special,
         end,
     })
+}
+
+/// The first point again, behind the last one, and what lies between.
+fn closing(family: &Family<'_>, from: &Point, first: &Point) -> Result<(Point, Vec<Special>)> {
+    let way = family.between(&from.place, &first.place);
+    let last = Point {
+        arclength: from.arclength + way.length(),
+        ..first.clone()
+    };
+    let special = bifurcations(family, from, &last, from.tangent.dot(&way))?;
+    Ok((last, special))
 }
 
 /// A point in units that fit it: those of the family become its own where it has outgrown them, or shrunk.
@@ -148,7 +171,16 @@ fn rescaled(family: &mut Family<'_>, own: Point) -> Result<Point> {
 
 /// A step from a point, as far as it can be trusted.
 fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -> Result<Advance> {
-    let settled = match step_to(family, from.foot(), target)? {
+    let mut there = step_to(family, from.foot(), target)?;
+    // A step that leads out of the range ends where the range does.
+    let (low, high) = family.range;
+    let value = there
+        .as_ref()
+        .map_or(from.place.value, |settled| settled.place.value);
+    if !(low..=high).contains(&value) {
+        there = step_to(family, from.foot(), Target::Value(value.clamp(low, high)))?;
+    }
+    let settled = match there {
         Ok(settled) => settled,
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
@@ -172,7 +204,12 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
             if found.left.is_some() {
                 return Ok(Advance::Distrusted(end));
             }
-            let special = of_boundary(&found.other, from, found.width, family.units.velocity);
+            let special = of_boundary(
+                &found.other,
+                from,
+                found.width,
+                (family.units.velocity, family.span()),
+            );
             return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
         };
         let step = way.length();
@@ -186,7 +223,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
             &found.other,
             &own,
             found.width,
-            family.units.velocity,
+            (family.units.velocity, family.span()),
         ));
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
     }
@@ -224,7 +261,12 @@ fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Speci
     } else {
         &other
     };
-    Ok(of_boundary(broken, &at, width, family.units.velocity))
+    Ok(of_boundary(
+        broken,
+        &at,
+        width,
+        (family.units.velocity, family.span()),
+    ))
 }
 
 fn at_end(value: f64) -> BranchEnd {

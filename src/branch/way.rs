@@ -19,7 +19,7 @@ pub(super) struct Joined<P, S> {
     pub is_closed: bool,
 }
 
-/// Goes both ways from a point, or one, for a sign of its direction; what closes on the way up is not gone down.
+/// Goes both ways from a point, or one, for a sign of its direction; what closes on the way up, or is broken off, is not gone down.
 pub(super) fn both_ways<P: Clone, S>(
     first: &P,
     heading: Heading,
@@ -36,7 +36,8 @@ pub(super) fn both_ways<P: Clone, S>(
         way(1.0)?
     };
     let is_closed = up.end.reason == EndReason::Closed;
-    let down = if heading == Heading::Up || is_closed {
+    let is_over = is_closed || up.end.reason == EndReason::Interrupted;
+    let down = if heading == Heading::Up || is_over {
         none()
     } else {
         way(-1.0)?

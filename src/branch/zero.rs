@@ -48,6 +48,10 @@ pub(super) fn zero_between<T>(
             value,
         }) = point(along)?
         else {
+            // What is shut in is all that is known.
+            if let Some((zero, _)) = &mut found {
+                zero.error = (high.0 - low.0) * span;
+            }
             break;
         };
         let change = found

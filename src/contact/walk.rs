@@ -176,9 +176,11 @@ pub(crate) fn check_flight<F: LinearFlow>(
             Some(lowest) => lowest.gap,
             None => GAP_ROUNDING * model.size,
         };
-        let mut step;
+        let (mut step, mut is_last);
         let mut refined = false;
         loop {
+            // The state goes on by whole steps of a level: one that is cut short is the last, whatever its sum with the time rounds to.
+            is_last = levels.step(level) >= span - time;
             step = levels.step(level).min(span - time);
             let here = Looked {
                 flow,
@@ -204,7 +206,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             refined = true;
             level += 1;
         }
-        if time + step >= span {
+        if is_last {
             return Ok(check);
         }
         let made = levels.prepare(flow, level, state.len());

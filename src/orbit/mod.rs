@@ -42,7 +42,7 @@ pub(crate) use one_instant::solve::{Solution, clearance_given};
 pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use shooting::closure::{Shooting, ShootingState, Units as ScaledUnits};
-pub(crate) use shooting::find::begun;
+pub(crate) use shooting::find::{begun, check_landings};
 pub(crate) use shooting::mirror::images;
 pub(crate) use shooting::newton::Linearised;
 pub(crate) use shooting::own_time::with_phase;

@@ -249,7 +249,18 @@ fn a_branch_that_goes_on_beyond_its_boundary_has_it_all_the_same() {
         let own: Vec<_> = own
             .filter(|own| own.kind == SpecialKind::LostImpact)
             .collect();
-        assert_eq!(own.len(), 1);
+        let all: Vec<_> = branch
+            .special
+            .iter()
+            .map(|own| (own.kind, own.parameter))
+            .collect();
+        assert_eq!(
+            own.len(),
+            1,
+            "{all:?} {:?} {:?}",
+            branch.ends,
+            branch.parameter
+        );
         (own[0].parameter, own[0].arclength)
     };
     let (one, other) = (lost(&stopped), lost(&kept));

@@ -23,6 +23,7 @@ MARKS = {
     "graze": ("^", "graze"),
     "lost_impact": ("v", "lost impact"),
     "corner": ("D", "corner"),
+    "landing_border": ("8", "landing border"),
     "rise": ("h", "rise"),
     "chatter_border": ("X", "chatter border"),
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::{Scene, System, contacts};
-use crate::orbit::contact_mode::Event;
+use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, ShootingState};
@@ -111,12 +111,20 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
         }
     }
     Pattern::new(struck)?.check(scene.stops().len())?;
+    check_landings(scene, &start.stages)
+}
+
+/// Refuses motions that come to rest on a stop by an impact that takes not all speed.
+pub(crate) fn check_landings(scene: &Scene, stages: &[ContactStage]) -> Result<()> {
+    if stages.iter().all(|stage| stage.held.is_empty()) {
+        return Ok(());
+    }
     let contacts = contacts(scene);
-    for (k, stage) in start.stages.iter().enumerate() {
+    for (k, stage) in stages.iter().enumerate() {
         let Event::Strike(stops) = &stage.event else {
             continue;
         };
-        let before = &start.stages[(k + start.stages.len() - 1) % start.stages.len()].held;
+        let before = &stages[(k + stages.len() - 1) % stages.len()].held;
         let mut caught = stops.iter().filter(|stop| stage.held.contains(stop));
         if let Some(&stop) =
             caught.find(|&&stop| !before.contains(&stop) && contacts[stop].restitution > 0.0)
