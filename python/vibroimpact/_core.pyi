@@ -5,6 +5,8 @@ from typing import Any, ClassVar, Literal, Protocol, Self, SupportsIndex, TypeAl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.derivative import Derivatives
+
 __all__ = [
     "BaseAcceleration",
     "BaseMotion",
@@ -39,6 +41,7 @@ __all__ = [
     "_continuation",
     "_existence_at",
     "_existence_cells",
+    "_followed",
     "_group_attractors",
     "_lyapunov_exponents",
     "_numbers",
@@ -534,6 +537,16 @@ class Orbit:
     def is_stable(self) -> bool | None: ...
     @property
     def stability(self) -> Stability: ...
+    @property
+    def min_gap(self) -> _FloatArray: ...
+    @property
+    def max_displacement(self) -> _FloatArray: ...
+    def derivatives(
+        self,
+        parameters: str | Sequence[str] | Callable[[NDArray[np.float64]], Scene],
+        *,
+        start: ArrayLike | None = None,
+    ) -> Derivatives: ...
     def to_arrays(self) -> dict[str, NDArray[Any]]: ...
     def save(self, path: str | PathLike[str]) -> None: ...
     def to_xarray(self) -> Any: ...
@@ -815,6 +828,7 @@ def _continuation(
     bool,
     BaseException | None,
 ]: ...
+def _followed(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike, p: ArrayLike) -> Orbit: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

@@ -22,6 +22,7 @@ from vibroimpact.attractors import Attractor, Attractors
 from vibroimpact.basin_plane import Basins, Fit
 from vibroimpact.basin_samples import BasinFractions
 from vibroimpact.branch import Branch
+from vibroimpact.derivative import Derivatives
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
@@ -50,6 +51,7 @@ Result = (
     | BasinFractions
     | Branch
     | Special
+    | Derivatives
     | Fit
 )
 
@@ -69,6 +71,7 @@ RESULTS: dict[str, Callable[..., Any]] = {
     "BasinFractions": BasinFractions,
     "Branch": Branch,
     "Special": Special,
+    "Derivatives": Derivatives,
     "Fit": Fit,
 }
 
@@ -110,7 +113,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     Returns
     -------
     Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor,
-    Attractors, Basins, BasinFractions, Branch, Special or Fit
+    Attractors, Basins, BasinFractions, Branch, Special, Derivatives or Fit
         What was saved, equal to the bit.
 
     Raises

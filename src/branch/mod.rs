@@ -18,3 +18,5 @@ pub use end::{BranchEnd, EndReason};
 pub use one::Branch;
 pub use options::{ContinuationOptions, Heading, Virtual};
 pub use special::{Special, SpecialKind};
+
+pub(crate) use family::{check_same, stretched};

@@ -1,11 +1,11 @@
 //! Branches in Python.
 
 use crate::branch::{self, Branch, BranchEnd, ContinuationOptions, EndReason, Heading, Virtual};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::model::{Parameter, Scene};
 use crate::python::array::out_matrix;
 use crate::python::diagram::{count, way};
-use crate::python::model::PyScene;
+use crate::python::made::made;
 use crate::python::orbit::PyOrbit;
 use crate::python::sweep::amplitude_given;
 use crate::python::text::shown;
@@ -72,31 +72,6 @@ fn varied<'a>(
     }
 }
 
-/// The scene that a function makes of a value: one that it refuses by a `ValueError` is the end of its domain; any other exception is
-/// kept, and breaks off.
-fn made(make: &Py<PyAny>, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
-    Python::attach(|py| {
-        let found = make.bind(py).call1((value,)).and_then(|scene| {
-            let found = scene.extract::<PyRef<'_, PyScene>>();
-            found.map(|scene| scene.0.clone()).map_err(|_| {
-                let found = shown(&scene);
-                PyTypeError::new_err(format!(
-                    "parameter({value}) is {found}, but a Scene is needed"
-                ))
-            })
-        });
-        found.map_err(|error| {
-            if error.is_instance_of::<PyValueError>(py) {
-                return Error::bad_value("p", value, error.value(py).to_string());
-            }
-            if let Ok(mut raised) = raised.lock() {
-                *raised = Some(error);
-            }
-            Error::Interrupted
-        })
-    })
-}
-
 /// The branch of an orbit over a number of its scene, or over scenes that a function makes.
 #[pyfunction]
 pub(crate) fn _continuation<'py>(
@@ -143,7 +118,7 @@ pub(crate) fn _continuation<'py>(
                 branch::continuation_of(own, &make, *given, between, &options, observer)
             }
             Varied::Made(function, start) => {
-                let make = |value: f64| made(function, value, &raised);
+                let make = |value: f64| made(function, (value,), &raised);
                 branch::continuation_of(own, &make, *start, between, &options, observer)
             }
         };

@@ -13,12 +13,15 @@ mod basin;
 mod branch;
 mod c_function;
 mod callable;
+mod derivative;
 mod diagram;
 mod error;
 mod exponents;
 mod files;
 mod find;
+mod following;
 mod interrupt;
+mod made;
 mod modal;
 mod model;
 mod orbit;
@@ -53,6 +56,8 @@ mod _core {
     use super::exponents::_lyapunov_exponents;
     #[pymodule_export]
     use super::find::find_orbit;
+    #[pymodule_export]
+    use super::following::_followed;
     #[pymodule_export]
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]

@@ -72,6 +72,7 @@ def objects():
     yield "ExistenceMap", vi.existence_map(PAIR, [1], ("frequency", [1.4, 1.5]), ("clearance", [0.1, 0.2, 0.3]), 2)
     yield "Ensemble", vi.simulate_many(PAIR, np.zeros((3, 2)), np.ones((3, 2)), (0, 3))
     yield "Special", vi.continuation(orbits[0], "frequency", (1.0, 2.0)).special[0]
+    yield "Derivatives", orbits[0].derivatives(["frequency", "clearance"])
     yield "Branch", vi.continuation(orbits[0], "frequency", (1.4, 1.6), max_points=3, monitor={"period": lambda own: own.period})
     yield "PoincarePoints", vi.poincare_points(vi.simulate(PAIR, [0, 0], [1, 1], (0, 9)))
     found = vi.find_attractors(PAIR, [(-1, 0), (-1, 1), (-1, 1), (-1, 1)], seeds=2, transient=20, max_periods=20)
