@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Derivatives, Harmonic, LinearSystem, PeriodicOrbit, Result, Scene, SimulateOptions, Stop,
-    derivatives_of, find_orbit, followed, simulate,
+    derivatives_but_multipliers, derivatives_of, find_orbit, followed, simulate,
 };
 
 /// Room, restitution, mass of the ball, frequency, force, damping.
@@ -62,7 +62,7 @@ fn by_orbits(orbit: &PeriodicOrbit, p: &[f64]) -> (f64, Vec<f64>) {
 fn by_derivatives(orbit: &PeriodicOrbit, p: &[f64]) -> (f64, Derivatives) {
     let scene = make(p).expect("valid");
     let found = find_orbit(&scene, orbit, None).expect("an orbit");
-    let rates = derivatives_of(&found, &make, p).expect("derivatives");
+    let rates = derivatives_but_multipliers(&found, &make, p).expect("derivatives");
     (value(&found), rates)
 }
 
@@ -77,7 +77,7 @@ fn optimised(orbit: &PeriodicOrbit) -> ([f64; 2], f64, usize) {
     let (mut x, mut last, mut count) = ([START[0], START[1]], orbit.clone(), 0);
     let mut step = 0.05;
     while step > 1e-8 && count < 300 {
-        let rates = derivatives_of(&last, &beside, &x).expect("derivatives");
+        let rates = derivatives_but_multipliers(&last, &beside, &x).expect("derivatives");
         let slope = [
             rates.max_displacement[(0, 0)],
             rates.max_displacement[(0, 1)],

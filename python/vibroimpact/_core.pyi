@@ -39,6 +39,7 @@ __all__ = [
     "_bifurcation_diagram",
     "_check_existence",
     "_continuation",
+    "_derivatives_but_multipliers",
     "_existence_at",
     "_existence_cells",
     "_followed",
@@ -828,6 +829,7 @@ def _continuation(
     bool,
     BaseException | None,
 ]: ...
+def _derivatives_but_multipliers(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike) -> Derivatives: ...
 def _followed(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike, p: ArrayLike) -> Orbit: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],

@@ -56,7 +56,10 @@ class Objective:
             orbit = _core._followed(self.orbit, self._make, self.p, p)
         except ConvergenceError as error:
             raise ConvergenceError(f"p = {p.tolist()}, followed from {self.p.tolist()}: {error}") from error
-        found = orbit.derivatives(self._make, start=p)
+        if isinstance(self._value, _Entry):  # which is none of the multipliers
+            found = _core._derivatives_but_multipliers(orbit, self._make, p)
+        else:
+            found = orbit.derivatives(self._make, start=p)
         value, gradient = self._value(orbit, found)
         gradient = _core._numbers("the gradient of value", gradient)
         if gradient.shape != p.shape:
@@ -121,24 +124,25 @@ def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike)
     if p.ndim != 1:
         message = f"start has shape {p.shape}, but (d,) is needed"
         raise ValueError(message)
-    return Objective(make, orbit, _entry(value, orbit) if isinstance(value, str) else value, p)
+    return Objective(make, orbit, _Entry(value, orbit) if isinstance(value, str) else value, p)
 
 
-def _entry(name: str, orbit: Orbit) -> Value:
-    """Return the function that gives an entry and its derivative."""
-    parts = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", name)
-    if parts is None or parts[1] not in VALUES:
-        message = f"value is {name!r}, but it must be an entry of {', '.join(VALUES)}, or a callable f(orbit, derivatives)"
-        raise ValueError(message)
-    own, index = parts[1], parts[2]
-    shape = np.shape(VALUES[own](orbit))
-    if (index is None) != (shape == ()) or (index is not None and int(index) >= shape[0]):
-        entries = "one number" if shape == () else f"of {shape[0]} entries, {own}[0] and so on"
-        message = f"value is {name!r}, but {own} of this orbit is {entries}"
-        raise ValueError(message)
-    place = () if index is None else int(index)
+class _Entry:
+    """An entry of what an orbit has, and its derivatives."""
 
-    def entry(orbit: Orbit, derivatives: Derivatives) -> tuple[float, NDArray[np.float64]]:
-        return float(np.asarray(VALUES[own](orbit))[place]), getattr(derivatives, own)[place]
+    def __init__(self, name: str, orbit: Orbit) -> None:
+        parts = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", name)
+        if parts is None or parts[1] not in VALUES:
+            message = f"value is {name!r}, but it must be an entry of {', '.join(VALUES)}, or a callable f(orbit, derivatives)"
+            raise ValueError(message)
+        self._own, index = parts[1], parts[2]
+        shape = np.shape(VALUES[self._own](orbit))
+        if (index is None) != (shape == ()) or (index is not None and int(index) >= shape[0]):
+            entries = "one number" if shape == () else f"of {shape[0]} entries, {self._own}[0] and so on"
+            message = f"value is {name!r}, but {self._own} of this orbit is {entries}"
+            raise ValueError(message)
+        self._place = () if index is None else int(index)
 
-    return entry
+    def __call__(self, orbit: Orbit, derivatives: Derivatives) -> tuple[float, NDArray[np.float64]]:
+        """Return the entry and its derivatives."""
+        return float(np.asarray(VALUES[self._own](orbit))[self._place]), getattr(derivatives, self._own)[self._place]

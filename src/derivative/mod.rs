@@ -10,5 +10,5 @@ mod refusal;
 mod stencil;
 
 pub use following::followed;
-pub use of_orbit::{derivatives, derivatives_of};
+pub use of_orbit::{derivatives, derivatives_but_multipliers, derivatives_of};
 pub use rates::Derivatives;

@@ -50,7 +50,8 @@ enum Sensitivity {
     Multiple,
 }
 
-/// The multipliers of an orbit, ready to be differentiated; why some have no derivative.
+/// The multipliers of an orbit, ready to be differentiated, why some have no derivative; by default none.
+#[derive(Default)]
 pub(super) struct Multipliers {
     each: Vec<Sensitivity>,
     reason: Option<String>,

@@ -3,9 +3,10 @@
 
 use crate::error::Result;
 use crate::hybrid::SegmentKind;
-use crate::model::{Contact, Moment, contacts};
+use crate::model::{Contact, Moment, Scene, contacts};
 use crate::orbit::flights::Flight;
-use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::orbit::pattern::Pattern;
+use crate::path::Path;
 use crate::tolerance::{SAME_EXTREME, TOUCHED};
 
 /// Steps on one extreme inside its bracket.
@@ -55,36 +56,23 @@ struct Maximum {
     is_between: bool,
 }
 
-impl PeriodicOrbit {
-    /// The least gap of every stop over a period, shape `(stops,)`: zero for one that is hit, unless it is passed too.
-    ///
-    /// Sought between the points at which the motion is drawn, 8 in a radian of the fastest oscillation or 4 in a step of an integrator.
-    ///
-    /// # Errors
-    /// What the functions of a nonlinear stop report.
-    pub fn min_gap(&self) -> Result<Vec<f64>> {
-        let gaps = self.extremes()?.gaps;
-        Ok(gaps.iter().map(|gap| gap.value).collect())
-    }
+/// What is looked at: one period of an orbit, in the scene of its phase.
+pub(crate) struct Along<'a> {
+    pub scene: &'a Scene,
+    pub path: &'a Path,
+    pub pattern: &'a Pattern,
+    pub flights: &'a [Flight],
+}
 
-    /// The largest distance of every coordinate from zero over a period, `max |q_i|`, shape `(n,)`; sought as
-    /// [`min_gap`](Self::min_gap).
-    ///
-    /// # Errors
-    /// As [`min_gap`](Self::min_gap).
-    pub fn max_displacement(&self) -> Result<Vec<f64>> {
-        let all = self.extremes()?.displacements;
-        Ok(all.iter().map(|own| own.value).collect())
-    }
-
-    pub(crate) fn extremes(&self) -> Result<Extremes> {
-        let contacts = contacts(self.scene());
+impl Extremes {
+    pub fn new(along: &Along<'_>) -> Result<Self> {
+        let contacts = contacts(along.scene);
         let looks = Looks {
-            orbit: self,
+            along,
             contacts: &contacts,
         };
         let sampled = looks.sampled()?;
-        let n = self.scene().n_dof();
+        let n = along.scene.n_dof();
         let mut displacements = Vec::with_capacity(n);
         for i in 0..n {
             let (up, size) = looks.maxima(&sampled, i, 1.0)?;
@@ -94,7 +82,7 @@ impl PeriodicOrbit {
         let (mut gaps, mut touched) = (Vec::with_capacity(contacts.len()), None);
         for stop in 0..contacts.len() {
             let (maxima, size) = looks.maxima(&sampled, n + stop, -1.0)?;
-            let is_met = self.is_met(stop);
+            let is_met = along.is_met(stop);
             let margin = TOUCHED * size;
             let own = maxima.into_iter().filter(|one| {
                 let is_contact = !one.is_between && is_met && one.value.abs() <= margin;
@@ -114,18 +102,20 @@ impl PeriodicOrbit {
             }
             gaps.push(least);
         }
-        Ok(Extremes {
+        Ok(Self {
             gaps,
             displacements,
             touched,
         })
     }
+}
 
+impl Along<'_> {
     /// Whether a stop is hit, or held.
     fn is_met(&self, stop: usize) -> bool {
-        let mut instants = self.pattern().instants().iter();
+        let mut instants = self.pattern.instants().iter();
         let is_held = |flight: &Flight| flight.mode.stops.contains(&stop);
-        instants.any(|instant| instant.contains(&stop)) || self.flights().iter().any(is_held)
+        instants.any(|instant| instant.contains(&stop)) || self.flights.iter().any(is_held)
     }
 }
 
@@ -141,19 +131,19 @@ fn largest(maxima: impl Iterator<Item = Maximum>, tolerance: f64) -> Extreme {
     }
 }
 
-/// What is looked at along an orbit.
+/// Looks at an orbit.
 struct Looks<'a> {
-    orbit: &'a PeriodicOrbit,
+    along: &'a Along<'a>,
     contacts: &'a [Contact],
 }
 
 impl Looks<'_> {
     /// A coordinate, or behind these the gap of a stop, and its rate so far along a flight.
     fn at(&self, flight: usize, local: f64, quantity: usize) -> Result<Looked> {
-        let path = self.orbit.path();
+        let path = self.along.path;
         let at = path.point_along(flight, local);
         let (q, v) = path.state_in(at.arc, at.local);
-        let time = self.orbit.flights()[flight].start + local;
+        let time = self.along.flights[flight].start + local;
         self.of_state(time, (q.as_slice(), v.as_slice()), quantity)
     }
 
@@ -161,16 +151,16 @@ impl Looks<'_> {
         let Some(stop) = quantity.checked_sub(q.len()) else {
             return Ok([q[quantity], v[quantity]]);
         };
-        let w = self.orbit.scene().frequency().unwrap_or(0.0);
-        let moment = || Moment::new(time, w * time + self.orbit.phase(), w);
+        let w = self.along.scene.frequency().unwrap_or(0.0);
+        let moment = || Moment::new(time, w * time + self.along.scene.phase(), w);
         let value = self.contacts[stop].along(moment, (q, v, v), 0.0)?;
         Ok([value.gap, value.speed])
     }
 
     /// All quantities at the points at which the motion is drawn; what is left of impacts that accumulate is no flight.
     fn sampled(&self) -> Result<Vec<Sampled>> {
-        let (path, flights) = (self.orbit.path(), self.orbit.flights());
-        let count = self.orbit.scene().n_dof() + self.contacts.len();
+        let (path, flights) = (self.along.path, self.along.flights);
+        let count = self.along.scene.n_dof() + self.contacts.len();
         let mut sampled: Vec<Sampled> = Vec::with_capacity(flights.len());
         for point in path.points()? {
             let segments = &path.parts.segments;
@@ -209,7 +199,7 @@ impl Looks<'_> {
         let (most, size) = values.fold((f64::NEG_INFINITY, 0.0f64), |(most, size), x| {
             (most.max(sign * x), size.max(x.abs()))
         });
-        let stop = quantity.checked_sub(self.orbit.scene().n_dof());
+        let stop = quantity.checked_sub(self.along.scene.n_dof());
         let touch = TOUCHED * size;
         let bar = most - SAME_EXTREME * size;
         let bar = stop.map_or(bar, |_| bar.min(-touch));
@@ -220,7 +210,7 @@ impl Looks<'_> {
             looked,
         } in sampled
         {
-            let own = &self.orbit.flights()[*flight];
+            let own = &self.along.flights[*flight];
             let mut keep = |value: f64, local: f64, is_between: bool| {
                 let place = PlaceOnFlight {
                     flight: *flight,

@@ -1,6 +1,7 @@
 //! Derivatives of orbits in Python.
 
 use crate::derivative::{self, Derivatives};
+use crate::error::Result;
 use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::python::array::{out_matrix, vector};
@@ -66,13 +67,7 @@ pub(crate) fn derivatives<'py>(
                 "start is None, but with a callable it must be the value of p at the orbit",
             ));
         };
-        let (start, make) = (vector("start", start)?, parameters.clone().unbind());
-        let raised = Mutex::new(None);
-        let found = interrupt::run(py, false, |_| {
-            let make = |p: &[f64]| made(&make, (Numbers(p),), &raised);
-            derivative::derivatives_of(orbit, &make, start.as_slice())
-        });
-        return out(py, None, raised_or(found, raised)?);
+        return of_callable(py, orbit, parameters, start, derivative::derivatives_of);
     }
     let names = names(parameters)?;
     if let Some(start) = start {
@@ -91,6 +86,23 @@ pub(crate) fn derivatives<'py>(
         }
     }
     out(py, Some(names), found)
+}
+
+/// Derivatives by what a callable makes scenes of, taken by a function of the core.
+pub(crate) fn of_callable<'py>(
+    py: Python<'py>,
+    orbit: &PeriodicOrbit,
+    make: &Bound<'py, PyAny>,
+    start: &Bound<'py, PyAny>,
+    derived: fn(&PeriodicOrbit, &dyn Fn(&[f64]) -> Result<Scene>, &[f64]) -> Result<Derivatives>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (start, make) = (vector("start", start)?, make.clone().unbind());
+    let raised = Mutex::new(None);
+    let found = interrupt::run(py, false, |_| {
+        let make = |p: &[f64]| made(&make, (Numbers(p),), &raised);
+        derived(orbit, &make, start.as_slice())
+    });
+    out(py, None, raised_or(found, raised)?)
 }
 
 /// Takes one of the numbers in another unit.

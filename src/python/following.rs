@@ -1,7 +1,8 @@
-//! Orbits followed from one set of numbers of their scene to another, in Python.
+//! What an objective asks of the core: orbits followed from one set of numbers of their scene to another, and their derivatives.
 
 use crate::derivative;
 use crate::python::array::vector;
+use crate::python::derivative::of_callable;
 use crate::python::interrupt;
 use crate::python::made::{Numbers, made, raised_or};
 use crate::python::orbit::PyOrbit;
@@ -25,4 +26,16 @@ pub(crate) fn _followed(
         derivative::followed(own, &make, way, &mut || observe(0.0))
     });
     raised_or(found, raised).map(PyOrbit)
+}
+
+/// The derivatives of an orbit but those of its multipliers.
+#[pyfunction]
+pub(crate) fn _derivatives_but_multipliers<'py>(
+    py: Python<'py>,
+    orbit: PyRef<'_, PyOrbit>,
+    make: &Bound<'py, PyAny>,
+    start: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let derived = derivative::derivatives_but_multipliers;
+    of_callable(py, &orbit.0, make, start, derived)
 }

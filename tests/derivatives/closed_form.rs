@@ -3,7 +3,10 @@
 
 use crate::scenes::{harmonic, periods, scene, unit_mass, upper};
 use std::f64::consts::TAU;
-use vibroimpact::{Parameter, Pattern, PeriodicOrbit, derivatives, periodic_orbits};
+use vibroimpact::{
+    Parameter, Pattern, PeriodicOrbit, derivatives, derivatives_but_multipliers, derivatives_of,
+    periodic_orbits,
+};
 
 /// `x'' + 2 eta x' + x = F cos w t` before a stop at d with restitution e.
 #[derive(Debug, Clone, Copy)]
@@ -138,4 +141,21 @@ fn numbers_of_one_dimension_scale_together() {
             assert!(own.norm() < 1e-8, "{own}");
         }
     }
+}
+
+#[test]
+fn without_multipliers_the_rest_is_the_same() {
+    let orbit = &ALL[0].orbits(1)[0];
+    let scene = orbit.scene();
+    let make = |p: &[f64]| scene.replace(Parameter::Clearance.change(p[0]));
+    let start = [ALL[0].clearance];
+    let all = derivatives_of(orbit, &make, &start).expect("derivatives");
+    let rest = derivatives_but_multipliers(orbit, &make, &start).expect("derivatives");
+    assert_eq!(
+        (&all.v0, &all.times, &all.phase),
+        (&rest.v0, &rest.times, &rest.phase)
+    );
+    assert_eq!(all.max_displacement, rest.max_displacement);
+    assert!(all.multipliers.iter().all(|mu| mu.re.is_finite()));
+    assert!(rest.multipliers.iter().all(|mu| mu.re.is_nan()) && rest.reason.is_empty());
 }
