@@ -135,10 +135,10 @@ fn benches(criterion: &mut Criterion) {
         b.iter(|| black_box(by_derivatives(&orbit, &beside)));
     });
     group.bench_function("13 orbits", |b| {
-        b.iter(|| black_box(by_orbits(&orbit, &beside)))
+        b.iter(|| black_box(by_orbits(&orbit, &beside)));
     });
     group.bench_function("an optimisation", |b| {
-        b.iter(|| black_box(optimised(&orbit)))
+        b.iter(|| black_box(optimised(&orbit)));
     });
     group.finish();
 }

@@ -116,7 +116,6 @@ impl Multipliers {
 
     /// These numbers at a loop beside.
     pub fn measured(
-        &self,
         (shooting, units): (&Shooting<'_>, &ScaledUnits),
         state: &ShootingState,
     ) -> Result<Vec<f64>> {

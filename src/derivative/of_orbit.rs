@@ -187,7 +187,7 @@ impl Problem<'_> {
                 let equations = (shooting, units);
                 let mut all = measured(equations, &node.scene, &state, self.marks)?;
                 if all.len() == count && more > 0 {
-                    all.extend(self.floquet.measured(equations, &state)?);
+                    all.extend(Multipliers::measured(equations, &state)?);
                 }
                 Ok(all)
             })

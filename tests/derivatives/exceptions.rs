@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
     Branch, Change, ContinuationOptions, Derivatives, Error, Parameter, Pattern, PeriodicOrbit,
-    Scene, SegmentKind, SpecialKind, continuation, derivatives, derivatives_of, find_orbit,
-    periodic_orbits, simulate,
+    Scene, SegmentKind, SimulateOptions, SpecialKind, continuation, derivatives, derivatives_of,
+    find_orbit, periodic_orbits, simulate,
 };
 
 fn one_stop(force: f64, frequency: f64, clearance: f64) -> Scene {
@@ -122,7 +122,7 @@ fn a_contact_without_duration_has_none() {
         &dvector![0.3],
         &dvector![0.0],
         span,
-        &Default::default(),
+        &SimulateOptions::default(),
     );
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
     let branch = followed(&orbit, Parameter::ForcingScale, (0.8, 3.0));
@@ -163,7 +163,7 @@ fn a_family_has_none() {
         &dvector![0.3],
         &dvector![-1.0],
         (0.0, 40.0),
-        &Default::default(),
+        &SimulateOptions::default(),
     );
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
     let found = derivatives(&orbit, &[Parameter::Clearance]).expect("an answer");

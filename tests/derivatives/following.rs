@@ -3,12 +3,13 @@
 use crate::scenes::{harmonic, scene, unit_mass, upper};
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Error, OrbitOptions, Pattern, PeriodicOrbit, Result, Scene, followed, periodic_orbits,
+    Change, Error, OrbitOptions, Pattern, PeriodicOrbit, Result, Scene, followed, periodic_orbits,
 };
 
 fn make(p: &[f64]) -> Result<Scene> {
-    let forcing = harmonic(&[p[0]], p[1], 0.0);
-    Ok(scene(unit_mass(0.1, 1.0), forcing, [upper(0, 1.0, 0.8)]))
+    let forcing = harmonic(&[1.0], p[1], 0.0);
+    let unit = scene(unit_mass(0.1, 1.0), forcing, [upper(0, 1.0, 0.8)]);
+    unit.replace(Change::ForcingScale(p[0]))
 }
 
 fn orbits(p: &[f64]) -> Vec<PeriodicOrbit> {

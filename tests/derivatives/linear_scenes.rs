@@ -5,8 +5,8 @@ use crate::random::{Cases, Random};
 use crate::scenes::{harmonic, scene};
 use vibroimpact::nalgebra::{DMatrix, DVector};
 use vibroimpact::{
-    Constraint, LinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Scene, Side, Stop,
-    derivatives, find_orbit, periodic_orbits, simulate,
+    Constraint, LinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Scene, Side,
+    SimulateOptions, Stop, derivatives, find_orbit, periodic_orbits, simulate,
 };
 
 fn random_scene(random: &mut Random) -> Scene {
@@ -55,7 +55,7 @@ fn random_orbit(random: &mut Random, scene: &Scene) -> Option<PeriodicOrbit> {
     }
     let rest = DVector::zeros(scene.n_dof());
     let span = (0.0, 300.0 * scene.period()?);
-    let run = simulate(scene, &rest, &rest, span, &Default::default()).ok()?;
+    let run = simulate(scene, &rest, &rest, span, &SimulateOptions::default()).ok()?;
     find_orbit(scene, &run, None).ok()
 }
 
