@@ -7,7 +7,7 @@
 //! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: how a scene with stops
 //! moves from event to event, in closed form or integrated; `path`: motions that are kept; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`section`]: a
 //! motion looked at once in a while; [`exponents`]: how fast deviations grow; [`sweep`]: maps, ensembles, diagrams; [`attractor`]: what motions settle on; [`basin`]: from where; [`branch`]: orbits over a number of
-//! their scene. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
+//! their scene; [`derivative`]: how they change with its numbers. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
 //! `docs/theory.md`: "theory 5" in a comment is its section 5; the words in `docs/glossary.md`; which files a new system, stop, excitation or
 //! integrator touches in `docs/extending.md`.
 
@@ -15,6 +15,7 @@ pub mod attractor;
 pub mod basin;
 pub mod branch;
 mod contact;
+pub mod derivative;
 pub mod error;
 pub mod exponents;
 mod flow;
@@ -37,6 +38,7 @@ mod tolerance;
 pub use attractor::*;
 pub use basin::*;
 pub use branch::*;
+pub use derivative::*;
 pub use error::{Error, Result};
 pub use exponents::*;
 pub use impact::*;

@@ -214,3 +214,8 @@ pub(crate) const TIME_TOL: f64 = 1e-9;
 pub(crate) const DISTINCT: f64 = 1e-2;
 /// Relative error of the depth of a violation that is good enough to tell two of them apart.
 pub(crate) const ROUGH_MULTIPLIER: f64 = 1e-3;
+/// Extremes of a motion that differ by no more than this part of its size are reached together.
+pub(crate) const SAME_EXTREME: f64 = 1e-9;
+/// A gap this small, relative to the largest of its stop, without an impact, or an approach speed, relative to the motion's largest, is a
+/// touch of which numbers have a derivative on one side alone: steps of a difference lead across it.
+pub(crate) const TOUCHED: f64 = 1e-9;

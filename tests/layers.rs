@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 19] = [
+const LAYERS: [&[&str]; 20] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["model"],
@@ -24,6 +24,7 @@ const LAYERS: [&[&str]; 19] = [
     &["attractor"],
     &["basin"],
     &["branch"],
+    &["derivative"],
     &["python"],
     &["lib"],
 ];

@@ -55,11 +55,13 @@ from vibroimpact.basin_samples import BasinFractions, basin_fractions
 from vibroimpact.branch import Branch, continuation
 from vibroimpact.curve import BifurcationCurve, CurvePoint, bifurcation_curve
 from vibroimpact.damping import rayleigh_damping
+from vibroimpact.derivative import Derivatives
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
 from vibroimpact.ensemble import Ensemble, simulate_many
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.existence import ExistenceMap, existence_map
 from vibroimpact.exponents import LyapunovExponents, lyapunov_exponents
+from vibroimpact.objective import objective
 from vibroimpact.reduction import Reduction, reduce
 from vibroimpact.special import Candidate, Special
 from vibroimpact.tree import BranchTree, branch_tree
@@ -90,6 +92,7 @@ __all__ = [
     "Coefficients",
     "ConvergenceError",
     "CurvePoint",
+    "Derivatives",
     "DoublePendulum",
     "Energy",
     "Ensemble",
@@ -134,6 +137,7 @@ __all__ = [
     "load",
     "lyapunov_exponents",
     "modes",
+    "objective",
     "paper_scene",
     "paper_system",
     "periodic_orbits",

@@ -5,6 +5,8 @@ from typing import Any, ClassVar, Literal, Protocol, Self, SupportsIndex, TypeAl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.derivative import Derivatives
+
 __all__ = [
     "BaseAcceleration",
     "BaseMotion",
@@ -39,8 +41,10 @@ __all__ = [
     "_branches",
     "_check_existence",
     "_continuation",
+    "_derivatives_but_multipliers",
     "_existence_at",
     "_existence_cells",
+    "_followed",
     "_group_attractors",
     "_lyapunov_exponents",
     "_numbers",
@@ -538,6 +542,16 @@ class Orbit:
     @property
     def stability(self) -> Stability: ...
     def mirrored(self) -> Orbit: ...
+    @property
+    def min_gap(self) -> _FloatArray: ...
+    @property
+    def max_displacement(self) -> _FloatArray: ...
+    def derivatives(
+        self,
+        parameters: str | Sequence[str] | Callable[[NDArray[np.float64]], Scene],
+        *,
+        start: ArrayLike | None = None,
+    ) -> Derivatives: ...
     def to_arrays(self) -> dict[str, NDArray[Any]]: ...
     def save(self, path: str | PathLike[str]) -> None: ...
     def to_xarray(self) -> Any: ...
@@ -848,6 +862,8 @@ def _bifurcation_curve(
     list[tuple[str, str]],
 ]: ...
 def _scene_at(scene: Scene, name: str | None, make: Callable[[float], Scene] | None, start: float, value: float) -> Scene: ...
+def _derivatives_but_multipliers(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike) -> Derivatives: ...
+def _followed(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike, p: ArrayLike) -> Orbit: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

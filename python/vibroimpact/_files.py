@@ -23,6 +23,7 @@ from vibroimpact.basin_plane import Basins, Fit
 from vibroimpact.basin_samples import BasinFractions
 from vibroimpact.branch import Branch
 from vibroimpact.curve import BifurcationCurve, CurvePoint
+from vibroimpact.derivative import Derivatives
 from vibroimpact.diagram import BifurcationDiagram, PoincarePoints
 from vibroimpact.ensemble import Ensemble
 from vibroimpact.errors import ConvergenceError
@@ -58,6 +59,7 @@ Result = (
     | BranchTree
     | Candidate
     | Special
+    | Derivatives
     | Fit
 )
 
@@ -82,6 +84,7 @@ RESULTS: dict[str, Callable[..., Any]] = {
     "BranchTree": BranchTree,
     "Candidate": Candidate,
     "Special": Special,
+    "Derivatives": Derivatives,
     "Fit": Fit,
 }
 
@@ -123,7 +126,8 @@ def load(path: str | os.PathLike[str]) -> Result:
     Returns
     -------
     Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor,
-    Attractors, Basins, BasinFractions, Branch, Beyond, BranchTree, BifurcationCurve, CurvePoint, Candidate, Special or Fit
+    Attractors, Basins, BasinFractions, Branch, Beyond, BranchTree, BifurcationCurve, CurvePoint, Candidate, Special,
+    Derivatives or Fit
         What was saved, equal to the bit.
 
     Raises

@@ -49,7 +49,8 @@ class ArrayResult:
         -------
         xarray.Dataset
             The arrays over named dimensions: x and y of a map; run, time and dof of an ensemble; point and dof of a section,
-            and value of a diagram; exponent and batch of exponents; orbit of a branch.
+            and value of a diagram; exponent and batch of exponents; orbit of a branch; number of
+            derivatives.
 
         Raises
         ------

@@ -1,7 +1,7 @@
 """Results as labelled arrays of xarray, with named dimensions.
 
 Those of trajectories: time, dof, impact, graze, segment; of maps x and y; of ensembles run; of diagrams value and point; of
-exponents exponent and batch; of branches orbit.
+exponents exponent and batch; of branches orbit; of derivatives number.
 """
 
 from __future__ import annotations
@@ -167,6 +167,15 @@ def _candidate(own: Any) -> _Parts:
     return variables, {}, {"parameter": own.parameter, "side": own.side}
 
 
+def _derivatives(found: Any) -> _Parts:
+    rows = {"q0": "dof", "v0": "dof", "max_displacement": "dof", "speeds_before": "impact", "times": "impact", "min_gap": "stop"}
+    rows["multipliers"] = "multiplier"
+    arrays = found.to_arrays()
+    variables: dict[str, Any] = {name: ((rows[name], "number") if name in rows else "number", x) for name, x in arrays.items()}
+    coordinates = {} if found.parameters is None else {"number": list(found.parameters)}
+    return variables, coordinates, {"reason": found.reason}
+
+
 def _fit(fit: Any) -> _Parts:
     return {"counts": ("size", fit.counts)}, {"size": fit.sizes}, {"value": fit.value, "error": fit.error}
 
@@ -190,5 +199,6 @@ _MAKE = {
     "BranchTree": _branch_tree,
     "Candidate": _candidate,
     "Special": _special,
+    "Derivatives": _derivatives,
     "Fit": _fit,
 }

@@ -138,7 +138,7 @@ pub(super) fn span_of((low, high): (f64, f64)) -> f64 {
 }
 
 /// A loop of one scene in another, instants at the phases that they have.
-pub(super) fn stretched(state: &ShootingState, from: &Scene, to: &Scene) -> ShootingState {
+pub(crate) fn stretched(state: &ShootingState, from: &Scene, to: &Scene) -> ShootingState {
     let factor = match (from.frequency(), to.frequency()) {
         (Some(from), Some(to)) => from / to,
         _ => 1.0,
@@ -152,7 +152,7 @@ pub(super) fn stretched(state: &ShootingState, from: &Scene, to: &Scene) -> Shoo
 }
 
 /// Refuses scenes in which a loop of another has no meaning.
-pub(super) fn check_same(one: &Scene, other: &Scene, value: f64) -> Result<()> {
+pub(crate) fn check_same(one: &Scene, other: &Scene, value: f64) -> Result<()> {
     let shape = |scene: &Scene| {
         (
             scene.n_dof(),

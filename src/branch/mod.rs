@@ -33,3 +33,5 @@ pub use one::Branch;
 pub use options::{ContinuationOptions, Heading, Virtual};
 pub use special::{Special, SpecialKind};
 pub use switching::{branches, branches_of};
+
+pub(crate) use family::{check_same, stretched};

@@ -1,6 +1,7 @@
 //! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
 
 mod contact_mode;
+mod extremes;
 mod flights;
 mod free_parameter;
 mod impacts;
@@ -36,6 +37,7 @@ pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};
 
 pub(crate) use contact_mode::{ContactStage, Event};
+pub(crate) use extremes::{Extremes, PlaceOnFlight};
 pub(crate) use impacts::list_impacts;
 pub(crate) use one_instant::periodic_conditions::PeriodicConditions;
 pub(crate) use one_instant::solve::{Solution, clearance_given};
@@ -43,6 +45,7 @@ pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use shooting::closure::{Shooting, ShootingState, Units as ScaledUnits};
 pub(crate) use shooting::find::{begun, check_landings};
+pub(crate) use shooting::legs::{Leg, legs, struck_in_order};
 pub(crate) use shooting::mirror::images;
 pub(crate) use shooting::newton::Linearised;
 pub(crate) use shooting::own_time::with_phase;

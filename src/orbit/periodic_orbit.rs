@@ -6,6 +6,7 @@ use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::{Change, PhysicalState, Scene};
 use crate::observer::Observer;
+use crate::orbit::extremes::{Along, Extremes};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::paper_coefficients::{Coefficients, coefficients};
@@ -38,6 +39,7 @@ pub struct PeriodicOrbit {
     admissibility: OnceLock<Admissibility>,
     violation: OnceLock<Option<Violation>>,
     stability: OnceLock<Stability>,
+    extremes: OnceLock<Extremes>,
 }
 
 impl PeriodicOrbit {
@@ -78,6 +80,7 @@ impl PeriodicOrbit {
             admissibility: OnceLock::new(),
             violation: OnceLock::new(),
             stability: OnceLock::new(),
+            extremes: OnceLock::new(),
         })
     }
 
@@ -324,6 +327,41 @@ impl PeriodicOrbit {
     /// Touches within the margin, without impact.
     pub fn touches(&self) -> &[Touch] {
         &self.admissibility().touches
+    }
+
+    /// The least gap of every stop over a period, shape `(stops,)`: zero for one that is hit, unless it is passed too.
+    ///
+    /// Sought between the points at which the motion is drawn, 8 in a radian of the fastest oscillation or 4 in a step of an integrator.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn min_gap(&self) -> Result<Vec<f64>> {
+        let gaps = &self.extremes()?.gaps;
+        Ok(gaps.iter().map(|gap| gap.value).collect())
+    }
+
+    /// The largest distance of every coordinate from zero over a period, `max |q_i|`, shape `(n,)`; sought as
+    /// [`min_gap`](Self::min_gap).
+    ///
+    /// # Errors
+    /// As [`min_gap`](Self::min_gap).
+    pub fn max_displacement(&self) -> Result<Vec<f64>> {
+        let all = &self.extremes()?.displacements;
+        Ok(all.iter().map(|own| own.value).collect())
+    }
+
+    pub(crate) fn extremes(&self) -> Result<&Extremes> {
+        if let Some(known) = self.extremes.get() {
+            return Ok(known);
+        }
+        let along = Along {
+            scene: &self.scene,
+            path: self.path(),
+            pattern: &self.pattern,
+            flights: &self.flights,
+        };
+        let found = Extremes::new(&along)?;
+        Ok(self.extremes.get_or_init(|| found))
     }
 
     /// Multipliers and what they decide, computed when first asked for.

@@ -8,6 +8,7 @@ use crate::model::{Parameter, Scene, value_of};
 use crate::orbit::PeriodicOrbit;
 use crate::python::array::out_matrix;
 use crate::python::diagram::{count, way};
+use crate::python::made::made;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::sweep::amplitude_given;
@@ -15,10 +16,8 @@ use crate::python::text::shown;
 use crate::python::{argument, interrupt};
 use nalgebra::{Complex, DMatrix};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use std::fmt;
 use std::sync::Mutex;
 
 /// Orbits, values, arclengths; whether each is admissible, is stable; multipliers outside the circle (-1: undefined), multipliers; special
@@ -124,36 +123,6 @@ pub(super) fn varied<'a>(
             "start is None, but with a callable it must be the value of p at the orbit",
         )),
     }
-}
-
-/// The scene that a function makes of a value: one that it refuses by a `ValueError` is the end of its domain; any other exception is
-/// kept, and breaks off.
-pub(super) fn made<V>(make: &Py<PyAny>, values: V, raised: &Mutex<Option<PyErr>>) -> Result<Scene>
-where
-    V: for<'py> PyCallArgs<'py> + fmt::Debug + Copy,
-{
-    Python::attach(|py| {
-        let given = format!("{values:?}");
-        let given = given.trim_matches(['(', ')', ',']);
-        let found = make.bind(py).call1(values).and_then(|scene| {
-            let found = scene.extract::<PyRef<'_, PyScene>>();
-            found.map(|scene| scene.0.clone()).map_err(|_| {
-                let found = shown(&scene);
-                PyTypeError::new_err(format!(
-                    "parameter({given}) is {found}, but a Scene is needed"
-                ))
-            })
-        });
-        found.map_err(|error| {
-            if error.is_instance_of::<PyValueError>(py) {
-                return Error::bad_value("p", given, error.value(py).to_string());
-            }
-            if let Ok(mut raised) = raised.lock() {
-                *raised = Some(error);
-            }
-            Error::Interrupted
-        })
-    })
 }
 
 /// The branch of an orbit over a number of its scene, or over scenes that a function makes.

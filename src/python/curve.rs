@@ -6,8 +6,9 @@ use crate::branch::{
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::PeriodicOrbit;
-use crate::python::branch::{SpecialGiven, Varied, made, special_of, varied};
+use crate::python::branch::{SpecialGiven, Varied, special_of, varied};
 use crate::python::diagram::{count, way};
+use crate::python::made::made;
 use crate::python::orbit::PyOrbit;
 use crate::python::{argument, interrupt};
 use numpy::{IntoPyArray, PyArray1};

@@ -14,12 +14,15 @@ mod branch;
 mod c_function;
 mod callable;
 mod curve;
+mod derivative;
 mod diagram;
 mod error;
 mod exponents;
 mod files;
 mod find;
+mod following;
 mod interrupt;
+mod made;
 mod modal;
 mod model;
 mod orbit;
@@ -56,6 +59,8 @@ mod _core {
     use super::exponents::_lyapunov_exponents;
     #[pymodule_export]
     use super::find::find_orbit;
+    #[pymodule_export]
+    use super::following::{_derivatives_but_multipliers, _followed};
     #[pymodule_export]
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]

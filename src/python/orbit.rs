@@ -11,7 +11,7 @@ use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, list};
-use crate::python::{argument, files, interrupt};
+use crate::python::{argument, derivative, files, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::SegmentKind;
 use nalgebra::{Complex, DVector};
@@ -452,6 +452,72 @@ impl PyOrbit {
     fn mirrored(&self, py: Python<'_>) -> PyResult<Self> {
         let own = &self.0;
         Ok(Self(py.detach(|| own.mirrored())?))
+    }
+
+    /// The least gap of every stop over a period, shape (stops,): zero for one that is hit, unless it is passed too; sought between the
+    /// points at which the motion is drawn.
+    #[getter]
+    fn min_gap<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let orbit = &self.0;
+        let found = interrupt::run(py, false, |_| orbit.min_gap())?;
+        Ok(found.into_pyarray(py))
+    }
+
+    /// The largest distance of every coordinate from zero over a period, max |q_i|, shape (n,); sought as ``min_gap``.
+    #[getter]
+    fn max_displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let orbit = &self.0;
+        let found = interrupt::run(py, false, |_| orbit.max_displacement())?;
+        Ok(found.into_pyarray(py))
+    }
+
+    /// Derivatives of the orbit by numbers of its scene: those of the orbits of the same pattern in scenes nearby.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameters : str, sequence of str, or callable
+    ///     Numbers of ``Scene.replace`` ("frequency", "clearance[1]", "forcing_scale", ...; not "phase", which shifts time alone), or
+    ///     a callable ``p (d,) -> Scene``.
+    /// start : array_like, shape (d,), optional
+    ///     Of a callable, its p at the orbit: the scene that it makes of it is the orbit's but for the phase.
+    ///
+    /// Returns
+    /// -------
+    /// Derivatives
+    ///     Of position, velocity and phase right after the first impact, speeds and times of impacts, multipliers, least gaps and
+    ///     largest displacements; nan where one does not exist, with the reason.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A number that does not exist or that the stops do not share; a callable without ``start``, names with one; a ``start`` in
+    ///     whose scene the orbit does not close; a callable that refuses p both above and below it.
+    /// TypeError
+    ///     A callable that does not return a Scene.
+    ///
+    /// Notes
+    /// -----
+    /// The equations of ``find_orbit`` are differentiated, ``G_Z dZ = -G_p``, with G_p and what is measured of the motion by central
+    /// differences at phases held: no orbit is searched for. Extremes change as the value at the place where they are.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import vibroimpact as vi
+    /// >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+    /// >>> orbit = vi.periodic_orbits(scene, [0])[0]
+    /// >>> names = "forcing_scale", "clearance"
+    /// >>> speed = orbit.derivatives(names).speeds_before.sum()
+    /// >>> bool(np.isclose(speed, orbit.impacts[0].item()[2]))  # twice both is twice the motion, its speed too
+    /// True
+    #[pyo3(signature = (parameters, *, start=None))]
+    fn derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        parameters: &Bound<'py, PyAny>,
+        start: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        derivative::derivatives(py, &self.0, parameters, start)
     }
 
     /// Arrays of the orbit, for ``numpy.savez``.

@@ -79,6 +79,7 @@ def objects():
     yield "BifurcationCurve", vi.bifurcation_curve(graze, *plane, max_points=5)
     yield "CurvePoint", vi.CurvePoint("fold_flip", (1.0, 2.0), (1e-12, 1e-12), 0.5, graze.orbit)
     yield "Candidate", graze.branches()[0]
+    yield "Derivatives", orbits[0].derivatives(["frequency", "clearance"])
     yield "Branch", vi.continuation(orbits[0], "frequency", (1.4, 1.6), max_points=3, monitor={"period": lambda own: own.period})
     yield "PoincarePoints", vi.poincare_points(vi.simulate(PAIR, [0, 0], [1, 1], (0, 9)))
     found = vi.find_attractors(PAIR, [(-1, 0), (-1, 1), (-1, 1), (-1, 1)], seeds=2, transient=20, max_periods=20)

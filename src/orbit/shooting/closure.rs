@@ -84,7 +84,7 @@ impl Shooting<'_> {
     }
 
     /// The stops struck at instant k that were not held before it, whose gaps are conditions.
-    pub(super) fn newly_struck(&self, k: usize) -> impl Iterator<Item = usize> {
+    pub(crate) fn newly_struck(&self, k: usize) -> impl Iterator<Item = usize> {
         let stops: &[usize] = match self.event(k) {
             Event::Strike(stops) => stops,
             _ => &[],

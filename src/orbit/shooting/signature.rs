@@ -3,18 +3,17 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
-use crate::hybrid::{
-    ClosedFormMaps, HybridMaps, IntegratedMaps, SegmentKind, constrained_motions, project_onto,
-};
+use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, constrained_motions};
 use crate::impact::wrapped;
 use crate::modal::ModalState;
 use crate::model::Scene;
-use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
+use crate::orbit::contact_mode::ContactStage;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, FlightEnd, Shooting, ShootingState};
+use crate::orbit::shooting::legs::{Leg, legs, struck_in_order};
 use crate::orbit::shooting::own_time::with_phase;
 use crate::quantity::room_for;
 use nalgebra::DVector;
@@ -106,67 +105,16 @@ fn parts<M: HybridMaps>(
     motion: &M,
     pairs: impl Fn(&DVector<f64>) -> ModalState,
 ) -> Result<OrbitData> {
-    let zero = found.times[0];
-    let count = flight_ends.len();
-    let (mut instants, mut impulses, mut flights) = (Vec::new(), Vec::new(), Vec::new());
-    let flight = |mode: ContactMode, (from, to): (f64, f64), after: &_, before_next: &_| Flight {
+    let legs = legs(&signature.stages, found, flight_ends, motion)?;
+    let (instants, impulses) = struck_in_order(&signature.stages, flight_ends);
+    let flight = |leg: Leg| Flight {
         start: 0.0,
-        span: to - from,
-        after: pairs(after),
-        before_next: pairs(before_next),
-        mode,
+        span: leg.end - leg.start,
+        after: pairs(&leg.after),
+        before_next: pairs(&leg.before_next),
+        mode: leg.mode,
     };
-    for (k, stage) in signature.stages.iter().enumerate() {
-        let opening = &flight_ends[(k + count - 1) % count];
-        let mut mode = ContactMode {
-            kind: SegmentKind::Flight,
-            stops: stage.held.clone(),
-            is_struck: false,
-            released: None,
-        };
-        if !stage.held.is_empty() {
-            mode.kind = SegmentKind::Stick;
-        }
-        match &stage.event {
-            Event::Nothing => mode.is_struck = stage.held.is_empty(),
-            Event::Release(stop) => mode.released = Some(*stop),
-            Event::Strike(stops) => {
-                instants.push(stops.clone());
-                impulses.extend_from_slice(&opening.impulses);
-                mode.is_struck = true;
-            }
-            Event::Chatter(stop) => {
-                let chatter = opening.chatter.as_ref();
-                let chatter = chatter.expect("completed at every instant where impacts accumulate");
-                for (i, bounce) in chatter.bounces.iter().enumerate() {
-                    let next = chatter.bounces.get(i + 1);
-                    let (to, before_next) = next
-                        .map_or((chatter.last_time, &chatter.last), |next| {
-                            (next.time, &next.before)
-                        });
-                    let span = (bounce.time, to);
-                    instants.push(vec![*stop]);
-                    impulses.push(bounce.impulse);
-                    flights.push(flight(ContactMode::FREE, span, &bounce.after, before_next));
-                }
-                // The rest is over in no time: it begins without normal speed.
-                let mut rest = chatter.last.clone();
-                project_onto(motion, &[*stop], chatter.last_time, &mut rest)?;
-                let remainder = ContactMode {
-                    kind: SegmentKind::Chatter,
-                    stops: vec![*stop],
-                    is_struck: false,
-                    released: None,
-                };
-                let span = (chatter.last_time, found.starts[k]);
-                flights.push(flight(remainder, span, &rest, &found.states[k]));
-            }
-        }
-        let mut after = found.states[k].clone();
-        project_onto(motion, &stage.held, found.starts[k], &mut after)?;
-        let span = (found.starts[k], found.times[k + 1]);
-        flights.push(flight(mode, span, &after, &flight_ends[k].before));
-    }
+    let mut flights: Vec<Flight> = legs.into_iter().map(flight).collect();
     // The starts are the sums of the spans, as those of an orbit that was saved.
     let mut elapsed = 0.0;
     for flight in &mut flights {
@@ -177,7 +125,7 @@ fn parts<M: HybridMaps>(
     Ok(OrbitData {
         pattern: Pattern::new(instants)?,
         n_periods: signature.n_periods,
-        phase: wrapped(frequency * zero + scene.phase()),
+        phase: wrapped(frequency * found.times[0] + scene.phase()),
         flights,
         impulses,
         clearances: Vec::new(),

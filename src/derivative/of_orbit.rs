@@ -1,0 +1,315 @@
+//! From an orbit to its derivatives.
+
+use crate::derivative::loop_rates::Loop;
+use crate::derivative::measured::{Layout, Mark, Quantity, marks, measured};
+use crate::derivative::multipliers::Multipliers;
+use crate::derivative::rates::Derivatives;
+use crate::derivative::refusal::{refusal, singular};
+use crate::derivative::stencil::Node;
+use crate::error::{Error, Result};
+use crate::hybrid::chatter_map::NO_REST;
+use crate::model::{Parameter, Scene, value_of};
+use crate::orbit::PeriodicOrbit;
+use crate::quantity::finite;
+use nalgebra::{Complex, DMatrix};
+
+/// Derivatives at the places of one extreme agree where they differ by no more than this part of the larger.
+const AGREED: f64 = 1e-6;
+/// Where loops beside an orbit have other impacts that accumulate, steps are so much shorter, so often.
+const BORDER: &str =
+    "beside the orbit impacts that accumulate are others, or come to no rest: one-sided only";
+const CLOSER: f64 = 0.1;
+const MOST_CLOSER: usize = 3;
+
+/// The derivatives of an orbit by numbers of its scene: those of the orbits of the same pattern in scenes nearby.
+///
+/// # Errors
+/// A number that the scene does not have, or that its stops do not share; the phase, which shifts time alone; what the functions of a
+/// nonlinear scene report.
+///
+/// # References
+/// Theory section 21.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::{OrbitOptions, Parameter, Pattern, derivatives, periodic_orbits};
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![8.5.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
+/// let orbit = &orbits[0];
+/// let found = derivatives(orbit, &[Parameter::ForcingScale, Parameter::Clearance])?;
+/// // Twice the force and twice the clearance are twice the motion.
+/// let speed = found.speeds_before[(0, 0)] + found.speeds_before[(0, 1)];
+/// assert!((speed / orbit.impacts()[0].approach - 1.0).abs() < 1e-9);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Derivatives> {
+    let scene = orbit.scene();
+    let mut values = Vec::with_capacity(parameters.len());
+    for &parameter in parameters {
+        if parameter == Parameter::Phase {
+            let rule = "it must be a number that changes the motion: the phase shifts time alone";
+            return Err(Error::bad_value("parameters", "\"phase\"", rule));
+        }
+        let value = value_of(scene, parameter, "parameters")?;
+        if !value.is_finite() {
+            let rule = "it must be a number that the scene of the orbit has";
+            let value = format!("\"{parameter}\"");
+            return Err(Error::bad_value("parameters", value, rule));
+        }
+        values.push(value);
+    }
+    let make = |i: usize, offset: f64| {
+        let value = values[i] + offset;
+        parameters[i].check(value)?;
+        scene.replace(parameters[i].change(value))
+    };
+    // Clearances are felt as parts of the motion, factors and restitutions of one.
+    let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
+    let size = |(&parameter, &value): (&Parameter, &f64)| match parameter {
+        Parameter::Frequency => value,
+        Parameter::Clearance | Parameter::ClearanceOf(_) => farthest.max(value.abs()),
+        _ => 1.0,
+    };
+    let sizes: Vec<f64> = parameters.iter().zip(&values).map(size).collect();
+    by_numbers(orbit, scene, (&make, &sizes), true)
+}
+
+/// The same over scenes of any kind, one for each list of d numbers; the orbit is that of the scene of `start`, but for its phase.
+///
+/// # Errors
+/// A scene of `start` in which the orbit does not close; numbers about it that are refused both above and below; what `make` says.
+pub fn derivatives_of(
+    orbit: &PeriodicOrbit,
+    make: &dyn Fn(&[f64]) -> Result<Scene>,
+    start: &[f64],
+) -> Result<Derivatives> {
+    by_list(orbit, make, start, true)
+}
+
+/// The same without multipliers, which take half of the time and are not numbers here: what most optimisers need.
+///
+/// # Errors
+/// As [`derivatives_of`].
+pub fn derivatives_but_multipliers(
+    orbit: &PeriodicOrbit,
+    make: &dyn Fn(&[f64]) -> Result<Scene>,
+    start: &[f64],
+) -> Result<Derivatives> {
+    by_list(orbit, make, start, false)
+}
+
+fn by_list(
+    orbit: &PeriodicOrbit,
+    make: &dyn Fn(&[f64]) -> Result<Scene>,
+    start: &[f64],
+    has_multipliers: bool,
+) -> Result<Derivatives> {
+    for &value in start {
+        finite("start", value)?;
+    }
+    let scene = make(start)?;
+    let beside = |i: usize, offset: f64| {
+        let mut p = start.to_vec();
+        p[i] += offset;
+        make(&p)
+    };
+    let sizes: Vec<f64> = start.iter().map(|value| value.abs()).collect();
+    by_numbers(orbit, &scene, (&beside, &sizes), has_multipliers)
+}
+
+/// The derivatives by one number.
+struct Column {
+    measured: Vec<f64>,
+    min_gap: Vec<f64>,
+    max_displacement: Vec<f64>,
+    multipliers: Vec<Complex<f64>>,
+}
+
+/// What the loops beside an orbit are.
+enum Beside {
+    /// Of as many impacts.
+    Alike(Option<Column>),
+    Other,
+}
+
+/// An orbit that is to be differentiated.
+struct Problem<'a> {
+    own: &'a Loop,
+    layout: Layout,
+    stops: usize,
+    marks: &'a [Mark],
+    floquet: &'a Multipliers,
+}
+
+impl Problem<'_> {
+    /// The derivatives by a number of a size, of which `make` makes scenes; `None`, with the reason, where there are none.
+    fn column(
+        &self,
+        make: &dyn Fn(f64) -> Result<Scene>,
+        size: f64,
+        reasons: &mut Vec<String>,
+    ) -> Result<Option<Column>> {
+        let mut part = 1.0;
+        for _ in 0..MOST_CLOSER {
+            match self.by_steps(make, (size, part), reasons) {
+                Ok(Beside::Alike(column)) => return Ok(column),
+                Ok(Beside::Other) => {}
+                Err(error) if has_no_rest(&error) => {}
+                Err(error) => return Err(error),
+            }
+            part *= CLOSER;
+        }
+        reasons.push(BORDER.to_owned());
+        Ok(None)
+    }
+
+    /// The same by steps that are a part of the usual ones.
+    fn by_steps(
+        &self,
+        make: &dyn Fn(f64) -> Result<Scene>,
+        (size, part): (f64, f64),
+        reasons: &mut Vec<String>,
+    ) -> Result<Beside> {
+        let rates = self.own.rates(make, size, part)?;
+        if let Some(reason) = singular(self.own, &rates.of_equations) {
+            reasons.push(reason.to_owned());
+            return Ok(Beside::Alike(None));
+        }
+        let count = self.layout.marks() + self.marks.len();
+        let more = self.floquet.n_measured(self.own);
+        let there = |node: &Node| {
+            let state = self.own.moved(&rates.state, node);
+            self.own.in_scene(&node.scene, |shooting, units| {
+                let equations = (shooting, units);
+                let mut all = measured(equations, &node.scene, &state, self.marks)?;
+                if all.len() == count && more > 0 {
+                    all.extend(Multipliers::measured(equations, &state)?);
+                }
+                Ok(all)
+            })
+        };
+        let found = rates.stencil.derivative(there)?;
+        let Some(mut measured) = found.filter(|found| found.len() == count + more) else {
+            return Ok(Beside::Other);
+        };
+        let deviations = measured.split_off(count);
+        let mut extreme = |quantity: Quantity| {
+            self.extreme(quantity, &measured).unwrap_or_else(|| {
+                reasons.push(format!("{quantity} at several times: one-sided only"));
+                f64::NAN
+            })
+        };
+        Ok(Beside::Alike(Some(Column {
+            min_gap: (0..self.stops).map(|j| extreme(Quantity::Gap(j))).collect(),
+            max_displacement: (0..self.layout.n)
+                .map(|i| extreme(Quantity::Coordinate(i)))
+                .collect(),
+            multipliers: self.floquet.derivatives(self.own, &deviations),
+            measured,
+        })))
+    }
+
+    /// The derivative of an extreme: that of the value where it is, zero where it is that of a contact; `None` where it is reached at
+    /// several times, whose values change apart from each other.
+    fn extreme(&self, quantity: Quantity, measured: &[f64]) -> Option<f64> {
+        let at_marks = &measured[self.layout.marks()..];
+        let all = self.marks.iter().zip(at_marks);
+        let mut values = all.filter(|((own, _), _)| *own == quantity);
+        let first = values.next().map_or(0.0, |(_, value)| *value);
+        let positions = &measured[..self.layout.n];
+        let sizes = positions.iter().chain(at_marks).map(|x| x.abs());
+        let tolerance = AGREED * sizes.fold(0.0, f64::max);
+        let is_one = values.all(|(_, value)| (value - first).abs() <= tolerance);
+        is_one.then_some(first)
+    }
+}
+
+/// Whether it is that impacts do not accumulate.
+fn has_no_rest(error: &Error) -> bool {
+    matches!(error, Error::NoConvergence { stage, .. } if *stage == NO_REST)
+}
+
+/// A row for each number of an attribute, a column for each derivative.
+fn assembled<T: nalgebra::Scalar + Copy>(
+    columns: &[Option<Column>],
+    (count, nan): (usize, T),
+    of: impl Fn(&Column) -> &[T],
+) -> DMatrix<T> {
+    DMatrix::from_fn(count, columns.len(), |j, i| {
+        let numbers = columns[i].as_ref().map(&of);
+        numbers.and_then(|x| x.get(j)).copied().unwrap_or(nan)
+    })
+}
+
+/// The derivatives by numbers of some sizes, of which `make` makes a scene where one of them is off by so much.
+fn by_numbers(
+    orbit: &PeriodicOrbit,
+    scene: &Scene,
+    (make, sizes): (&dyn Fn(usize, f64) -> Result<Scene>, &[f64]),
+    has_multipliers: bool,
+) -> Result<Derivatives> {
+    let extremes = orbit.extremes()?;
+    let (n, k) = (orbit.scene().n_dof(), orbit.impacts().len());
+    let (layout, stops) = (Layout { n, k }, extremes.gaps.len());
+    let (mut reasons, own) = match Loop::new(scene, orbit) {
+        Err(error) if has_no_rest(&error) => (vec![BORDER.to_owned()], None),
+        own => {
+            let own = own?;
+            let reason = refusal(&own, extremes)?;
+            (Vec::from_iter(reason), Some(own))
+        }
+    };
+    let regular = own.filter(|_| reasons.is_empty());
+    let columns: Vec<Option<Column>> = if let Some(own) = &regular {
+        let floquet = &if has_multipliers {
+            Multipliers::new(own, orbit)?
+        } else {
+            Multipliers::default()
+        };
+        reasons.extend(floquet.reason().map(str::to_owned));
+        let marks = &marks(extremes);
+        let problem = Problem {
+            own,
+            layout,
+            stops,
+            marks,
+            floquet,
+        };
+        let each = sizes.iter().enumerate();
+        let column = |(i, &size): (usize, &f64)| {
+            problem.column(&|offset| make(i, offset), size, &mut reasons)
+        };
+        each.map(column).collect::<Result<_>>()?
+    } else {
+        sizes.iter().map(|_| None).collect()
+    };
+    let mut said: Vec<String> = Vec::new();
+    for reason in reasons {
+        if !said.contains(&reason) {
+            said.push(reason);
+        }
+    }
+    let of = |range: std::ops::Range<usize>| {
+        let nan = (range.len(), f64::NAN);
+        assembled(&columns, nan, |column| {
+            column.measured.get(range.clone()).unwrap_or(&[])
+        })
+    };
+    let nan = Complex::new(f64::NAN, f64::NAN);
+    Ok(Derivatives {
+        q0: of(layout.q0()),
+        v0: of(layout.v0()),
+        phase: of(layout.phase()).row(0).transpose(),
+        period: of(layout.period()).row(0).transpose(),
+        times: of(layout.times()),
+        speeds_before: of(layout.speeds()),
+        multipliers: assembled(&columns, (2 * n, nan), |column| &column.multipliers),
+        min_gap: assembled(&columns, (stops, f64::NAN), |column| &column.min_gap),
+        max_displacement: assembled(&columns, (n, f64::NAN), |column| &column.max_displacement),
+        reason: said.join("; "),
+    })
+}

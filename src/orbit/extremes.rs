@@ -1,0 +1,277 @@
+//! How far a motion goes and how near it comes to each stop, and where: at times at which a speed changes its sign, sought between the
+//! points at which the motion is drawn, and at instants, where it may jump.
+
+use crate::error::Result;
+use crate::hybrid::SegmentKind;
+use crate::model::{Contact, Moment, Scene, contacts};
+use crate::orbit::flights::Flight;
+use crate::orbit::pattern::Pattern;
+use crate::path::Path;
+use crate::tolerance::{SAME_EXTREME, TOUCHED};
+
+/// Steps on one extreme inside its bracket.
+const MOST_STEPS: usize = 80;
+
+/// A place on an orbit: so far along a flight, in parts of its span.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PlaceOnFlight {
+    pub flight: usize,
+    pub part: f64,
+    /// -1 where the coordinate is at its lowest.
+    pub sign: f64,
+}
+
+/// An extreme, and every place where it is reached; none where it is that of a contact.
+#[derive(Debug, Clone)]
+pub(crate) struct Extreme {
+    pub value: f64,
+    pub places: Vec<PlaceOnFlight>,
+}
+
+/// The extremes of an orbit.
+#[derive(Debug, Clone)]
+pub(crate) struct Extremes {
+    /// The least gap of each stop.
+    pub gaps: Vec<Extreme>,
+    /// The largest distance of each coordinate from zero.
+    pub displacements: Vec<Extreme>,
+    /// A stop that is touched without an impact, or nearly so.
+    pub touched: Option<usize>,
+}
+
+/// A quantity and its rate.
+type Looked = [f64; 2];
+
+/// The samples of a flight: how far along it, and every quantity there.
+struct Sampled {
+    flight: usize,
+    local: Vec<f64>,
+    looked: Vec<Vec<Looked>>,
+}
+
+/// A maximum of a quantity: its value, where it is, and whether that is between two instants.
+struct Maximum {
+    value: f64,
+    place: PlaceOnFlight,
+    is_between: bool,
+}
+
+/// What is looked at: one period of an orbit, in the scene of its phase.
+pub(crate) struct Along<'a> {
+    pub scene: &'a Scene,
+    pub path: &'a Path,
+    pub pattern: &'a Pattern,
+    pub flights: &'a [Flight],
+}
+
+impl Extremes {
+    pub fn new(along: &Along<'_>) -> Result<Self> {
+        let contacts = contacts(along.scene);
+        let looks = Looks {
+            along,
+            contacts: &contacts,
+        };
+        let sampled = looks.sampled()?;
+        let n = along.scene.n_dof();
+        let mut displacements = Vec::with_capacity(n);
+        for i in 0..n {
+            let (up, size) = looks.maxima(&sampled, i, 1.0)?;
+            let (down, _) = looks.maxima(&sampled, i, -1.0)?;
+            displacements.push(largest(up.into_iter().chain(down), SAME_EXTREME * size));
+        }
+        let (mut gaps, mut touched) = (Vec::with_capacity(contacts.len()), None);
+        for stop in 0..contacts.len() {
+            let (maxima, size) = looks.maxima(&sampled, n + stop, -1.0)?;
+            let is_met = along.is_met(stop);
+            let margin = TOUCHED * size;
+            let own = maxima.into_iter().filter(|one| {
+                let is_contact = !one.is_between && is_met && one.value.abs() <= margin;
+                !is_contact
+            });
+            let own: Vec<Maximum> = own.collect();
+            if own.iter().any(|one| one.value.abs() <= margin) {
+                touched = touched.or(Some(stop));
+            }
+            let mut least = largest(own.into_iter(), SAME_EXTREME * size);
+            least.value = -least.value;
+            if is_met && least.value > -margin {
+                least = Extreme {
+                    value: 0.0,
+                    places: Vec::new(),
+                };
+            }
+            gaps.push(least);
+        }
+        Ok(Self {
+            gaps,
+            displacements,
+            touched,
+        })
+    }
+}
+
+impl Along<'_> {
+    /// Whether a stop is hit, or held.
+    fn is_met(&self, stop: usize) -> bool {
+        let mut instants = self.pattern.instants().iter();
+        let is_held = |flight: &Flight| flight.mode.stops.contains(&stop);
+        instants.any(|instant| instant.contains(&stop)) || self.flights.iter().any(is_held)
+    }
+}
+
+/// The largest of some maxima, and where it is reached within a tolerance.
+fn largest(maxima: impl Iterator<Item = Maximum>, tolerance: f64) -> Extreme {
+    let maxima: Vec<Maximum> = maxima.collect();
+    let most = |value: f64, one: &Maximum| value.max(one.value);
+    let value = maxima.iter().fold(f64::NEG_INFINITY, most);
+    let reached = maxima.iter().filter(|one| one.value >= value - tolerance);
+    Extreme {
+        value,
+        places: reached.map(|one| one.place).collect(),
+    }
+}
+
+/// Looks at an orbit.
+struct Looks<'a> {
+    along: &'a Along<'a>,
+    contacts: &'a [Contact],
+}
+
+impl Looks<'_> {
+    /// A coordinate, or behind these the gap of a stop, and its rate so far along a flight.
+    fn at(&self, flight: usize, local: f64, quantity: usize) -> Result<Looked> {
+        let path = self.along.path;
+        let at = path.point_along(flight, local);
+        let (q, v) = path.state_in(at.arc, at.local);
+        let time = self.along.flights[flight].start + local;
+        self.of_state(time, (q.as_slice(), v.as_slice()), quantity)
+    }
+
+    fn of_state(&self, time: f64, (q, v): (&[f64], &[f64]), quantity: usize) -> Result<Looked> {
+        let Some(stop) = quantity.checked_sub(q.len()) else {
+            return Ok([q[quantity], v[quantity]]);
+        };
+        let w = self.along.scene.frequency().unwrap_or(0.0);
+        let moment = || Moment::new(time, w * time + self.along.scene.phase(), w);
+        let value = self.contacts[stop].along(moment, (q, v, v), 0.0)?;
+        Ok([value.gap, value.speed])
+    }
+
+    /// All quantities at the points at which the motion is drawn; what is left of impacts that accumulate is no flight.
+    fn sampled(&self) -> Result<Vec<Sampled>> {
+        let (path, flights) = (self.along.path, self.along.flights);
+        let count = self.along.scene.n_dof() + self.contacts.len();
+        let mut sampled: Vec<Sampled> = Vec::with_capacity(flights.len());
+        for point in path.points()? {
+            let segments = &path.parts.segments;
+            let flight = segments.partition_point(|own| own.first <= point.arc) - 1;
+            let is_flight = |flight: &Flight| flight.mode.kind != SegmentKind::Chatter;
+            let Some(own) = flights.get(flight).filter(|flight| is_flight(flight)) else {
+                continue;
+            };
+            if sampled.last().is_none_or(|last| last.flight != flight) {
+                sampled.push(Sampled {
+                    flight,
+                    local: Vec::new(),
+                    looked: Vec::new(),
+                });
+            }
+            let (q, v) = path.state_in(point.arc, point.local);
+            let of = |quantity| self.of_state(point.time, (q.as_slice(), v.as_slice()), quantity);
+            if let Some(last) = sampled.last_mut() {
+                last.local
+                    .push((point.time - own.start).clamp(0.0, own.span));
+                last.looked.push((0..count).map(of).collect::<Result<_>>()?);
+            }
+        }
+        Ok(sampled)
+    }
+
+    /// The maxima of a quantity times a sign that may be the largest, those of a gap that may be a touch too, and the size of the quantity.
+    fn maxima(
+        &self,
+        sampled: &[Sampled],
+        quantity: usize,
+        sign: f64,
+    ) -> Result<(Vec<Maximum>, f64)> {
+        let all = sampled.iter().flat_map(|own| &own.looked);
+        let values = all.map(|looked| looked[quantity][0]);
+        let (most, size) = values.fold((f64::NEG_INFINITY, 0.0f64), |(most, size), x| {
+            (most.max(sign * x), size.max(x.abs()))
+        });
+        let stop = quantity.checked_sub(self.along.scene.n_dof());
+        let touch = TOUCHED * size;
+        let bar = most - SAME_EXTREME * size;
+        let bar = stop.map_or(bar, |_| bar.min(-touch));
+        let mut maxima = Vec::new();
+        for Sampled {
+            flight,
+            local,
+            looked,
+        } in sampled
+        {
+            let own = &self.along.flights[*flight];
+            let mut keep = |value: f64, local: f64, is_between: bool| {
+                let place = PlaceOnFlight {
+                    flight: *flight,
+                    part: if own.span > 0.0 {
+                        local / own.span
+                    } else {
+                        0.0
+                    },
+                    sign,
+                };
+                maxima.push(Maximum {
+                    value,
+                    place,
+                    is_between,
+                });
+            };
+            let signed = |k: usize| looked[k][quantity].map(|x| sign * x);
+            keep(signed(0)[0], 0.0, false);
+            if stop.is_some_and(|stop| own.mode.stops.contains(&stop)) {
+                continue;
+            }
+            // A flight that begins on the stop may do so without speed.
+            let is_left = stop.is_some() && signed(0)[0].abs() <= touch;
+            for k in 1 + usize::from(is_left)..local.len() {
+                let (from, to) = (signed(k - 1), signed(k));
+                let step = local[k] - local[k - 1];
+                let highest = (from[0] + from[1] * step).max(to[0] - to[1] * step);
+                if from[1] > 0.0 && to[1] < 0.0 && highest >= bar {
+                    let at = |local: f64| Ok(self.at(*flight, local, quantity)?.map(|x| sign * x));
+                    let (place, value) = turn(at, [local[k - 1], local[k]], [from[1], to[1]])?;
+                    keep(value, place, true);
+                }
+            }
+        }
+        Ok((maxima, size))
+    }
+}
+
+/// Where a rate that is positive at the first of two times and negative at the second is zero, and the value there: the method of the
+/// false position in its Illinois form.
+fn turn(
+    at: impl Fn(f64) -> Result<Looked>,
+    mut ends: [f64; 2],
+    mut rates: [f64; 2],
+) -> Result<(f64, f64)> {
+    let mut last = None;
+    for _ in 0..MOST_STEPS {
+        let middle = (ends[0] * rates[1] - ends[1] * rates[0]) / (rates[1] - rates[0]);
+        let [value, rate] = at(middle)?;
+        let side = usize::from(rate < 0.0);
+        let width = (ends[1] - ends[0]).abs();
+        let moved = (middle - ends[side]).abs();
+        if rate == 0.0 || width.min(moved) <= 4.0 * f64::EPSILON * ends[1].abs() {
+            return Ok((middle, value));
+        }
+        (ends[side], rates[side]) = (middle, rate);
+        if last == Some(side) {
+            rates[1 - side] *= 0.5;
+        }
+        last = Some(side);
+    }
+    let middle = 0.5 * (ends[0] + ends[1]);
+    Ok((middle, at(middle)?[0]))
+}

@@ -1,0 +1,107 @@
+//! A loop taken apart: its flights as an orbit has them, impacts that accumulate one by one.
+
+use crate::error::Result;
+use crate::hybrid::{HybridMaps, SegmentKind, project_onto};
+use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
+use crate::orbit::shooting::closure::{FlightEnd, ShootingState};
+use nalgebra::DVector;
+
+/// One flight, with its states (q, v) after the instant at its start and before the one at its end.
+#[derive(Debug, Clone)]
+pub(crate) struct Leg {
+    pub start: f64,
+    pub end: f64,
+    pub after: DVector<f64>,
+    pub before_next: DVector<f64>,
+    pub mode: ContactMode,
+}
+
+/// What opens flight k: the end of the one before it.
+fn opening(flight_ends: &[FlightEnd], k: usize) -> &FlightEnd {
+    let count = flight_ends.len();
+    &flight_ends[(k + count - 1) % count]
+}
+
+/// The flights of a loop in their order.
+pub(crate) fn legs<M: HybridMaps + ?Sized>(
+    stages: &[ContactStage],
+    found: &ShootingState,
+    flight_ends: &[FlightEnd],
+    motion: &M,
+) -> Result<Vec<Leg>> {
+    let mut legs = Vec::with_capacity(stages.len());
+    let mut push = |mode: ContactMode, (start, end), after: &_, before_next: &_| {
+        legs.push(Leg {
+            start,
+            end,
+            after: DVector::clone(after),
+            before_next: DVector::clone(before_next),
+            mode,
+        });
+    };
+    for (k, stage) in stages.iter().enumerate() {
+        let mut mode = ContactMode {
+            kind: SegmentKind::Flight,
+            stops: stage.held.clone(),
+            is_struck: false,
+            released: None,
+        };
+        if !stage.held.is_empty() {
+            mode.kind = SegmentKind::Stick;
+        }
+        match &stage.event {
+            Event::Nothing => mode.is_struck = stage.held.is_empty(),
+            Event::Release(stop) => mode.released = Some(*stop),
+            Event::Strike(_) => mode.is_struck = true,
+            Event::Chatter(stop) => {
+                let chatter = opening(flight_ends, k).chatter.as_ref();
+                let chatter = chatter.expect("completed at every instant where impacts accumulate");
+                for (i, bounce) in chatter.bounces.iter().enumerate() {
+                    let next = chatter.bounces.get(i + 1);
+                    let (end, before_next) = next
+                        .map_or((chatter.last_time, &chatter.last), |next| {
+                            (next.time, &next.before)
+                        });
+                    let span = (bounce.time, end);
+                    push(ContactMode::FREE, span, &bounce.after, before_next);
+                }
+                // The rest is over in no time: it begins without normal speed.
+                let mut rest = chatter.last.clone();
+                project_onto(motion, &[*stop], chatter.last_time, &mut rest)?;
+                let remainder = ContactMode {
+                    kind: SegmentKind::Chatter,
+                    stops: vec![*stop],
+                    is_struck: false,
+                    released: None,
+                };
+                let span = (chatter.last_time, found.starts[k]);
+                push(remainder, span, &rest, &found.states[k]);
+            }
+        }
+        let mut after = found.states[k].clone();
+        project_onto(motion, &stage.held, found.starts[k], &mut after)?;
+        let span = (found.starts[k], found.times[k + 1]);
+        push(mode, span, &after, &flight_ends[k].before);
+    }
+    Ok(legs)
+}
+
+/// The stops struck at each instant of a period, and their impulses in this order.
+pub(crate) fn struck_in_order(
+    stages: &[ContactStage],
+    flight_ends: &[FlightEnd],
+) -> (Vec<Vec<usize>>, Vec<f64>) {
+    let (mut instants, mut impulses) = (Vec::new(), Vec::new());
+    for (k, stage) in stages.iter().enumerate() {
+        let opening = opening(flight_ends, k);
+        if let Event::Strike(stops) = &stage.event {
+            instants.push(stops.clone());
+            impulses.extend_from_slice(&opening.impulses);
+        }
+        if let (Event::Chatter(stop), Some(chatter)) = (&stage.event, &opening.chatter) {
+            instants.extend(chatter.bounces.iter().map(|_| vec![*stop]));
+            impulses.extend(chatter.bounces.iter().map(|bounce| bounce.impulse));
+        }
+    }
+    (instants, impulses)
+}
