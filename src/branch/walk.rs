@@ -19,9 +19,8 @@ use std::ops::ControlFlow;
 
 /// A step is refused if an instant goes farther in the phase of the forcing.
 const MOST_SHIFT: f64 = 0.5;
-/// Sizes of motions in units that are not looked at again, and ratios of units that are not changed.
-const FITTING: std::ops::RangeInclusive<f64> = 0.0625..=4.0;
-const RESCALED: std::ops::RangeInclusive<f64> = 0.25..=4.0;
+/// A motion that has grown beyond so many units gets units of its own. One that shrinks does not: steps to nothing would have no end.
+const OUTGROWN: f64 = 4.0;
 /// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
 const UNEXPLAINED: f64 = 1e-5;
 /// What a step has come to.
@@ -142,16 +141,13 @@ fn closing(family: &Family<'_>, from: &Point, first: &Point) -> Result<(Point, V
     Ok((last, special))
 }
 
-/// A point in units that fit it: those of the family become its own where it has outgrown them, or shrunk.
+/// A point in units that fit it: those of the family become its own where it has outgrown them.
 fn rescaled(family: &mut Family<'_>, own: Point) -> Result<Point> {
-    if FITTING.contains(&family.size(&own.place.state)) {
+    if family.size(&own.place.state) <= OUTGROWN {
         return Ok(own);
     }
     let there = family.in_units_of(&own.place)?;
     let ratio = there.units.position / family.units.position;
-    if RESCALED.contains(&ratio) {
-        return Ok(own);
-    }
     let n = own.place.state.states[0].len() / 2;
     let mut border = own.tangent.clone();
     border.loop_part.rows_mut(0, n).unscale_mut(ratio);

@@ -5,6 +5,10 @@ use crate::error::Result;
 /// Evaluations of a search, and a part of a step below which it is over.
 const MOST_TRIES: usize = 40;
 const SHARP: f64 = 1e-13;
+/// A value is small in this part of those at the ends.
+const SMALL: f64 = 1e-6;
+/// Places on a step that are not reached.
+const MOST_MISSES: usize = 12;
 /// The search is over when the parameter moves by no more than this part of its range.
 const KNOWN: f64 = 1e-12;
 
@@ -35,29 +39,35 @@ pub(super) fn zero_between<T>(
     let (mut low, mut high) = ((0.0, at_start), (length, at_end));
     let mut found: Option<(Zero<T>, f64)> = None;
     let mut side = 0;
+    let (mut misses, mut beside) = (0, None);
     for _ in 0..MOST_TRIES {
         let wanted = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-        let along = if wanted > low.0 && wanted < high.0 {
+        let inside = if wanted > low.0 && wanted < high.0 {
             wanted
         } else {
             0.5 * (low.0 + high.0)
         };
+        let along = beside.take().unwrap_or(inside);
         let Some(Tried {
             point,
             parameter,
             value,
         }) = point(along)?
         else {
-            // What is shut in is all that is known.
-            if let Some((zero, _)) = &mut found {
-                zero.error = (high.0 - low.0) * span;
+            // Next to a crossing nothing is reached: it is shut in from both sides, and no more is known.
+            misses += 1;
+            let from = if misses % 2 == 1 { low.0 } else { high.0 };
+            beside = Some(0.5 * (from + along));
+            if misses < MOST_MISSES {
+                continue;
             }
             break;
         };
         let change = found
             .as_ref()
             .map_or(f64::INFINITY, |(_, before)| (before - parameter).abs());
-        let is_over = change <= KNOWN * span && high.0 - low.0 < 0.5 * length
+        let is_small = value.abs() <= SMALL * at_start.abs().max(at_end.abs());
+        let is_over = is_small && change <= KNOWN * span && high.0 - low.0 < 0.5 * length
             || high.0 - low.0 <= SHARP * length
             || value == 0.0;
         let error = if value == 0.0 {
@@ -88,5 +98,9 @@ pub(super) fn zero_between<T>(
             side = 1;
         }
     }
-    Ok(found.map(|(zero, _)| zero))
+    let width = (high.0 - low.0) * span;
+    Ok(found.map(|(zero, _)| Zero {
+        error: if misses > 0 { width } else { zero.error },
+        ..zero
+    }))
 }

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, EndReason, Error, Harmonic, Heading, LinearSystem, OrbitOptions,
-    Parameter, Pattern, Scene, SimulateOptions, SpecialKind, Stop, Virtual, continuation,
-    continuation_of, find_orbit, periodic_orbits, simulate,
+    Parameter, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions, SpecialKind, Stop, Virtual,
+    branches, continuation, continuation_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn go_on(_: f64) -> ControlFlow<()> {
@@ -267,15 +267,107 @@ fn a_branch_that_goes_on_beyond_its_boundary_has_it_all_the_same() {
     assert!((one.0 - other.0).abs() < 1e-9 && (one.1 - other.1).abs() < 1e-3);
     assert!(kept.arclength[0] < other.1);
     // From behind it too.
-    let behind = kept.orbits.first().expect("a virtual orbit");
+    let k = kept.arclength.partition_point(|length| *length < other.1) - 2;
+    let behind = &kept.orbits[k];
     assert_eq!(behind.is_admissible(), Some(false));
     let keep = ContinuationOptions {
         beyond: Virtual::Keep,
         ..Default::default()
     };
-    let factor = kept.parameter[0];
+    let factor = kept.parameter[k];
     let range = (0.9, 2.0 / factor);
     let again = followed(behind, Parameter::ForcingScale, range, &keep);
     let (parameter, _) = lost(&again);
     assert!((parameter * factor - one.0).abs() < 1e-9);
+}
+
+/// An oscillator of unit mass and stiffness before a stop.
+fn oscillator(eta: f64, w: f64, force: f64, clearance: f64, restitution: f64) -> Oscillator {
+    Oscillator {
+        eta,
+        force,
+        frequency: w,
+        clearance,
+        restitution,
+    }
+}
+
+fn admissible(own: Oscillator) -> PeriodicOrbit {
+    let found = own.orbits(1).into_iter();
+    let mut kept = found.filter(|own| own.is_admissible() == Some(true));
+    kept.next().expect("an orbit")
+}
+
+#[test]
+fn no_point_lies_outside_the_range() {
+    for (own, range) in [
+        (oscillator(0.1, 2.5, 1.6, 0.1, 0.9), (1.5, 3.75)),
+        (oscillator(0.1, 1.4, 3.8, 0.9, 1.0), (0.84, 2.1)),
+        (oscillator(0.05, 2.0, 2.4, 0.3, 0.7), (1.2, 3.0)),
+    ] {
+        let options = ContinuationOptions::default();
+        let branch = followed(&admissible(own), Parameter::Frequency, range, &options);
+        let inside = |p: &f64| (range.0..=range.1).contains(p);
+        assert!(
+            branch.parameter.iter().all(inside),
+            "{:?}",
+            branch.parameter
+        );
+        assert!(branch.special.iter().all(|own| inside(&own.parameter)));
+    }
+}
+
+#[test]
+fn a_closed_branch_ends_where_it_began_and_turns_as_often_back_as_forth() {
+    let own = oscillator(0.05, 1.0, 1.8, 0.4, 0.8);
+    let (parameter, range) = (Parameter::Frequency, (0.6, 1.5));
+    let options = ContinuationOptions::default();
+    let branch = followed(&admissible(own), parameter, range, &options);
+    let doublings = branch.special.iter();
+    let doublings = doublings.filter(|own| own.kind == SpecialKind::PeriodDoubling);
+    let mut closed = 0;
+    for doubling in doublings {
+        for born in branches(doubling, parameter, range).expect("branches") {
+            let own = followed(&born.orbit, parameter, range, &options);
+            if !own.is_closed {
+                continue;
+            }
+            closed += 1;
+            let last = own.orbits.len() - 1;
+            assert!(own.parameter[0] == own.parameter[last]);
+            assert!(own.orbits[0].q0() == own.orbits[last].q0());
+            let folds = own
+                .special
+                .iter()
+                .filter(|own| own.kind == SpecialKind::Fold);
+            assert!(folds.count().is_multiple_of(2));
+        }
+    }
+    assert!(closed > 0);
+}
+
+#[test]
+fn a_stop_that_holds_after_one_impact_keeps_its_restitution() {
+    // A ball that stays on its table: with e > 0 it would bounce first.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![0.0]).expect("valid");
+    let system = system.with_load(dvector![-1.0]).expect("valid");
+    let force = Harmonic::new(dvector![1.3.into()], 1.0, 0.0).expect("valid");
+    let table = Stop::new(0, 0.0, 0.0).expect("valid").on_side(Side::Lower);
+    let scene = Scene::new(system, force, [table]).expect("valid");
+    let run = simulate(
+        &scene,
+        &dvector![0.3],
+        &dvector![0.0],
+        (0.0, 75.0),
+        &SimulateOptions::default(),
+    );
+    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    let refused = continuation(
+        &orbit,
+        Parameter::Restitution,
+        (0.0, 0.9),
+        &ContinuationOptions::default(),
+        &mut go_on,
+    );
+    assert!(refused.is_err());
 }

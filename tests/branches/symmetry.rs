@@ -288,3 +288,38 @@ fn two_stops_touched_at_once_bear_motions_that_hit_both_and_one() {
     let image = one.orbit.mirrored().expect("an image");
     assert!(image.impacts()[0].stop != one.orbit.impacts()[0].stop);
 }
+
+#[test]
+fn a_symmetric_motion_that_loses_both_impacts_leaves_the_one_without() {
+    let own = Between {
+        eta: 0.05,
+        frequency: 0.9,
+        clearance: 0.7,
+        restitution: 0.85,
+    };
+    let scene = own
+        .scene()
+        .replace(Parameter::ForcingScale.change(1.2))
+        .expect("valid");
+    let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+    let found = periodic_orbits(&scene, &pattern, &OrbitOptions::default());
+    let orbit = found.expect("a search").into_iter();
+    let orbit = orbit
+        .into_iter()
+        .find(|own| own.is_admissible() == Some(true));
+    let (parameter, range) = (Parameter::ForcingScale, (0.05, 2.0));
+    let branch = followed(
+        &orbit.expect("one"),
+        parameter,
+        range,
+        &ContinuationOptions::default(),
+    );
+    let lost = branch
+        .special
+        .iter()
+        .find(|own| own.kind == SpecialKind::LostImpact);
+    let born = branches(lost.expect("an end"), parameter, range).expect("branches");
+    let rest = born.iter().find(|own| own.orbit.impacts().is_empty());
+    let rest = rest.expect("the motion without impacts");
+    assert!(rest.orbit.is_admissible() == Some(true) && !rest.is_above);
+}

@@ -501,3 +501,35 @@ class TestBifurcationCurve:
             vi.bifurcation_curve(orbit(), *self.PLANE)
         with pytest.raises(TypeError, match="special is 3"):
             vi.bifurcation_curve(3, *self.PLANE)
+
+
+class TestBeyond:
+    def test_the_throw_of_the_kick_does_not_decide(self):
+        own = vi.Scene(SYSTEM, vi.Harmonic([1.0], 1.0), vi.Stop(0, 0.3, 0.6))
+        start = next(found for found in vi.periodic_orbits(own, [0]) if found.is_admissible)
+        graze = next(found for found in vi.continuation(start, "frequency", (0.6, 1.5)).special if found.kind == "graze")
+        verdicts = [graze.beyond(rng=k) for k in range(4)]
+        assert all(found.attractor is not None for found in verdicts)
+        assert {found.attractor.n_periods for found in verdicts} == {1}
+
+    @pytest.mark.parametrize(("name", "value"), [("delta", 0.0), ("delta", np.nan), ("periods", 0), ("periods", 1.5)])
+    def test_bad_input(self, name, value):
+        lost = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[0]
+        with pytest.raises(ValueError, match=f"{name} is"):
+            lost.beyond(**{name: value})
+
+
+class TestInterrupt:
+    def test_a_branch_that_is_broken_off_on_its_way_up_does_not_go_down(self):
+        count = 0
+
+        def make(force):
+            nonlocal count
+            count += 1
+            if count == 40:
+                raise KeyboardInterrupt
+            return scene(force=force)
+
+        branch = vi.continuation(orbit(), make, (5.0, 12.0), start=8.5)
+        assert [reason for reason, _ in branch.ends] == ["start", "interrupted"]
+        assert branch.parameter.min() == 8.5
