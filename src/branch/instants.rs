@@ -182,15 +182,6 @@ impl Family<'_> {
         sticks.min_by(|&a, &b| length(a).total_cmp(&length(b)))
     }
 
-    /// The flight that takes the least time, of two at least.
-    pub fn shortest_flight(&self, place: &Place) -> Option<usize> {
-        let times = &place.state.times;
-        let count = place.state.states.len();
-        let length = |k: usize| times[k + 1] - times[k];
-        let shortest = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)));
-        shortest.filter(|_| count > 1)
-    }
-
     /// A loop with an impact on a stop at a time, where it is touched, and the number of that instant.
     pub fn with_touch(
         &self,

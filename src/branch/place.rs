@@ -12,6 +12,17 @@ pub(super) struct Place {
     pub clock: f64,
 }
 
+impl Place {
+    /// The flight that takes the least time, of two at least.
+    pub fn shortest_flight(&self) -> Option<usize> {
+        let times = &self.state.times;
+        let count = self.state.states.len();
+        let length = |k: usize| times[k + 1] - times[k];
+        let shortest = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)));
+        shortest.filter(|_| count > 1)
+    }
+}
+
 /// A direction in the scaled unknowns of a branch: those of the loop, and the parameter in parts of its range.
 #[derive(Debug, Clone)]
 pub(super) struct Direction {

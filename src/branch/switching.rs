@@ -274,7 +274,7 @@ fn beside(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
 
 /// The orbit beyond a corner that hits its two stops in the other order; where the order matters there mostly is none.
 fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
-    let Some(first) = family.shortest_flight(place) else {
+    let Some(first) = place.shortest_flight() else {
         return Ok(None);
     };
     let count = place.state.states.len();

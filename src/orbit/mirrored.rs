@@ -7,6 +7,7 @@ use crate::orbit::shooting::guess::Guess;
 use crate::orbit::shooting::mirror::images;
 use crate::orbit::shooting::own_time::with_phase;
 use crate::orbit::shooting::signature::{Signature, with_shooting};
+use nalgebra::DVector;
 use std::f64::consts::PI;
 
 impl PeriodicOrbit {
@@ -30,7 +31,7 @@ impl PeriodicOrbit {
             stages: stages.map(|stage| stage.mirrored(&images)).collect(),
             ..signature
         };
-        state.states.iter_mut().for_each(|x| x.neg_mut());
+        state.states.iter_mut().for_each(DVector::neg_mut);
         let late = if scene.frequency().is_some() { PI } else { 0.0 };
         let scene = with_phase(&scene, scene.phase() + late, signature.depends_on_time)?;
         with_shooting(&scene, &signature, |shooting, orbit| {

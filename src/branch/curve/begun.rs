@@ -107,7 +107,7 @@ fn refused(what: &str) -> Error {
 /// A loop whose two stops of a corner are hit at one instant.
 fn together<'a>(family: &Family<'a>, place: &Place) -> Result<Option<(Family<'a>, Place)>> {
     let mut instants = family.instants(&place.state);
-    let Some(first) = family.shortest_flight(place) else {
+    let Some(first) = place.shortest_flight() else {
         return Ok(None);
     };
     let whole = period(&place.state);

@@ -7,7 +7,7 @@ use crate::orbit::PeriodicOrbit;
 /// A special point on a curve, where two things happen at once.
 #[derive(Debug, Clone)]
 pub struct CurvePoint {
-    /// What happens there besides: "fold_flip", "resonant_graze", "graze_fold" or "cusp".
+    /// What happens there besides: `fold_flip`, `resonant_graze`, `graze_fold` or `graze_corner`.
     pub kind: &'static str,
     /// Both numbers.
     pub parameters: [f64; 2],
