@@ -96,7 +96,7 @@ def branch_tree(
     depth: int = 2,
     through: bool = True,
     max_branches: int = 50,
-    workers: _workers.Workers = 1,
+    workers: _workers.Workers = None,
     progress: bool = False,
     **options: Any,
 ) -> BranchTree:
@@ -113,9 +113,9 @@ def branch_tree(
         contact are followed.
     max_branches : int, default 50
         Branches at the most.
-    workers : int, Executor or callable, default 1
-        Executors and map-like callables as for ``simulate_many``, which branches of one depth are handed to; an integer is one
-        after another. The result is the same with any.
+    workers : int, Executor or callable, optional
+        Executors and map-like callables as for ``simulate_many``, which branches of one depth are handed to; otherwise they are
+        followed one after another. The result is the same with any.
     progress : bool, default False
         Show a progress bar (needs tqdm).
     **options

@@ -107,12 +107,11 @@ impl Family<'_> {
     fn linear(&self, place: &Place) -> Result<(Scene, Linearised, f64)> {
         let scene = self.scene(place.value)?;
         let (state, units) = (&place.state, &self.units_in(&scene));
-        let (linear, mismatch) = with_shooting(&scene, &self.signature, |shooting, _| {
-            let linear = shooting.linearised(state, units)?;
-            // In parts of the motion's own size, where it has outgrown the units.
-            let mismatch = shooting.mismatch(state, units)? / self.size(state).max(1.0);
-            Ok((linear, mismatch))
+        let linear = with_shooting(&scene, &self.signature, |shooting, _| {
+            shooting.linearised(state, units)
         })?;
+        // In parts of the motion's own size, where it has outgrown the units.
+        let mismatch = linear.mismatch / self.size(state).max(1.0);
         Ok((scene, linear, mismatch))
     }
 

@@ -133,18 +133,17 @@ impl Loop {
     /// The loop of an orbit in a scene that is its own but for the phase.
     pub fn new(scene: &Scene, orbit: &PeriodicOrbit) -> Result<Self> {
         let (scene, signature, state) = begun(scene, Guess::Orbit(orbit), None)?;
-        let (units, linear, mismatch) = with_shooting(&scene, &signature, |shooting, _| {
+        let (units, linear) = with_shooting(&scene, &signature, |shooting, _| {
             let mut units = shooting.units(&state)?;
             if signature.stages.iter().any(is_chatter) {
                 units.position *= depth(shooting, &state, &units, orbit.flights().len())?;
             }
-            let linear = shooting.linearised(&state, &units)?;
-            Ok((units, linear, shooting.mismatch(&state, &units)?))
+            Ok((units, shooting.linearised(&state, &units)?))
         })?;
-        if mismatch > ELSEWHERE {
+        if linear.mismatch > ELSEWHERE {
             let rule = format!(
                 "it must be the scene of the orbit, which does not close in it (by {})",
-                digits(mismatch)
+                digits(linear.mismatch)
             );
             return Err(Error::bad_value("start", "of another scene", rule));
         }

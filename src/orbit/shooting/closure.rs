@@ -262,30 +262,59 @@ impl Shooting<'_> {
 
     /// The largest of all gaps at impacts and of all jumps between flights, in their units.
     pub(crate) fn mismatch(&self, state: &ShootingState, units: &Units) -> Result<f64> {
-        let n = state.states[0].len() / 2;
-        let mut worst = 0.0f64;
-        let count = state.states.len();
-        for k in 0..count {
+        let mut worst = Mismatch::default();
+        for k in 0..state.states.len() {
             for stop in self.newly_struck(k) {
                 let GapAt { gap, gradient, .. } =
                     self.motion.gap(stop, state.start(k), &state.states[k])?;
-                worst = worst.max((gap / (gradient.amax() * units.position)).abs());
+                worst.note(gap / (gradient.amax() * units.position));
             }
             let mut y = self.flown(k, state)?;
             if let Some((condition, _)) = self.condition(k + 1, units, &y)? {
-                worst = worst.max(condition.abs());
+                worst.note(condition);
             }
             self.pass(k + 1, units, &mut y)?;
-            let (next, start) = (&state.states[(k + 1) % count], self.next_start(k, state));
-            let mut end = y.state - next;
-            if y.time != start {
-                // The end of a chatter is known to less than the state at a fixed time is.
-                end += self.motion.rate(self.held(k + 1), start, next)? * (start - y.time);
-            }
-            worst = worst
-                .max(end.rows(0, n).amax() / units.position)
-                .max(end.rows(n, n).amax() / units.velocity);
+            self.note_jump(k, (state, units), &y, &mut worst)?;
         }
-        Ok(if worst.is_nan() { f64::INFINITY } else { worst })
+        Ok(worst.size)
+    }
+
+    /// Takes note of how far the end of flight k, gone through its instant, is from the start of the next.
+    pub(super) fn note_jump(
+        &self,
+        k: usize,
+        (state, units): (&ShootingState, &Units),
+        y: &Timed,
+        worst: &mut Mismatch,
+    ) -> Result<()> {
+        let n = y.state.len() / 2;
+        let count = state.states.len();
+        let (next, start) = (&state.states[(k + 1) % count], self.next_start(k, state));
+        let mut end = &y.state - next;
+        if y.time != start {
+            // The end of a chatter is known to less than the state at a fixed time is.
+            end += self.motion.rate(self.held(k + 1), start, next)? * (start - y.time);
+        }
+        worst.note(end.rows(0, n).amax() / units.position);
+        worst.note(end.rows(n, n).amax() / units.velocity);
+        Ok(())
+    }
+}
+
+/// The worst of what a loop lacks.
+#[derive(Default)]
+pub(super) struct Mismatch {
+    pub size: f64,
+}
+
+impl Mismatch {
+    /// Takes note of what is to be zero; what is no number is beyond all.
+    pub fn note(&mut self, lacks: f64) {
+        let size = if lacks.is_nan() {
+            f64::INFINITY
+        } else {
+            lacks.abs()
+        };
+        self.size = self.size.max(size);
     }
 }

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
 use crate::orbit::shooting::closure::{
-    Clocked, FlightEnd, MOST_STEPS, Shooting, ShootingState, Units,
+    Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
 };
 use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
 use nalgebra::{DMatrix, DVector};
@@ -21,6 +21,8 @@ const NOTHING: f64 = 1e-18;
 pub(crate) struct Linearised {
     pub rows: DMatrix<f64>,
     pub right: DVector<f64>,
+    /// How far the loop is from closing.
+    pub mismatch: f64,
     times: Vec<DVector<f64>>,
     starts: Vec<DVector<f64>>,
     states: Vec<DMatrix<f64>>,
@@ -135,13 +137,16 @@ impl Shooting<'_> {
         }
         let mut delays = self.shift(0, unknowns, units);
         let mut rows = Vec::new();
+        let mut worst = Mismatch::default();
         let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
         for k in 0..flights {
             for stop in self.newly_struck(k) {
                 let at = self.motion.gap(stop, state.start(k), &state.states[k])?;
                 let mut row = at.timed_deviations(&deviations, &delays);
                 row[unknowns] += at.gap;
-                rows.push(row / (at.gradient.amax() * units.position));
+                let size = at.gradient.amax() * units.position;
+                worst.note(at.gap / size);
+                rows.push(row / size);
             }
             states.push(deviations.clone());
             starts.push(delays.clone());
@@ -165,9 +170,11 @@ impl Shooting<'_> {
             self.mirror(k, state, &mut y);
             if let Some((condition, mut row)) = self.condition(k + 1, units, &y)? {
                 row[unknowns] += condition;
+                worst.note(condition);
                 rows.push(row);
             }
             self.pass(k + 1, units, &mut y)?;
+            self.note_jump(k, (state, units), &y, &mut worst)?;
             (deviations, delays) = (y.deviations, y.delays);
             let mut open = deviations.column_mut(unknowns);
             open += y.state - &state.states[(k + 1) % flights];
@@ -183,6 +190,7 @@ impl Shooting<'_> {
         Ok(Linearised {
             right: -all.column(unknowns).into_owned(),
             rows: all.columns(0, unknowns).into_owned(),
+            mismatch: worst.size,
             times: (0..=flights)
                 .map(|k| self.shift(k, unknowns, units))
                 .collect(),
