@@ -112,7 +112,9 @@ pub(super) fn walk(
                     if let Some((parameter, error)) = border(family, &points, instant)? {
                         (met.parameter, met.error) = (parameter, error);
                     }
+                    let end = named(missed.end(), Some(&met));
                     special.push(met);
+                    break end;
                 }
                 missed.end()
             }
@@ -206,6 +208,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
                 found.width,
                 (family.units.velocity, family.span()),
             );
+            let end = named(end, special.as_ref());
             return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
         };
         let step = way.length();
@@ -215,12 +218,10 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         if let Some(left) = found.left {
             return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
         }
-        special.extend(of_boundary(
-            &found.other,
-            &own,
-            found.width,
-            (family.units.velocity, family.span()),
-        ));
+        let units = (family.units.velocity, family.span());
+        let boundary = of_boundary(&found.other, &own, found.width, units);
+        let end = named(end, boundary.as_ref());
+        special.extend(boundary);
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
@@ -321,6 +322,17 @@ fn judged(
         return Err("an instant goes far");
     }
     Ok(factor)
+}
+
+/// An end with the name of the boundary that it is.
+fn named(end: BranchEnd, special: Option<&Special>) -> BranchEnd {
+    match special {
+        Some(special) => BranchEnd {
+            detail: format!("{}: {}", special.kind.name(), end.detail),
+            ..end
+        },
+        None => end,
+    }
 }
 
 fn at_boundary(found: &Boundary) -> BranchEnd {

@@ -400,6 +400,10 @@ class TestSwitching:
         with pytest.raises(ValueError, match="mirror image"):
             vi.continuation(orbit(), "frequency", (2.0, 2.6), symmetric=True)
 
+    def test_an_end_names_its_boundary(self):
+        branch = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5))
+        assert branch.ends[0][1].startswith("lost_impact: beyond 0.56")
+
     def test_nothing_goes_off_a_fold(self):
         folded = vi.Scene(SYSTEM, vi.Harmonic([1.0], 2.8), vi.Stop(0, -0.5, 0.8))
         branch = vi.continuation(vi.periodic_orbits(folded, [0])[0], "forcing_scale", (0.2, 5.0))
