@@ -194,7 +194,7 @@ class Special(ArrayResult):
         >>> doubled = branch.special[1].branches()[0]
         >>> doubled.orbit.n_periods, doubled.is_stable
         (2, True)
-        >>> vi.continuation(doubled, "forcing_scale", (0.1, 1.5)).special[0].kind
+        >>> vi.continuation(doubled, "forcing_scale", (0.7, 1.5)).special[0].kind
         'period_doubling'
         """
         make: Callable[[float], Scene] | None = getattr(self, "_make", None)

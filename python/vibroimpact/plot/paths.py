@@ -40,8 +40,8 @@ def multiplier_paths(branch: Branch, ax: Axes | None = None, *, limit: float = 2
     >>> import vibroimpact as vi
     >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
     >>> found = vi.continuation(vi.periodic_orbits(scene, [0])[0], "forcing_scale", (0.1, 1.5))
-    >>> vi.plot.multiplier_paths(found).get_xlim()
-    (-2.0, 2.0)
+    >>> vi.plot.multiplier_paths(found).get_xlabel()
+    'real part of multiplier'
     """
     require(branch, "arclength", "branch must be the result of vibroimpact.continuation")
     if not limit > 0.0:
