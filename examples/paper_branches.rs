@@ -6,13 +6,16 @@
 
 use std::ops::ControlFlow;
 use vibroimpact::{
-    BifurcationCurve, ContinuationOptions, CurveOf, FreeParameter, Kind, OrbitOptions,
+    BifurcationCurve, Constraint, ContinuationOptions, CurveOf, FreeParameter, Kind, OrbitOptions,
     PaperOptions, Parameter, Pattern, PeriodicOrbit, Result, SpecialKind, bifurcation_curve,
     bifurcation_curve_of, continuation, paper_scene, periodic_orbits,
 };
 
 /// Ranges of frequency and clearance.
 const RANGES: [(f64, f64); 2] = [(1.3, 1.7), (0.05, 0.8)];
+
+/// The paper's frequency.
+const FREQUENCY: f64 = 1.5;
 
 /// Goes on.
 fn go_on(_: f64) -> ControlFlow<()> {
@@ -82,8 +85,11 @@ fn main() -> Result<()> {
         let there = scene.replace(plane[0].change(frequency))?;
         there.replace(plane[1].change(clearance))
     };
-    // The angle of the wall at which both contacts meet (the paper's own case).
-    let start = [1.5, 0.806_286_029_398_939_8];
+    // The angle of the wall at which both contacts meet is found with the orbit.
+    let Constraint::Stop(wall) = &orbit.scene().stops()[0] else {
+        unreachable!("the paper's walls are stops");
+    };
+    let start = [FREQUENCY, wall.clearance()];
     let ranges = [(1.2, 1.8), (0.3, 1.5)];
     let curve = bifurcation_curve_of(
         CurveOf::Orbit(&orbit),
