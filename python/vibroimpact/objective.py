@@ -92,7 +92,7 @@ def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike)
     Raises
     ------
     ValueError
-        A value that there is not; and when it is called, a p of another length, what ``make`` raises.
+        A value that there is not; an orbit that does not close in the scene of ``start``; and when it is called, a p of another length, what ``make`` raises.
     ConvergenceError
         When it is called with a p to which the orbit cannot be followed.
 
@@ -124,7 +124,12 @@ def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike)
     if p.ndim != 1:
         message = f"start has shape {p.shape}, but (d,) is needed"
         raise ValueError(message)
-    return Objective(make, orbit, _Entry(value, orbit) if isinstance(value, str) else value, p)
+    if not (isinstance(value, str) or callable(value)):
+        message = f"value is {value!r}, but the name of an entry or a callable f(orbit, derivatives) is needed"
+        raise TypeError(message)
+    entry = _Entry(value, orbit) if isinstance(value, str) else value
+    _core._derivatives_but_multipliers(orbit, make, p)  # refuses an orbit that is not that of start
+    return Objective(make, orbit, entry, p)
 
 
 class _Entry:

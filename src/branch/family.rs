@@ -8,6 +8,7 @@ use crate::orbit::{
     with_phase, with_shooting,
 };
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 
 /// A range of so small a part of its numbers is measured by these: steps in parts of it would be lost in their rounding.
 const SHORT: f64 = 1e-3;
@@ -85,6 +86,25 @@ impl<'a> Family<'a> {
     pub fn units_in(&self, scene: &Scene) -> ScaledUnits {
         let time = scene.frequency().map_or(self.units.time, f64::recip);
         ScaledUnits { time, ..self.units }
+    }
+
+    /// By how many turns of the forcing a loop comes later than another.
+    pub fn turns(&self, from: &Place, to: &Place) -> f64 {
+        let later = to.state.times[0] / to.clock - from.state.times[0] / from.clock;
+        if self.is_free {
+            0.0
+        } else {
+            (later / TAU).round()
+        }
+    }
+
+    /// The same loop so many turns later.
+    pub fn turned(&self, place: &Place, turns: f64) -> Place {
+        let mut turned = place.clone();
+        let late = turns * TAU * place.clock;
+        let ShootingState { times, starts, .. } = &mut turned.state;
+        times.iter_mut().chain(starts).for_each(|t| *t += late);
+        turned
     }
 
     /// How large the states of a loop are in the units.

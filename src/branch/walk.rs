@@ -8,7 +8,7 @@ use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::options::{ContinuationOptions, Virtual};
-use crate::branch::place::Direction;
+use crate::branch::place::{Direction, Place};
 use crate::branch::special::{Special, of_boundary, of_meeting};
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::step_size::{SAME_WAY, step_factor};
@@ -74,7 +74,9 @@ pub(super) fn walk(
                 break end;
             }
             Ok(Advance::Point(own, found, factor)) => {
-                let home = family.between(&first.place, &own.place);
+                let turns = family.turns(&first.place, &own.place);
+                let begun = family.turned(&first.place, turns);
+                let home = family.between(&begun, &own.place);
                 let away = home.length();
                 let has_closed = farthest > 2.0 * step
                     && away < step
@@ -86,7 +88,8 @@ pub(super) fn walk(
                     points.push(rescaled(family, *own)?);
                 }
                 if has_closed {
-                    let (last, found) = closing(family, points.last().unwrap_or(first), first)?;
+                    let from = points.last().unwrap_or(first);
+                    let (last, found) = closing(family, from, (first, begun))?;
                     special.extend(found);
                     points.push(last);
                     let detail = "it came back to where it began".to_owned();
@@ -133,10 +136,15 @@ pub(super) fn walk(
 }
 
 /// The first point again, behind the last one, and what lies between.
-fn closing(family: &Family<'_>, from: &Point, first: &Point) -> Result<(Point, Vec<Special>)> {
-    let way = family.between(&from.place, &first.place);
+fn closing(
+    family: &Family<'_>,
+    from: &Point,
+    (first, place): (&Point, Place),
+) -> Result<(Point, Vec<Special>)> {
+    let way = family.between(&from.place, &place);
     let last = Point {
         arclength: from.arclength + way.length(),
+        place,
         ..first.clone()
     };
     let special = bifurcations(family, from, &last, from.tangent.dot(&way))?;

@@ -3,7 +3,7 @@
 use crate::branch::{
     BranchEnd, ContinuationOptions, CurveOf, EndReason, Heading, Special, bifurcation_curve_of,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::model::Scene;
 use crate::orbit::PeriodicOrbit;
 use crate::python::branch::{SpecialGiven, Varied, special_of, varied};
@@ -12,7 +12,7 @@ use crate::python::made::made;
 use crate::python::orbit::PyOrbit;
 use crate::python::{argument, interrupt};
 use numpy::{IntoPyArray, PyArray1};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
@@ -101,20 +101,15 @@ pub(crate) fn _bifurcation_curve<'py>(
         let (low, high) = between[0];
         let observer = &mut |value: f64| observe((value - low) / (high - low));
         let make = |x: f64, y: f64| plane.scene(&scene, x, y, &raised);
-        let found = bifurcation_curve_of(of, &make, begin, between, &options, observer)?;
-        let judged = found
-            .orbits
-            .iter()
-            .map(|orbit| orbit.is_admissible() == Some(false));
-        let is_virtual: Vec<bool> = judged.collect();
-        Ok::<_, Error>((found, is_virtual))
+        bifurcation_curve_of(of, &make, begin, between, &options, observer)
     })?;
-    if let Some(raised) = raised.into_inner().ok().flatten() {
-        return Err(raised);
-    }
-    let (found, is_virtual) = match found {
-        Ok(found) => found,
-        Err(error) => return Err(signal.unwrap_or_else(|| error.into())),
+    let raised = raised.into_inner().ok().flatten();
+    // Broken off by hand, the curve so far is kept; before there is one, nothing is.
+    let is_by_hand = |raised: &PyErr| raised.is_instance_of::<PyKeyboardInterrupt>(py);
+    let found = match (found, raised) {
+        (found, Some(raised)) if found.is_err() || !is_by_hand(&raised) => return Err(raised),
+        (Ok(found), _) => found,
+        (Err(error), _) => return Err(signal.unwrap_or_else(|| error.into())),
     };
     let orbits = found
         .orbits
@@ -130,7 +125,7 @@ pub(crate) fn _bifurcation_curve<'py>(
         found.x.into_pyarray(py),
         found.y.into_pyarray(py),
         found.arclength.into_pyarray(py),
-        is_virtual.into_pyarray(py),
+        found.is_virtual.into_pyarray(py),
         special.collect::<PyResult<_>>()?,
         found.ends.into_iter().map(end).collect(),
     ))

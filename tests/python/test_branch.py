@@ -500,6 +500,57 @@ class TestBifurcationCurve:
         with pytest.raises(ValueError, match=message):
             vi.bifurcation_curve(doubling, parameters, between)
 
+    def test_a_number_that_does_not_change_does_not_end_the_curve(self):
+        # The force at which the stop is grazed does not depend on the restitution.
+        lost = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[0]
+        curve = vi.bifurcation_curve(lost, ("forcing_scale", "restitution"), ((0.1, 1.5), (0.0, 1.0)))
+        assert [reason for reason, _ in curve.ends] == ["range", "range"]
+        assert sorted(curve.y[[0, -1]]) == [0.0, 1.0]
+        np.testing.assert_allclose(curve.x, lost.parameter, rtol=1e-9)
+        assert not curve.is_virtual.any()
+
+    def test_a_circle_closes(self):
+        # Real and imaginary part of the amplitude: the doubling depends on its modulus alone.
+        doubling = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[1]
+        force = doubling.orbit.scene.forcing.amplitude[0].real
+
+        def make(x, y):
+            return vi.Scene(SYSTEM, vi.Harmonic([force * complex(x, y)], 2.4), vi.Stop(0, 1.0, 0.8))
+
+        curve = vi.bifurcation_curve(doubling, make, ((-2.0, 2.0), (-2.0, 2.0)), start=(1.0, 0.0))
+        assert curve.ends[1][0] == "closed"
+        np.testing.assert_allclose(np.hypot(curve.x, curve.y), 1.0, rtol=1e-8)
+
+    def test_no_point_lies_outside_the_ranges(self):
+        doubling = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[1]
+        (low, high), (least, most) = between = ((2.3, 2.6), (0.85, 1.1))
+        curve = vi.bifurcation_curve(doubling, ("frequency", "forcing_scale"), between)
+        assert ((low <= curve.x) & (curve.x <= high) & (least <= curve.y) & (curve.y <= most)).all()
+        for k in (0, -1):
+            assert curve.x[k] in (low, high) or curve.y[k] in (least, most)
+
+    def test_a_start_of_another_point_is_refused(self):
+        doubling = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[1]
+        with pytest.raises(ValueError, match="does not close in it"):
+            vi.bifurcation_curve(
+                doubling, lambda w, f: scene(force=8.5 * f, frequency=w), self.PLANE[1], start=(2.4, 1.1 * doubling.parameter)
+            )
+
+    def test_what_was_followed_is_kept_when_it_is_broken_off(self):
+        doubling = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5)).special[1]
+        count = 0
+
+        def make(w, factor):
+            nonlocal count
+            count += 1
+            if count == 2000:
+                raise KeyboardInterrupt
+            return scene(force=8.5 * factor, frequency=w)
+
+        curve = vi.bifurcation_curve(doubling, make, self.PLANE[1], start=(2.4, doubling.parameter))
+        assert curve.ends[1][0] == "interrupted"
+        assert len(curve) > 3
+
     def test_what_has_no_curve(self):
         with pytest.raises(ValueError, match="one instant"):
             vi.bifurcation_curve(orbit(), *self.PLANE)

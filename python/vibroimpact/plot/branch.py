@@ -137,6 +137,9 @@ def _drawn(branch: Branch, y: str | Callable[[Any], float] | None) -> tuple[Floa
     columns = {"speeds_before": "speed before impact", "phases": "phase of impact"}
     found = {f"{own}[{k}]": (getattr(branch, own)[:, k], f"{text} {k}") for own, text in columns.items() for k in _places(branch)}
     found |= {own: (values, own) for own, values in branch.monitor.items()}
+    if not found and name.startswith("speeds_before["):
+        # A branch of a tree whose orbits hit nothing.
+        return np.zeros(len(branch.parameter)), columns["speeds_before"]
     if name not in found:
         raise ValueError(f"y must be a function or one of {', '.join(found)}, got {y!r}")
     return found[name]

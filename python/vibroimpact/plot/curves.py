@@ -55,9 +55,11 @@ def bifurcation_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None, 
     >>> vi.plot.bifurcation_curves(vi.bifurcation_curve(branch.special[1], *plane)).get_xlabel()
     'frequency'
     """
-    every: tuple[Any, ...] = (curves,) if hasattr(curves, "is_virtual") else tuple(curves)
-    if not all(hasattr(own, "is_virtual") for own in every):
-        require(curves, "is_virtual", "curves must be results of vibroimpact.bifurcation_curve")
+    every: tuple[Any, ...] = (
+        (curves,) if hasattr(curves, "parameter_names") else tuple(curves) if isinstance(curves, Iterable) else ()
+    )
+    if not every or not all(hasattr(own, "parameter_names") for own in every):
+        require(curves, "parameter_names", "curves must be results of vibroimpact.bifurcation_curve, one at least")
     ax = axes_or_new(ax)
     for own in every:
         names = own.parameter_names or ("first parameter", "second parameter")

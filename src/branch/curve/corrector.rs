@@ -78,7 +78,8 @@ impl Plane<'_> {
                 }));
             }
             let right = conditions.right.clone().push(-normal.dot(&gone));
-            let Some(by) = bordered(&conditions, normal).lu().solve(&right) else {
+            let solved = bordered(&conditions, normal).lu().solve(&right);
+            let Some(by) = solved.filter(|by| by.iter().all(|x| x.is_finite())) else {
                 break;
             };
             last = length(&by);

@@ -8,10 +8,13 @@ use crate::branch::curve::two_at_once::{Point, indicators};
 use crate::branch::curve::walk::walk;
 use crate::branch::options::{ContinuationOptions, check_range};
 use crate::branch::way::both_ways;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene, value_of};
 use std::ops::ControlFlow;
+
+/// An orbit that misses closing by more than this, in its own size, is not one of the scene.
+const ELSEWHERE: f64 = 1e-4;
 
 /// Follows a special point of a branch over two numbers of its scene: folds, period doublings, tori, pitchforks, grazes, impacts without speed and
 /// corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by arclength.
@@ -99,6 +102,16 @@ pub fn bifurcation_curve_of(
         check_range(&format!("between[{axis}]"), range, start[axis])?;
     }
     let (plane, spot) = begun(of, make, start, between)?;
+    let open = plane.along(0, &spot, |family| family.mismatch(&spot.place))?;
+    if open > ELSEWHERE {
+        let rule = format!(
+            "the scene of ({}, {}) is not that of the orbit, which does not close in it (by {})",
+            digits(start[0]),
+            digits(start[1]),
+            digits(open)
+        );
+        return Err(Error::bad_value("start", "of another scene", rule));
+    }
     let first = first_point(&plane, spot)?;
     let joined = both_ways(&first, options.heading, |sign| {
         walk(&plane, &first, sign, options, observer)
@@ -113,6 +126,7 @@ pub fn bifurcation_curve_of(
         x: Vec::new(),
         y: Vec::new(),
         arclength: Vec::new(),
+        is_virtual: Vec::new(),
         special: special.collect(),
         ends: joined.ends,
     };
@@ -121,7 +135,9 @@ pub fn bifurcation_curve_of(
         curve.x.push(spot.place.value);
         curve.y.push(spot.second);
         curve.arclength.push(sign * point.arclength);
-        curve.orbits.push(plane.orbit(spot)?);
+        let orbit = plane.orbit(spot)?;
+        curve.is_virtual.push(plane.is_virtual(spot, &orbit)?);
+        curve.orbits.push(orbit);
     }
     Ok(curve)
 }

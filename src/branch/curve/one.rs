@@ -32,6 +32,8 @@ pub struct BifurcationCurve {
     pub y: Vec<f64>,
     /// How far along the curve each is, in scaled unknowns, from the one that was given; shape `(m,)`.
     pub arclength: Vec<f64>,
+    /// Whether each breaks a rule of contact, but for the speed that an impact has not; shape `(m,)`.
+    pub is_virtual: Vec<bool>,
     /// Where two things happen at once, along the curve.
     pub special: Vec<CurvePoint>,
     /// What it ends with, at its first point and at its last.

@@ -1,10 +1,11 @@
 //! Scenes of two numbers, and loops in them.
 
+use crate::branch::boundary::is_broken;
 use crate::branch::curve::condition::Condition;
 use crate::branch::equations::Equations;
 use crate::branch::family::{Family, span_of};
 use crate::branch::place::{Direction, Place};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{PeriodicOrbit, ScaledUnits, Signature};
 use nalgebra::{DMatrix, DVector};
@@ -32,6 +33,17 @@ pub(super) struct Spot {
     /// The loop, at the first number.
     pub place: Place,
     pub second: f64,
+}
+
+impl Spot {
+    /// Gives one of the numbers a value that it has but for rounding, or nearly.
+    pub fn set(&mut self, axis: usize, value: f64) {
+        if axis == 0 {
+            self.place.value = value;
+        } else {
+            self.second = value;
+        }
+    }
 }
 
 /// The equations of a loop and of what holds on the curve at a spot: `matrix y = right`, y the unknowns of the loop and both numbers in
@@ -87,6 +99,19 @@ impl Plane<'_> {
         })
     }
 
+    /// Whether the orbit of a spot breaks a rule of contact, but for the speed that an impact has not.
+    pub fn is_virtual(&self, spot: &Spot, orbit: &PeriodicOrbit) -> Result<bool> {
+        let Condition::NoSpeed(instant) = self.condition else {
+            return Ok(is_broken(orbit));
+        };
+        self.along(0, spot, |family| {
+            Ok(match family.without(&spot.place, instant)? {
+                Some((family, place)) => is_broken(&family.orbit(&place)?),
+                None => is_broken(orbit),
+            })
+        })
+    }
+
     /// The equations at a spot.
     pub fn conditions(&self, spot: &Spot) -> Result<Conditions> {
         let first = self.along(0, spot, |family| family.equations(&spot.place))?;
@@ -115,7 +140,12 @@ impl Plane<'_> {
                     let there = self.deviated(spot, &found, &step)?;
                     Ok(self.value(&there)?.unwrap_or(f64::NAN))
                 };
-                row[k] = (by(STEP)? - by(-STEP)?) / (2.0 * STEP);
+                // One-sided at the end of what a number may be.
+                row[k] = match (by(STEP), by(-STEP)) {
+                    (Err(Error::BadValue { .. }), below) => (value - below?) / STEP,
+                    (above, Err(Error::BadValue { .. })) => (above? - value) / STEP,
+                    (above, below) => (above? - below?) / (2.0 * STEP),
+                };
             }
             let size = row.amax();
             let below = found.matrix.nrows();

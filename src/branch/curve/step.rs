@@ -21,6 +21,51 @@ pub(super) fn stepped(
     plane.corrected(spot, normal)
 }
 
+/// A step, no longer than some length, to where a number has a value.
+pub(super) fn stepped_to(
+    plane: &Plane<'_>,
+    from: &Found,
+    tangent: &DVector<f64>,
+    step: f64,
+    (axis, end): (usize, f64),
+) -> Attempt<Found> {
+    let at = [from.spot.place.value, from.spot.second][axis];
+    let column = tangent.len() - 2 + axis;
+    let ahead = (end - at) / (tangent[column] * plane.span(axis));
+    let ahead = if ahead.is_finite() {
+        ahead.clamp(0.0, step)
+    } else {
+        step
+    };
+    let mut row = DVector::zeros(tangent.len());
+    row[column] = 1.0;
+    let mut found = {
+        let moved = plane.moved(&from.spot, &from.conditions, &(tangent * ahead));
+        let mut spot = match attempted(moved, from.spot.place.value)? {
+            Ok(spot) => spot,
+            Err(missed) => return Ok(Err(missed)),
+        };
+        spot.set(axis, end);
+        plane.corrected(spot, &row)?
+    };
+    if let Ok(there) = &mut found {
+        there.spot.set(axis, end);
+    }
+    Ok(found)
+}
+
+/// A spot so many turns of the forcing later as another is, to the nearest.
+pub(super) fn turned_to(plane: &Plane<'_>, spot: &Spot, other: &Spot) -> Spot {
+    let place = plane.along(0, spot, |family| {
+        let turns = family.turns(&spot.place, &other.place);
+        Ok(family.turned(&spot.place, turns))
+    });
+    Spot {
+        place: place.unwrap_or_else(|_| spot.place.clone()),
+        second: spot.second,
+    }
+}
+
 /// The way from a spot to another in scaled unknowns.
 pub(super) fn chord(plane: &Plane<'_>, from: &Spot, to: &Spot) -> DVector<f64> {
     let place = plane.along(0, from, |family| Ok(family.between(&from.place, &to.place)));

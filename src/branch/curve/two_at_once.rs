@@ -10,6 +10,9 @@ use crate::error::Result;
 use crate::orbit::Event;
 use nalgebra::DVector;
 
+/// An impact of so small a part of the unit of velocities has no speed.
+const NO_SPEED: f64 = 1e-5;
+
 /// A point of a curve that was accepted.
 #[derive(Clone)]
 pub(super) struct Point {
@@ -33,6 +36,10 @@ pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static
             Ok(least)
         };
         Ok(match plane.condition {
+            // Of half a motion a multiplier is another one's square root.
+            Condition::Multiplier(_) if plane.signature.images.is_some() => {
+                vec![("resonant_graze", slowest()?)]
+            }
             Condition::Multiplier(mu) => {
                 vec![("fold_flip", test(-mu)?), ("resonant_graze", slowest()?)]
             }
@@ -77,6 +84,13 @@ pub(super) fn passed(
             Some(zero) => (zero.point, zero.along, zero.error),
             None => (to.found.spot.clone(), step, step * plane.span(0)),
         };
+        // Where an impact has no speed both determinants vanish, and no multiplier is -1.
+        let others = indicators(plane, &spot)?;
+        let is_graze =
+            |(other, value): &(&str, f64)| *other == "resonant_graze" && value.abs() < NO_SPEED;
+        if *kind == "fold_flip" && others.iter().any(is_graze) {
+            continue;
+        }
         let last = seconds
             .windows(2)
             .last()

@@ -1,9 +1,10 @@
 //! Along a curve, one way.
 
-use crate::branch::curve::corrector::{length, weighted};
+use crate::branch::corrector::Attempt;
+use crate::branch::curve::corrector::{Found, length, weighted};
 use crate::branch::curve::one::CurvePoint;
 use crate::branch::curve::plane::{Plane, Spot};
-use crate::branch::curve::step::{chord, stepped};
+use crate::branch::curve::step::{chord, stepped, stepped_to, turned_to};
 use crate::branch::curve::two_at_once::{Point, indicators, passed};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::options::ContinuationOptions;
@@ -41,15 +42,11 @@ pub(super) fn walk(
             let detail = format!("broken off at ({}, {})", digits(at[0]), digits(at[1]));
             break BranchEnd::new(EndReason::Interrupted, detail);
         }
-        let reach = reached(plane, &from.found.spot, &tangent, step);
-        let (ahead, normal) = match reach {
-            Some((axis, ahead)) => (ahead, axis_row(tangent.len(), axis)),
-            None => (step, weighted(&tangent)),
-        };
-        if let (Some((axis, _)), true) = (reach, ahead <= 0.0) {
-            break range_end(axis, at[axis]);
+        let end = reached(plane, &from.found.spot, &tangent, step);
+        if let Some((axis, value)) = end.filter(|&(axis, value)| at[axis] == value) {
+            break range_end(axis, value);
         }
-        let refused = match stepped(plane, &from.found, &tangent, ahead, &normal) {
+        let refused = match within(plane, &from.found, &tangent, (step, end)) {
             Err(Error::Interrupted) => {
                 let detail = format!("broken off at ({}, {})", digits(at[0]), digits(at[1]));
                 break BranchEnd::new(EndReason::Interrupted, detail);
@@ -70,19 +67,16 @@ pub(super) fn walk(
                         way.special.extend(special);
                         let side = point.found.tangent.dot(&weighted(&tangent)).signum();
                         tangent = &point.found.tangent * side;
-                        let away = length(&chord(plane, &first.found.spot, &point.found.spot));
+                        let begun = turned_to(plane, &first.found.spot, &point.found.spot);
+                        let away = length(&chord(plane, &begun, &point.found.spot));
                         let is_same =
                             sign * tangent.dot(&weighted(&first.found.tangent)) > SAME_WAY;
                         let has_closed = farthest > 2.0 * step && away < step && is_same;
                         farthest = farthest.max(away);
-                        let now = [point.found.spot.place.value, point.found.spot.second];
                         way.points.push(point);
                         if has_closed {
                             let detail = "it came back to where it began".to_owned();
                             break BranchEnd::new(EndReason::Closed, detail);
-                        }
-                        if let Some((axis, _)) = reach {
-                            break range_end(axis, now[axis]);
                         }
                         step = (step * factor).clamp(smallest, largest);
                         continue;
@@ -106,14 +100,7 @@ fn range_end(axis: usize, value: f64) -> BranchEnd {
     BranchEnd::new(EndReason::Range, detail)
 }
 
-/// The row that holds one of the numbers.
-fn axis_row(unknowns: usize, axis: usize) -> DVector<f64> {
-    let mut row = DVector::zeros(unknowns);
-    row[unknowns - 2 + axis] = 1.0;
-    row
-}
-
-/// The number whose range ends within a step, and how far along that is.
+/// The number whose range ends within a step, and where.
 fn reached(
     plane: &Plane<'_>,
     from: &Spot,
@@ -125,8 +112,39 @@ fn reached(
         let (low, high) = plane.between[axis];
         let rate = tangent[tangent.len() - 2 + axis] * plane.span(axis);
         let end = if rate > 0.0 { high } else { low };
+        // A number that does not change has no end.
         let ahead = (end - at[axis]) / rate;
-        (ahead <= step).then_some((axis, ahead))
+        (rate != 0.0 && ahead <= step).then_some((axis, end, ahead))
     });
-    ahead.min_by(|a, b| a.1.total_cmp(&b.1))
+    let first = ahead.min_by(|a, b| a.2.total_cmp(&b.2));
+    first.map(|(axis, end, _)| (axis, end))
+}
+
+/// A step, to the end of a range if one is reached, or if it leads out of one.
+fn within(
+    plane: &Plane<'_>,
+    from: &Found,
+    tangent: &DVector<f64>,
+    (step, end): (f64, Option<(usize, f64)>),
+) -> Attempt<Found> {
+    if let Some(end) = end {
+        return stepped_to(plane, from, tangent, step, end);
+    }
+    let found = stepped(plane, from, tangent, step, &weighted(tangent))?;
+    let Ok(there) = &found else {
+        return Ok(found);
+    };
+    let values = [there.spot.place.value, there.spot.second];
+    let is_out = |axis: &usize| {
+        let (low, high) = plane.between[*axis];
+        !(low..=high).contains(&values[*axis])
+    };
+    match (0..2).find(is_out) {
+        Some(axis) => {
+            let (low, high) = plane.between[axis];
+            let end = values[axis].clamp(low, high);
+            stepped_to(plane, from, tangent, step, (axis, end))
+        }
+        None => Ok(found),
+    }
 }
