@@ -92,7 +92,8 @@ def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike)
     Raises
     ------
     ValueError
-        A value that there is not; an orbit that does not close in the scene of ``start``; and when it is called, a p of another length, what ``make`` raises.
+        A value that there is not; an orbit that does not close in the scene of ``start``; and when it is called, a p of
+        another length, what ``make`` raises.
     ConvergenceError
         When it is called with a p to which the orbit cannot be followed.
 
