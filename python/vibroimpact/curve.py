@@ -185,7 +185,8 @@ def bifurcation_curve(
     The equations of ``continuation`` with both numbers as unknowns and one more (theory 20): a determinant that is zero where
     the multiplier is 1 or -1, of half a period for a symmetric orbit; the modulus of a pair of multipliers; the speed of an
     impact, of one inserted at the touch of a graze. A curve is followed wherever its equations go; what breaks a rule of contact
-    says so.
+    says so. Of impacts that take nearly all speed (e below 1e-3) curves of folds and doublings crawl or cannot be begun; a
+    curve of tori stalls where its multipliers meet on the real axis.
 
     Examples
     --------
