@@ -76,7 +76,8 @@ def test_a_branch_is_solid_where_stable_and_marks_its_special_points():
     branch = vi.continuation(orbit, "forcing_scale", (0.2, 9.0), virtual="keep", monitor={"period": lambda own: own.period})
     ax = vi.plot.branch(branch)
     drawn = {line.get_label(): line for line in ax.lines}
-    assert list(drawn) == ["stable", "unstable", "virtual", "fold", "period doubling"]
+    # Boundaries are marked where a branch goes on beyond them.
+    assert list(drawn) == ["stable", "unstable", "virtual", "fold", "graze", "period doubling"]
     assert [drawn[name].get_linestyle() for name in ("stable", "unstable", "virtual")] == ["-", "--", ":"]
     shown = np.isfinite(drawn["stable"].get_ydata())
     assert np.array_equal(shown, branch.is_stable)
@@ -84,7 +85,7 @@ def test_a_branch_is_solid_where_stable_and_marks_its_special_points():
     # No chord is left out.
     chords = [np.isfinite(drawn[name].get_ydata()) for name in ("stable", "unstable", "virtual")]
     assert np.logical_or.reduce([shown[1:] & shown[:-1] for shown in chords]).all()
-    assert drawn["fold"].get_xdata()[0] == branch.special[0].parameter or len(branch.special) == 2
+    assert drawn["fold"].get_xdata() == [own.parameter for own in branch.special if own.kind == "fold"]
     low, high = np.nanmin(branch.speeds_before), np.nanmax(branch.speeds_before)
     assert low < drawn["fold"].get_ydata()[0] < high
     for y, label in [("phases[0]", "phase of impact 0"), ("period", "period"), (lambda own: own.period, "<lambda>")]:
