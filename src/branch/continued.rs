@@ -20,7 +20,7 @@ use std::ops::ControlFlow;
 /// and Newton's method back to it. Every orbit of the branch has the pattern of the first one.
 ///
 /// `observer` is called with the value reached after each point; when it breaks off, the branch so far is the result, with
-/// [`EndReason::Interrupted`].
+/// [`EndReason::Interrupted`](crate::EndReason::Interrupted).
 ///
 /// Between two points that follow each other nothing is proved: a violation that comes and goes there is not seen.
 ///

@@ -98,15 +98,6 @@ impl<'a> Family<'a> {
         }
     }
 
-    /// The same loop so many turns later.
-    pub fn turned(&self, place: &Place, turns: f64) -> Place {
-        let mut turned = place.clone();
-        let late = turns * TAU * place.clock;
-        let ShootingState { times, starts, .. } = &mut turned.state;
-        times.iter_mut().chain(starts).for_each(|t| *t += late);
-        turned
-    }
-
     /// How large the states of a loop are in the units.
     pub fn size(&self, state: &ShootingState) -> f64 {
         let n = state.states[0].len() / 2;

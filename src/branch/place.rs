@@ -2,6 +2,7 @@
 
 use crate::orbit::ShootingState;
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 
 /// A loop, closed or nearly so, at a value of the parameter.
 #[derive(Debug, Clone)]
@@ -13,6 +14,15 @@ pub(super) struct Place {
 }
 
 impl Place {
+    /// The same loop so many turns later.
+    pub fn turned(&self, turns: f64) -> Self {
+        let mut turned = self.clone();
+        let late = turns * TAU * self.clock;
+        let ShootingState { times, starts, .. } = &mut turned.state;
+        times.iter_mut().chain(starts).for_each(|t| *t += late);
+        turned
+    }
+
     /// The flight that takes the least time, of two at least.
     pub fn shortest_flight(&self) -> Option<usize> {
         let times = &self.state.times;

@@ -75,7 +75,7 @@ pub(super) fn walk(
             }
             Ok(Advance::Point(own, found, factor)) => {
                 let turns = family.turns(&first.place, &own.place);
-                let begun = family.turned(&first.place, turns);
+                let begun = first.place.turned(turns);
                 let home = family.between(&begun, &own.place);
                 let away = home.length();
                 let has_closed = farthest > 2.0 * step

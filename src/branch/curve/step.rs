@@ -58,7 +58,7 @@ pub(super) fn stepped_to(
 pub(super) fn turned_to(plane: &Plane<'_>, spot: &Spot, other: &Spot) -> Spot {
     let place = plane.along(0, spot, |family| {
         let turns = family.turns(&spot.place, &other.place);
-        Ok(family.turned(&spot.place, turns))
+        Ok(spot.place.turned(turns))
     });
     Spot {
         place: place.unwrap_or_else(|_| spot.place.clone()),
