@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
+from vibroimpact._numbers import few, finite
 from vibroimpact._results import ItemsResult
 from vibroimpact.diagram import Pattern
 from vibroimpact.special import Candidate, Special
@@ -150,7 +151,7 @@ class Branch(ItemsResult[Orbit]):
         ValueError
             A value that is not finite; a branch made by a callable that was saved, at a value between its points.
         """
-        value = _finite("value", value)
+        value = finite("value", value)
         found = [self.orbits[0]] if self.parameter[0] == value else []
         for k in range(len(self) - 1):
             here, there = self.parameter[k], self.parameter[k + 1]
@@ -348,24 +349,6 @@ def _special(
     return special
 
 
-def few(argument: str, value: Any, names: tuple[str, ...]) -> tuple[float, ...]:
-    """Return so many numbers."""
-    found = _core._numbers(argument, value)
-    if found.shape != (len(names),):
-        message = f"{argument} is {value!r}, but ({', '.join(names)}) is needed"
-        raise ValueError(message)
-    return tuple(found.tolist())
-
-
-def _finite(argument: str, value: Any) -> float:
-    """Return a finite number."""
-    found = _core._numbers(argument, value)
-    if found.shape != () or not np.isfinite(found):
-        message = f"{argument} is {value!r}, but it must be a finite number"
-        raise ValueError(message)
-    return float(found)
-
-
 def _checked(monitor: Mapping[str, Monitor] | None) -> Mapping[str, Monitor]:
     """Refuse monitors that are no functions with names."""
     found = {} if monitor is None else monitor
@@ -380,7 +363,7 @@ def _measured(name: str, measure: Monitor, orbits: Sequence[Orbit]) -> NDArray[n
     given = [measure(orbit) for orbit in orbits]
     values = np.empty(len(given))
     for k, value in enumerate(given):
-        values[k] = _finite(f"monitor[{name!r}] at point {k}", value)
+        values[k] = finite(f"monitor[{name!r}] at point {k}", value)
     return values
 
 

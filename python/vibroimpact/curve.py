@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
+from vibroimpact._numbers import few
 from vibroimpact._results import ArrayResult, ItemsResult
-from vibroimpact.branch import REASONS, few
+from vibroimpact.branch import REASONS
 from vibroimpact.special import KINDS, Special
 
 __all__ = ["BifurcationCurve", "CurvePoint", "bifurcation_curve"]

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from vibroimpact import _workers
 from vibroimpact._core import Orbit, Scene
+from vibroimpact._numbers import few
 from vibroimpact._results import ItemsResult
-from vibroimpact.branch import Branch, continuation, few
+from vibroimpact.branch import Branch, continuation
 from vibroimpact.special import Candidate, Special
 from vibroimpact.verdict import BOUNDARIES
 

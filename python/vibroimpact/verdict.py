@@ -98,8 +98,7 @@ def _goes_on(special: Special, candidate: Candidate, value: float) -> bool:
     if not between[0] <= candidate.parameter <= between[1]:
         return bool(candidate.is_stable)
     make = getattr(special, "_make", None)
-    known = {} if special.parameter_name is not None else {"start": candidate.parameter}
-    branch = continuation(candidate, special.parameter_name or make, between, **known)  # type: ignore[arg-type]
+    branch = continuation(candidate, special.parameter_name or make, between)  # type: ignore[arg-type]
     return any(orbit.is_stable and orbit.is_admissible for orbit in branch.at(value))
 
 

@@ -11,9 +11,9 @@ use crate::branch::step::Point;
 use crate::branch::walk::walk;
 use crate::branch::way::both_ways;
 use crate::error::{Error, Result, digits};
-use crate::model::{Parameter, Scene, value_of};
+use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
-use crate::tolerance::ORBIT_CLOSED;
+use crate::tolerance::{ELSEWHERE, ORBIT_CLOSED};
 use std::ops::ControlFlow;
 
 /// Follows a periodic motion over a number of its scene, through folds, both ways: by arclength, from each point a step along the branch
@@ -58,28 +58,13 @@ pub fn continuation(
     options: &ContinuationOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
-    if parameter == Parameter::Phase {
-        let rule = "it must be a number that changes the motion: the phase shifts time alone";
-        return Err(Error::bad_value("parameter", "\"phase\"", rule));
-    }
     let scene = orbit.scene();
-    let start = value_of(scene, parameter, "parameter")?;
-    if !start.is_finite() {
-        let rule = "it must be a number that the scene of the orbit has";
-        return Err(Error::bad_value(
-            "parameter",
-            format!("\"{parameter}\""),
-            rule,
-        ));
-    }
+    let start = start_of(scene, parameter, "parameter")?;
     for end in [between.0, between.1] {
         let allowed = parameter.check(end);
         allowed.map_err(|error| error.at(format_args!("between")))?;
     }
-    let make = |value: f64| {
-        parameter.check(value)?;
-        scene.replace(parameter.change(value))
-    };
+    let make = |value: f64| with_value(scene, parameter, value);
     continuation_of(orbit, &make, start, between, options, observer)
 }
 
@@ -160,9 +145,6 @@ fn begun<'a>(
         None => Ok((family, place)),
     }
 }
-
-/// An orbit that misses closing by more than this, in its own size, is not one of the scene.
-const ELSEWHERE: f64 = 1e-6;
 
 /// The point that is given, with its direction towards larger values.
 fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Result<Point> {

@@ -6,7 +6,8 @@ use crate::error::{Error, Result};
 use crate::linalg::determinant::signed_volume;
 use crate::model::Scene;
 use crate::orbit::{
-    Event, Linearised, OrbitOf, PeriodicOrbit, ScaledUnits, Shooting, ShootingState, with_shooting,
+    ContactStage, Event, Linearised, OrbitOf, PeriodicOrbit, ScaledUnits, Shooting, ShootingState,
+    with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -115,23 +116,31 @@ impl Family<'_> {
         Ok((scene, linear, mismatch))
     }
 
-    /// The speed at which the stops of an instant are approached, the first of them if there are several.
+    /// The speed at which the stop of an instant is approached, the first of them if there are several.
     pub fn approach(&self, place: &Place, instant: usize) -> Result<f64> {
+        Ok(self.approaches(place)?[instant])
+    }
+
+    /// The speeds at all instants; not a number where nothing is hit.
+    pub fn approaches(&self, place: &Place) -> Result<Vec<f64>> {
         let state = &place.state;
         let count = state.states.len();
-        let (flight, end) = if instant == 0 {
-            (count - 1, state.times[count])
-        } else {
-            (instant - 1, state.times[instant])
-        };
         self.shooting_at(place, |shooting, _, units| {
-            let before = &shooting.flight_ends(state, units)?[flight].before;
-            let Event::Strike(stops) = &self.signature.stages[instant].event else {
-                return Ok(f64::NAN);
+            let ends = shooting.flight_ends(state, units)?;
+            let stages = self.signature.stages.iter().enumerate();
+            let speed = |(instant, stage): (usize, &ContactStage)| {
+                let Event::Strike(stops) = &stage.event else {
+                    return Ok(f64::NAN);
+                };
+                let flight = (instant + count - 1) % count;
+                let before = &ends[flight].before;
+                let n = before.len() / 2;
+                let at = shooting
+                    .motion
+                    .gap(stops[0], state.times[flight + 1], before)?;
+                Ok(-at.speed(before.rows(n, n)))
             };
-            let n = before.len() / 2;
-            let at = shooting.motion.gap(stops[0], end, before)?;
-            Ok(-at.speed(before.rows(n, n)))
+            stages.map(speed).collect()
         })
     }
 
@@ -271,21 +280,8 @@ impl Family<'_> {
         let value = place.value + part * self.span();
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
-        let by_value = &equations.by_value.flights;
-        let sum = |x: &[f64], d: &[f64], p: &[f64]| -> Vec<f64> {
-            let each = x.iter().zip(d).zip(p);
-            each.map(|((x, d), p)| x + d + part * p).collect()
-        };
-        let start = &place.state;
-        let states = start.states.iter().zip(&corrections.states);
-        let moved = ShootingState {
-            times: sum(&start.times, &corrections.times, &by_value.times),
-            starts: sum(&start.starts, &corrections.starts, &by_value.starts),
-            states: states
-                .zip(&by_value.states)
-                .map(|((x, d), p)| x + d + p * part)
-                .collect(),
-        };
+        let closed = place.state.moved(corrections, 1.0);
+        let moved = closed.moved(&equations.by_value.flights, part);
         Ok(self.place(&there, value, stretched(&moved, scene, &there)))
     }
 }

@@ -9,7 +9,7 @@ use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
 use crate::error::{Error, Result};
 use crate::linalg::rank;
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, Scene, with_value};
 use crate::orbit::{Event, with_shooting};
 use nalgebra::{DMatrix, dvector};
 
@@ -65,10 +65,7 @@ pub fn branches(
     } else {
         1.0
     };
-    let make = |value: f64| {
-        parameter.check(value)?;
-        scene.replace(parameter.change(value / unit))
-    };
+    let make = |value: f64| with_value(scene, parameter, value / unit);
     branches_of(special, &make, between)
 }
 

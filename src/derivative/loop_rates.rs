@@ -9,10 +9,9 @@ use crate::orbit::{
     ContactStage, Event, Guess, Linearised, PeriodicOrbit, ScaledUnits, Shooting, ShootingState,
     Signature, begun, legs, with_phase, with_shooting,
 };
+use crate::tolerance::ELSEWHERE;
 use nalgebra::{DMatrix, DVector};
 
-/// An orbit that misses closing by more than this, in its own size, is not one of the scene.
-const ELSEWHERE: f64 = 1e-6;
 /// Steps in parts of the scale of a number: the cube roots of what flights in closed form are known to, and flights that are integrated to
 /// 2e-13; of impacts that accumulate, whose times are known to rounding over their speeds, by differences of fourth order.
 const EXACT_STEP: f64 = 6e-6;
@@ -277,18 +276,7 @@ impl Loop {
 
     /// The loop that it becomes at a node, to first order.
     pub fn moved(&self, rates: &ShootingState, node: &Node) -> ShootingState {
-        let sum = |x: &[f64], rate: &[f64]| -> Vec<f64> {
-            x.iter()
-                .zip(rate)
-                .map(|(x, rate)| x + node.offset * rate)
-                .collect()
-        };
-        let states = self.state.states.iter().zip(&rates.states);
-        let moved = ShootingState {
-            times: sum(&self.state.times, &rates.times),
-            starts: sum(&self.state.starts, &rates.starts),
-            states: states.map(|(x, rate)| x + rate * node.offset).collect(),
-        };
+        let moved = self.state.moved(rates, node.offset);
         stretched(&moved, &self.scene, &node.scene)
     }
 }

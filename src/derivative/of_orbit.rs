@@ -8,7 +8,7 @@ use crate::derivative::refusal::{refusal, singular};
 use crate::derivative::stencil::Node;
 use crate::error::{Error, Result};
 use crate::hybrid::chatter_map::NO_REST;
-use crate::model::{Parameter, Scene, value_of};
+use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
 use crate::quantity::finite;
 use nalgebra::{Complex, DMatrix};
@@ -48,25 +48,10 @@ const MOST_CLOSER: usize = 3;
 /// ```
 pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Derivatives> {
     let scene = orbit.scene();
-    let mut values = Vec::with_capacity(parameters.len());
-    for &parameter in parameters {
-        if parameter == Parameter::Phase {
-            let rule = "it must be a number that changes the motion: the phase shifts time alone";
-            return Err(Error::bad_value("parameters", "\"phase\"", rule));
-        }
-        let value = value_of(scene, parameter, "parameters")?;
-        if !value.is_finite() {
-            let rule = "it must be a number that the scene of the orbit has";
-            let value = format!("\"{parameter}\"");
-            return Err(Error::bad_value("parameters", value, rule));
-        }
-        values.push(value);
-    }
-    let make = |i: usize, offset: f64| {
-        let value = values[i] + offset;
-        parameters[i].check(value)?;
-        scene.replace(parameters[i].change(value))
-    };
+    let values = parameters.iter();
+    let values = values.map(|&parameter| start_of(scene, parameter, "parameters"));
+    let values: Vec<f64> = values.collect::<Result<_>>()?;
+    let make = |i: usize, offset: f64| with_value(scene, parameters[i], values[i] + offset);
     // Clearances are felt as parts of the motion, factors and restitutions of one.
     let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
     let size = |(&parameter, &value): (&Parameter, &f64)| match parameter {

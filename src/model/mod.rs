@@ -72,7 +72,7 @@ pub use nonlinear::{EquationsOfMotion, NonlinearSystem};
 pub use nonlinear_stop::{GapFunction, NonlinearStop};
 pub use normal::Normal;
 pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
-pub(crate) use parameter_value::value_of;
+pub(crate) use parameter_value::{start_of, value_of, with_value};
 pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
 pub(crate) use ramp::{Moving, Way};

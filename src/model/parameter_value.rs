@@ -29,3 +29,29 @@ pub(crate) fn value_of(scene: &Scene, parameter: Parameter, argument: &str) -> R
         Parameter::RestitutionOf(i) => stops.get(i).map_or(f64::NAN, Constraint::restitution),
     })
 }
+
+/// The value of a number of a scene that changes its motion.
+///
+/// # Errors
+/// The phase, which shifts time alone; a number that the scene does not have, or that its stops do not share.
+pub(crate) fn start_of(scene: &Scene, parameter: Parameter, argument: &str) -> Result<f64> {
+    let refused = |rule: &str| Error::bad_value(argument, format!("\"{parameter}\""), rule);
+    if parameter == Parameter::Phase {
+        let rule = "it must be a number that changes the motion: the phase shifts time alone";
+        return Err(refused(rule));
+    }
+    let value = value_of(scene, parameter, argument)?;
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(refused(
+            "it must be a number that the scene of the orbit has",
+        ))
+    }
+}
+
+/// The scene in which a number has a value, if it may have that.
+pub(crate) fn with_value(scene: &Scene, parameter: Parameter, value: f64) -> Result<Scene> {
+    parameter.check(value)?;
+    scene.replace(parameter.change(value))
+}

@@ -4,6 +4,9 @@ use crate::python::text::shown;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+/// The numbers of a scene, as `Scene.replace` has them.
+pub(crate) const NUMBERS: &str = "frequency, amplitude, clearance, clearance[0], restitution, restitution[0], forcing_scale or damping_scale";
+
 /// A type of arguments, as a message calls it.
 pub(crate) trait ArgumentKind {
     const KIND: &'static str;

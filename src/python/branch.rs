@@ -4,11 +4,11 @@ use crate::branch::{
     self, Branch, BranchEnd, ContinuationOptions, EndReason, Heading, Special, SpecialKind, Virtual,
 };
 use crate::error::{Error, Result};
-use crate::model::{Parameter, Scene, value_of};
+use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
 use crate::python::array::out_matrix;
 use crate::python::diagram::{count, way};
-use crate::python::made::made;
+use crate::python::made::{made, raised_or};
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::sweep::amplitude_given;
@@ -73,28 +73,14 @@ impl Varied<'_> {
         let Self::Number(parameter) = self else {
             return Ok(self.start());
         };
-        let value = value_of(scene, *parameter, "parameters")?;
-        if value.is_finite() && *parameter != Parameter::Phase {
-            return Ok(value);
-        }
-        let rule =
-            "it must be a number that the scene of the orbit has, and that changes its motion";
-        Err(Error::bad_value(
-            "parameters",
-            format!("\"{parameter}\""),
-            rule,
-        ))
+        start_of(scene, *parameter, "parameters")
     }
 
     /// The scene of a value, from that of the orbit.
     pub fn scene(&self, own: &Scene, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
-        let changed = |parameter: Parameter, value: f64| {
-            parameter.check(value)?;
-            own.replace(parameter.change(value))
-        };
         match self {
-            Self::Number(parameter) => changed(*parameter, value),
-            Self::Factor(parameter, start) => changed(*parameter, value / start),
+            Self::Number(parameter) => with_value(own, *parameter, value),
+            Self::Factor(parameter, start) => with_value(own, *parameter, value / start),
             Self::Amplitude(given) => own.replace(Parameter::ForcingScale.change(value / given)),
             Self::Made(function, _) => made(function, (value,), raised),
         }
@@ -113,7 +99,7 @@ pub(super) fn varied<'a>(
             Some(start) if Parameter::is_factor(parameter) => Varied::Factor(parameter, start),
             _ => Varied::Number(parameter),
         }).map_err(|_| {
-            let names = "frequency, amplitude, clearance, clearance[0], restitution, restitution[0], forcing_scale or damping_scale";
+            let names = argument::NUMBERS;
             PyValueError::new_err(format!(
                 "parameter is {name:?}, but it must be a number of Scene.replace ({names}) or a callable p -> Scene"
             ))
@@ -230,10 +216,7 @@ pub(crate) fn _branches(
             .try_for_each(|own| own.orbit.stability().map(|_| ()))?;
         Ok::<_, Error>(found)
     });
-    if let Some(raised) = raised.into_inner().ok().flatten() {
-        return Err(raised);
-    }
-    let each = found?.into_iter();
+    let each = raised_or(found.map_err(PyErr::from), raised)?.into_iter();
     Ok(each
         .map(|own| (PyOrbit(own.orbit), own.parameter, own.is_above))
         .collect())
@@ -251,10 +234,7 @@ pub(crate) fn _scene_at(
     let varied = varied(&scene.0, name.as_deref(), make.as_ref(), Some(start))?;
     let raised = Mutex::new(None);
     let found = varied.scene(&scene.0, value, &raised);
-    match raised.into_inner().ok().flatten() {
-        Some(raised) => Err(raised),
-        None => Ok(PyScene(found?)),
-    }
+    raised_or(found.map_err(PyErr::from), raised).map(PyScene)
 }
 
 /// A branch whose orbits have been judged, with what was found.

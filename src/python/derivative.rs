@@ -4,6 +4,7 @@ use crate::derivative::{self, Derivatives};
 use crate::error::Result;
 use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
+use crate::python::argument::NUMBERS;
 use crate::python::array::{out_matrix, vector};
 use crate::python::interrupt;
 use crate::python::made::{Numbers, made, raised_or};
@@ -29,10 +30,8 @@ fn named(scene: &Scene, name: &str) -> PyResult<Named> {
         return Ok(Named { parameter, unit });
     }
     let parameter = name.parse().map_err(|_| {
-        let names =
-            "frequency, amplitude, clearance, clearance[0], restitution, restitution[0], forcing_scale or damping_scale";
         PyValueError::new_err(format!(
-            "parameters has {name:?}, but each must be a number of Scene.replace ({names})"
+            "parameters has {name:?}, but each must be a number of Scene.replace ({NUMBERS})"
         ))
     })?;
     Ok(Named {

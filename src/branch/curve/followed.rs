@@ -10,7 +10,7 @@ use crate::branch::options::{ContinuationOptions, check_range};
 use crate::branch::way::both_ways;
 use crate::error::{Error, Result, digits};
 use crate::linalg::rank;
-use crate::model::{Parameter, Scene, value_of};
+use crate::model::{Parameter, Scene, start_of, with_value};
 use std::ops::ControlFlow;
 
 /// An orbit that misses closing by more than this, in its own size, is not one of the scene.
@@ -58,18 +58,10 @@ pub fn bifurcation_curve(
     let scene = of.orbit().scene();
     let mut start = [0.0; 2];
     for (axis, parameter) in parameters.into_iter().enumerate() {
-        start[axis] = value_of(scene, parameter, "parameters")?;
+        start[axis] = start_of(scene, parameter, "parameters")?;
         for end in [between[axis].0, between[axis].1] {
             let allowed = parameter.check(end);
             allowed.map_err(|error| error.at(format_args!("between[{axis}]")))?;
-        }
-        if parameter == Parameter::Phase || !start[axis].is_finite() {
-            let rule = "each must be a number that the scene of the orbit has, and that changes its motion";
-            return Err(Error::bad_value(
-                "parameters",
-                format!("\"{parameter}\""),
-                rule,
-            ));
         }
     }
     if parameters[0] == parameters[1] {
@@ -77,10 +69,8 @@ pub fn bifurcation_curve(
         return Err(Error::bad_value("parameters", value, "they must be two"));
     }
     let make = |x: f64, y: f64| {
-        parameters[0].check(x)?;
-        parameters[1].check(y)?;
-        let scene = scene.replace(parameters[0].change(x))?;
-        scene.replace(parameters[1].change(y))
+        let scene = with_value(scene, parameters[0], x)?;
+        with_value(&scene, parameters[1], y)
     };
     bifurcation_curve_of(of, &make, start, between, options, observer)
 }

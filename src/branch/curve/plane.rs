@@ -119,7 +119,9 @@ impl Plane<'_> {
             value: spot.second,
             ..spot.place.clone()
         };
-        let second = self.along(1, spot, |family| family.equations(&over_second))?;
+        let second = self.along(1, spot, |family| {
+            family.renewed(&over_second, first.clone())
+        })?;
         let last = first.rows.ncols();
         let mut matrix = first.all_columns().insert_column(last + 1, 0.0);
         matrix.set_column(last + 1, &second.by_value.column);

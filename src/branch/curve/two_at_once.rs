@@ -7,7 +7,6 @@ use crate::branch::curve::plane::{Plane, Spot};
 use crate::branch::curve::step::{chord, stepped};
 use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
-use crate::orbit::Event;
 use nalgebra::DVector;
 
 /// An impact of so small a part of the unit of velocities has no speed.
@@ -26,14 +25,9 @@ pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static
     plane.along(0, spot, |family| {
         let test = |multiplier: f64| family.multiplier_test(&spot.place, multiplier);
         let slowest = || -> Result<f64> {
-            let stages = family.signature.stages.iter().enumerate();
-            let struck = stages.filter(|(_, stage)| matches!(stage.event, Event::Strike(_)));
-            let mut least = f64::INFINITY;
-            for (k, _) in struck {
-                let speed = family.approach(&spot.place, k)?;
-                least = least.min(speed / family.units.velocity);
-            }
-            Ok(least)
+            let speeds = family.approaches(&spot.place)?.into_iter();
+            let least = speeds.fold(f64::INFINITY, f64::min);
+            Ok(least / family.units.velocity)
         };
         Ok(match plane.condition {
             // Of half a motion a multiplier is another one's square root.

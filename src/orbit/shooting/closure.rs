@@ -30,6 +30,17 @@ pub(crate) struct ShootingState {
 }
 
 impl ShootingState {
+    /// The motion with a part of a change of all its times and states.
+    pub fn moved(&self, by: &Self, part: f64) -> Self {
+        let sum = |x: &[f64], d: &[f64]| x.iter().zip(d).map(|(x, d)| x + part * d).collect();
+        let states = self.states.iter().zip(&by.states);
+        Self {
+            times: sum(&self.times, &by.times),
+            starts: sum(&self.starts, &by.starts),
+            states: states.map(|(x, d)| x + d * part).collect(),
+        }
+    }
+
     /// The start of flight k, the one after the last being the first of the next period.
     pub(super) fn start(&self, k: usize) -> f64 {
         self.starts.get(k).copied().unwrap_or(self.times[k])

@@ -232,26 +232,11 @@ impl Shooting<'_> {
         };
         for halvings in 0..tries {
             let part = 0.5f64.powi(halvings);
-            let moved = |times: &[f64], by: &[f64]| -> Vec<f64> {
-                times.iter().zip(by).map(|(t, d)| t + part * d).collect()
-            };
-            let times = moved(&state.times, &correction.times);
-            let starts = moved(&state.starts, &correction.starts);
-            let flights = starts.iter().zip(times.windows(2));
+            let next = state.moved(correction, part);
+            let flights = next.starts.iter().zip(next.times.windows(2));
             if flights.into_iter().any(|(s, w)| *s < w[0] || w[1] <= *s) {
                 continue;
             }
-            let states = state
-                .states
-                .iter()
-                .zip(&correction.states)
-                .map(|(x, d)| x + d * part)
-                .collect();
-            let next = ShootingState {
-                times,
-                starts,
-                states,
-            };
             let left = match self.mismatch(&next, units) {
                 Ok(left) => left,
                 Err(Error::NoConvergence { .. }) => continue,
