@@ -188,6 +188,9 @@ pub(crate) const ORBIT_CLOSED: f64 = 1e-11;
 pub(crate) const ELSEWHERE: f64 = 1e-6;
 /// Singular values below this, relative to the largest entry, belong to directions in which the orbit may be changed.
 pub(crate) const FREE_DIRECTION: f64 = 1e-12;
+/// The same of integrated flights, whose errors change with what they begin with: taken where corrections along all directions bring a
+/// loop no nearer to closing.
+pub(crate) const WEAK_DIRECTION: f64 = 1e-8;
 /// What a period later may differ, relative to the acceleration.
 pub(crate) const REPEATS: f64 = 1e-9;
 /// A return as near as this, relative to the motion's size, is one; of a trajectory that has not settled so far the

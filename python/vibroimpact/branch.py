@@ -218,7 +218,8 @@ def continuation(
         count as on the branch that they come from.
     parameter : str or callable
         A number of ``Scene.replace`` ("frequency", "clearance[1]", "forcing_scale", ...; not "phase", which shifts time
-        alone), or a callable ``p -> Scene``.
+        alone); "energy", of orbits that keep it (no forcing, no damping, elastic impacts), of which there is one at each value;
+        or a callable ``p -> Scene``.
     between : (float, float)
         The range, with the orbit in it.
     start : float, optional
@@ -255,7 +256,8 @@ def continuation(
         A number that does not exist or that the stops do not share; a range that is upside down, not finite or without the
         orbit, or whose ends the number may not take; steps that are not in order; a callable without ``start``; an orbit that
         breaks a rule of contact, unless such orbits are kept; stops that are hit together; a motion without forcing that hits
-        nothing; orbits that form a family (elastic impacts without damping); a monitor that is not finite; a special point from
+        nothing; orbits that form a family (elastic impacts without damping) over another number than "energy", and over that
+        those that form none; a monitor that is not finite; a special point from
         which no branch goes off; ``symmetric=True`` of an orbit that is not its own mirror image.
     ConvergenceError
         An orbit that does not close in the scene that the callable makes of ``start``.
@@ -267,6 +269,9 @@ def continuation(
     no impact moves by more than 0.5 in phase. The pattern is that of the orbit all along. A boundary is found by halves, to
     1e-11 in arclength. Between two points nothing is proved: what comes and goes there is not seen. An exception of the
     callable has the branch so far as ``.branch``; a ``ValueError`` of it is the end of its domain and none.
+
+    Over "energy" the scene is one, and no orbit attracts: ``is_stable`` says that deviations do not grow, but by the difference
+    of two periods, and tori are not looked for (theory 19, "Families").
 
     References
     ----------
@@ -281,13 +286,20 @@ def continuation(
     >>> branch = vi.continuation(orbit, "forcing_scale", (0.1, 1.5))
     >>> [(own.kind, round(8.5 * own.parameter, 6)) for own in branch.special]
     [('lost_impact', 4.766047), ('period_doubling', 7.733258)]
+
+    How the period of a free mass before a stop shortens with its energy, from the touch at 1/2 on:
+
+    >>> scene = vi.Scene(vi.LinearSystem(1, None, 1), stops=vi.Stop(0, 1.0, 1.0))
+    >>> family = vi.continuation(vi.find_orbit(scene, (-2.0, 0.0, 4.2)), "energy", (0.1, 8.0))
+    >>> family.special[0].kind, round(family.special[0].parameter, 9), round(family[-1].period, 6)
+    ('lost_impact', 0.5, 3.647)
     """
     begin, known = _orbit_of(orbit)
     if virtual not in ("stop", "keep"):
         message = f'virtual is {virtual!r}, but it must be "stop" or "keep"'
         raise ValueError(message)
     if not (isinstance(parameter, str) or callable(parameter)):
-        message = f"parameter is {parameter!r}, but a number of Scene.replace or a callable p -> Scene is needed"
+        message = f'parameter is {parameter!r}, but a number of Scene.replace, "energy" or a callable p -> Scene is needed'
         raise TypeError(message)
     if isinstance(parameter, str) and start is not None:
         message = f"start is {start!r}, but it is that of a callable: the orbit has its own {parameter}"

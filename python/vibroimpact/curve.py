@@ -238,6 +238,9 @@ def _begun(special: Any) -> tuple[Orbit, tuple[Any, ...] | None]:
     if not isinstance(special, Special):
         message = f"special is {special!r}, but a Special or an Orbit is needed"
         raise TypeError(message)
+    if special.parameter_name == "energy":
+        message = f"special is {special!r}, but a curve is over numbers of a scene: its orbits keep their energy in any of these"
+        raise ValueError(message)
     return special.orbit, special._given()
 
 

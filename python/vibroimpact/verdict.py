@@ -72,6 +72,9 @@ def look_beyond(special: Special, delta: float | None, periods: int, rng: int | 
     if special.kind not in BOUNDARIES:
         message = f"special is {special!r}, but beyond is asked of a boundary: {', '.join(BOUNDARIES)}"
         raise ValueError(message)
+    if special.parameter_name == "energy":
+        message = f"special is {special!r}, of motions that keep their energy: they settle on nothing beyond it"
+        raise ValueError(message)
     low, high = special.between
     delta = 1e-3 * (high - low) if delta is None else float(_core._numbers("delta", delta))
     if not (np.isfinite(delta) and delta > 0.0):

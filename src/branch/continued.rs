@@ -1,6 +1,7 @@
 //! `continuation`: from an orbit to the branch that it is on.
 
 use crate::branch::corrector::directions;
+use crate::branch::energy::{energy_at, opens};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::one::Branch;
@@ -83,6 +84,63 @@ pub fn continuation_of(
 ) -> Result<Branch> {
     options.check()?;
     check_range("between", between, start)?;
+    let begun = Family::around(orbit, make, start, between)?;
+    from_orbit(orbit, begun, options, observer)
+}
+
+/// The same over the energy of the motion, of orbits without forcing, damping and loss at impacts: one at each energy, in one scene (the
+/// backbone of what it does with a little forcing and damping). None of them attracts; stable are those near which deviations grow but
+/// with the difference of their periods. Tori are not looked for, as all multipliers lie on the unit circle where none has left it.
+///
+/// # Errors
+/// As [`continuation`]; a scene with a forcing; a system given by functions without its mass matrix or its potential; an orbit that does
+/// not keep its energy when it is changed a little, as one of a family does.
+///
+/// # References
+/// Theory section 19, "Families"; J. Sepulchre and R. S. MacKay, Nonlinearity 10 (1997) 679.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{ContinuationOptions, Forcing, LinearSystem, Scene, Stop, continuation_over_energy, find_orbit};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0])?;
+/// let scene = Scene::new(system, Forcing::Unforced, [Stop::new(0, 1.0, 1.0)?])?;
+/// let (q, v) = (dvector![-2.0], dvector![0.0]);
+/// let orbit = find_orbit(&scene, (&q, &v, 4.2), None)?;
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let branch = continuation_over_energy(&orbit, (0.5, 8.0), &ContinuationOptions::default(), go_on)?;
+/// // The amplitude is 4 at the end: from the stop at 1 round to it again.
+/// let last = branch.orbits.last().expect("at least one");
+/// let half = std::f64::consts::PI - 0.25f64.acos();
+/// assert!((last.period() - 2.0 * half).abs() < 1e-10);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn continuation_over_energy(
+    orbit: &PeriodicOrbit,
+    between: (f64, f64),
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Branch> {
+    options.check()?;
+    let (energetics, start) = energy_at(orbit)?;
+    check_range("between", between, start)?;
+    let make = |_: f64| Ok(orbit.scene().clone());
+    let (family, place) = Family::around(orbit, &make, start, between)?;
+    let family = Family {
+        energetics: Some(&energetics),
+        ..family
+    };
+    from_orbit(orbit, (family, place), options, observer)
+}
+
+/// Follows a motion of a family from its loop.
+fn from_orbit(
+    orbit: &PeriodicOrbit,
+    begun: (Family<'_>, Place),
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Branch> {
     if options.beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
         let reason = orbit
             .violation()
@@ -94,7 +152,7 @@ pub fn continuation_of(
             rule,
         ));
     }
-    let (family, place) = begun(orbit, make, start, between, options.symmetric)?;
+    let (family, place) = half_of(begun, options.symmetric)?;
     let first = first_point(&family, place, orbit)?;
     let joined = both_ways(&first, options.heading, |sign| {
         let turned = Point {
@@ -115,6 +173,7 @@ pub fn continuation_of(
         special: special.collect(),
         ends: joined.ends,
         is_closed: joined.is_closed,
+        keeps_energy: family.energetics.is_some(),
     };
     for (point, sign) in joined.points {
         branch.parameter.push(point.place.value);
@@ -124,15 +183,11 @@ pub fn continuation_of(
     Ok(branch)
 }
 
-/// The scenes about an orbit and its loop, half of it where it is to be kept its own mirror image.
-fn begun<'a>(
-    orbit: &PeriodicOrbit,
-    make: &'a dyn Fn(f64) -> Result<Scene>,
-    start: f64,
-    between: (f64, f64),
+/// A loop among its scenes, half of it where it is to be kept its own mirror image.
+fn half_of(
+    (family, place): (Family<'_>, Place),
     symmetric: Option<bool>,
-) -> Result<(Family<'a>, Place)> {
-    let (family, place) = Family::around(orbit, make, start, between)?;
+) -> Result<(Family<'_>, Place)> {
     if symmetric == Some(false) {
         return Ok((family, place));
     }
@@ -185,13 +240,21 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
     }
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
-        let rule = "elastic impacts without damping leave one at each energy: add damping";
+        let rule = "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping";
         return Err(Error::bad_value(
             "orbit",
             "one of a family at this value",
             rule,
         ));
     };
+    if family.energetics.is_some() && opens(tangent) {
+        let rule = "orbits beside it must keep their energy too: elastic impacts and no damping";
+        return Err(Error::bad_value(
+            "orbit",
+            "one that is alone at its energy",
+            rule,
+        ));
+    }
     let up = if tangent.value_part < 0.0 { -1.0 } else { 1.0 };
     let tangent = tangent.scaled(up);
     Ok(Point {

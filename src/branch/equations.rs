@@ -36,17 +36,6 @@ pub(super) struct ByValue {
 }
 
 impl Equations {
-    fn new((scene, linear, mismatch): (Scene, Linearised, f64), by_value: ByValue) -> Self {
-        Self {
-            rows: linear.rows.clone(),
-            right: linear.right.clone(),
-            by_value,
-            mismatch,
-            scene,
-            linear,
-        }
-    }
-
     /// A number that changes its sign where another branch is crossed, along a direction of this one.
     pub fn crossing(&self, tangent: &Direction) -> f64 {
         signed_volume(self.bordered(tangent))
@@ -72,14 +61,31 @@ impl Equations {
 impl Family<'_> {
     /// The equations at a place.
     pub fn equations(&self, place: &Place) -> Result<Equations> {
-        let (scene, linear, mismatch) = self.linear(place)?;
-        let by_value = self.by_value(place, &scene, &linear)?;
-        Ok(Equations::new((scene, linear, mismatch), by_value))
+        let found = self.linear(place)?;
+        let by_value = self.by_value(place, &found.0, &found.1)?;
+        self.together(place, found, by_value)
     }
 
     /// The same with what changes with the parameter as it is at a place nearby: corrections by them are a little longer on their way.
     pub fn equations_nearby(&self, place: &Place, by_value: &ByValue) -> Result<Equations> {
-        Ok(Equations::new(self.linear(place)?, by_value.clone()))
+        self.together(place, self.linear(place)?, by_value.clone())
+    }
+
+    fn together(
+        &self,
+        place: &Place,
+        (scene, linear, mismatch): (Scene, Linearised, f64),
+        by_value: ByValue,
+    ) -> Result<Equations> {
+        let (rows, right) = self.with_energy(place, &linear)?;
+        Ok(Equations {
+            rows,
+            by_value,
+            right,
+            mismatch,
+            scene,
+            linear,
+        })
     }
 
     /// The same with what changes with the parameter there.
@@ -196,6 +202,13 @@ impl Family<'_> {
     /// How what the loop lacks, and with it the states of its flights, changes with the parameter, in parts of the range: central
     /// differences, instants held at their phases; one-sided at the end of what the parameter may be.
     fn by_value(&self, place: &Place, scene: &Scene, here: &Linearised) -> Result<ByValue> {
+        let none = DVector::zeros(here.rows.ncols());
+        if self.energetics.is_some() {
+            return Ok(ByValue {
+                column: DVector::zeros(here.rows.nrows()).push(-1.0),
+                flights: here.deviations(&none),
+            });
+        }
         let lacking = |value: f64| -> Result<Linearised> {
             let there = self.scene(value)?;
             check_same(scene, &there, value)?;
@@ -243,14 +256,17 @@ impl Family<'_> {
     pub fn moved_by_value(&self, place: &Place, equations: &Equations, part: f64) -> Result<Place> {
         let none = equations
             .linear
-            .deviations(&DVector::zeros(equations.rows.ncols()));
+            .deviations(&DVector::zeros(equations.linear.rows.ncols()));
         let scene = &self.scene(place.value)?;
         self.moved_by((place, scene), equations, &none, part)
     }
 
     /// A place moved by a direction, to first order.
     pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
-        let corrections = equations.linear.corrections(&by.loop_part);
+        let own = equations.linear.rows.ncols();
+        let corrections = equations
+            .linear
+            .corrections(&by.loop_part.rows(0, own).into_owned());
         self.moved_by(
             (place, &equations.scene),
             equations,
@@ -261,7 +277,10 @@ impl Family<'_> {
 
     /// A place moved by a deviation, to first order: what is not closed stays so.
     pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
-        let deviations = equations.linear.deviations(&by.loop_part);
+        let own = equations.linear.rows.ncols();
+        let deviations = equations
+            .linear
+            .deviations(&by.loop_part.rows(0, own).into_owned());
         self.moved_by(
             (place, &equations.scene),
             equations,

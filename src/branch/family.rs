@@ -2,7 +2,7 @@
 
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
-use crate::model::Scene;
+use crate::model::{Energetics, Scene};
 use crate::orbit::{
     Event, Guess, PeriodicOrbit, ScaledUnits, ShootingState, Signature, begun, check_landings,
     with_phase, with_shooting,
@@ -25,6 +25,8 @@ pub(super) struct Family<'a> {
     pub is_free: bool,
     /// Units of positions and velocities, and of time where nothing gives one.
     pub units: ScaledUnits,
+    /// Where the number is the energy of the motion.
+    pub energetics: Option<&'a Energetics>,
 }
 
 impl<'a> Family<'a> {
@@ -44,6 +46,7 @@ impl<'a> Family<'a> {
             phase: scene.phase(),
             is_free: scene.frequency().is_none(),
             units,
+            energetics: None,
         };
         let place = family.place(&scene, value, state);
         Ok((family, place))
@@ -108,14 +111,14 @@ impl<'a> Family<'a> {
         each.fold(0.0, f64::max)
     }
 
-    /// How many unknowns a loop has: its first state, and its times.
+    /// How many unknowns a loop has: its first state, its times, and what it is open by where the number is the energy.
     pub fn n_unknowns(&self, place: &Place) -> usize {
         let times = if self.is_empty() {
             0
         } else {
             self.signature.stages.len()
         };
-        place.state.states[0].len() + times
+        place.state.states[0].len() + times + usize::from(self.energetics.is_some())
     }
 
     /// The way from a loop to another, in the scaled unknowns.
@@ -131,6 +134,9 @@ impl<'a> Family<'a> {
                     self.units.velocity
                 };
                 (to.state.states[0][i] - from.state.states[0][i]) / unit
+            } else if self.energetics.is_some() && i + 1 == unknowns {
+                // Both are closed.
+                0.0
             } else {
                 let k = i - two_n + first;
                 to.state.times[k] / to.clock - from.state.times[k] / from.clock

@@ -15,7 +15,8 @@ pub(super) struct Indicators {
     pub doubling: f64,
     /// It changes its sign where another branch is crossed.
     pub crossing: f64,
-    /// How many multipliers lie outside the unit circle; one coordinate alone has no torus, and they are not counted.
+    /// How many multipliers lie outside the unit circle; one coordinate alone has no torus, nor is one looked for
+    /// where the energy is kept, and they are not counted.
     pub outside: Option<usize>,
 }
 
@@ -39,7 +40,11 @@ impl Indicators {
             fold: tangent.value_part,
             doubling: family.multiplier_test(place, -1.0)?,
             crossing: equations.crossing(tangent),
-            outside: if is_alone { None } else { n_outside(orbit)? },
+            outside: if is_alone || family.energetics.is_some() {
+                None
+            } else {
+                n_outside(orbit, false)?
+            },
         })
     }
 }

@@ -8,6 +8,7 @@ mod continued;
 mod corrector;
 mod curve;
 mod end;
+mod energy;
 mod equations;
 mod family;
 mod indicators;
@@ -26,12 +27,12 @@ mod way;
 mod zero;
 
 pub use candidate::Candidate;
-pub use continued::{continuation, continuation_of};
+pub use continued::{continuation, continuation_of, continuation_over_energy};
 pub use curve::{BifurcationCurve, CurveOf, CurvePoint, bifurcation_curve, bifurcation_curve_of};
 pub use end::{BranchEnd, EndReason};
 pub use one::Branch;
 pub use options::{ContinuationOptions, Heading, Virtual};
 pub use special::{Special, SpecialKind};
-pub use switching::{branches, branches_of};
+pub use switching::{branches, branches_of, branches_over_energy};
 
 pub(crate) use family::{check_same, stretched};

@@ -5,6 +5,9 @@ use crate::orbit::PeriodicOrbit;
 use crate::tolerance::MARGINAL;
 use nalgebra::Complex;
 
+/// Two multipliers that meet are known to the root of what one is known to.
+const MEETING: f64 = 1e-6;
+
 pub(super) fn is_free(orbit: &PeriodicOrbit) -> bool {
     orbit.scene().frequency().is_none()
 }
@@ -16,17 +19,27 @@ pub(super) fn own_multipliers(orbit: &PeriodicOrbit) -> Result<Option<Vec<Comple
     };
     let mut own: Vec<Complex<f64>> = order.multipliers.iter().copied().collect();
     if is_free(orbit) {
-        let off = |mu: &Complex<f64>| (mu - 1.0).norm();
-        let nearest = (0..own.len()).min_by(|&i, &j| off(&own[i]).total_cmp(&off(&own[j])));
-        nearest.map(|i| own.remove(i));
+        without_one(&mut own);
     }
     Ok(Some(own))
 }
 
-/// How many of them lie outside the unit circle, by more than rounding.
-pub(super) fn n_outside(orbit: &PeriodicOrbit) -> Result<Option<usize>> {
-    let own = own_multipliers(orbit)?;
-    Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + MARGINAL).count()))
+/// Leaves out the multiplier that is nearest to 1.
+fn without_one(own: &mut Vec<Complex<f64>>) {
+    let off = |mu: &Complex<f64>| (mu - 1.0).norm();
+    let nearest = (0..own.len()).min_by(|&i, &j| off(&own[i]).total_cmp(&off(&own[j])));
+    nearest.map(|i| own.remove(i));
+}
+
+/// How many of them lie outside the unit circle, by more than rounding; of motions that keep their energy, for which one is 1 besides and
+/// all lie on the circle but those that left it in pairs, by more than a pair is known that meets there.
+pub(super) fn n_outside(orbit: &PeriodicOrbit, keeps_energy: bool) -> Result<Option<usize>> {
+    let mut own = own_multipliers(orbit)?;
+    if keeps_energy {
+        own.iter_mut().for_each(without_one);
+    }
+    let margin = if keeps_energy { MEETING } else { MARGINAL };
+    Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + margin).count()))
 }
 
 /// The pair of conjugate multipliers that is nearest to the unit circle, one of it.

@@ -21,6 +21,8 @@ pub struct Branch {
     pub ends: [BranchEnd; 2],
     /// Whether its last point is its first one again.
     pub is_closed: bool,
+    /// Whether the number is the energy of motions that keep it.
+    pub keeps_energy: bool,
 }
 
 impl Branch {
@@ -30,14 +32,20 @@ impl Branch {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn n_unstable(&self) -> Result<Vec<Option<usize>>> {
-        self.orbits.iter().map(n_outside).collect()
+        let count = |orbit| n_outside(orbit, self.keeps_energy);
+        self.orbits.iter().map(count).collect()
     }
 
-    /// Whether small deviations from each orbit die out, without forcing but for a shift in time; `None` where that is not decided. Shape `(m,)`.
+    /// Whether small deviations from each orbit die out, without forcing but for a shift in time; of motions that keep their energy, whether
+    /// they do not grow, but for what differs by the energy. `None` where that is not decided. Shape `(m,)`.
     ///
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn is_stable(&self) -> Result<Vec<Option<bool>>> {
+        if self.keeps_energy {
+            let counts = self.n_unstable()?.into_iter();
+            return Ok(counts.map(|count| count.map(|count| count == 0)).collect());
+        }
         let is_stable = |orbit: &PeriodicOrbit| match own_multipliers(orbit)? {
             Some(own) if is_free(orbit) => {
                 let largest = own.iter().map(|mu| mu.norm()).fold(0.0, f64::max);

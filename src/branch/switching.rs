@@ -2,6 +2,7 @@
 
 use crate::branch::candidate::Candidate;
 use crate::branch::corrector::directions;
+use crate::branch::energy::energy_at;
 use crate::branch::family::Family;
 use crate::branch::instants::{period, turned};
 use crate::branch::place::{Direction, Place};
@@ -78,17 +79,37 @@ pub fn branches_of(
     make: &dyn Fn(f64) -> Result<Scene>,
     between: (f64, f64),
 ) -> Result<Vec<Candidate>> {
-    let (family, place) = Family::around(&special.orbit, make, special.parameter, between)?;
+    let begun = Family::around(&special.orbit, make, special.parameter, between)?;
+    meeting(special, &begun)
+}
+
+/// The same over the energy of the motion ([`continuation_over_energy`](crate::continuation_over_energy)).
+///
+/// # Errors
+/// As [`branches`].
+pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Vec<Candidate>> {
+    let (energetics, _) = energy_at(&special.orbit)?;
+    let make = |_: f64| Ok(special.orbit.scene().clone());
+    let (family, place) = Family::around(&special.orbit, &make, special.parameter, between)?;
+    let family = Family {
+        energetics: Some(&energetics),
+        ..family
+    };
+    meeting(special, &(family, place))
+}
+
+/// The branches that meet a branch at a loop of its scenes.
+fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<Vec<Candidate>> {
     let mut found = match (special.kind, special.stop.zip(special.time)) {
-        (SpecialKind::PeriodDoubling, _) => found_there(doubled(&family, &place))?,
+        (SpecialKind::PeriodDoubling, _) => found_there(doubled(family, place))?,
         (SpecialKind::Pitchfork, _) => match family.half(&place)? {
             Some((half, place)) => found_there(doubled(&half, &place))?,
             None => Vec::new(),
         },
-        (SpecialKind::BranchPoint, _) => crossed(&family, &place, special)?,
-        (SpecialKind::Graze, Some(touch)) => born(&family, &place, touch)?,
-        (SpecialKind::LostImpact, Some(touch)) => lost(&family, &place, touch, special)?,
-        (SpecialKind::Corner, _) => found_there(swapped(&family, &place))?,
+        (SpecialKind::BranchPoint, _) => crossed(family, place, special)?,
+        (SpecialKind::Graze, Some(touch)) => born(family, place, touch)?,
+        (SpecialKind::LostImpact, Some(touch)) => lost(family, place, touch, special)?,
+        (SpecialKind::Corner, _) => found_there(swapped(family, place))?,
         _ => Vec::new(),
     };
     found.sort_by_key(|own| own.orbit.is_admissible() == Some(false));

@@ -129,6 +129,14 @@ impl Energetics {
         })
     }
 
+    /// The kinetic and the potential energy together.
+    ///
+    /// # Errors
+    /// A system given by functions without its potential, and what its functions report.
+    pub fn total(&self, q: &DVector<f64>, v: &DVector<f64>) -> Result<f64> {
+        Ok(self.kinetic(q, v)? + self.potential(q)?)
+    }
+
     /// The power of the forcing.
     pub fn forcing_power(&self, at: Moment, q: &DVector<f64>, v: &DVector<f64>) -> f64 {
         let lever = |i: usize| self.base.as_ref().map_or(0.0, |base| base[i] * q[i].cos());
@@ -172,7 +180,7 @@ impl Energetics {
         let s = DIFFERENCE * step;
         let energy = |s: f64| -> Result<f64> {
             let there = q + v * s;
-            Ok(self.kinetic(&there, &(v + a * s))? + self.potential(&there)?)
+            self.total(&there, &(v + a * s))
         };
         let apart = |s: f64| Ok::<_, Error>(energy(s)? - energy(-s)?);
         Ok((8.0 * apart(s)? - apart(2.0 * s)?) / (12.0 * s))

@@ -56,6 +56,8 @@ pub(super) enum Varied<'a> {
     Factor(Parameter, f64),
     /// The amplitude of a base, as a factor on the one that the scene has.
     Amplitude(f64),
+    /// The energy of the motion, in one scene.
+    Energy,
     Made(&'a Py<PyAny>, f64),
 }
 
@@ -63,23 +65,28 @@ impl Varied<'_> {
     /// The value at the orbit, of all but a number.
     fn start(&self) -> f64 {
         match self {
-            Self::Number(_) => 1.0,
+            Self::Number(_) | Self::Energy => 1.0,
             Self::Factor(_, start) | Self::Amplitude(start) | Self::Made(_, start) => *start,
         }
     }
 
     /// The value in the scene of an orbit.
     pub fn start_in(&self, scene: &Scene) -> Result<f64> {
-        let Self::Number(parameter) = self else {
-            return Ok(self.start());
-        };
-        start_of(scene, *parameter, "parameters")
+        match self {
+            Self::Number(parameter) => start_of(scene, *parameter, "parameters"),
+            Self::Energy => {
+                let rule = "each must be a number of the scene, which the energy of a motion is not";
+                Err(Error::bad_value("parameters", "\"energy\"", rule))
+            }
+            _ => Ok(self.start()),
+        }
     }
 
     /// The scene of a value, from that of the orbit.
     pub fn scene(&self, own: &Scene, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
         match self {
             Self::Number(parameter) => with_value(own, *parameter, value),
+            Self::Energy => Ok(own.clone()),
             Self::Factor(parameter, start) => with_value(own, *parameter, value / start),
             Self::Amplitude(given) => own.replace(Parameter::ForcingScale.change(value / given)),
             Self::Made(function, _) => made(function, (value,), raised),
@@ -94,6 +101,7 @@ pub(super) fn varied<'a>(
     start: Option<f64>,
 ) -> PyResult<Varied<'a>> {
     match (name, make, start) {
+        (Some("energy"), ..) => Ok(Varied::Energy),
         (Some("amplitude"), ..) => Ok(Varied::Amplitude(amplitude_given("parameter", scene)?)),
         (Some(name), _, start) => name.parse().map(|parameter| match start {
             Some(start) if Parameter::is_factor(parameter) => Varied::Factor(parameter, start),
@@ -101,7 +109,7 @@ pub(super) fn varied<'a>(
         }).map_err(|_| {
             let names = argument::NUMBERS;
             PyValueError::new_err(format!(
-                "parameter is {name:?}, but it must be a number of Scene.replace ({names}) or a callable p -> Scene"
+                "parameter is {name:?}, but it must be a number of Scene.replace ({names}), \"energy\" or a callable p -> Scene"
             ))
         }),
         (None, Some(make), Some(start)) => Ok(Varied::Made(make, start)),
@@ -151,6 +159,9 @@ pub(crate) fn _continuation<'py>(
         let found = match &varied {
             Varied::Number(parameter) => {
                 branch::continuation(own, *parameter, between, &options, observer)
+            }
+            Varied::Energy => {
+                branch::continuation_over_energy(own, between, &options, observer)
             }
             Varied::Factor(..) | Varied::Amplitude(_) | Varied::Made(..) => {
                 let make = |value: f64| varied.scene(own.scene(), value, &raised);
@@ -210,7 +221,10 @@ pub(crate) fn _branches(
     let raised = Mutex::new(None);
     let found = py.detach(|| {
         let make = |value: f64| varied.scene(&scene, value, &raised);
-        let found = branch::branches_of(&special, &make, between)?;
+        let found = match varied {
+            Varied::Energy => branch::branches_over_energy(&special, between)?,
+            _ => branch::branches_of(&special, &make, between)?,
+        };
         found
             .iter()
             .try_for_each(|own| own.orbit.stability().map(|_| ()))?;
@@ -287,6 +301,7 @@ fn out(py: Python<'_>, found: Judged, raised: Option<PyErr>) -> PyResult<Out<'_>
         special,
         ends,
         is_closed,
+        ..
     } = found.branch;
     let special = special.into_iter().map(|own| {
         let orbit = Py::new(py, PyOrbit(own.orbit))?;

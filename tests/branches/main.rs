@@ -3,6 +3,7 @@
 mod closed_form;
 mod curves;
 mod ends;
+mod energy;
 mod motions;
 #[path = "../common/random.rs"]
 mod random;

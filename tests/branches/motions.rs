@@ -13,7 +13,7 @@ use vibroimpact::{
 const TAME: f64 = 10.0;
 
 /// Admissible orbits of a branch are what a simulation from their states does for a period.
-fn check_retraced(branch: &Branch, tolerance: f64) {
+pub fn check_retraced(branch: &Branch, tolerance: f64) {
     let mut count = 0;
     for (k, orbit) in branch.orbits.iter().enumerate().step_by(3) {
         let orders = &orbit.stability().expect("multipliers").orders;
@@ -27,12 +27,12 @@ fn check_retraced(branch: &Branch, tolerance: f64) {
             orbit.scene(),
             &orbit.q0(),
             &orbit.v0(),
-            (0.0, 1.5 * orbit.period()),
+            (0.0, 1.4 * orbit.period()),
             &SimulateOptions::default(),
         );
         let run = run.expect("a run");
         let (q, v) = run.last();
-        let (p, u) = orbit.state(1.5 * orbit.period(), false);
+        let (p, u) = orbit.state(1.4 * orbit.period(), false);
         let size = u.amax().max(p.amax()).max(1e-6);
         let off = (q - p).amax().max((v - u).amax()) / size;
         assert!(off < tolerance, "{k} at {}: {off:e}", branch.parameter[k]);

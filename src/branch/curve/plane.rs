@@ -78,6 +78,7 @@ impl Plane<'_> {
             phase: self.phase,
             is_free: self.is_free,
             units: self.units,
+            energetics: None,
         })
     }
 

@@ -6,7 +6,7 @@ use crate::linalg::rank;
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
 };
-use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
+use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -49,6 +49,13 @@ impl Linearised {
     }
 }
 
+/// Newton's correction of every time and state; of many the least, none along directions that are as weak as this.
+fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> {
+    let tolerance = weak * equations.rows.amax();
+    let xi = rank::solve(&equations.rows, &equations.right, tolerance)?.particular;
+    Ok(equations.corrections(&xi))
+}
+
 impl Shooting<'_> {
     /// The closed loop near a guess, and the ends of its flights.
     pub fn solve(
@@ -64,9 +71,16 @@ impl Shooting<'_> {
             if observer().is_break() {
                 return Err(Error::Interrupted);
             }
-            let correction = self.correction(&current, &units)?;
-            let Some((next, left)) = self.corrected(&current, &correction, mismatch, &units)?
-            else {
+            let equations = self.linearised(&current, &units)?;
+            let mut better = None;
+            for weak in [FREE_DIRECTION, WEAK_DIRECTION] {
+                let correction = least_correction(&equations, weak)?;
+                better = self.corrected(&current, &correction, mismatch, &units)?;
+                if better.is_some() {
+                    break;
+                }
+            }
+            let Some((next, left)) = better else {
                 break;
             };
             (current, mismatch) = (next, left);
@@ -206,14 +220,6 @@ impl Shooting<'_> {
             delays[unknowns - self.n_times() + j] = units.time;
         }
         delays
-    }
-
-    /// Newton's correction of every time and state; of many the least.
-    fn correction(&self, state: &ShootingState, units: &Units) -> Result<ShootingState> {
-        let equations = self.linearised(state, units)?;
-        let tolerance = FREE_DIRECTION * equations.rows.amax();
-        let xi = rank::solve(&equations.rows, &equations.right, tolerance)?.particular;
-        Ok(equations.corrections(&xi))
     }
 
     /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.

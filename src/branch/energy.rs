@@ -1,0 +1,87 @@
+//! Families of free motions that keep their energy, one at each of its values. The energy is the number of the branch. As motions keep it,
+//! the equations of a closed loop depend on each other; with one unknown more they do not: how far the loop is open up the slope of the
+//! energy, which is zero on the branch (theory 19, "Families").
+
+use crate::branch::family::Family;
+use crate::branch::place::{Direction, Place};
+use crate::error::{Error, Result};
+use crate::model::{DIFFERENCE, Energetics};
+use crate::orbit::{Linearised, PeriodicOrbit, ShootingState};
+use nalgebra::{DMatrix, DVector};
+
+/// Loops that are open by so little beside what else changes are closed.
+const CLOSED: f64 = 1e-6;
+
+/// The energy of a loop: that of its first state.
+pub(super) fn energy_of(energetics: &Energetics, state: &ShootingState) -> Result<f64> {
+    let (q, v) = halves(&state.states[0]);
+    energetics.total(&q, &v)
+}
+
+/// The energy of an orbit.
+///
+/// # Errors
+/// A scene with a forcing or a moving stop, a system given by functions without its mass matrix or its potential.
+pub(super) fn energy_at(orbit: &PeriodicOrbit) -> Result<(Energetics, f64)> {
+    let scene = orbit.scene();
+    if scene.frequency().is_some() {
+        let rule = "a motion keeps its energy without forcing only";
+        return Err(Error::bad_value("parameter", "\"energy\"", rule));
+    }
+    let energetics = Energetics::new(scene)?;
+    let (q, v) = orbit.state(0.0, false);
+    let energy = energetics.total(&q, &v)?;
+    Ok((energetics, energy))
+}
+
+/// Whether a direction leads to loops that are open, as those are that lose energy or gain it.
+pub(super) fn opens(direction: &Direction) -> bool {
+    let open = direction.loop_part.iter().last();
+    open.is_some_and(|open| open.abs() > CLOSED * direction.length())
+}
+
+fn halves(state: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+    let n = state.len() / 2;
+    (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
+}
+
+impl Family<'_> {
+    /// The equations of a loop and that of its energy, with the column of what it is open by; as they are where the number is another.
+    pub fn with_energy(
+        &self,
+        place: &Place,
+        linear: &Linearised,
+    ) -> Result<(DMatrix<f64>, DVector<f64>)> {
+        let (rows, right) = (linear.rows.clone(), linear.right.clone());
+        let Some(energetics) = self.energetics else {
+            return Ok((rows, right));
+        };
+        let first = &place.state.states[0];
+        let (n, last) = (first.len() / 2, rows.shape());
+        let rate = |i: usize| {
+            let unit = if i < n {
+                self.units.position
+            } else {
+                self.units.velocity
+            };
+            let at = |s: f64| {
+                let mut state = first.clone();
+                state[i] += s * unit;
+                let (q, v) = halves(&state);
+                energetics.total(&q, &v)
+            };
+            Ok((at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE))
+        };
+        let rates = (0..2 * n).map(rate).collect::<Result<Vec<f64>>>()?;
+        let rates = DVector::from_vec(rates);
+        let mut rows = rows.insert_row(last.0, 0.0).insert_column(last.1, 0.0);
+        // What closes comes last.
+        let gap = &rates / rates.norm();
+        rows.view_mut((last.0 - 2 * n, last.1), (2 * n, 1))
+            .copy_from(&gap);
+        rows.view_mut((last.0, 0), (1, 2 * n))
+            .copy_from(&(rates / self.span()).transpose());
+        let lacks = (place.value - energy_of(energetics, &place.state)?) / self.span();
+        Ok((rows, right.push(lacks)))
+    }
+}
