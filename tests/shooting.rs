@@ -6,9 +6,11 @@ mod scenes;
 use nalgebra::DVector;
 use scenes::{harmonic, lower, oscillator, periods, run, scene, upper};
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 use vibroimpact::{
-    Change, Error, Forcing, Keep, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene,
-    SegmentKind, SimulateOptions, find_orbit, nalgebra, paper_scene, periodic_orbits, simulate,
+    Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit,
+    Scene, SegmentKind, SimulateOptions, find_orbit, find_orbit_in_order, nalgebra, paper_scene,
+    periodic_orbits, simulate,
 };
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
@@ -287,6 +289,76 @@ fn what_cannot_be_a_guess_is_refused() {
             .to_string();
         assert!(text.contains(word), "{text}");
     }
+}
+
+#[test]
+fn the_stops_of_a_pattern_alone_are_looked_at() {
+    let two = vec![upper(0, 0.5, 0.8), lower(0, 0.55, 0.7)];
+    let plain = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), two.clone());
+    let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+    let known = periodic_orbits(&plain, &pattern, &periods(1)).expect("searched");
+    let known = known
+        .iter()
+        .find(|orbit| orbit.is_admissible() == Some(true));
+    let known = known.expect("one");
+    // A third stop in the middle of the motion, which every flight passes.
+    let three = [two, vec![upper(0, 0.1, 0.5)]].concat();
+    let scene = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), three);
+    let go_on = &mut || ControlFlow::Continue(());
+    let t = known.period() - 0.05;
+    let (q, v) = known.state(t, false);
+    let (q, v) = (q * 1.001, v * 0.999);
+    let phase = Change::Phase(known.phase() + 1.4 * t);
+    let turned = scene.replace(phase).expect("valid");
+    let settled = run(
+        &plain,
+        &[0.0],
+        &[0.0],
+        60.0 * known.period(),
+        &SimulateOptions::default(),
+    );
+    let state = Guess::State {
+        q: &q,
+        v: &v,
+        period: None,
+    };
+    for guess in [state, Guess::Orbit(known), Guess::Trajectory(&settled)] {
+        let own = if matches!(guess, Guess::State { .. }) {
+            &turned
+        } else {
+            &scene
+        };
+        let found = find_orbit_in_order(own, guess, None, &pattern, go_on).expect("found");
+        assert_eq!(found.pattern(), &pattern);
+        assert_eq!(found.is_admissible(), Some(false));
+        assert!((found.v0() - known.v0()).amax() < 1e-11, "{guess:?}");
+        assert!((found.phase() - known.phase()).sin().abs() < 1e-11);
+    }
+    // Nothing at all, and a stop that is not reached.
+    let none = find_orbit_in_order(&scene, state, None, &Pattern::none(), go_on).expect("steady");
+    assert!(none.impacts().is_empty() && opening_of_steady(&none) < 1e-12);
+    let far = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), vec![upper(0, 50.0, 0.8)]);
+    let text = find_orbit_in_order(&far, state, None, &Pattern::single(0), go_on);
+    let text = text.expect_err("out of reach").to_string();
+    assert!(
+        text.contains("pattern[0]") && text.contains("not hit within a period"),
+        "{text}"
+    );
+    let text = find_orbit_in_order(&scene, state, None, &Pattern::single(3), go_on);
+    assert!(
+        text.expect_err("no such stop")
+            .to_string()
+            .contains("pattern[0]")
+    );
+    let free = oscillator(0.0, Forcing::Unforced, [upper(0, 0.5, 1.0)]);
+    let text = find_orbit_in_order(&free, &settled, None, &Pattern::single(0), go_on);
+    assert!(text.expect_err("no period").to_string().contains("period"));
+}
+
+/// How far a motion that hits nothing is from coming back.
+fn opening_of_steady(orbit: &PeriodicOrbit) -> f64 {
+    let (first, last) = (orbit.state(0.0, false), orbit.state(orbit.period(), false));
+    (first.0 - last.0).amax().max((first.1 - last.1).amax())
 }
 
 /// The paper's third case at a part of its amplitude, linear or of large angles.

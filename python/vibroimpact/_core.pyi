@@ -681,6 +681,8 @@ def find_orbit(
     scene: Scene,
     guess: Orbit | Trajectory | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float],
     n_periods: int | None = None,
+    *,
+    pattern: _Pattern | None = None,
 ) -> Orbit: ...
 def periodic_orbits(
     scene: Scene,

@@ -123,7 +123,12 @@ pub fn continuation_over_energy(
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     options.check()?;
-    let (energetics, start) = energy_at(orbit)?;
+    let (energetics, energy) = energy_at(orbit)?;
+    // Of an orbit at an end of the range the energy is that but for rounding.
+    let (low, high) = between;
+    let nearest = if low < high { energy.clamp(low, high) } else { energy };
+    let is_it = (nearest - energy).abs() <= ORBIT_CLOSED * energy.abs();
+    let start = if is_it { nearest } else { energy };
     check_range("between", between, start)?;
     let make = |_: f64| Ok(orbit.scene().clone());
     let (family, place) = Family::around(orbit, &make, start, between)?;

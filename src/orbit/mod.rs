@@ -31,7 +31,7 @@ pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
 pub use saved::{SavedMode, SavedOrbit};
 pub use search::{periodic_orbits, periodic_orbits_observed};
-pub use shooting::find::{find_orbit, find_orbit_observed};
+pub use shooting::find::{find_orbit, find_orbit_in_order, find_orbit_observed};
 pub use shooting::guess::Guess;
 pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};

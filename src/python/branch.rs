@@ -75,7 +75,8 @@ impl Varied<'_> {
         match self {
             Self::Number(parameter) => start_of(scene, *parameter, "parameters"),
             Self::Energy => {
-                let rule = "each must be a number of the scene, which the energy of a motion is not";
+                let rule =
+                    "each must be a number of the scene, which the energy of a motion is not";
                 Err(Error::bad_value("parameters", "\"energy\"", rule))
             }
             _ => Ok(self.start()),
@@ -160,9 +161,7 @@ pub(crate) fn _continuation<'py>(
             Varied::Number(parameter) => {
                 branch::continuation(own, *parameter, between, &options, observer)
             }
-            Varied::Energy => {
-                branch::continuation_over_energy(own, between, &options, observer)
-            }
+            Varied::Energy => branch::continuation_over_energy(own, between, &options, observer),
             Varied::Factor(..) | Varied::Amplitude(_) | Varied::Made(..) => {
                 let make = |value: f64| varied.scene(own.scene(), value, &raised);
                 branch::continuation_of(own, &make, varied.start(), between, &options, observer)

@@ -6,7 +6,7 @@ use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::simulate::count;
 use crate::python::trajectory::PyTrajectory;
-use crate::python::{argument, interrupt};
+use crate::python::{argument, interrupt, pattern};
 use nalgebra::DVector;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -30,6 +30,11 @@ use pyo3::types::{PyList, PyTuple};
 /// n_periods : int, optional
 ///     Forcing periods in one period, 1 or more; default: those of the orbit, or the least number after which the
 ///     trajectory comes back. For an orbit a multiple of its own. Not for scenes without forcing, whose period is found.
+/// pattern : list, optional
+///     The stops to be hit, as in ``periodic_orbits``: from the state of the guess (of a trajectory the last one, of an orbit the
+///     one in the middle of its last flight) they are hit in this order, each as soon as it is met, and all others are passed
+///     through. So orbits are found that are not admissible, or whose pattern the motion from the guess has not. A trajectory
+///     needs a forcing then; ``n_periods`` is 1, of an orbit its own, and may be any.
 ///
 /// Returns
 /// -------
@@ -41,8 +46,8 @@ use pyo3::types::{PyList, PyTuple};
 /// ConvergenceError
 ///     If no motion of the pattern closes near the guess; it says how far the iteration got.
 /// ValueError
-///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; stops let go at one
-///     time; a contact with e > 0 that comes to rest while another stop is held or hit.
+///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; a stop of ``pattern`` that is
+///     not hit within a period; stops let go at one time; a contact with e > 0 that comes to rest while another stop is held or hit.
 /// TypeError
 ///     A guess that is none of these.
 ///
@@ -81,14 +86,22 @@ use pyo3::types::{PyList, PyTuple};
 /// >>> known = vi.periodic_orbits(scene, [0])[0]
 /// >>> vi.find_orbit(scene.replace(phase=known.phase), (1.0, -1.5)).is_stable
 /// False
+///
+/// One that passes through a stop, whatever the motion from the guess does there:
+///
+/// >>> scene = scene.replace(stops=[vi.Stop(0, 1.0, 0.8), vi.Stop(0, 1.1, 0.8)])
+/// >>> vi.find_orbit(scene, (0.0, 2.0), pattern=[1]).is_admissible
+/// False
 #[pyfunction]
-#[pyo3(signature = (scene, guess, n_periods=None))]
+#[pyo3(signature = (scene, guess, n_periods=None, *, pattern=None))]
 pub(crate) fn find_orbit(
     py: Python<'_>,
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     guess: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = argument::n_periods)] n_periods: Option<i64>,
+    pattern: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyOrbit> {
+    let pattern = pattern.map(pattern::pattern).transpose()?;
     let n_periods = count("n_periods", n_periods)?;
     let orbit = guess.extract::<PyRef<'_, PyOrbit>>().ok();
     let trajectory = guess.extract::<PyRef<'_, PyTrajectory>>().ok();
@@ -110,7 +123,11 @@ pub(crate) fn find_orbit(
     };
     let scene = &scene.0;
     let found = interrupt::run(py, false, |observe| {
-        orbit::find_orbit_observed(scene, guess, n_periods, &mut || observe(0.0))
+        let observer = &mut || observe(0.0);
+        match &pattern {
+            None => orbit::find_orbit_observed(scene, guess, n_periods, observer),
+            Some(pattern) => orbit::find_orbit_in_order(scene, guess, n_periods, pattern, observer),
+        }
     })?;
     Ok(PyOrbit(found))
 }

@@ -7,6 +7,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, ShootingState};
 use crate::orbit::shooting::guess::{Guess, Start};
+use crate::orbit::shooting::guess_in_order::start_in_order;
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use std::ops::ControlFlow;
@@ -68,7 +69,46 @@ pub fn find_orbit_observed<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    let (scene, signature, guess) = begun(scene, guess.into(), n_periods)?;
+    solved(begun(scene, guess.into(), n_periods)?, observer)
+}
+
+/// [`find_orbit`] for a pattern: from the state of the guess (of a trajectory its last one, of an orbit that in the middle of its last flight) the
+/// stops of the pattern are hit in its order, each as soon as the flight meets it, and all others are passed through; those of one instant together
+/// where the first of them is met. So orbits are found that are not admissible, or whose pattern the motion from the guess has not.
+///
+/// # Errors
+/// As [`find_orbit`]; a stop of the pattern that is not hit within a period; a trajectory without forcing, as it has no period.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Guess, Harmonic, LinearSystem, Pattern, Scene, Stop, find_orbit_in_order};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![8.5.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?, Stop::new(0, 1.1, 0.8)?])?;
+/// let guess = Guess::State { q: &dvector![0.0], v: &dvector![2.0], period: None };
+/// // Behind the first stop, which it passes through.
+/// let orbit = find_orbit_in_order(&scene, guess, None, &Pattern::single(1), &mut || ControlFlow::Continue(()))?;
+/// assert_eq!(orbit.is_admissible(), Some(false));
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn find_orbit_in_order<'a>(
+    scene: &Scene,
+    guess: impl Into<Guess<'a>>,
+    n_periods: Option<usize>,
+    pattern: &Pattern,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<PeriodicOrbit> {
+    let begun = begun_in_order(scene, guess.into(), n_periods, Some(pattern))?;
+    solved(begun, observer)
+}
+
+/// The orbit near the loop that a guess is.
+fn solved(
+    (scene, signature, guess): (Scene, Signature, ShootingState),
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<PeriodicOrbit> {
     with_shooting(&scene, &signature, |shooting, orbit| {
         let (found, flight_ends) = shooting.solve(guess, observer)?;
         orbit(&found, &flight_ends)
@@ -81,8 +121,22 @@ pub(crate) fn begun(
     guess: Guess<'_>,
     n_periods: Option<usize>,
 ) -> Result<(Scene, Signature, ShootingState)> {
+    begun_in_order(scene, guess, n_periods, None)
+}
+
+/// The same of a pattern that is given.
+fn begun_in_order(
+    scene: &Scene,
+    guess: Guess<'_>,
+    n_periods: Option<usize>,
+    pattern: Option<&Pattern>,
+) -> Result<(Scene, Signature, ShootingState)> {
     scene.check_period("find_orbit")?;
-    let start = guess.read(scene, n_periods)?;
+    check_periods(scene, n_periods)?;
+    let start = match pattern {
+        None => guess.read(scene, n_periods)?,
+        Some(pattern) => start_in_order(guess, scene, n_periods, pattern)?,
+    };
     check(scene, &start)?;
     let depends = depends_on_own_time(scene, &start.states)?;
     let scene = with_phase(scene, start.phase, depends)?;
@@ -93,6 +147,17 @@ pub(crate) fn begun(
     let signature = start.signature(depends);
     let first = first_loop(&start, signature.clocked(&scene));
     Ok((scene, signature, first))
+}
+
+fn check_periods(scene: &Scene, n_periods: Option<usize>) -> Result<()> {
+    if n_periods == Some(0) {
+        return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
+    }
+    if let (None, Some(n)) = (scene.frequency(), n_periods) {
+        let rule = "the scene has no forcing whose periods could be counted; leave it out";
+        return Err(Error::bad_value("n_periods", n, rule));
+    }
+    Ok(())
 }
 
 fn check(scene: &Scene, start: &Start) -> Result<()> {

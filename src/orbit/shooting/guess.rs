@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 const MOST_PERIODS: usize = 64;
 
 /// Periods for which the motion from a state is followed, and in which its first instant is waited for.
-const FOLLOWED: f64 = 2.5;
+pub(super) const FOLLOWED: f64 = 2.5;
 const WAITED: f64 = 1.25;
 
 /// What [`crate::find_orbit`] starts from.
@@ -87,13 +87,6 @@ impl Guess<'_> {
     /// The guess as numbers, for so many forcing periods if that is given.
     pub(crate) fn read(self, scene: &Scene, n_periods: Option<usize>) -> Result<Start> {
         let frequency = scene.frequency();
-        if n_periods == Some(0) {
-            return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
-        }
-        if let (None, Some(n)) = (frequency, n_periods) {
-            let rule = "the scene has no forcing whose periods could be counted; leave it out";
-            return Err(Error::bad_value("n_periods", n, rule));
-        }
         match self {
             Self::Orbit(orbit) => from_orbit(orbit, n_periods),
             Self::Trajectory(trajectory) => from_trajectory(trajectory, frequency, n_periods),
@@ -179,7 +172,7 @@ fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
 }
 
 /// A start from the instants of one round; the phase is that at the first.
-fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> Start {
+pub(super) fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> Start {
     let zero = round[0].time;
     let part = |time: f64| (time - zero) / period;
     Start {
@@ -314,7 +307,7 @@ fn from_trajectory(
 }
 
 /// The period for which a motion from a state is followed: that of the forcing, or what is given without one.
-fn period_of_state(forced: Option<f64>, given: Option<f64>) -> Result<f64> {
+pub(super) fn period_of_state(forced: Option<f64>, given: Option<f64>) -> Result<f64> {
     match (forced, given) {
         (Some(period), None) => Ok(period),
         (None, Some(period)) => positive("guess[2]", period),

@@ -3,6 +3,7 @@
 pub(in crate::orbit) mod closure;
 pub(in crate::orbit) mod find;
 pub(in crate::orbit) mod guess;
+pub(in crate::orbit) mod guess_in_order;
 pub(in crate::orbit) mod guess_instants;
 pub(in crate::orbit) mod legs;
 pub(in crate::orbit) mod mirror;

@@ -1,0 +1,124 @@
+//! What happens from a state on if of the stops only some are looked at, one after the other in an order that is given, and all others are
+//! passed through.
+
+use crate::error::{Error, Result};
+use crate::hybrid::joined;
+use crate::impact::wrapped;
+use crate::model::{Change, Scene};
+use crate::orbit::contact_mode::{ContactStage, Event};
+use crate::orbit::pattern::Pattern;
+use crate::orbit::shooting::guess::{FOLLOWED, Guess, Start, period_of_state, started};
+use crate::orbit::shooting::guess_instants::Instant;
+use crate::orbit::shooting::own_time::with_phase;
+use crate::orbit::shooting::signature::{Signature, with_shooting};
+use crate::simulate::{ImpactSide, SimulateOptions, simulate};
+use nalgebra::{DMatrix, DVector};
+
+/// The start that a guess is if its stops are those of a pattern, in its order: from the state itself, from the end of a trajectory, from
+/// the middle of the last flight of an orbit.
+pub(super) fn start_in_order(
+    guess: Guess<'_>,
+    scene: &Scene,
+    n_periods: Option<usize>,
+    pattern: &Pattern,
+) -> Result<Start> {
+    pattern.check(scene.stops().len())?;
+    let at_phase = |phase: f64| with_phase(scene, phase, false);
+    let (scene, (q, v), once, given) = match guess {
+        Guess::State { q, v, period } => (scene.clone(), (q.clone(), v.clone()), 1, period),
+        Guess::Trajectory(run) => {
+            let (_, end) = run.span();
+            let state = run.state(end, ImpactSide::After)?;
+            (at_phase(run.forcing_phase()(end))?, state, 1, None)
+        }
+        Guess::Orbit(orbit) => {
+            let last = orbit.flights().last().map_or(0.0, |flight| flight.start);
+            let t = 0.5 * (last + orbit.period());
+            let turned = orbit.scene().frequency().map_or(0.0, |w| w * t);
+            let period = scene.frequency().is_none().then(|| orbit.period());
+            let scene = at_phase(orbit.phase() + turned)?;
+            (scene, orbit.state(t, false), orbit.n_periods(), period)
+        }
+    };
+    let n_periods = n_periods.unwrap_or(once);
+    let forced = scene.period().map(|once| once * n_periods as f64);
+    let period = period_of_state(forced, given)?;
+    let instants = instants_in_order(&scene, (q, v), pattern, period)?;
+    let phase = instants[0].phase;
+    Ok(started(instants, n_periods, phase, period))
+}
+
+/// The impacts on the stops of a pattern, each the first on its stop after the one before.
+fn instants_in_order(
+    scene: &Scene,
+    (mut q, mut v): (DVector<f64>, DVector<f64>),
+    pattern: &Pattern,
+    period: f64,
+) -> Result<Vec<Instant>> {
+    let phase_at = |time: f64| wrapped(scene.frequency().unwrap_or(0.0) * time + scene.phase());
+    let stages = pattern.instants().iter().map(|stops| ContactStage {
+        event: Event::Strike(stops.clone()),
+        held: Vec::new(),
+    });
+    let signature = Signature {
+        stages: stages.collect(),
+        n_periods: 1,
+        depends_on_time: false,
+        images: None,
+    };
+    let options = SimulateOptions {
+        max_impacts: Some(1),
+        ..SimulateOptions::default()
+    };
+    let mut found: Vec<Instant> = Vec::new();
+    with_shooting(scene, &signature, |shooting, _| {
+        let mut time = 0.0;
+        for (k, stops) in pattern.instants().iter().enumerate() {
+            // They are hit together where the first of them is.
+            let own = stops.iter().map(|&stop| scene.stops()[stop].clone());
+            let looked_at = scene.replace(Change::Stops(own.collect()))?;
+            let run = simulate(&looked_at, &q, &v, (time, FOLLOWED * period), &options)?;
+            let first = found.first().map_or(f64::INFINITY, |first| first.time);
+            let hit = run.impacts().first();
+            let Some(hit) = hit.filter(|hit| hit.time < first + period) else {
+                let rule = format!(
+                    "from the guess stop {} is not hit within a period: the stops of a pattern are hit in its order",
+                    stops[0]
+                );
+                return Err(Error::bad_value(
+                    format!("pattern[{k}]"),
+                    format!("{stops:?}"),
+                    rule,
+                ));
+            };
+            time = hit.time;
+            let mut state = joined(&run.state(time, ImpactSide::Before)?);
+            let none = &mut DMatrix::zeros(state.len(), 0);
+            shooting.motion.impact(stops, time, &mut state, none)?;
+            let n = state.len() / 2;
+            (q, v) = (state.rows(0, n).into_owned(), state.rows(n, n).into_owned());
+            found.push(Instant {
+                time,
+                start: time,
+                phase: phase_at(time),
+                event: Event::Strike(stops.clone()),
+                held: Vec::new(),
+                approach: hit.approach,
+                state,
+            });
+        }
+        Ok(())
+    })?;
+    if found.is_empty() {
+        found.push(Instant {
+            time: 0.0,
+            start: 0.0,
+            phase: phase_at(0.0),
+            event: Event::Nothing,
+            held: Vec::new(),
+            approach: 0.0,
+            state: joined(&(q, v)),
+        });
+    }
+    Ok(found)
+}
