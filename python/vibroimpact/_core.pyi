@@ -662,6 +662,8 @@ class Trajectory:
     @property
     def message(self) -> str: ...
     @property
+    def derivatives(self) -> dict[str, NDArray[np.float64]]: ...
+    @property
     def stats(self) -> Stats: ...
     @property
     def scene(self) -> Scene: ...
@@ -706,6 +708,7 @@ def simulate(
     keep: _Keep = "motion",
     max_impacts: int | None = None,
     ramp: Ramp | Sequence[Ramp] | None = None,
+    derivatives: str | Sequence[str] | None = None,
     progress: bool = False,
 ) -> Trajectory: ...
 def _restore_orbit(

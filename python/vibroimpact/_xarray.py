@@ -46,6 +46,9 @@ def _trajectory(run: Any) -> _Parts:
         coordinates["time"] = arrays["t"]
         variables |= {name: (("time", "dof"), arrays[name]) for name in "qv"}
     variables |= _table("impacts", run.impacts) | _table("grazes", run.grazes)
+    for name, values in run.derivatives.items():
+        # At t_eval, which are the times that the run has then; or at the end.
+        variables[f"derivatives_{name}"] = (("time", "state")[-values.ndim :], values)
     with contextlib.suppress(ValueError):  # the motion was not kept
         variables |= _table("segments", run.segments)
     return variables, coordinates, {"t_end": run.t_end, "status": run.status, "message": run.message}

@@ -126,7 +126,11 @@ pub fn continuation_over_energy(
     let (energetics, energy) = energy_at(orbit)?;
     // Of an orbit at an end of the range the energy is that but for rounding.
     let (low, high) = between;
-    let nearest = if low < high { energy.clamp(low, high) } else { energy };
+    let nearest = if low < high {
+        energy.clamp(low, high)
+    } else {
+        energy
+    };
     let is_it = (nearest - energy).abs() <= ORBIT_CLOSED * energy.abs();
     let start = if is_it { nearest } else { energy };
     check_range("between", between, start)?;

@@ -3,12 +3,13 @@
 use crate::derivative::loop_rates::Loop;
 use crate::derivative::measured::{Layout, Mark, Quantity, marks, measured};
 use crate::derivative::multipliers::Multipliers;
+use crate::derivative::numbers::Numbers;
 use crate::derivative::rates::Derivatives;
 use crate::derivative::refusal::{refusal, singular};
 use crate::derivative::stencil::Node;
 use crate::error::{Error, Result};
 use crate::hybrid::chatter_map::NO_REST;
-use crate::model::{Parameter, Scene, start_of, with_value};
+use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::quantity::finite;
 use nalgebra::{Complex, DMatrix};
@@ -48,19 +49,10 @@ const MOST_CLOSER: usize = 3;
 /// ```
 pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Derivatives> {
     let scene = orbit.scene();
-    let values = parameters.iter();
-    let values = values.map(|&parameter| start_of(scene, parameter, "parameters"));
-    let values: Vec<f64> = values.collect::<Result<_>>()?;
-    let make = |i: usize, offset: f64| with_value(scene, parameters[i], values[i] + offset);
-    // Clearances are felt as parts of the motion, factors and restitutions of one.
     let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
-    let size = |(&parameter, &value): (&Parameter, &f64)| match parameter {
-        Parameter::Frequency => value,
-        Parameter::Clearance | Parameter::ClearanceOf(_) => farthest.max(value.abs()),
-        _ => 1.0,
-    };
-    let sizes: Vec<f64> = parameters.iter().zip(&values).map(size).collect();
-    by_numbers(orbit, scene, (&make, &sizes), true)
+    let numbers = Numbers::new(scene, parameters, farthest)?;
+    let make = |i: usize, offset: f64| numbers.scene(i, offset);
+    by_numbers(orbit, scene, (&make, &numbers.sizes), true)
 }
 
 /// The same over scenes of any kind, one for each list of d numbers; the orbit is that of the scene of `start`, but for its phase.

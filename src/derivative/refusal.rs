@@ -10,7 +10,7 @@ use nalgebra::DVector;
 const MET: f64 = 1e-9;
 /// A contact that lasts no longer, in parts of the period: its duration has no derivative where there is none of it, and near that none of
 /// which digits would be left.
-const SHORT_CONTACT: f64 = 1e-6;
+pub(super) const SHORT_CONTACT: f64 = 1e-6;
 /// Singular values of the equations this small, in parts of the largest: what orbits are known to, 1e-11, over its square is what is known
 /// of a derivative.
 const SINGULAR: f64 = 1e-5;

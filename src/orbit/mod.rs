@@ -45,6 +45,7 @@ pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use shooting::closure::{Shooting, ShootingState, Units as ScaledUnits};
 pub(crate) use shooting::find::{begun, check_landings};
+pub(crate) use shooting::guess_instants::instants_of;
 pub(crate) use shooting::legs::{Leg, legs, struck_in_order};
 pub(crate) use shooting::mirror::images;
 pub(crate) use shooting::newton::Linearised;

@@ -2,7 +2,7 @@
 
 use crate::derivative::{self, Derivatives};
 use crate::error::Result;
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, Scene, start_of};
 use crate::orbit::PeriodicOrbit;
 use crate::python::argument::NUMBERS;
 use crate::python::array::{out_matrix, vector};
@@ -10,7 +10,8 @@ use crate::python::interrupt;
 use crate::python::made::{Numbers, made, raised_or};
 use crate::python::sweep::amplitude_given;
 use crate::python::text::shown;
-use nalgebra::DVector;
+use crate::simulate::Trajectory;
+use nalgebra::{DMatrix, DVector};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -23,15 +24,15 @@ struct Named {
     unit: f64,
 }
 
-fn named(scene: &Scene, name: &str) -> PyResult<Named> {
+fn named(argument: &str, scene: &Scene, name: &str) -> PyResult<Named> {
     if name == "amplitude" {
-        let unit = 1.0 / amplitude_given("parameters", scene)?;
+        let unit = 1.0 / amplitude_given(argument, scene)?;
         let parameter = Parameter::ForcingScale;
         return Ok(Named { parameter, unit });
     }
     let parameter = name.parse().map_err(|_| {
         PyValueError::new_err(format!(
-            "parameters has {name:?}, but each must be a number of Scene.replace ({NUMBERS})"
+            "{argument} has {name:?}, but each must be a number of Scene.replace ({NUMBERS})"
         ))
     })?;
     Ok(Named {
@@ -41,15 +42,65 @@ fn named(scene: &Scene, name: &str) -> PyResult<Named> {
 }
 
 /// The names of a list, or one alone.
-fn names(parameters: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+fn names(argument: &str, parameters: &Bound<'_, PyAny>, needed: &str) -> PyResult<Vec<String>> {
     if parameters.is_instance_of::<PyString>() {
         return Ok(vec![parameters.extract()?]);
     }
     parameters.extract().map_err(|_| {
         let found = shown(parameters);
-        PyTypeError::new_err(format!(
-            "parameters is {found}, but numbers of Scene.replace or a callable p (d,) -> Scene are needed"
-        ))
+        PyTypeError::new_err(format!("{argument} is {found}, but {needed} are needed"))
+    })
+}
+
+/// How the states of a run change with numbers of its scene.
+pub(crate) struct OfRun {
+    /// The numbers, and for each the derivatives at some times, shape `(m, 2n)`, or at the end.
+    pub by: Vec<(String, DMatrix<f64>)>,
+    pub is_of_end: bool,
+    /// Why there are none from some time on.
+    pub reason: Option<String>,
+}
+
+/// The numbers that a run is to be derived by, of names that a scene has.
+pub(crate) fn names_for_run(scene: &Scene, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    let names = names("derivatives", given, "numbers of Scene.replace")?;
+    for name in &names {
+        start_of(
+            scene,
+            named("derivatives", scene, name)?.parameter,
+            "derivatives",
+        )?;
+    }
+    Ok(names)
+}
+
+/// The derivatives of a run at some times, of those after it is over none, or at its end.
+pub(crate) fn of_run(
+    py: Python<'_>,
+    run: &Trajectory,
+    names: Vec<String>,
+    times: Option<&[f64]>,
+) -> PyResult<OfRun> {
+    let scene = run.scene();
+    let each = names.iter().map(|name| named("derivatives", scene, name));
+    let each: Vec<Named> = each.collect::<PyResult<_>>()?;
+    let numbers: Vec<Parameter> = each.iter().map(|own| own.parameter).collect();
+    let end = [run.t_end()];
+    let asked = times.unwrap_or(&end);
+    let within = asked.partition_point(|&t| t <= end[0]);
+    let asked_of = &asked[..within];
+    let found = interrupt::run(py, false, |_| {
+        derivative::derivatives_of_run(run, &numbers, asked_of)
+    })?;
+    let whole = |(own, by): (&Named, DMatrix<f64>)| {
+        let by = by * own.unit;
+        by.resize_vertically(asked.len(), f64::NAN)
+    };
+    let by = each.iter().zip(found.by).map(whole);
+    Ok(OfRun {
+        by: names.into_iter().zip(by).collect(),
+        is_of_end: times.is_none(),
+        reason: found.reason,
     })
 }
 
@@ -68,14 +119,17 @@ pub(crate) fn derivatives<'py>(
         };
         return of_callable(py, orbit, parameters, start, derivative::derivatives_of);
     }
-    let names = names(parameters)?;
+    let needed = "numbers of Scene.replace or a callable p (d,) -> Scene";
+    let names = names("parameters", parameters, needed)?;
     if let Some(start) = start {
         return Err(PyValueError::new_err(format!(
             "start is {}, but it is that of a callable: the orbit has its own numbers",
             shown(start)
         )));
     }
-    let each = names.iter().map(|name| named(orbit.scene(), name));
+    let each = names
+        .iter()
+        .map(|name| named("parameters", orbit.scene(), name));
     let each: Vec<Named> = each.collect::<PyResult<_>>()?;
     let numbers: Vec<Parameter> = each.iter().map(|own| own.parameter).collect();
     let mut found = interrupt::run(py, false, |_| derivative::derivatives(orbit, &numbers))?;

@@ -1,6 +1,7 @@
 //! Simulation in Python.
 
 use crate::python::array::{times, vector};
+use crate::python::derivative;
 use crate::python::model::PyScene;
 use crate::python::ramp::ramps;
 use crate::python::trajectory::PyTrajectory;
@@ -87,6 +88,9 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 ///     clearances and restitutions in every method; of what acts on a linear scene "taylor", which "auto" picks: the force in pieces of
 ///     polynomials that are it to 1e-14, and exact flights under those; the damping in steps. ``parameter`` and ``phase`` of the
 ///     trajectory say where they are.
+/// derivatives : str, or sequence of str, optional
+///     Numbers of ``Scene.replace`` ("clearance[0]", "frequency", ...) by which the states are to be derived, q0 and v0 being the
+///     same: ``derivatives`` of the trajectory, at ``t_eval`` or at the end. Needs ``keep="motion"`` and no ramp.
 /// progress : bool, default False
 ///     Show a progress bar (needs tqdm).
 ///
@@ -140,8 +144,15 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// >>> run = vi.simulate(orbit.scene, orbit.q0, orbit.v0, (0, 100.5 * orbit.period))
 /// >>> run.status, len(run.impacts)
 /// ('finished', 100)
+///
+/// How a motion changes with the place of a stop and its restitution:
+///
+/// >>> scene = vi.Scene(vi.LinearSystem(1, 0.0, 0.0), stops=vi.Stop(0, 1.0, 0.5))
+/// >>> run = vi.simulate(scene, 0.0, 2.0, (0, 2), derivatives=["clearance", "restitution"])
+/// >>> {name: own.round(9).tolist() for name, own in run.derivatives.items()}
+/// {'clearance': [1.5, 0.0], 'restitution': [-3.0, -2.0]}
 #[pyfunction]
-#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=1e-12, t_eval=None, keep="motion", max_impacts=None, ramp=None, progress=false))]
+#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=1e-12, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false))]
 #[allow(clippy::too_many_arguments)] // the public signature
 pub(crate) fn simulate(
     py: Python<'_>,
@@ -156,6 +167,7 @@ pub(crate) fn simulate(
     #[pyo3(from_py_with = argument::keep)] keep: &str,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
     ramp: Option<&Bound<'_, PyAny>>,
+    derivatives: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<PyTrajectory> {
     let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
@@ -171,11 +183,26 @@ pub(crate) fn simulate(
         ramps: ramps(ramp)?,
     };
     let model = &scene.0;
+    let names = derivatives.map(|given| derivative::names_for_run(model, given));
+    let names = names.transpose()?;
+    if let (Some(_), false) = (
+        &names,
+        options.keep == Keep::Motion && options.ramps.is_empty(),
+    ) {
+        return Err(PyValueError::new_err(
+            "derivatives are asked for, which need keep=\"motion\" and no ramp",
+        ));
+    }
     let length = t_span.1 - t_span.0;
     let core = interrupt::run(py, progress, |observe| {
         core::simulate_observed(model, &q0, &v0, t_span, &options, &mut |t| {
             observe((t - t_span.0) / length)
         })
     })?;
-    Ok(PyTrajectory::new(core))
+    let Some(names) = names else {
+        return Ok(PyTrajectory::new(core));
+    };
+    let times = options.t_eval.as_deref();
+    let found = derivative::of_run(py, &core, names, times)?;
+    Ok(PyTrajectory::with_derivatives(core, found))
 }

@@ -3,6 +3,7 @@
 use crate::model::Parameter;
 use crate::observer::stop_if;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
+use crate::python::derivative::OfRun;
 use crate::python::model::{PyScene, normal};
 use crate::python::outputs::{derivative, out_values, side, times_or_points, window};
 use crate::python::pattern::stop_index;
@@ -25,6 +26,7 @@ use std::sync::OnceLock;
 pub(crate) struct PyTrajectory {
     pub core: Trajectory,
     samples: OnceLock<Samples>,
+    derived: Option<OfRun>,
 }
 
 impl PyTrajectory {
@@ -32,6 +34,15 @@ impl PyTrajectory {
         Self {
             core,
             samples: OnceLock::new(),
+            derived: None,
+        }
+    }
+
+    /// One with its derivatives.
+    pub(crate) fn with_derivatives(core: Trajectory, derived: OfRun) -> Self {
+        Self {
+            derived: Some(derived),
+            ..Self::new(core)
         }
     }
 
@@ -500,8 +511,31 @@ impl PyTrajectory {
 
     /// How the run ended, in words.
     #[getter]
-    fn message(&self) -> &str {
-        self.core.message()
+    fn message(&self) -> String {
+        let own = self.core.message();
+        let derived = self.derived.as_ref();
+        match derived.and_then(|derived| derived.reason.as_ref()) {
+            Some(reason) => format!("{own}; derivatives: {reason}"),
+            None => own.to_owned(),
+        }
+    }
+
+    /// How the states change with the numbers that ``simulate(derivatives=)`` names, q0 and v0 being the same: for each name
+    /// the derivatives of (q, v) at ``t_eval``, shape (m, 2n), or at the end, shape (2n,). At an instant those behind it. Not a
+    /// number from where there are none, and within impacts that accumulate, as ``message`` says; empty where none were asked for.
+    #[getter]
+    fn derivatives<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        let derived = self.derived.iter();
+        for (name, by) in derived.clone().flat_map(|derived| &derived.by) {
+            if derived.clone().any(|derived| derived.is_of_end) {
+                let row: Vec<f64> = by.row(0).iter().copied().collect();
+                all.set_item(name, row.into_pyarray(py))?;
+            } else {
+                all.set_item(name, out_matrix(py, by)?)?;
+            }
+        }
+        Ok(all)
     }
 
     /// What was counted.
@@ -521,6 +555,7 @@ impl PyTrajectory {
     /// Returns
     /// -------
     /// dict of ndarray
+    ///     Derivatives by the names of their numbers, ``derivatives_clearance``.
     fn to_arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let arrays = PyDict::new(py);
         if self.samples.get().is_some() || self.core.sample_times().is_ok() {
@@ -534,6 +569,9 @@ impl PyTrajectory {
         arrays.set_item("final_v", v)?;
         arrays.set_item("impacts", self.impacts(py)?)?;
         arrays.set_item("grazes", self.grazes(py)?)?;
+        for (name, by) in self.derivatives(py)?.iter() {
+            arrays.set_item(format!("derivatives_{name}"), by)?;
+        }
         Ok(arrays)
     }
 
@@ -560,8 +598,8 @@ impl PyTrajectory {
     /// Returns
     /// -------
     /// xarray.Dataset
-    ///     ``q`` and ``v`` over time and dof, columns of impacts, grazes and segments (``impact_time``, ...), ``final_q`` and ``final_v``;
-    ///     status, message and end as attributes.
+    ///     ``q`` and ``v`` over time and dof, columns of impacts, grazes and segments (``impact_time``, ...), ``final_q`` and ``final_v``,
+    ///     derivatives over time and state (``derivatives_clearance``, ...) or state alone; status, message and end as attributes.
     ///
     /// Raises
     /// ------
@@ -588,6 +626,16 @@ impl PyTrajectory {
         numbers.set_item("chapters", saved.chapters)?;
         numbers.set_item("ramp", self.ramp(py)?)?;
         numbers.set_item("until", saved.ramps.1)?;
+        if let Some(OfRun {
+            by,
+            is_of_end,
+            reason,
+        }) = &self.derived
+        {
+            let each = by.iter().map(|(name, by)| Ok((name, out_matrix(py, by)?)));
+            let each = each.collect::<PyResult<Vec<_>>>()?;
+            numbers.set_item("derivatives", (each, *is_of_end, reason))?;
+        }
         if let Some((t, q, v)) = saved.samples {
             numbers.set_item("samples", (t, out_matrix(py, &q)?, out_matrix(py, &v)?))?;
         }
@@ -606,9 +654,23 @@ impl PyTrajectory {
             self.status(),
             s.n_impacts,
             self.core.grazes().len(),
-            self.core.message()
+            self.message()
         )
     }
+}
+
+/// Derivatives from what they were saved as.
+fn derivatives_of(saved: &Bound<'_, PyAny>) -> PyResult<OfRun> {
+    type Each<'py> = Vec<(String, Bound<'py, PyAny>)>;
+    let (each, is_of_end, reason): (Each<'_>, bool, Option<String>) =
+        argument::saved("derivatives", saved)?;
+    let by = each.into_iter();
+    let by = by.map(|(name, by)| Ok((name, matrix("derivatives", &by)?)));
+    Ok(OfRun {
+        by: by.collect::<PyResult<_>>()?,
+        is_of_end,
+        reason,
+    })
 }
 
 /// A trajectory from what it was saved as; used by pickle.
@@ -632,6 +694,10 @@ pub(crate) fn _restore_trajectory(
         }
         _ => None,
     };
+    let derived = match saved.get_item("derivatives")? {
+        Some(derived) if !derived.is_none() => Some(derivatives_of(&derived)?),
+        _ => None,
+    };
     let saved = SavedTrajectory {
         span: get(saved, "span")?,
         status: get(saved, "status")?,
@@ -650,5 +716,8 @@ pub(crate) fn _restore_trajectory(
     };
     let scene = &scene.0;
     let core = interrupt::run(py, false, |_| Trajectory::restore(scene, saved))?;
-    Ok(PyTrajectory::new(core))
+    Ok(match derived {
+        Some(derived) => PyTrajectory::with_derivatives(core, derived),
+        None => PyTrajectory::new(core),
+    })
 }

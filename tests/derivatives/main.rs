@@ -1,4 +1,4 @@
-//! Derivatives of periodic orbits by numbers of their scene.
+//! Derivatives of periodic orbits and of runs by numbers of their scene.
 
 mod closed_form;
 mod differences;
@@ -8,5 +8,6 @@ mod linear_scenes;
 mod motions;
 #[path = "../common/random.rs"]
 mod random;
+mod runs;
 #[path = "../common/scenes.rs"]
 mod scenes;

@@ -151,7 +151,7 @@ impl Shooting<'_> {
     }
 
     /// What instant k makes of a state before it; the impulses, and the impacts that accumulate there.
-    pub(super) fn pass(
+    pub(crate) fn pass(
         &self,
         k: usize,
         units: &Units,
@@ -172,7 +172,7 @@ impl Shooting<'_> {
 
     /// The condition of instant k on a state before it and on its time, scaled, with what deviations make of it; a stop
     /// that is struck has its own on the state after.
-    pub(super) fn condition(
+    pub(crate) fn condition(
         &self,
         k: usize,
         units: &Units,

@@ -7,7 +7,7 @@ use crate::hybrid::{SegmentKind, joined};
 use crate::model::{Scene, contacts};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::shooting::guess_instants::{Instant, impacts, lasting, unsupported};
+use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
 use crate::orbit::shooting::signature::Signature;
 use crate::quantity::positive;
 use crate::simulate::{ImpactSide, SimulateOptions, Trajectory, simulate};
@@ -250,20 +250,13 @@ fn from_trajectory(
     n_periods: Option<usize>,
 ) -> Result<Start> {
     let stretches = trajectory.stretches()?;
-    let has_lasting = stretches
-        .iter()
-        .any(|stretch| stretch.kind != SegmentKind::Flight);
     if let (Some(last), Some(w)) = (stretches.last(), frequency)
         && last.kind == SegmentKind::Stick
         && last.end - last.start >= TAU / w * n_periods.unwrap_or(1) as f64
     {
         return without_instants(trajectory, frequency, n_periods, last.stops);
     }
-    let mut all = if has_lasting {
-        lasting(trajectory)?
-    } else {
-        impacts(trajectory)?
-    };
+    let mut all = instants_of(trajectory)?;
     // Between two releases of a stop the motion has one round; there is the least to go wrong with the number of impacts.
     let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
     if let Some(last) = all.iter().rposition(is_release) {
@@ -332,14 +325,7 @@ fn from_state(
     let span = (0.0, FOLLOWED * period);
     let run = simulate(scene, q, v, span, &SimulateOptions::default())?;
     let stretches = run.stretches()?;
-    let has_lasting = stretches
-        .iter()
-        .any(|stretch| stretch.kind != SegmentKind::Flight);
-    let all = if has_lasting {
-        lasting(&run)?
-    } else {
-        impacts(&run)?
-    };
+    let all = instants_of(&run)?;
     let Some(first) = all.first().filter(|first| first.time <= WAITED * period) else {
         let held = stretches.last().map_or(&[][..], |stretch| stretch.stops);
         return without_instants(&run, scene.frequency(), Some(n_periods), held);

@@ -10,7 +10,7 @@ use nalgebra::DVector;
 
 /// What happens at one time of a motion, and the state after.
 #[derive(Debug, Clone)]
-pub(in crate::orbit) struct Instant {
+pub(crate) struct Instant {
     pub time: f64,
     /// When the flight behind it starts, which has the state.
     pub start: f64,
@@ -23,8 +23,19 @@ pub(in crate::orbit) struct Instant {
     pub state: DVector<f64>,
 }
 
+/// What happens along a trajectory.
+pub(crate) fn instants_of(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+    let stretches = trajectory.stretches()?;
+    let mut kinds = stretches.iter().map(|stretch| stretch.kind);
+    if kinds.any(|kind| kind != SegmentKind::Flight) {
+        lasting(trajectory)
+    } else {
+        impacts(trajectory)
+    }
+}
+
 /// The impacts of a trajectory without lasting contact.
-pub(in crate::orbit) fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let mut found: Vec<Instant> = Vec::new();
     for &Impact {
         time,
@@ -55,7 +66,7 @@ pub(in crate::orbit) fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>>
 }
 
 /// What happens along a trajectory with lasting contact, segment by segment.
-pub(in crate::orbit) fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
+fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let phase_at = trajectory.forcing_phase();
     let stretches = trajectory.stretches()?;
     let is_part = |s: &&Stretch<'_>| s.end > s.start || s.kind == SegmentKind::Chatter;

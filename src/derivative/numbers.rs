@@ -1,0 +1,48 @@
+//! Numbers of a scene by which something is derived: their values, their sizes, the scenes beside.
+
+use crate::error::Result;
+use crate::model::{Parameter, Scene, start_of, with_value};
+
+/// Numbers of a scene.
+pub(super) struct Numbers<'a> {
+    scene: &'a Scene,
+    parameters: &'a [Parameter],
+    values: Vec<f64>,
+    /// By how much each may be changed and the motion not be another.
+    pub sizes: Vec<f64>,
+}
+
+impl<'a> Numbers<'a> {
+    /// Numbers of a scene whose motion goes so far.
+    ///
+    /// # Errors
+    /// A number that the scene does not have, or that its stops do not share; the phase, which shifts time alone.
+    pub fn new(scene: &'a Scene, parameters: &'a [Parameter], farthest: f64) -> Result<Self> {
+        let values = parameters.iter();
+        let values = values.map(|&parameter| start_of(scene, parameter, "parameters"));
+        let values: Vec<f64> = values.collect::<Result<_>>()?;
+        // Clearances are felt as parts of the motion, factors and restitutions of one.
+        let size = |(&parameter, &value): (&Parameter, &f64)| match parameter {
+            Parameter::Frequency => value,
+            Parameter::Clearance | Parameter::ClearanceOf(_) => farthest.max(value.abs()),
+            _ => 1.0,
+        };
+        let sizes = parameters.iter().zip(&values).map(size).collect();
+        Ok(Self {
+            scene,
+            parameters,
+            values,
+            sizes,
+        })
+    }
+
+    /// The scene beside in which number i is larger.
+    pub fn scene(&self, i: usize, offset: f64) -> Result<Scene> {
+        with_value(self.scene, self.parameters[i], self.values[i] + offset)
+    }
+
+    /// The size of a number.
+    pub fn size(&self, i: usize) -> f64 {
+        self.sizes[i]
+    }
+}
