@@ -588,3 +588,50 @@ class TestInterrupt:
         branch = vi.continuation(orbit(), make, (5.0, 12.0), start=8.5)
         assert [reason for reason, _ in branch.ends] == ["start", "interrupted"]
         assert branch.parameter.min() == 8.5
+
+
+@pytest.fixture(scope="module")
+def family():
+    system = vi.LinearSystem([1.0, 1.0], None, [[2.0, -1.0], [-1.0, 2.0]])
+    own = vi.Scene(system, stops=vi.Stop(1, 1.0, 1.0))
+    start = vi.find_orbit(own, ([-1.2, -1.2], [0.0, 0.0], 5.97))
+    return vi.continuation(start, "energy", (0.1, 40.0))
+
+
+class TestEnergy:
+    def test_each_orbit_has_the_energy_that_it_is_at(self, family):
+        assert family.parameter_name == "energy"
+        for own, energy in zip(family, family.parameter, strict=True):
+            ledger = own.energy
+            np.testing.assert_allclose(ledger.kinetic + ledger.potential, energy, rtol=1e-9)
+        # Both masses together reach the stop with the energy of their mode.
+        assert family.special[0].kind == "lost_impact"
+        assert family.special[0].parameter == pytest.approx(1.0, abs=1e-9)
+
+    def test_stability_changes_where_something_happens(self, family):
+        fold, doubling = (own.parameter for own in family.special[1:])
+        after_fold = family.arclength > family.special[1].arclength
+        assert not family.is_stable[~after_fold].any()
+        assert family.is_stable[after_fold & (family.parameter < doubling)].all()
+        assert not family.is_stable[family.parameter > doubling].any()
+        assert fold < family.parameter.min() + 1e-3
+
+    def test_goes_where_any_branch_goes(self, family, tmp_path):
+        family.save(tmp_path / "family.npz")
+        doubled = vi.load(tmp_path / "family.npz").special[2].branches()
+        assert [own.pattern for own in doubled] == [[0, 0]]
+        assert vi.continuation(doubled[0], "energy", (0.1, 40.0)).pattern == [0, 0]
+        assert [own.pattern for own in vi.branch_tree(family[-1], "energy", (0.1, 40.0))][:2] == [[0], [0, 0]]
+        at = family.at(0.97)
+        assert len(at) == 2
+        assert all(own.energy.kinetic[0] + own.energy.potential[0] == pytest.approx(0.97) for own in at)
+
+    def test_what_has_no_family(self, family):
+        with pytest.raises(ValueError, match="without forcing only"):
+            vi.continuation(orbit(), "energy", (0.1, 40.0))
+        with pytest.raises(ValueError, match='continue in "energy" or add damping'):
+            vi.continuation(family[0], "clearance", (0.5, 2.0))
+        with pytest.raises(ValueError, match="settle on nothing"):
+            family.special[0].beyond()
+        with pytest.raises(ValueError, match="keep their energy in any"):
+            vi.bifurcation_curve(family.special[2], ("clearance", "restitution"), ((0.5, 2.0), (0.5, 1.0)))

@@ -202,3 +202,59 @@ class TestObjective:
         g = vi.objective(make, own, lambda *_: (0.0, [1.0]), start=START)
         with pytest.raises(ValueError, match="the gradient of value has shape"):
             g(START)
+
+
+class TestOfARun:
+    def test_are_the_differences_of_runs_beside(self):
+        own = scene()
+        t = np.linspace(0.5, 9.5, 19)
+        run = vi.simulate(own, 0.2, 1.0, (0, 10), t_eval=t, derivatives=NAMES)
+        assert set(run.derivatives) == set(NAMES)
+        assert len(run.impacts) > 2
+        for name, value in [("frequency", 2.4), ("clearance", 1.0), ("restitution", 0.8), ("forcing_scale", 1.0)]:
+            low, high = (vi.simulate(own.replace(**{name: value + h}), 0.2, 1.0, (0, 10), t_eval=t) for h in (-1e-6, 1e-6))
+            rate = np.hstack([high.q - low.q, high.v - low.v]) / 2e-6
+            np.testing.assert_allclose(run.derivatives[name], rate, rtol=1e-4, atol=1e-5 * np.abs(rate).max())
+
+    def test_without_times_it_is_that_of_the_end(self):
+        one = vi.simulate(scene(), 0.2, 1.0, (0, 7.3), derivatives="clearance").derivatives["clearance"]
+        many = vi.simulate(scene(), 0.2, 1.0, (0, 7.3), t_eval=[1.0, 7.3], derivatives=["clearance"])
+        assert one.shape == (2,)
+        assert many.derivatives["clearance"].shape == (2, 2)
+        np.testing.assert_array_equal(one, many.derivatives["clearance"][1])
+        assert vi.simulate(scene(), 0.2, 1.0, (0, 7.3)).derivatives == {}
+
+    def test_the_amplitude_of_a_base_counts_in_its_own_unit(self):
+        system = vi.LinearSystem(1.0, 0.1, 1.0, influence=[1.0])
+        own = vi.Scene(system, vi.BaseMotion(0.7, 1.3), vi.Stop(0, 0.5, 0.8))
+        run = vi.simulate(own, 0.0, 0.0, (0, 20), derivatives=["amplitude", "forcing_scale"]).derivatives
+        np.testing.assert_allclose(0.7 * run["amplitude"], run["forcing_scale"], rtol=1e-12)
+
+    def test_where_there_is_none_the_message_says_why(self):
+        own = vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), stops=vi.Stop(0, 1.0, 0.8))
+        run = vi.simulate(own, 0.0, 1.0, (0, 5), t_eval=[1.0, 2.0], derivatives="damping_scale")
+        assert np.isfinite(run.derivatives["damping_scale"][0]).all()
+        assert np.isnan(run.derivatives["damping_scale"][1]).all()
+        assert "grazes stop 0" in run.message
+
+    def test_are_saved(self, tmp_path):
+        run = vi.simulate(scene(), 0.2, 1.0, (0, 7.3), t_eval=[1.0, 7.3], derivatives=["clearance"])
+        run.save(tmp_path / "run.npz")
+        for other in (vi.load(tmp_path / "run.npz"), pickle.loads(pickle.dumps(run))):
+            np.testing.assert_array_equal(other.derivatives["clearance"], run.derivatives["clearance"])
+        assert "derivatives_clearance" in run.to_arrays()
+
+    @pytest.mark.parametrize(
+        ("options", "error", "message"),
+        [
+            ({"derivatives": "phase"}, ValueError, "shifts time alone"),
+            ({"derivatives": ["freq"]}, ValueError, r'derivatives has "freq", but each must be a number of Scene.replace'),
+            ({"derivatives": 3}, TypeError, "derivatives is 3, but numbers of Scene.replace are needed"),
+            ({"derivatives": "clearance[2]"}, ValueError, "a number that the scene"),
+            ({"derivatives": "clearance", "keep": "final"}, ValueError, 'need keep="motion"'),
+            ({"derivatives": "clearance", "ramp": vi.Ramp("frequency", 3.0, over=2.0)}, ValueError, "no ramp"),
+        ],
+    )
+    def test_refuses(self, options, error, message):
+        with pytest.raises(error, match=message):
+            vi.simulate(scene(), 0.2, 1.0, (0, 7.3), **options)

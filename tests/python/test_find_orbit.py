@@ -194,3 +194,30 @@ class TestFromAState:
             vi.find_orbit(free, (0.0, 0.5, -1.0))
         with pytest.raises(TypeError, match=r"it must be an Orbit, a Trajectory or \(q0, v0\)"):
             vi.find_orbit(scene, (stable.q0,))
+
+
+class TestForAPattern:
+    def scene(self, *more):
+        stops = [vi.Stop(0, 0.5, 0.8), vi.Stop(0, 0.55, 0.7, side="lower"), *more]
+        return vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 1.4), stops)
+
+    def test_other_stops_are_passed_through(self):
+        known = next(own for own in vi.periodic_orbits(self.scene(), [0, 1]) if own.is_admissible)
+        other = self.scene(vi.Stop(0, 0.1, 0.5))
+        run = vi.simulate(self.scene(), 0.0, 0.0, (0, 40 * known.period))
+        t = known.period - 0.05
+        state = (known.position(t), known.velocity(t))
+        turned = other.replace(phase=known.phase + 1.4 * t)
+        for where, guess in [(turned, state), (other, known), (other, run)]:
+            found = vi.find_orbit(where, guess, pattern=[0, 1])
+            assert found.pattern == [0, 1]
+            assert found.is_admissible is False
+            np.testing.assert_allclose(found.v0, known.v0, rtol=1e-10)
+
+    def test_what_is_no_pattern(self):
+        with pytest.raises(ValueError, match=r"pattern\[0\]"):
+            vi.find_orbit(self.scene(), (0.0, 1.0), pattern=[7])
+        with pytest.raises(ValueError, match="pattern must be a list"):
+            vi.find_orbit(self.scene(), (0.0, 1.0), pattern=1)
+        with pytest.raises(ValueError, match="is not hit within a period"):
+            vi.find_orbit(self.scene(vi.Stop(0, 50.0, 0.5)), (0.0, 1.0), pattern=[2])
