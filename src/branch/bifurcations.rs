@@ -8,6 +8,7 @@ use crate::branch::step::{Point, Target, step_to};
 use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
+use nalgebra::Complex;
 use std::f64::consts::TAU;
 
 /// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
@@ -116,6 +117,19 @@ fn torus(
     (from, to): (&Point, &Point),
     (length, before): (f64, usize),
 ) -> Result<Option<Special>> {
+    if family.has_pulses {
+        // Of many modes they are counted alone: halves.
+        let off = |settled: &Settled| {
+            let outside = family.n_outside_of_pulses(&settled.place)?;
+            Ok(if outside == Some(before) { -1.0 } else { 1.0 })
+        };
+        let between = [length, -1.0, 1.0];
+        let found = located(family, (from, to, SpecialKind::Torus), between, &off)?;
+        let (value, range) = (found.parameter, family.range);
+        let (there, place) = Family::around(&found.orbit, family.make, value, range)?;
+        let (there, place) = there.by_pulses(place)?;
+        return Ok(on_circle(found, there.pulse_multiplier(&place)?));
+    }
     let size = |orbit: &PeriodicOrbit| -> Result<(f64, usize)> {
         let own = own_multipliers(orbit)?.unwrap_or_default();
         let size = pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs());
@@ -129,11 +143,16 @@ fn torus(
     let between = [length, -size(&from.orbit)?.0, size(&to.orbit)?.0];
     let found = located(family, (from, to, SpecialKind::Torus), between, &off)?;
     let own = own_multipliers(&found.orbit)?.unwrap_or_default();
-    let pair = pair_at_circle(&own).filter(|mu| mu.norm().ln().abs() < ON_CIRCLE);
-    Ok(pair.map(|mu| Special {
+    Ok(on_circle(found, pair_at_circle(&own)))
+}
+
+/// A torus, if a multiplier is on the circle there.
+fn on_circle(found: Special, multiplier: Option<Complex<f64>>) -> Option<Special> {
+    let pair = multiplier.filter(|mu| mu.norm().ln().abs() < ON_CIRCLE);
+    pair.map(|mu| Special {
         rotation: Some(mu.arg() / TAU),
         ..found
-    }))
+    })
 }
 
 /// A pair is on the circle if the logarithm of its modulus is below this.

@@ -161,7 +161,16 @@ fn from_orbit(
             rule,
         ));
     }
-    let (family, place) = half_of(begun, options.symmetric)?;
+    let (family, place) = if options.symmetric == Some(true) {
+        half_of(begun, options.symmetric)?
+    } else {
+        let (family, place) = begun.0.by_pulses(begun.1)?;
+        if family.has_pulses {
+            (family, place)
+        } else {
+            half_of((family, place), options.symmetric)?
+        }
+    };
     let first = first_point(&family, place, orbit)?;
     let joined = both_ways(&first, options.heading, |sign| {
         let turned = Point {
@@ -183,10 +192,14 @@ fn from_orbit(
         ends: joined.ends,
         is_closed: joined.is_closed,
         keeps_energy: family.energetics.is_some(),
+        outside: family.has_pulses.then(Vec::new),
     };
     for (point, sign) in joined.points {
         branch.parameter.push(point.place.value);
         branch.arclength.push(sign * point.arclength);
+        if let Some(outside) = &mut branch.outside {
+            outside.push(point.indicators.outside);
+        }
         branch.orbits.push(point.orbit);
     }
     Ok(branch)

@@ -4,10 +4,11 @@ use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
 use crate::linalg::determinant::signed_volume;
+use crate::linalg::rank;
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, Linearised, OrbitOf, PeriodicOrbit, ScaledUnits, Shooting, ShootingState,
-    with_shooting,
+    ContactStage, Event, Linearised, LinearisedPulses, OrbitOf, PeriodicOrbit, ScaledUnits,
+    Shooting, ShootingState, with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -20,19 +21,20 @@ pub(super) struct Equations {
     /// How far the loop is from closing.
     pub mismatch: f64,
     scene: Scene,
-    linear: Linearised,
+    /// None of a loop that is followed by its impulses.
+    linear: Option<Linearised>,
 }
 
 /// Where a step begins: a place, the equations there, and the direction of the branch.
 pub(super) type Foot<'a> = (&'a Place, &'a Equations, &'a Direction);
 
 /// What changes with pi.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct ByValue {
     /// The equations.
     pub column: DVector<f64>,
-    /// The states and the starts of the flights.
-    flights: ShootingState,
+    /// The states and the starts of the flights; nothing of a loop that is followed by its impulses.
+    pub flights: ShootingState,
 }
 
 impl Equations {
@@ -61,36 +63,52 @@ impl Equations {
 impl Family<'_> {
     /// The equations at a place.
     pub fn equations(&self, place: &Place) -> Result<Equations> {
-        let found = self.linear(place)?;
-        let by_value = self.by_value(place, &found.0, &found.1)?;
-        self.together(place, found, by_value)
+        let equations = self.equations_nearby(place, &ByValue::default())?;
+        self.renewed(place, equations)
     }
 
     /// The same with what changes with the parameter as it is at a place nearby: corrections by them are a little longer on their way.
     pub fn equations_nearby(&self, place: &Place, by_value: &ByValue) -> Result<Equations> {
-        self.together(place, self.linear(place)?, by_value.clone())
-    }
-
-    fn together(
-        &self,
-        place: &Place,
-        (scene, linear, mismatch): (Scene, Linearised, f64),
-        by_value: ByValue,
-    ) -> Result<Equations> {
+        let scene = self.scene(place.value)?;
+        let by_value = by_value.clone();
+        // In parts of the motion's own size, where it has outgrown the units.
+        let grown = self.size(&place.state).max(1.0);
+        if self.has_pulses {
+            let LinearisedPulses {
+                rows,
+                right,
+                mismatch,
+            } = self.pulse_equations(&scene, place)?;
+            return Ok(Equations {
+                rows,
+                by_value,
+                right,
+                mismatch: mismatch / grown,
+                scene,
+                linear: None,
+            });
+        }
+        let (state, units) = (&place.state, &self.units_in(&scene));
+        let linear = with_shooting(&scene, &self.signature, |shooting, _| {
+            shooting.linearised(state, units)
+        })?;
         let (rows, right) = self.with_energy(place, &linear)?;
         Ok(Equations {
             rows,
             by_value,
             right,
-            mismatch,
+            mismatch: linear.mismatch / grown,
             scene,
-            linear,
+            linear: Some(linear),
         })
     }
 
     /// The same with what changes with the parameter there.
     pub fn renewed(&self, place: &Place, equations: Equations) -> Result<Equations> {
-        let by_value = self.by_value(place, &equations.scene, &equations.linear)?;
+        let by_value = match &equations.linear {
+            Some(linear) => self.by_value(place, &equations.scene, linear)?,
+            None => self.pulses_by_value(place, &equations.scene)?,
+        };
         Ok(Equations {
             by_value,
             ..equations
@@ -110,18 +128,6 @@ impl Family<'_> {
         })
     }
 
-    /// The equations of the loop alone, and how far it is from closing.
-    fn linear(&self, place: &Place) -> Result<(Scene, Linearised, f64)> {
-        let scene = self.scene(place.value)?;
-        let (state, units) = (&place.state, &self.units_in(&scene));
-        let linear = with_shooting(&scene, &self.signature, |shooting, _| {
-            shooting.linearised(state, units)
-        })?;
-        // In parts of the motion's own size, where it has outgrown the units.
-        let mismatch = linear.mismatch / self.size(state).max(1.0);
-        Ok((scene, linear, mismatch))
-    }
-
     /// The speed at which the stop of an instant is approached, the first of them if there are several.
     pub fn approach(&self, place: &Place, instant: usize) -> Result<f64> {
         Ok(self.approaches(place)?[instant])
@@ -129,6 +135,9 @@ impl Family<'_> {
 
     /// The speeds at all instants; not a number where nothing is hit.
     pub fn approaches(&self, place: &Place) -> Result<Vec<f64>> {
+        if self.has_pulses {
+            return self.approaches_of_pulses(place);
+        }
         let state = &place.state;
         let count = state.states.len();
         self.shooting_at(place, |shooting, _, units| {
@@ -157,6 +166,16 @@ impl Family<'_> {
         })
     }
 
+    /// The deviation that comes back multiplied by a number that is a multiplier, of all states and times.
+    pub fn deviation(&self, place: &Place, multiplier: f64) -> Result<ShootingState> {
+        if self.has_pulses {
+            return self.pulse_deviation(place, multiplier);
+        }
+        let linear = self.variational(place, multiplier)?;
+        let own = rank::weakest(&linear.rows, 1)?.column(0).into_owned();
+        Ok(linear.deviations(&own))
+    }
+
     /// How far a loop is from closing.
     pub fn mismatch(&self, place: &Place) -> Result<f64> {
         self.shooting_at(place, |shooting, _, units| {
@@ -176,7 +195,11 @@ impl Family<'_> {
 
     /// A number that changes its sign where a multiplier passes through another number, and nowhere else.
     pub fn multiplier_test(&self, place: &Place, multiplier: f64) -> Result<f64> {
-        Ok(signed_volume(self.variational(place, multiplier)?.rows))
+        Ok(signed_volume(if self.has_pulses {
+            self.pulse_variational(place, multiplier)?
+        } else {
+            self.variational(place, multiplier)?.rows
+        }))
     }
 
     /// The orbit at a place where the loop is closed.
@@ -192,6 +215,9 @@ impl Family<'_> {
             }
             let (family, place) = self.whole(place)?;
             return family.orbit(&place);
+        }
+        if self.has_pulses {
+            return self.orbit_of_pulses(place);
         }
         let state = &place.state;
         self.shooting_at(place, |shooting, orbit, units| {
@@ -218,24 +244,13 @@ impl Family<'_> {
                 shooting.lacking(state, units)
             })
         };
-        let step = self.difference(place.value);
-        let (above, below) = (place.value + step, place.value - step);
-        let (upper, lower) = (lacking(above), lacking(below));
         // Corrections without unknowns.
         let open = |linear: &Linearised| {
             let none = DVector::zeros(linear.rows.ncols());
             (linear.right.clone(), linear.corrections(&none))
         };
-        let is_refused = |found: &Result<Linearised>| matches!(found, Err(Error::BadValue { .. }));
-        let ((high, one), (low, other)) = match (upper, lower) {
-            (Ok(upper), lower) if is_refused(&lower) => {
-                ((above, open(&upper)), (place.value, open(here)))
-            }
-            (upper, Ok(lower)) if is_refused(&upper) => {
-                ((place.value, open(here)), (below, open(&lower)))
-            }
-            (upper, lower) => ((above, open(&upper?)), (below, open(&lower?))),
-        };
+        let at = |value: f64| lacking(value).map(|linear| open(&linear));
+        let [(high, one), (low, other)] = self.beside(place.value, &at, || Ok(open(here)))?;
         let factor = self.span() / (high - low);
         let rate = |a: &[f64], b: &[f64]| -> Vec<f64> {
             a.iter().zip(b).map(|(a, b)| (a - b) * factor).collect()
@@ -252,55 +267,65 @@ impl Family<'_> {
         })
     }
 
+    /// What is at the values beside one, above and below, with these; at itself where one of them is refused.
+    pub fn beside<T>(
+        &self,
+        value: f64,
+        at: &dyn Fn(f64) -> Result<T>,
+        here: impl FnOnce() -> Result<T>,
+    ) -> Result<[(f64, T); 2]> {
+        let step = self.difference(value);
+        let (above, below) = (value + step, value - step);
+        let is_refused = |found: &Result<T>| matches!(found, Err(Error::BadValue { .. }));
+        Ok(match (at(above), at(below)) {
+            (Ok(upper), lower) if is_refused(&lower) => [(above, upper), (value, here()?)],
+            (upper, Ok(lower)) if is_refused(&upper) => [(value, here()?), (below, lower)],
+            (upper, lower) => [(above, upper?), (below, lower?)],
+        })
+    }
+
     /// A place moved by the parameter alone, to first order.
     pub fn moved_by_value(&self, place: &Place, equations: &Equations, part: f64) -> Result<Place> {
-        let none = equations
-            .linear
-            .deviations(&DVector::zeros(equations.linear.rows.ncols()));
-        let scene = &self.scene(place.value)?;
-        self.moved_by((place, scene), equations, &none, part)
+        let none = DVector::zeros(equations.rows.ncols());
+        let by = Direction {
+            loop_part: none,
+            value_part: part,
+        };
+        self.deviated(place, equations, &by)
     }
 
     /// A place moved by a direction, to first order.
     pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
-        let own = equations.linear.rows.ncols();
-        let corrections = equations
-            .linear
-            .corrections(&by.loop_part.rows(0, own).into_owned());
-        self.moved_by(
-            (place, &equations.scene),
-            equations,
-            &corrections,
-            by.value_part,
-        )
+        let moved = |linear: &Linearised| linear.corrections(&own_part(linear, by));
+        self.moved_by(place, equations, (by, &moved))
     }
 
     /// A place moved by a deviation, to first order: what is not closed stays so.
     pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
-        let own = equations.linear.rows.ncols();
-        let deviations = equations
-            .linear
-            .deviations(&by.loop_part.rows(0, own).into_owned());
-        self.moved_by(
-            (place, &equations.scene),
-            equations,
-            &deviations,
-            by.value_part,
-        )
+        let moved = |linear: &Linearised| linear.deviations(&own_part(linear, by));
+        self.moved_by(place, equations, (by, &moved))
     }
 
     fn moved_by(
         &self,
-        (place, scene): (&Place, &Scene),
+        place: &Place,
         equations: &Equations,
-        corrections: &ShootingState,
-        part: f64,
+        (by, moved): (&Direction, &dyn Fn(&Linearised) -> ShootingState),
     ) -> Result<Place> {
-        let value = place.value + part * self.span();
+        let scene = &equations.scene;
+        let Some(linear) = &equations.linear else {
+            return self.moved_pulses(place, scene, by);
+        };
+        let value = place.value + by.value_part * self.span();
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
-        let closed = place.state.moved(corrections, 1.0);
-        let moved = closed.moved(&equations.by_value.flights, part);
-        Ok(self.place(&there, value, stretched(&moved, scene, &there)))
+        let closed = place.state.moved(&moved(linear), 1.0);
+        let moved = closed.moved(&equations.by_value.flights, by.value_part);
+        self.place(&there, value, stretched(&moved, scene, &there))
     }
+}
+
+/// The part of a direction that its loop's own unknowns are.
+fn own_part(linear: &Linearised, by: &Direction) -> DVector<f64> {
+    by.loop_part.rows(0, linear.rows.ncols()).into_owned()
 }

@@ -27,6 +27,8 @@ pub(super) struct Family<'a> {
     pub units: ScaledUnits,
     /// Where the number is the energy of the motion.
     pub energetics: Option<&'a Energetics>,
+    /// Whether loops are followed by their impulses.
+    pub has_pulses: bool,
 }
 
 impl<'a> Family<'a> {
@@ -47,19 +49,21 @@ impl<'a> Family<'a> {
             is_free: scene.frequency().is_none(),
             units,
             energetics: None,
+            has_pulses: false,
         };
-        let place = family.place(&scene, value, state);
+        let place = family.place(&scene, value, state)?;
         Ok((family, place))
     }
 
     /// A loop in the scene of a value.
-    pub fn place(&self, scene: &Scene, value: f64, state: ShootingState) -> Place {
+    pub fn place(&self, scene: &Scene, value: f64, state: ShootingState) -> Result<Place> {
         let clock = self.units_in(scene).time;
-        Place {
+        Ok(Place {
             value,
+            impulses: self.impulses_of(scene, &state)?,
             state,
             clock,
-        }
+        })
     }
 
     /// Whether nothing happens along the orbits: they are one flight, however long.
@@ -118,11 +122,23 @@ impl<'a> Family<'a> {
         } else {
             self.signature.stages.len()
         };
-        place.state.states[0].len() + times + usize::from(self.energetics.is_some())
+        self.n_before_times(place) + times + usize::from(self.energetics.is_some())
+    }
+
+    /// How many unknowns come before the times: the first state, or the impulses.
+    pub fn n_before_times(&self, place: &Place) -> usize {
+        if self.has_pulses {
+            place.impulses.len()
+        } else {
+            place.state.states[0].len()
+        }
     }
 
     /// The way from a loop to another, in the scaled unknowns.
     pub fn between(&self, from: &Place, to: &Place) -> Direction {
+        if self.has_pulses {
+            return self.between_pulses(from, to);
+        }
         let unknowns = self.n_unknowns(from);
         let two_n = from.state.states[0].len();
         let first = usize::from(self.is_free);

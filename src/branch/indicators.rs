@@ -42,6 +42,8 @@ impl Indicators {
             crossing: equations.crossing(tangent),
             outside: if is_alone || family.energetics.is_some() {
                 None
+            } else if family.has_pulses {
+                family.n_outside_of_pulses(place)?
             } else {
                 n_outside(orbit, false)?
             },

@@ -40,6 +40,11 @@ pub(super) fn turned(mut instants: Vec<Instant>, first: usize, period: f64) -> V
     behind.into_iter().chain(earlier).collect()
 }
 
+/// Whether one stop is hit, between free flights.
+fn is_one_impact(stage: &ContactStage) -> bool {
+    stage.held.is_empty() && matches!(&stage.event, Event::Strike(stops) if stops.len() == 1)
+}
+
 impl Family<'_> {
     /// The instants of a loop.
     pub fn instants(&self, state: &ShootingState) -> Vec<Instant> {
@@ -80,7 +85,9 @@ impl Family<'_> {
             state.states.push(instant.state);
         }
         state.times.push(first - zero + period);
+        let has_pulses = self.has_pulses && stages.iter().all(is_one_impact);
         let family = Self {
+            has_pulses,
             signature: Signature {
                 stages,
                 n_periods: if self.is_free { 1 } else { n_periods },
@@ -90,7 +97,7 @@ impl Family<'_> {
             ..*self
         };
         let scene = family.scene(value)?;
-        let place = family.place(&scene, value, state);
+        let place = family.place(&scene, value, state)?;
         Ok((family, place))
     }
 

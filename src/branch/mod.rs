@@ -13,6 +13,7 @@ mod equations;
 mod family;
 mod indicators;
 mod instants;
+mod many_modes;
 mod multipliers;
 mod one;
 mod options;

@@ -23,6 +23,9 @@ pub struct Branch {
     pub is_closed: bool,
     /// Whether the number is the energy of motions that keep it.
     pub keeps_energy: bool,
+    /// Of a branch that was followed by its impulses, in a scene of many modes, how many multipliers of each orbit lie outside the unit circle;
+    /// `None` of one where that was not told. Shape `(m,)`.
+    pub outside: Option<Vec<Option<usize>>>,
 }
 
 impl Branch {
@@ -32,6 +35,9 @@ impl Branch {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn n_unstable(&self) -> Result<Vec<Option<usize>>> {
+        if let Some(outside) = &self.outside {
+            return Ok(outside.clone());
+        }
         let count = |orbit| n_outside(orbit, self.keeps_energy);
         self.orbits.iter().map(count).collect()
     }
@@ -42,7 +48,7 @@ impl Branch {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn is_stable(&self) -> Result<Vec<Option<bool>>> {
-        if self.keeps_energy {
+        if self.keeps_energy || self.outside.is_some() {
             let counts = self.n_unstable()?.into_iter();
             return Ok(counts.map(|count| count.map(|count| count == 0)).collect());
         }

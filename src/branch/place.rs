@@ -11,6 +11,8 @@ pub(super) struct Place {
     pub state: ShootingState,
     /// The unit of its times: with a forcing they are its angles.
     pub clock: f64,
+    /// Of a loop that is followed by its impulses by how much each changes the speed along its stop.
+    pub impulses: Vec<f64>,
 }
 
 impl Place {

@@ -79,7 +79,10 @@ pub fn branches_of(
     make: &dyn Fn(f64) -> Result<Scene>,
     between: (f64, f64),
 ) -> Result<Vec<Candidate>> {
-    let begun = Family::around(&special.orbit, make, special.parameter, between)?;
+    let mut begun = Family::around(&special.orbit, make, special.parameter, between)?;
+    if special.kind != SpecialKind::Pitchfork {
+        begun = begun.0.by_pulses(begun.1)?;
+    }
     meeting(special, &begun)
 }
 
@@ -135,8 +138,7 @@ fn candidate(family: &Family<'_>, place: &Place, special: f64) -> Result<Candida
 
 /// The orbit of twice the period, along the deviation that comes back reversed; of half a motion the one that is not its mirror image.
 fn doubled(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
-    let linear = family.variational(place, -1.0)?;
-    let by = &linear.deviations(&rank::weakest(&linear.rows, 1)?.column(0).into_owned());
+    let by = &family.deviation(place, -1.0)?;
     let (twice, at) = family.repeated(place, by, &[0.0, 0.0])?;
     let moved = |aside: f64| Ok(family.repeated(place, by, &[aside, -aside])?.1);
     found_aside(&twice, &at, &moved)

@@ -19,6 +19,9 @@ impl Family<'_> {
 
     /// Half of a loop that is its own mirror image half a period later, in scenes that stay odd near its value.
     pub fn half(&self, place: &Place) -> Result<Option<(Self, Place)>> {
+        if self.has_pulses {
+            return Ok(None);
+        }
         let Signature {
             stages, n_periods, ..
         } = &self.signature;

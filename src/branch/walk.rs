@@ -158,11 +158,18 @@ fn rescaled(family: &mut Family<'_>, own: Point) -> Result<Point> {
     }
     let there = family.in_units_of(&own.place)?;
     let ratio = there.units.position / family.units.position;
-    let n = own.place.state.states[0].len() / 2;
-    let mut border = own.tangent.clone();
-    border.loop_part.rows_mut(0, n).unscale_mut(ratio);
     let faster = there.units.velocity / family.units.velocity;
-    border.loop_part.rows_mut(n, n).unscale_mut(faster);
+    let before_times = family.n_before_times(&own.place);
+    let positions = if family.has_pulses {
+        0
+    } else {
+        before_times / 2
+    };
+    let mut border = own.tangent.clone();
+    let numbers = border.loop_part.as_mut_slice();
+    let (slow, fast) = numbers[..before_times].split_at_mut(positions);
+    slow.iter_mut().for_each(|x| *x /= ratio);
+    fast.iter_mut().for_each(|x| *x /= faster);
     let equations = there.equations(&own.place)?;
     let Some(tangent) = tangent(&equations, &border) else {
         return Ok(own);
@@ -191,7 +198,11 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
     let way = family.between(&from.place, &settled.place);
-    let factor = match judged(from, &settled, &way) {
+    let factor = match judged(
+        from,
+        &settled,
+        (&way, family.n_before_times(&settled.place)),
+    ) {
         Ok(factor) => factor,
         Err(reason) => {
             let detail = format!("{reason} at {}", digits(settled.place.value));
@@ -321,11 +332,10 @@ fn accepted(
 fn judged(
     from: &Point,
     settled: &Settled,
-    chord: &Direction,
+    (chord, before_times): (&Direction, usize),
 ) -> std::result::Result<f64, &'static str> {
     let factor = step_factor(settled.contraction, settled.tangent.dot(&from.tangent))?;
-    let two_n = settled.place.state.states[0].len();
-    let times = &chord.loop_part.as_slice()[two_n..];
+    let times = &chord.loop_part.as_slice()[before_times..];
     if times.iter().any(|shift| shift.abs() > MOST_SHIFT) {
         return Err("an instant goes far");
     }

@@ -15,6 +15,7 @@ mod paper_coefficients;
 mod pattern;
 mod periodic_orbit;
 mod problem;
+mod pulse_count;
 mod pulses;
 mod saved;
 mod search;

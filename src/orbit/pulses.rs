@@ -4,6 +4,7 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
+use crate::hybrid::joined;
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalState, Response};
 use crate::model::{Moment, Scene, contacts};
@@ -26,6 +27,8 @@ struct Hit {
     /// `n.b`, and the largest part of n.
     weight: f64,
     size: f64,
+    /// What an impulse takes from the state that changes the speed along the stop by one, in parts of the largest part of n.
+    jump: Vec<Pair>,
 }
 
 /// The equations of closed motions of a pattern in a scene.
@@ -43,11 +46,11 @@ pub(crate) struct Pulses {
     one_minus: Vec<[Pair; 2]>,
 }
 
-/// Times and impulses.
+/// The times of impulses, and by how much each changes the speed along its stop, in parts of the largest part of n.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PulseTrain {
     pub times: Vec<f64>,
-    pub impulses: Vec<f64>,
+    pub changes: Vec<f64>,
 }
 
 /// The equations of a train linearised: `rows xi = right`, impulses before times.
@@ -82,11 +85,15 @@ impl Pulses {
                 return None;
             }
             let along = modal.velocity_rows[stop].iter().zip(&modal.jumps[stop][..]);
+            let weight = along.map(|(n, b)| n[0] * b[0] + n[1] * b[1]).sum();
+            let size = modal.geometry.normals.column(stop).amax();
+            let jumps = modal.jumps[stop].iter();
             hits.push(Hit {
                 stop,
                 gain: 1.0 + contacts[stop].restitution,
-                weight: along.map(|(n, b)| n[0] * b[0] + n[1] * b[1]).sum(),
-                size: modal.geometry.normals.column(stop).amax(),
+                weight,
+                size,
+                jump: jumps.map(|z| z.map(|x| x * size / weight)).collect(),
             });
         }
         let decays = |block: &Block| {
@@ -127,6 +134,63 @@ impl Pulses {
         self.hits.len()
     }
 
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// What deviations of a train that come back multiplied make of the states behind its impacts, each at its moved time: deviations of changes
+    /// of speeds and of times.
+    pub fn deviations(
+        &self,
+        train: &PulseTrain,
+        multiplier: f64,
+        by: &PulseTrain,
+    ) -> Vec<DVector<f64>> {
+        let count = self.len();
+        let before = self.before(train);
+        let each = before.iter().enumerate().map(|(i, state)| {
+            let mut rate = state.clone();
+            self.modal
+                .rate(state, self.moment(train.times[i]), &mut rate);
+            ModalState::from(
+                rate.iter()
+                    .map(|z| z.map(|x| x * by.times[i]))
+                    .collect::<Vec<_>>(),
+            )
+        });
+        let mut all: Vec<ModalState> = each.collect();
+        for (j, hit) in self.hits.iter().enumerate() {
+            let each = self.blocks.iter().zip(&hit.jump).zip(&self.one_minus);
+            let left: Vec<Pair> = each
+                .map(|((block, &jump), one_minus)| {
+                    let slide = times(&block.matrix(), jump);
+                    let source = [0, 1].map(|c| {
+                        jump[c] * by.changes[j] - slide[c] * train.changes[j] * by.times[j]
+                    });
+                    let [[p, q], [r, s]] = *one_minus;
+                    let off = multiplier - 1.0;
+                    solve([[off + p, q], [r, off + s]], source)
+                })
+                .collect();
+            for (i, state) in all.iter_mut().enumerate() {
+                let factor = if j < i { multiplier } else { 1.0 };
+                let flights = self.flights(&train.times, i, j);
+                for ((z, flight), left) in state.iter_mut().zip(&flights).zip(&left) {
+                    *z = plus(*z, times(flight, *left).map(|x| -x * factor));
+                }
+            }
+        }
+        debug_assert_eq!(all.len(), count);
+        let behind = all.iter().enumerate();
+        behind
+            .map(|(i, state)| self.physical(&self.behind(i, state, by.changes[i])))
+            .collect()
+    }
+
     fn moment(&self, t: f64) -> Moment {
         let w = self.modal.frequency;
         Moment::new(t, w * t + self.phase, w)
@@ -163,7 +227,7 @@ impl Pulses {
 
     /// What is left of an impulse on the stop of impact j that is repeated each period, right behind it.
     fn repeated(&self, j: usize) -> impl Iterator<Item = Pair> {
-        let jumps = self.modal.jumps[self.hits[j].stop].iter();
+        let jumps = self.hits[j].jump.iter();
         self.one_minus
             .iter()
             .zip(jumps)
@@ -179,7 +243,7 @@ impl Pulses {
             for (i, state) in all.iter_mut().enumerate() {
                 let flown = self.flights(&train.times, i, j);
                 for ((z, flight), start) in state.iter_mut().zip(&flown).zip(&behind) {
-                    let moved = times(flight, *start).map(|x| -x * train.impulses[j]);
+                    let moved = times(flight, *start).map(|x| -x * train.changes[j]);
                     *z = plus(*z, moved);
                 }
             }
@@ -188,10 +252,9 @@ impl Pulses {
     }
 
     /// The state behind an impact, from that before it.
-    fn behind(&self, i: usize, before: &ModalState, impulse: f64) -> ModalState {
-        let jumps = self.modal.jumps[self.hits[i].stop].iter();
-        let each = before.iter().zip(jumps);
-        let moved = each.map(|(z, jump)| plus(*z, jump.map(|x| -x * impulse)));
+    fn behind(&self, i: usize, before: &ModalState, change: f64) -> ModalState {
+        let each = before.iter().zip(&self.hits[i].jump);
+        let moved = each.map(|(z, jump)| plus(*z, jump.map(|x| -x * change)));
         ModalState::from(moved.collect::<Vec<_>>())
     }
 
@@ -199,35 +262,54 @@ impl Pulses {
     pub fn after(&self, train: &PulseTrain) -> Vec<ModalState> {
         let before = self.before(train);
         let each = before.iter().enumerate();
-        each.map(|(i, state)| self.behind(i, state, train.impulses[i]))
+        each.map(|(i, state)| self.behind(i, state, train.changes[i]))
             .collect()
     }
 
     /// The train of a motion from the states behind its impacts: what each flight ends with is turned by the next impulse.
-    pub fn train(&self, instants: &[f64], after: &[ModalState]) -> PulseTrain {
+    pub fn train(&self, instants: &[f64], after: &[DVector<f64>]) -> PulseTrain {
         let count = self.len();
-        let impulse = |i: usize| {
+        let n = self.blocks.len();
+        let after = after.iter().map(|x| {
+            let (q, v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
+            self.modal.form.to_modal(&q, &v)
+        });
+        let after: Vec<ModalState> = after.collect();
+        let change = |i: usize| {
             let last = (i + count - 1) % count;
             let span = self.since(instants, i, last);
             let rows = &self.modal.velocity_rows[self.hits[i].stop];
-            let changes = self
-                .blocks
-                .iter()
-                .zip(&after[last][..])
-                .zip(&after[i][..])
-                .zip(rows);
-            let change: f64 = changes
-                .map(|(((block, from), to), n)| {
-                    let end = times(&block.propagator(span), *from);
-                    n[0] * (end[0] - to[0]) + n[1] * (end[1] - to[1])
-                })
-                .sum();
-            change / self.hits[i].weight
+            let ends = self.flown(&after[last], instants[i] - span, span);
+            let changes = ends.iter().zip(&after[i][..]).zip(rows);
+            let change =
+                changes.map(|((end, to), n)| n[0] * (end[0] - to[0]) + n[1] * (end[1] - to[1]));
+            change.sum::<f64>() / self.hits[i].size
         };
         PulseTrain {
             times: instants[..count].to_vec(),
-            impulses: (0..count).map(impulse).collect(),
+            changes: (0..count).map(change).collect(),
         }
+    }
+
+    /// A state after a free flight.
+    fn flown(&self, state: &ModalState, start: f64, span: f64) -> ModalState {
+        let (from, to) = (self.steady_at(start), self.steady_at(start + span));
+        let each = self
+            .blocks
+            .iter()
+            .zip(&state[..])
+            .zip(&from[..])
+            .zip(&to[..]);
+        let flown = each.map(|(((block, z), from), to)| {
+            let free = [z[0] - from[0], z[1] - from[1]];
+            plus(times(&block.propagator(span), free), *to)
+        });
+        ModalState::from(flown.collect::<Vec<_>>())
+    }
+
+    /// A state in coordinates.
+    pub fn physical(&self, state: &ModalState) -> DVector<f64> {
+        joined(&self.modal.form.to_physical(state))
     }
 
     /// The speeds at which the stops are approached.
@@ -243,7 +325,7 @@ impl Pulses {
         dot(&self.modal.velocity_rows[hit.stop], state) - slope
     }
 
-    /// The equations about a train, impulses in units that change speeds by that of speeds.
+    /// The equations about a train, changes of speeds in the unit of speeds.
     pub fn linearised(&self, train: &PulseTrain, units: &Units) -> LinearisedPulses {
         let count = self.len();
         let before = self.before(train);
@@ -253,7 +335,7 @@ impl Pulses {
             let [widening, ..] = self.modal.stop_motion(hit.stop, self.moment(t));
             let place = dot(&self.modal.position_rows[hit.stop], state);
             let gap = self.modal.geometry.clearances[hit.stop] + widening - place;
-            let lacks = hit.weight * train.impulses[i] - hit.gain * self.speed(hit, state, t);
+            let lacks = hit.size * train.changes[i] - hit.gain * self.speed(hit, state, t);
             right[i] = -gap / (units.position * hit.size);
             right[count + i] = -lacks / (units.velocity * hit.size);
         }
@@ -282,11 +364,6 @@ impl Pulses {
         Kernel::new(self, train, before).equations(self, units, multiplier)
     }
 
-    /// The unit of an impulse.
-    pub fn unit(&self, i: usize, units: &Units) -> f64 {
-        units.velocity * self.hits[i].size / self.hits[i].weight
-    }
-
     /// The orbit of a train.
     pub fn orbit(
         &self,
@@ -302,7 +379,7 @@ impl Pulses {
             let flight = Flight {
                 start: elapsed,
                 span,
-                after: self.behind(i, &before[i], train.impulses[i]),
+                after: self.behind(i, &before[i], train.changes[i]),
                 before_next: before[(i + 1) % count].clone(),
                 mode: ContactMode::FREE,
             };
@@ -314,7 +391,12 @@ impl Pulses {
             pattern: Pattern::new(self.hits.iter().map(|hit| vec![hit.stop]).collect())?,
             n_periods,
             phase: crate::impact::wrapped(self.modal.frequency * train.times[0] + self.phase),
-            impulses: train.impulses.clone(),
+            impulses: self
+                .hits
+                .iter()
+                .zip(&train.changes)
+                .map(|(hit, change)| change * hit.size / hit.weight)
+                .collect(),
             clearances: Vec::new(),
         };
         PeriodicOrbit::new(scene, Arc::clone(&self.modal), parts)
@@ -355,16 +437,15 @@ impl Kernel {
             let [_, slope, bend] = modal.stop_motion(hit.stop, at);
             rates.push([dot(n, &rate) - slope, dot(m, &rate) - bend]);
         }
-        let source = |(hit, impulse): (&Hit, &f64)| {
-            let jumps = modal.jumps[hit.stop].iter();
-            let each = pulses.blocks.iter().zip(jumps);
+        let source = |(hit, change): (&Hit, &f64)| {
+            let each = pulses.blocks.iter().zip(&hit.jump);
             each.map(|(block, &jump)| {
                 let slide = times(&block.matrix(), jump);
-                [jump, slide.map(|x| x * impulse)]
+                [jump, slide.map(|x| x * change)]
             })
             .collect()
         };
-        let sources = pulses.hits.iter().zip(&train.impulses).map(source);
+        let sources = pulses.hits.iter().zip(&train.changes).map(source);
         Self {
             rows,
             sources: sources.collect(),
@@ -408,15 +489,15 @@ impl Kernel {
                 let hit = &pulses.hits[i];
                 let [place, speed] = seen.map(|pair| pair.map(|x| x * factor.clone()));
                 let (near, fast) = (units.position * hit.size, units.velocity * hit.size);
-                let (impulse, time) = (pulses.unit(j, units), units.time);
-                all[(i, j)] = place[0].clone().scale(impulse / near);
+                let (change, time) = (units.velocity, units.time);
+                all[(i, j)] = place[0].clone().scale(change / near);
                 all[(i, count + j)] = place[1].clone().scale(-time / near);
-                all[(count + i, j)] = speed[0].clone().scale(hit.gain * impulse / fast);
+                all[(count + i, j)] = speed[0].clone().scale(hit.gain * change / fast);
                 all[(count + i, count + j)] = speed[1].clone().scale(-hit.gain * time / fast);
                 if i == j {
                     let [rise, gain] = self.rates[i];
                     all[(i, count + i)] += T::from_real(-rise * time / near);
-                    all[(count + i, i)] += T::from_real(hit.weight * impulse / fast);
+                    all[(count + i, i)] += T::from_real(hit.size * change / fast);
                     all[(count + i, count + i)] += T::from_real(-hit.gain * gain * time / fast);
                 }
             }

@@ -4,6 +4,7 @@ mod closed_form;
 mod curves;
 mod ends;
 mod energy;
+mod many_modes;
 mod motions;
 #[path = "../common/random.rs"]
 mod random;

@@ -79,6 +79,7 @@ impl Plane<'_> {
             is_free: self.is_free,
             units: self.units,
             energetics: None,
+            has_pulses: false,
         })
     }
 

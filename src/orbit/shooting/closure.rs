@@ -21,7 +21,7 @@ pub(super) const MOST_STEPS: usize = 60;
 
 /// A motion between instants, closed or nearly so: flight k goes from `starts[k]`, which is `times[k]` unless impacts
 /// accumulate from there, to `times[k + 1]`, and its state is the one at its start.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct ShootingState {
     /// The instants, one more than there are flights.
     pub times: Vec<f64>,

@@ -1,0 +1,97 @@
+//! How many multipliers of a closed motion lie outside the unit circle, by how often the determinant of its small equations winds about zero
+//! along the circle (theory 19, "Many modes"): no eigenproblem of all modes.
+
+use crate::orbit::pulses::{Kernel, PulseTrain, Pulses};
+use crate::orbit::shooting::closure::Units;
+use crate::tolerance::MARGINAL;
+use nalgebra::Complex;
+use std::f64::consts::PI;
+
+/// The circle along which it is counted.
+const RADIUS: f64 = 1.0 + MARGINAL;
+/// From one point of the circle to the next the determinant turns by less than this, and the way is no longer than this part of the distance
+/// to the next multiplier of a mode.
+const TURN: f64 = 1.0;
+const NEAR: f64 = 0.5;
+/// Angles between points.
+const LONGEST: f64 = 0.3;
+const SHORTEST: f64 = 1e-10;
+/// Points of half the circle.
+const MOST_POINTS: usize = 20_000;
+const CIRCLE_POINTS: i32 = 400;
+const MOST_SECANTS: usize = 30;
+
+impl Pulses {
+    /// How many multipliers lie outside the unit circle; `None` where the determinant is too near to zero on it, or turns too fast.
+    pub fn n_outside(&self, train: &PulseTrain, units: &Units) -> Option<usize> {
+        let before = self.before(train);
+        let kernel = Kernel::new(self, train, &before);
+        let modes: Vec<Complex<f64>> = self.modal_multipliers().collect();
+        let at = |angle: f64| {
+            let point = Complex::from_polar(RADIUS, angle);
+            let value = kernel.equations(self, units, point).determinant();
+            let near = modes.iter().map(|mode| (point - mode).norm());
+            (value, near.fold(f64::INFINITY, f64::min))
+        };
+        // The lower half is the image of the upper one.
+        let (mut angle, mut turned) = (0.0, 0.0);
+        let (mut value, mut near) = at(angle);
+        let mut points = 0;
+        while angle < PI {
+            let mut step = (NEAR * near).min(LONGEST).min(PI - angle);
+            loop {
+                points += 1;
+                let (next, there) = at(angle + step);
+                let turn = (next / value).arg();
+                if turn.abs() < TURN {
+                    (angle, value, near) = (angle + step, next, there);
+                    turned += turn;
+                    break;
+                }
+                step *= 0.5;
+                if !(step > SHORTEST && points < MOST_POINTS) {
+                    return None;
+                }
+            }
+            if PI - angle < SHORTEST {
+                break;
+            }
+        }
+        // Modes decay, so that all poles are inside: what winds is minus what is outside.
+        let winds = (turned / PI).round();
+        let outside = -winds;
+        ((0.0..=2.0 * modes.len() as f64).contains(&outside)).then_some(outside as usize)
+    }
+
+    /// The multiplier on the upper half of the unit circle, where one is: from the point of the circle at which the determinant is least, by
+    /// the method of the secant.
+    pub fn on_circle(&self, train: &PulseTrain, units: &Units) -> Option<Complex<f64>> {
+        let before = self.before(train);
+        let kernel = Kernel::new(self, train, &before);
+        let at = |point: Complex<f64>| kernel.equations(self, units, point).determinant();
+        let points = (1..CIRCLE_POINTS).map(|k| {
+            let angle = PI * f64::from(k) / f64::from(CIRCLE_POINTS);
+            Complex::from_polar(1.0, angle)
+        });
+        let sizes = points.map(|point| (point, at(point).norm()));
+        let (mut last, _) = sizes.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let mut found = last * Complex::from_polar(1.0, 1e-3);
+        let mut before = at(last);
+        for _ in 0..MOST_SECANTS {
+            let here = at(found);
+            let step = here * (found - last) / (here - before);
+            if !step.norm().is_finite() || step.norm() <= f64::EPSILON {
+                break;
+            }
+            (last, before, found) = (found, here, found - step);
+        }
+        (found.im > 0.0).then_some(found)
+    }
+
+    /// The multipliers of the modes, of a pair of conjugate ones the upper.
+    fn modal_multipliers(&self) -> impl Iterator<Item = Complex<f64>> {
+        let each = self.blocks().iter().flat_map(|block| block.roots());
+        let upper = each.filter(|root| root.im >= 0.0);
+        upper.map(|root| (root * self.period()).exp())
+    }
+}

@@ -1,0 +1,146 @@
+//! Branches of scenes of many modes, which are followed by their impulses: what is found holds of the orbits, as their dense matrices say.
+
+use crate::random::Random;
+use crate::scenes::followed;
+use std::f64::consts::TAU;
+use vibroimpact::nalgebra::{Complex, DMatrix, DVector};
+use vibroimpact::{
+    Branch, ContinuationOptions, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
+    PeriodicOrbit, Scene, SimulateOptions, SpecialKind, Stop, Virtual, branches, find_orbit,
+    periodic_orbits, simulate,
+};
+
+/// Unit masses coupled at random, whose modes decay.
+fn scene(random: &mut Random, n: usize, stops: usize) -> Scene {
+    let half = random.matrix(n);
+    let stiffness = &half * half.transpose() / n as f64 * 4.0 + DMatrix::identity(n, n);
+    let damping = DMatrix::identity(n, n) * 0.04 + &stiffness * 0.03;
+    let system = LinearSystem::new(DMatrix::identity(n, n), damping, stiffness).expect("valid");
+    let force: Vec<Complex<f64>> = random.vector(n).iter().map(|&x| x.into()).collect();
+    let force = Harmonic::new(DVector::from_vec(force), random.between(0.7, 1.6), 0.0);
+    let stops = (0..stops).map(|i| {
+        let stop = Stop::new(i, random.between(0.02, 0.1), random.between(0.5, 0.9));
+        stop.expect("valid")
+    });
+    Scene::new(system, force.expect("valid"), stops.collect::<Vec<_>>()).expect("valid")
+}
+
+/// An orbit of one impact, or one that a run settles on.
+fn orbit(random: &mut Random, scene: &Scene) -> Option<PeriodicOrbit> {
+    let found = periodic_orbits(scene, &Pattern::single(0), &OrbitOptions::default()).ok()?;
+    if let Some(orbit) = found
+        .iter()
+        .find(|orbit| orbit.is_admissible() == Some(true))
+        && random.chance(50)
+    {
+        return Some(orbit.clone());
+    }
+    let rest = DVector::zeros(scene.n_dof());
+    let span = (0.0, 200.0 * scene.period()?);
+    let run = simulate(scene, &rest, &rest, span, &SimulateOptions::default()).ok()?;
+    find_orbit(scene, &run, None).ok()
+}
+
+/// How many multipliers of an orbit lie outside the circle, by its dense matrix; none if one is next to it.
+fn outside(orbit: &PeriodicOrbit) -> Option<usize> {
+    let stability = orbit.stability().expect("multipliers");
+    let all = &stability.orders.first()?.multipliers;
+    if all.iter().any(|mu| (mu.norm() - 1.0).abs() < 1e-6) {
+        return None;
+    }
+    Some(all.iter().filter(|mu| mu.norm() > 1.0).count())
+}
+
+/// Whether a number is a multiplier.
+fn has(orbit: &PeriodicOrbit, mu: Complex<f64>, tolerance: f64) -> bool {
+    let stability = orbit.stability().expect("multipliers");
+    let all = &stability.orders[0].multipliers;
+    all.iter().any(|own| (own - mu).norm() < tolerance)
+}
+
+fn check(branch: &Branch, case: u64) {
+    let counts = branch.n_unstable().expect("counts");
+    for (k, (orbit, count)) in branch.orbits.iter().zip(&counts).enumerate() {
+        if let Some(exact) = outside(orbit) {
+            assert_eq!(*count, Some(exact), "{case} {k} at {}", branch.parameter[k]);
+        }
+        // It closes: another search finds it where it is.
+        let again = find_orbit(orbit.scene(), orbit, None).expect("closed");
+        let off = (again.v0() - orbit.v0()).amax() / orbit.v0().amax();
+        assert!(off < 1e-9, "{case} {k}: {off:e}");
+    }
+}
+
+#[test]
+fn orbits_close_and_their_multipliers_are_counted() {
+    let (mut points, mut special) = (0, [0; 4]);
+    for case in 0..14 {
+        let mut random = Random::of_case(2718, case);
+        let stops = 1 + random.below(2);
+        let n = 24 + random.below(3);
+        let own = scene(&mut random, n, stops);
+        let Some(first) = orbit(&mut random, &own) else {
+            continue;
+        };
+        if first.impacts().is_empty() {
+            continue;
+        }
+        let (parameter, range) = random.of(&[
+            (Parameter::ForcingScale, (0.3, 3.0)),
+            (Parameter::Frequency, (0.6, 1.8)),
+            (Parameter::ClearanceOf(0), (0.001, 0.2)),
+            (Parameter::RestitutionOf(0), (0.05, 0.95)),
+        ]);
+        let options = ContinuationOptions {
+            beyond: Virtual::Keep,
+            max_points: 60,
+            ..ContinuationOptions::default()
+        };
+        let branch = followed(&first, parameter, range, &options);
+        // Through lasting contact all unknowns are followed.
+        if branch.outside.is_none() {
+            continue;
+        }
+        check(&branch, case);
+        points += branch.orbits.len();
+        for found in &branch.special {
+            match found.kind {
+                SpecialKind::Fold => {
+                    special[0] += 1;
+                    eprintln!("DBG {case} {parameter} {} {:e} {:?}", found.parameter, found.error, found.orbit.stability().unwrap().orders[0].multipliers.iter().filter(|m| m.norm() > 0.9).collect::<Vec<_>>());
+                    assert!(has(&found.orbit, Complex::new(1.0, 0.0), 1e-4));
+                }
+                SpecialKind::PeriodDoubling => {
+                    special[1] += 1;
+                    assert!(has(&found.orbit, Complex::new(-1.0, 0.0), 1e-6));
+                    let born = branches(found, parameter, range).expect("a search");
+                    if let Some(twice) = born.first() {
+                        special[3] += 1;
+                        assert_eq!(twice.orbit.n_periods(), 2 * found.orbit.n_periods());
+                        let next = followed(
+                            &twice.orbit,
+                            parameter,
+                            range,
+                            &ContinuationOptions {
+                                max_points: 5,
+                                ..options.clone()
+                            },
+                        );
+                        check(&next, case);
+                    }
+                }
+                SpecialKind::Torus => {
+                    special[2] += 1;
+                    let turn = TAU * found.rotation.expect("a pair");
+                    assert!(has(&found.orbit, Complex::from_polar(1.0, turn), 1e-6));
+                }
+                _ => {}
+            }
+        }
+    }
+    eprintln!("DBG {points} {special:?}");
+    assert!(
+        points > 300 && special[0] > 2 && special[1] > 2,
+        "{points} {special:?}"
+    );
+}
