@@ -1,11 +1,11 @@
 //! A branch of one degree of freedom with one impact over its force, round a fold: the time of all its points, whose number is printed,
 //! beside that of as many orbits found one from another; what is born where its impact has no speed; the curve of its fold over force and
-//! frequency. `cargo bench --bench branches`.
+//! frequency. Branches of many modes. `cargo bench --bench branches`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
-use vibroimpact::nalgebra::{dmatrix, dvector};
+use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Change, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
     Scene, SpecialKind, Stop, Virtual, bifurcation_curve, branches as born, continuation,
@@ -70,5 +70,38 @@ fn branches(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, branches);
+/// Many modes, hit at one end: each point with its certificate and the count of its multipliers.
+fn many_modes(criterion: &mut Criterion) {
+    for n in [30, 100, 300, 1000] {
+        let frequencies = DVector::from_fn(n, |i, _| 1.0 + i as f64);
+        let stiffness = frequencies.map(|w| w * w);
+        let damping = frequencies.map(|w| 0.02 * w);
+        let ones = DVector::from_element(n, 1.0);
+        let system = LinearSystem::new(ones.clone(), damping, stiffness).expect("valid");
+        let force = DVector::from_fn(n, |i, _| (1.0 / (1.0 + i as f64)).into());
+        let force = Harmonic::new(force, 1.7, 0.0).expect("valid");
+        // A place that sees all modes, less of the higher ones.
+        let normal = DVector::from_fn(n, |i, _| 1.0 / (1.0 + 0.1 * i as f64));
+        let stop = Stop::new(normal, 0.1, 0.8).expect("valid");
+        let scene = Scene::new(system, force, [stop]).expect("valid");
+        let found = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
+        let orbit = &found.expect("some")[0];
+        let options = ContinuationOptions {
+            beyond: Virtual::Keep,
+            max_points: 40,
+            ..ContinuationOptions::default()
+        };
+        let follow = || {
+            let go_on = &mut |_| ControlFlow::Continue(());
+            let branch = continuation(orbit, Parameter::ForcingScale, (0.5, 2.0), &options, go_on);
+            branch.expect("a branch")
+        };
+        let count = follow().orbits.len();
+        criterion.bench_function(&format!("{count} points of {n} modes"), |b| {
+            b.iter(|| black_box(follow()));
+        });
+    }
+}
+
+criterion_group!(benches, branches, many_modes);
 criterion_main!(benches);

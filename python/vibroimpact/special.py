@@ -165,8 +165,8 @@ class Special(ArrayResult):
             At a period doubling the orbit of twice the period; at a pitchfork one that is not its own mirror image (the other is
             ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze those with
             an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
-            born there; at a corner the orbit that hits the two stops in the other order, if there is one. None at a fold, a
-            torus, a chatter border or a rise. Those that keep the rules of contact come first. What is not found near the point
+            born there; at a corner the orbit that hits the two stops in the other order, if there is one; at a rise the one that
+            leaves the stop there and lands on it again. None at a fold, a torus, a chatter border or a landing border. Those that keep the rules of contact come first. What is not found near the point
             is left out.
 
         Raises

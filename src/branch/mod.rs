@@ -18,6 +18,7 @@ mod multipliers;
 mod one;
 mod options;
 mod place;
+mod risen;
 mod special;
 mod step;
 mod step_size;

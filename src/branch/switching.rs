@@ -6,6 +6,7 @@ use crate::branch::energy::energy_at;
 use crate::branch::family::Family;
 use crate::branch::instants::{period, turned};
 use crate::branch::place::{Direction, Place};
+use crate::branch::risen::risen;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
 use crate::error::{Error, Result};
@@ -26,7 +27,8 @@ const MOST_ROUNDS: usize = 6;
 const BEYOND: f64 = 1e-4;
 
 /// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of twice
-/// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order. None at a fold.
+/// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a flight more where
+/// a contact rises. None at a fold.
 ///
 /// `between` is the range of the branch. Of branches that are born at a graze most are not admissible, and say so; those that are come
 /// first. What is not found near the point is left out.
@@ -112,6 +114,7 @@ fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<V
         (SpecialKind::BranchPoint, _) => crossed(family, place, special)?,
         (SpecialKind::Graze, Some(touch)) => born(family, place, touch)?,
         (SpecialKind::LostImpact, Some(touch)) => lost(family, place, touch, special)?,
+        (SpecialKind::Rise, Some(rise)) => found_there(risen(family, place, special, rise))?,
         (SpecialKind::Corner, _) => found_there(swapped(family, place))?,
         _ => Vec::new(),
     };

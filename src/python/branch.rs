@@ -220,14 +220,10 @@ pub(crate) fn _branches(
     let raised = Mutex::new(None);
     let found = py.detach(|| {
         let make = |value: f64| varied.scene(&scene, value, &raised);
-        let found = match varied {
-            Varied::Energy => branch::branches_over_energy(&special, between)?,
-            _ => branch::branches_of(&special, &make, between)?,
-        };
-        found
-            .iter()
-            .try_for_each(|own| own.orbit.stability().map(|_| ()))?;
-        Ok::<_, Error>(found)
+        match varied {
+            Varied::Energy => branch::branches_over_energy(&special, between),
+            _ => branch::branches_of(&special, &make, between),
+        }
     });
     let each = raised_or(found.map_err(PyErr::from), raised)?.into_iter();
     Ok(each
@@ -266,7 +262,13 @@ fn judged(branch: Branch) -> Result<Judged> {
         .first()
         .map_or(0, |orbit| orbit.scene().n_dof());
     let mut multipliers = DMatrix::from_element(branch.orbits.len(), width, nan);
-    for (k, orbit) in branch.orbits.iter().enumerate() {
+    // Of many modes they were counted without an eigenproblem.
+    let known = if branch.outside.is_none() {
+        branch.orbits.as_slice()
+    } else {
+        &[]
+    };
+    for (k, orbit) in known.iter().enumerate() {
         let stability = orbit.stability()?;
         if let Some(order) = stability.orders.first() {
             multipliers.set_row(k, &order.multipliers.transpose());

@@ -2,11 +2,12 @@
 
 use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
+use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Branch, Candidate, ContinuationOptions, Harmonic, Heading, LinearSystem, OrbitOptions,
-    Parameter, Pattern, Scene, Special, SpecialKind, Stop, Virtual, branches, find_orbit,
-    periodic_orbits,
+    Branch, Candidate, ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, OrbitOptions,
+    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special, SpecialKind,
+    Stop, Virtual, branches, branches_of, continuation_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn one_of(branch: &Branch, kind: SpecialKind) -> &Special {
@@ -272,4 +273,71 @@ fn two_oscillators_side_by_side_change_the_order_of_their_impacts() {
     assert!(
         around(one).abs() < 1e-6 && around(other).abs() < 0.1 && around(other) * around(one) < 0.0
     );
+}
+
+#[test]
+fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
+    // Held at zero by F cos th - F_2 cos 2 th, which comes to zero at th = 0 where F_2 is F.
+    for restitution in [0.0, 0.3] {
+        let make = |second: f64| {
+            let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+            let force = vec![dvector![1.0.into()], dvector![(-second).into()]];
+            let force = Fourier::new(force, 0.3, 0.0)?;
+            Scene::new(system, force, [Stop::new(0, 0.0, restitution)?])
+        };
+        let scene = make(0.6).expect("valid");
+        let rest = dvector![0.0];
+        let span = (0.0, 20.0 * scene.period().expect("one"));
+        let run = simulate(&scene, &rest, &rest, span, &SimulateOptions::default());
+        let first = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let options = ContinuationOptions::default();
+        let branch = continuation_of(&first, &make, 0.6, (0.5, 1.2), &options, go_on);
+        let branch = branch.expect("a branch");
+        let rise = branch.special.last().expect("an end");
+        assert_eq!(
+            rise.kind,
+            SpecialKind::Rise,
+            "{restitution} {:?}",
+            branch.ends
+        );
+        assert!((rise.parameter - 1.0).abs() < 1e-9, "{}", rise.parameter);
+        let born = branches_of(rise, &make, (0.5, 1.2)).expect("a search");
+        let [other] = born.as_slice() else {
+            panic!("{restitution}: {}", born.len());
+        };
+        assert!(other.is_above && other.orbit.is_admissible() == Some(true));
+        // One contact more than the motion before has.
+        let sticks = |orbit: &PeriodicOrbit| {
+            orbit
+                .segments()
+                .expect("kept")
+                .iter()
+                .filter(|own| own.kind == SegmentKind::Stick)
+                .count()
+        };
+        assert_eq!(sticks(&other.orbit), sticks(&rise.orbit) + 1);
+        let run = simulate(
+            other.orbit.scene(),
+            &other.orbit.q0(),
+            &other.orbit.v0(),
+            (0.0, other.orbit.period()),
+            &SimulateOptions::default(),
+        );
+        let run = run.expect("a run");
+        let (_, v) = run.last();
+        let off = (v - other.orbit.state(other.orbit.period(), false).1).amax();
+        assert!(off < 1e-9, "{off:e}");
+        // The branch goes on, and comes back to the rise from behind.
+        let next = continuation_of(
+            &other.orbit,
+            &make,
+            other.parameter,
+            (0.5, 1.2),
+            &options,
+            go_on,
+        );
+        let next = next.expect("a branch");
+        assert!(next.orbits.len() > 3 && next.parameter.last() > Some(&other.parameter));
+    }
 }
