@@ -79,10 +79,10 @@ fn many_modes(criterion: &mut Criterion) {
         let ones = DVector::from_element(n, 1.0);
         let system = LinearSystem::new(ones.clone(), damping, stiffness).expect("valid");
         let force = DVector::from_fn(n, |i, _| (1.0 / (1.0 + i as f64)).into());
-        let force = Harmonic::new(force, 1.7, 0.0).expect("valid");
+        let force = Harmonic::new(force, 2.4, 0.0).expect("valid");
         // A place that sees all modes, less of the higher ones.
         let normal = DVector::from_fn(n, |i, _| 1.0 / (1.0 + 0.1 * i as f64));
-        let stop = Stop::new(normal, 0.1, 0.8).expect("valid");
+        let stop = Stop::new(normal, 0.3, 0.8).expect("valid");
         let scene = Scene::new(system, force, [stop]).expect("valid");
         let found = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
         let orbit = &found.expect("some")[0];

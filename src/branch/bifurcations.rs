@@ -120,7 +120,7 @@ fn torus(
     if family.has_pulses {
         // Of many modes they are counted alone: halves.
         let off = |settled: &Settled| {
-            let outside = family.n_outside_of_pulses(&settled.place)?;
+            let outside = family.n_outside_of_pulses(&settled.place);
             Ok(if outside == Some(before) { -1.0 } else { 1.0 })
         };
         let between = [length, -1.0, 1.0];
@@ -128,7 +128,7 @@ fn torus(
         let (value, range) = (found.parameter, family.range);
         let (there, place) = Family::around(&found.orbit, family.make, value, range)?;
         let (there, place) = there.by_pulses(place)?;
-        return Ok(on_circle(found, there.pulse_multiplier(&place)?));
+        return Ok(on_circle(found, there.pulse_multiplier(&place)));
     }
     let size = |orbit: &PeriodicOrbit| -> Result<(f64, usize)> {
         let own = own_multipliers(orbit)?.unwrap_or_default();

@@ -78,7 +78,7 @@ impl Family<'_> {
                 rows,
                 right,
                 mismatch,
-            } = self.pulse_equations(&scene, place)?;
+            } = self.pulse_equations(&scene, place);
             return Ok(Equations {
                 rows,
                 by_value,
@@ -136,7 +136,7 @@ impl Family<'_> {
     /// The speeds at all instants; not a number where nothing is hit.
     pub fn approaches(&self, place: &Place) -> Result<Vec<f64>> {
         if self.has_pulses {
-            return self.approaches_of_pulses(place);
+            return Ok(self.approaches_of_pulses(place));
         }
         let state = &place.state;
         let count = state.states.len();
@@ -196,7 +196,7 @@ impl Family<'_> {
     /// A number that changes its sign where a multiplier passes through another number, and nowhere else.
     pub fn multiplier_test(&self, place: &Place, multiplier: f64) -> Result<f64> {
         Ok(signed_volume(if self.has_pulses {
-            self.pulse_variational(place, multiplier)?
+            self.pulse_variational(place, multiplier)
         } else {
             self.variational(place, multiplier)?.rows
         }))
@@ -286,33 +286,34 @@ impl Family<'_> {
 
     /// A place moved by the parameter alone, to first order.
     pub fn moved_by_value(&self, place: &Place, equations: &Equations, part: f64) -> Result<Place> {
-        let none = DVector::zeros(equations.rows.ncols());
         let by = Direction {
-            loop_part: none,
+            loop_part: DVector::zeros(equations.rows.ncols()),
             value_part: part,
         };
-        self.deviated(place, equations, &by)
+        // Of a place that was moved by another number the equations are not those of its scene.
+        let scene = &self.scene(place.value)?;
+        let moved = |linear: &Linearised| linear.deviations(&own_part(linear, &by));
+        self.moved_by((place, scene), equations, (&by, &moved))
     }
 
     /// A place moved by a direction, to first order.
     pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
         let moved = |linear: &Linearised| linear.corrections(&own_part(linear, by));
-        self.moved_by(place, equations, (by, &moved))
+        self.moved_by((place, &equations.scene), equations, (by, &moved))
     }
 
     /// A place moved by a deviation, to first order: what is not closed stays so.
     pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
         let moved = |linear: &Linearised| linear.deviations(&own_part(linear, by));
-        self.moved_by(place, equations, (by, &moved))
+        self.moved_by((place, &equations.scene), equations, (by, &moved))
     }
 
     fn moved_by(
         &self,
-        place: &Place,
+        (place, scene): (&Place, &Scene),
         equations: &Equations,
         (by, moved): (&Direction, &dyn Fn(&Linearised) -> ShootingState),
     ) -> Result<Place> {
-        let scene = &equations.scene;
         let Some(linear) = &equations.linear else {
             return self.moved_pulses(place, scene, by);
         };

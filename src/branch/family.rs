@@ -127,11 +127,8 @@ impl<'a> Family<'a> {
 
     /// How many unknowns come before the times: the first state, or the impulses.
     pub fn n_before_times(&self, place: &Place) -> usize {
-        if self.has_pulses {
-            place.impulses.len()
-        } else {
-            place.state.states[0].len()
-        }
+        let impulses = place.impulses.as_ref();
+        impulses.map_or(place.state.states[0].len(), |own| own.changes.len())
     }
 
     /// The way from a loop to another, in the scaled unknowns.

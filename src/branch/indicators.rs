@@ -43,7 +43,7 @@ impl Indicators {
             outside: if is_alone || family.energetics.is_some() {
                 None
             } else if family.has_pulses {
-                family.n_outside_of_pulses(place)?
+                family.n_outside_of_pulses(place)
             } else {
                 n_outside(orbit, false)?
             },

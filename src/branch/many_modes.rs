@@ -4,12 +4,14 @@
 use crate::branch::equations::ByValue;
 use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::instants::period;
-use crate::branch::place::{Direction, Place};
+use crate::branch::place::{Direction, Impulses, Place};
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::linalg::rank;
 use crate::model::Scene;
-use crate::orbit::{Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ShootingState};
+use crate::orbit::{
+    Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ScaledUnits, ShootingState,
+};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
@@ -28,45 +30,42 @@ impl Family<'_> {
             has_pulses: true,
             ..self.clone()
         };
-        Ok(match reduced.pulses(&scene, &place.state)? {
-            Some(_) => {
-                let place = reduced.place(&scene, place.value, place.state)?;
-                (reduced, place)
-            }
+        Ok(match reduced.impulses_of(&scene, &place.state)? {
             None => (self, place),
+            impulses => (reduced, Place { impulses, ..place }),
         })
     }
 
-    /// The equations of its impulses in a scene, if these say all.
-    fn pulses(&self, scene: &Scene, state: &ShootingState) -> Result<Option<Pulses>> {
+    /// The equations of loops by their impulses in a scene, if these say all.
+    fn pulses(&self, scene: &Scene, period: f64) -> Result<Option<Arc<Pulses>>> {
         let modal = Arc::new(ModalScene::new(scene, "continuation")?);
-        let stages = &self.signature.stages;
-        Ok(Pulses::new(scene, &modal, stages, period(state)))
+        Ok(Pulses::new(scene, &modal, &self.signature.stages, period).map(Arc::new))
     }
 
     /// The same where they are to.
-    fn pulses_at(&self, scene: &Scene, place: &Place) -> Result<Pulses> {
-        self.pulses(scene, &place.state)?.ok_or_else(|| {
+    fn needed_pulses(&self, scene: &Scene, value: f64, period: f64) -> Result<Arc<Pulses>> {
+        self.pulses(scene, period)?.ok_or_else(|| {
             let rule = "with many modes each of them must decay";
-            Error::bad_value("parameter", place.value, rule)
+            Error::bad_value("parameter", value, rule)
         })
     }
 
-    /// The impulses of a loop, if it is followed by them.
-    pub fn impulses_of(&self, scene: &Scene, state: &ShootingState) -> Result<Vec<f64>> {
+    /// The impulses of a loop, if it is to be followed by them.
+    pub fn impulses_of(&self, scene: &Scene, state: &ShootingState) -> Result<Option<Impulses>> {
         if !self.has_pulses {
-            return Ok(Vec::new());
+            return Ok(None);
         }
-        let pulses = self.pulses(scene, state)?;
-        Ok(pulses.map_or(Vec::new(), |pulses| {
-            pulses.train(&state.times, &state.states).changes
+        let equations = self.pulses(scene, period(state))?;
+        Ok(equations.map(|equations| Impulses {
+            changes: equations.train(&state.times, &state.states).changes,
+            equations,
         }))
     }
 
     /// The equations of a train, and how far it is from being one.
-    pub fn pulse_equations(&self, scene: &Scene, place: &Place) -> Result<LinearisedPulses> {
-        let pulses = self.pulses_at(scene, place)?;
-        Ok(pulses.linearised(&train(place), &self.units_in(scene)))
+    pub fn pulse_equations(&self, scene: &Scene, place: &Place) -> LinearisedPulses {
+        let (pulses, train) = train(place);
+        pulses.linearised(&train, &self.units_in(scene))
     }
 
     /// What changes with the parameter, phases and impulses being the same.
@@ -75,14 +74,14 @@ impl Family<'_> {
             let there = self.scene(value)?;
             check_same(scene, &there, value)?;
             let state = stretched(&place.state, scene, &there);
-            let moved = Place {
-                value,
-                state,
-                ..place.clone()
+            let equations = self.needed_pulses(&there, value, period(&state))?;
+            let train = PulseTrain {
+                times: state.times[..equations.len()].to_vec(),
+                changes: train(place).1.changes,
             };
-            Ok(self.pulse_equations(&there, &moved)?.right)
+            Ok(equations.lacking(&train, &self.units_in(&there)))
         };
-        let here = || self.pulse_equations(scene, place).map(|own| own.right);
+        let here = || Ok(self.pulse_equations(scene, place).right);
         let [(high, upper), (low, lower)] = self.beside(place.value, &lacking, here)?;
         Ok(ByValue {
             column: (lower - upper) * (self.span() / (high - low)),
@@ -91,23 +90,20 @@ impl Family<'_> {
     }
 
     /// The rows of a deviation that comes back multiplied.
-    pub fn pulse_variational(&self, place: &Place, multiplier: f64) -> Result<DMatrix<f64>> {
-        let scene = self.scene(place.value)?;
-        let (pulses, train) = (self.pulses_at(&scene, place)?, train(place));
-        let before = pulses.before(&train);
-        let units = &self.units_in(&scene);
-        Ok(Kernel::new(&pulses, &train, &before).equations(&pulses, units, multiplier))
+    pub fn pulse_variational(&self, place: &Place, multiplier: f64) -> DMatrix<f64> {
+        let (pulses, train) = train(place);
+        let kernel = Kernel::new(pulses, &train, &pulses.before(&train));
+        kernel.equations(pulses, &self.pulse_units(place), multiplier)
     }
 
     /// The deviation that comes back multiplied by a number that is a multiplier, of all states and times.
     pub fn pulse_deviation(&self, place: &Place, multiplier: f64) -> Result<ShootingState> {
-        let rows = self.pulse_variational(place, multiplier)?;
+        let rows = self.pulse_variational(place, multiplier);
         let own = rank::weakest(&rows, 1)?.column(0).into_owned();
-        let scene = self.scene(place.value)?;
-        let (pulses, train) = (self.pulses_at(&scene, place)?, train(place));
-        let (count, clock) = (pulses.len(), self.units_in(&scene).time);
+        let (pulses, train) = train(place);
+        let count = pulses.len();
         let by = PulseTrain {
-            times: (0..count).map(|i| own[count + i] * clock).collect(),
+            times: (0..count).map(|i| own[count + i] * place.clock).collect(),
             changes: (0..count).map(|i| own[i] * self.units.velocity).collect(),
         };
         Ok(ShootingState {
@@ -117,24 +113,23 @@ impl Family<'_> {
         })
     }
 
-    /// The speeds at which stops are approached.
-    pub fn approaches_of_pulses(&self, place: &Place) -> Result<Vec<f64>> {
-        let scene = self.scene(place.value)?;
-        Ok(self.pulses_at(&scene, place)?.approaches(&train(place)))
-    }
-
     /// How many multipliers lie outside the unit circle; none where that is not told.
-    pub fn n_outside_of_pulses(&self, place: &Place) -> Result<Option<usize>> {
-        let scene = self.scene(place.value)?;
-        let pulses = self.pulses_at(&scene, place)?;
-        Ok(pulses.n_outside(&train(place), &self.units_in(&scene)))
+    pub fn n_outside_of_pulses(&self, place: &Place) -> Option<usize> {
+        let (pulses, train) = train(place);
+        pulses.n_outside(&train, &self.pulse_units(place))
     }
 
     /// The multiplier of a loop on the upper half of the unit circle, where one is.
-    pub fn pulse_multiplier(&self, place: &Place) -> Result<Option<Complex<f64>>> {
-        let scene = self.scene(place.value)?;
-        let pulses = self.pulses_at(&scene, place)?;
-        Ok(pulses.on_circle(&train(place), &self.units_in(&scene)))
+    pub fn pulse_multiplier(&self, place: &Place) -> Option<Complex<f64>> {
+        let (pulses, train) = train(place);
+        pulses.on_circle(&train, &self.pulse_units(place))
+    }
+
+    fn pulse_units(&self, place: &Place) -> ScaledUnits {
+        ScaledUnits {
+            time: place.clock,
+            ..self.units
+        }
     }
 
     /// A place moved by a direction: impulses, times and the parameter, states being what follows from them.
@@ -143,47 +138,42 @@ impl Family<'_> {
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
         let state = stretched(&place.state, scene, &there);
-        let pulses = self.pulses_at(&there, place)?;
-        let (count, clock) = (pulses.len(), self.units_in(&there).time);
-        let own = |i: usize| place.impulses[i] + by.loop_part[i] * self.units.velocity;
-        let late = |i: usize| state.times[i] + by.loop_part[count + i] * clock;
+        let equations = self.needed_pulses(&there, value, period(&state))?;
+        let (count, clock) = (equations.len(), self.units_in(&there).time);
+        let before = train(place).1.changes;
+        let changes = before.iter().zip(by.loop_part.iter());
+        let times = state.times.iter().zip(by.loop_part.iter().skip(count));
         let moved = PulseTrain {
-            times: (0..count).map(late).collect(),
-            changes: (0..count).map(own).collect(),
+            times: times.map(|(t, late)| t + late * clock).collect(),
+            changes: changes
+                .map(|(own, more)| own + more * self.units.velocity)
+                .collect(),
         };
-        Ok(self.place_of(&pulses, moved, value, (period(&state), clock)))
-    }
-
-    fn place_of(
-        &self,
-        pulses: &Pulses,
-        train: PulseTrain,
-        value: f64,
-        (period, clock): (f64, f64),
-    ) -> Place {
-        let states = pulses.after(&train);
-        let last = train.times[0] + period;
-        Place {
+        let last = moved.times[0] + period(&state);
+        let states = equations.after(&moved);
+        Ok(Place {
             value,
             state: ShootingState {
-                starts: train.times.clone(),
-                times: train.times.iter().copied().chain([last]).collect(),
-                states: states.iter().map(|z| pulses.physical(z)).collect(),
+                starts: moved.times.clone(),
+                times: moved.times.iter().copied().chain([last]).collect(),
+                states: states.iter().map(|z| equations.physical(z)).collect(),
             },
             clock,
-            impulses: train.changes,
-        }
+            impulses: Some(Impulses {
+                equations,
+                changes: moved.changes,
+            }),
+        })
     }
 
     /// The way from a loop to another, in the scaled unknowns.
     pub fn between_pulses(&self, from: &Place, to: &Place) -> Direction {
-        let count = from.impulses.len();
+        let ([one, other], count) = ([from, to].map(|place| train(place).1), train(from).0.len());
         let part = |i: usize| {
             if i < count {
-                (to.impulses[i] - from.impulses[i]) / self.units.velocity
+                (other.changes[i] - one.changes[i]) / self.units.velocity
             } else {
-                let k = i - count;
-                to.state.times[k] / to.clock - from.state.times[k] / from.clock
+                other.times[i - count] / to.clock - one.times[i - count] / from.clock
             }
         };
         Direction {
@@ -192,18 +182,27 @@ impl Family<'_> {
         }
     }
 
+    /// The speeds at which stops are approached.
+    pub fn approaches_of_pulses(&self, place: &Place) -> Vec<f64> {
+        let (pulses, train) = train(place);
+        pulses.approaches(&train)
+    }
+
     /// The orbit of a loop.
     pub fn orbit_of_pulses(&self, place: &Place) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
-        let pulses = self.pulses_at(&scene, place)?;
-        pulses.orbit(&scene, &train(place), self.signature.n_periods)
+        let (pulses, train) = train(place);
+        pulses.orbit(&scene, &train, self.signature.n_periods)
     }
 }
 
-/// The impulses and times of a loop.
-fn train(place: &Place) -> PulseTrain {
-    PulseTrain {
-        times: place.state.times[..place.impulses.len()].to_vec(),
-        changes: place.impulses.clone(),
-    }
+/// The equations of a loop that is followed by its impulses, and its train.
+fn train(place: &Place) -> (&Pulses, PulseTrain) {
+    let own = place.impulses.as_ref();
+    let Impulses { equations, changes } = own.expect("the family is followed by impulses");
+    let train = PulseTrain {
+        times: place.state.times[..changes.len()].to_vec(),
+        changes: changes.clone(),
+    };
+    (equations, train)
 }

@@ -1,8 +1,9 @@
 //! A loop at a value of the parameter, as a point of the curve that a branch is.
 
-use crate::orbit::ShootingState;
+use crate::orbit::{Pulses, ShootingState};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// A loop, closed or nearly so, at a value of the parameter.
 #[derive(Debug, Clone)]
@@ -11,8 +12,22 @@ pub(super) struct Place {
     pub state: ShootingState,
     /// The unit of its times: with a forcing they are its angles.
     pub clock: f64,
-    /// Of a loop that is followed by its impulses by how much each changes the speed along its stop.
-    pub impulses: Vec<f64>,
+    /// Of a loop that is followed by its impulses.
+    pub impulses: Option<Impulses>,
+}
+
+/// The impulses of a loop, and the equations of such loops in its scene.
+#[derive(Clone)]
+pub(super) struct Impulses {
+    pub equations: Arc<Pulses>,
+    /// By how much each changes the speed along its stop.
+    pub changes: Vec<f64>,
+}
+
+impl std::fmt::Debug for Impulses {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.changes.fmt(f)
+    }
 }
 
 impl Place {

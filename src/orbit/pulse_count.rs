@@ -95,3 +95,83 @@ impl Pulses {
         upper.map(|root| (root * self.period()).exp())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::ModalScene;
+    use crate::model::{Harmonic, LinearSystem, Scene, Stop};
+    use crate::orbit::{Guess, OrbitOptions, Pattern, begun, periodic_orbits};
+    use nalgebra::DVector;
+    use std::f64::consts::TAU;
+    use std::sync::Arc;
+
+    /// Modes of frequencies that are no multiples of each other, hit in a direction that sees all of them.
+    fn scene(n: usize) -> Scene {
+        let frequencies = DVector::from_fn(n, |i, _| 1.0 + 0.83 * i as f64);
+        let damping = frequencies.map(|w| 0.04 * w);
+        let stiffness = frequencies.map(|w| w * w);
+        let system = LinearSystem::new(DVector::from_element(n, 1.0), damping, stiffness);
+        let force = DVector::from_fn(n, |i, _| (1.0 / (1.0 + i as f64)).into());
+        let force = Harmonic::new(force, 2.4, 0.0).expect("valid");
+        let normal = DVector::from_fn(n, |i, _| 1.0 / (1.0 + 0.1 * i as f64));
+        let stops = [(1.0, 0.3, 0.8), (-1.0, 0.35, 0.6)].map(|(side, clearance, restitution)| {
+            Stop::new(&normal * side, clearance, restitution).expect("valid")
+        });
+        Scene::new(system.expect("valid"), force, stops).expect("valid")
+    }
+
+    #[test]
+    fn the_small_determinant_is_that_of_the_monodromy_over_that_of_the_modes() {
+        let mut compared = 0;
+        for n in [1, 2, 5, 24, 60, 200] {
+            let scene = scene(n);
+            let two = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+            for pattern in [Pattern::single(0), two] {
+                let found = periodic_orbits(&scene, &pattern, &OrbitOptions::default());
+                for orbit in found.expect("a search").iter() {
+                    let (scene, signature, state) =
+                        begun(&scene, Guess::Orbit(orbit), None).expect("a loop");
+                    let modal = Arc::new(ModalScene::new(&scene, "a test").expect("linear"));
+                    let period = orbit.period();
+                    let pulses = Pulses::new(&scene, &modal, &signature.stages, period);
+                    let pulses = pulses.expect("its modes decay");
+                    let train = pulses.train(&state.times, &state.states);
+                    let units = Units {
+                        position: 1.0,
+                        velocity: 1.0,
+                        time: period / TAU,
+                    };
+                    let closed = pulses.linearised(&train, &units);
+                    assert!(closed.mismatch < 1e-11, "{n} {:e}", closed.mismatch);
+                    let stability = orbit.stability().expect("multipliers");
+                    let own = &stability.orders[0].multipliers;
+                    let before = pulses.before(&train);
+                    let kernel = Kernel::new(&pulses, &train, &before);
+                    let roots = pulses.blocks().iter().flat_map(|block| block.roots());
+                    let modes: Vec<_> = roots.map(|root| (root * period).exp()).collect();
+                    // The multipliers pair by pair, so that no product leaves the doubles.
+                    let ratio = |mu: Complex<f64>| {
+                        let small = kernel.equations(&pulses, &units, mu).determinant();
+                        let parts = own.iter().zip(&modes);
+                        parts.fold(small, |left, (m, mode)| left * (mu - mode) / (mu - m))
+                    };
+                    let first = ratio(Complex::new(-1.3, 0.2));
+                    for mu in [
+                        Complex::new(1.5, 0.0),
+                        Complex::new(0.4, 1.2),
+                        Complex::new(-0.2, -0.9),
+                        Complex::from_polar(1.0, 2.0),
+                    ] {
+                        let off = (ratio(mu) / first - 1.0).norm();
+                        assert!(off < 1e-8, "{n} {mu}: {off:e}");
+                    }
+                    let outside = own.iter().filter(|mu| mu.norm() > RADIUS).count();
+                    assert_eq!(pulses.n_outside(&train, &units), Some(outside), "{n}");
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared >= 8, "{compared}");
+    }
+}

@@ -41,6 +41,8 @@ pub(crate) struct Pulses {
     /// Of each force that turns its steady response, and that to the load.
     steady: Vec<Vec<Response>>,
     rest: Vec<Pair>,
+    /// How much of each mode is left after a period.
+    left: Vec<f64>,
     /// `e^{A T}`, and what it lacks to one.
     once: Vec<[Pair; 2]>,
     one_minus: Vec<[Pair; 2]>,
@@ -96,11 +98,12 @@ impl Pulses {
                 jump: jumps.map(|z| z.map(|x| x * size / weight)).collect(),
             });
         }
-        let decays = |block: &Block| {
+        let left = blocks.iter().map(|block| {
             let each = block.roots().map(|root| (root.re * period).exp());
-            each.iter().all(|left| *left < DECAYS)
-        };
-        if !blocks.iter().all(decays) || !modal.signals.is_empty() {
+            each[0].max(each[1])
+        });
+        let left: Vec<f64> = left.collect();
+        if !left.iter().all(|left| *left < DECAYS) || !modal.signals.is_empty() {
             return None;
         }
         let of = |(w, force): (f64, &[Response])| -> Vec<Response> {
@@ -111,6 +114,7 @@ impl Pulses {
         let rest =
             loads.map(|(block, load)| block.steady(0.0, load.map(Complex::from)).map(|z| z.re));
         Some(Self {
+            left,
             phase: scene.phase(),
             period,
             hits,
@@ -327,10 +331,32 @@ impl Pulses {
 
     /// The equations about a train, changes of speeds in the unit of speeds.
     pub fn linearised(&self, train: &PulseTrain, units: &Units) -> LinearisedPulses {
-        let count = self.len();
         let before = self.before(train);
+        let right = self.right(train, &before, units);
+        let mismatch = right.iter().fold(0.0f64, |worst, lacks| {
+            if lacks.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(lacks.abs())
+            }
+        });
+        let kernel = Kernel::new(self, train, &before);
+        LinearisedPulses {
+            rows: kernel.equations(self, units, 1.0),
+            right,
+            mismatch,
+        }
+    }
+
+    /// What a train lacks, negative.
+    pub fn lacking(&self, train: &PulseTrain, units: &Units) -> DVector<f64> {
+        self.right(train, &self.before(train), units)
+    }
+
+    fn right(&self, train: &PulseTrain, before: &[ModalState], units: &Units) -> DVector<f64> {
+        let count = self.len();
         let mut right = DVector::zeros(2 * count);
-        for (i, (hit, state)) in self.hits.iter().zip(&before).enumerate() {
+        for (i, (hit, state)) in self.hits.iter().zip(before).enumerate() {
             let t = train.times[i];
             let [widening, ..] = self.modal.stop_motion(hit.stop, self.moment(t));
             let place = dot(&self.modal.position_rows[hit.stop], state);
@@ -339,29 +365,7 @@ impl Pulses {
             right[i] = -gap / (units.position * hit.size);
             right[count + i] = -lacks / (units.velocity * hit.size);
         }
-        let mismatch = right.iter().fold(0.0f64, |worst, lacks| {
-            if lacks.is_nan() {
-                f64::INFINITY
-            } else {
-                worst.max(lacks.abs())
-            }
-        });
-        LinearisedPulses {
-            rows: self.variational(train, &before, units, 1.0),
-            right,
-            mismatch,
-        }
-    }
-
-    /// The equations of a deviation that comes back multiplied: singular where the number is a multiplier.
-    pub fn variational<T: ComplexField<RealField = f64>>(
-        &self,
-        train: &PulseTrain,
-        before: &[ModalState],
-        units: &Units,
-        multiplier: T,
-    ) -> DMatrix<T> {
-        Kernel::new(self, train, before).equations(self, units, multiplier)
+        right
     }
 
     /// The orbit of a train.
@@ -405,18 +409,39 @@ impl Pulses {
 
 /// What the stops of impacts see of impulses, for deviations that come back multiplied by any number.
 pub(crate) struct Kernel {
-    /// `n.q` and `n.v` at impact i of what is there behind impact j, block by block; at i count + j.
+    /// The modes of which something is left after a period.
+    loud: Vec<usize>,
+    /// `n.q` and `n.v` at impact i of what is there behind impact j, of these modes; at i count + j.
     rows: Vec<Vec<[Pair; 2]>>,
-    /// What an impulse is behind impact j, and what it is less when it comes later, block by block.
+    /// What an impulse is behind impact j, and what it is less when it comes later, of these modes.
     sources: Vec<Vec<[Pair; 2]>>,
+    /// What is seen of all others, for each power of a deviation's number in which it comes in.
+    quiet: Vec<[[Pair; 2]; POWERS]>,
     /// The rates of `n.q` and `n.v` less the stop's own before impact i.
     rates: Vec<Pair>,
 }
 
+/// Modes of which less than this is left after a period are seen by so many powers of it: to 1e-13.
+const QUIET: f64 = 0.02;
+const POWERS: usize = 8;
+
 impl Kernel {
     pub fn new(pulses: &Pulses, train: &PulseTrain, before: &[ModalState]) -> Self {
         let (modal, count) = (&pulses.modal, pulses.len());
+        let source = |(hit, change): (&Hit, &f64)| -> Vec<[Pair; 2]> {
+            let each = pulses.blocks.iter().zip(&hit.jump);
+            let both = each.map(|(block, &jump)| {
+                let slide = times(&block.matrix(), jump);
+                [jump, slide.map(|x| x * change)]
+            });
+            both.collect()
+        };
+        let sources = pulses.hits.iter().zip(&train.changes).map(source);
+        let sources: Vec<Vec<[Pair; 2]>> = sources.collect();
+        let is_loud = |b: &usize| pulses.left[*b] > QUIET;
+        let (loud, silent): (Vec<usize>, Vec<usize>) = (0..pulses.blocks.len()).partition(is_loud);
         let mut rows = Vec::with_capacity(count * count);
+        let mut quiet = Vec::with_capacity(count * count);
         let mut rates = Vec::with_capacity(count);
         for (i, hit) in pulses.hits.iter().enumerate() {
             let (n, m) = (
@@ -425,11 +450,22 @@ impl Kernel {
             );
             for j in 0..count {
                 let flights = pulses.flights(&train.times, i, j);
-                let each = flights.iter().zip(n).zip(m);
-                rows.push(
-                    each.map(|((flight, n), m)| [row(*n, flight), row(*m, flight)])
-                        .collect(),
-                );
+                let seen = |b: usize| [row(n[b], &flights[b]), row(m[b], &flights[b])];
+                rows.push(loud.iter().map(|&b| seen(b)).collect());
+                let mut sums = [[[0.0; 2]; 2]; POWERS];
+                for &b in &silent {
+                    let rows = seen(b);
+                    let mut left = sources[j][b];
+                    for sum in &mut sums {
+                        for (c, row) in rows.iter().enumerate() {
+                            for (k, z) in left.iter().enumerate() {
+                                sum[c][k] += row[0] * z[0] + row[1] * z[1];
+                            }
+                        }
+                        left = left.map(|z| times(&pulses.once[b], z));
+                    }
+                }
+                quiet.push(sums);
             }
             let at = pulses.moment(train.times[i]);
             let mut rate = before[i].clone();
@@ -437,18 +473,12 @@ impl Kernel {
             let [_, slope, bend] = modal.stop_motion(hit.stop, at);
             rates.push([dot(n, &rate) - slope, dot(m, &rate) - bend]);
         }
-        let source = |(hit, change): (&Hit, &f64)| {
-            let each = pulses.blocks.iter().zip(&hit.jump);
-            each.map(|(block, &jump)| {
-                let slide = times(&block.matrix(), jump);
-                [jump, slide.map(|x| x * change)]
-            })
-            .collect()
-        };
-        let sources = pulses.hits.iter().zip(&train.changes).map(source);
+        let of_loud = |own: &Vec<[Pair; 2]>| loud.iter().map(|&b| own[b]).collect();
         Self {
             rows,
-            sources: sources.collect(),
+            sources: sources.iter().map(of_loud).collect(),
+            loud,
+            quiet,
             rates,
         }
     }
@@ -465,9 +495,20 @@ impl Kernel {
         let off = multiplier.clone() - T::one();
         for j in 0..count {
             // What is left of one impulse, and of one that comes later.
-            let mut seen = vec![[[T::zero(), T::zero()], [T::zero(), T::zero()]]; count];
+            let seen_of_quiet = |i: usize| {
+                // 1/mu + e^{AT}/mu^2 + ...
+                [0, 1].map(|c| {
+                    [0, 1].map(|k| {
+                        let sums = self.quiet[i * count + j].iter().rev();
+                        sums.fold(T::zero(), |sum, own| {
+                            (sum + T::from_real(own[c][k])) / multiplier.clone()
+                        })
+                    })
+                })
+            };
+            let mut seen: Vec<[[T; 2]; 2]> = (0..count).map(seen_of_quiet).collect();
             for (b, sources) in self.sources[j].iter().enumerate() {
-                let [[p, q], [r, s]] = pulses.one_minus[b];
+                let [[p, q], [r, s]] = pulses.one_minus[self.loud[b]];
                 let (p, s) = (off.clone() + T::from_real(p), off.clone() + T::from_real(s));
                 let det = p.clone() * s.clone() - T::from_real(q * r);
                 for (k, source) in sources.iter().enumerate() {

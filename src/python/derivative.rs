@@ -4,53 +4,17 @@ use crate::derivative::{self, Derivatives};
 use crate::error::Result;
 use crate::model::{Parameter, Scene, start_of};
 use crate::orbit::PeriodicOrbit;
-use crate::python::argument::NUMBERS;
 use crate::python::array::{out_matrix, vector};
 use crate::python::interrupt;
 use crate::python::made::{Numbers, made, raised_or};
-use crate::python::sweep::amplitude_given;
+use crate::python::named::{Named, named, names};
 use crate::python::text::shown;
 use crate::simulate::Trajectory;
 use nalgebra::{DMatrix, DVector};
 use numpy::{IntoPyArray, PyArray1};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 use std::sync::Mutex;
-
-/// A number of a scene by its name, and what one of it is in the unit that the scene counts in.
-struct Named {
-    parameter: Parameter,
-    unit: f64,
-}
-
-fn named(argument: &str, scene: &Scene, name: &str) -> PyResult<Named> {
-    if name == "amplitude" {
-        let unit = 1.0 / amplitude_given(argument, scene)?;
-        let parameter = Parameter::ForcingScale;
-        return Ok(Named { parameter, unit });
-    }
-    let parameter = name.parse().map_err(|_| {
-        PyValueError::new_err(format!(
-            "{argument} has {name:?}, but each must be a number of Scene.replace ({NUMBERS})"
-        ))
-    })?;
-    Ok(Named {
-        parameter,
-        unit: 1.0,
-    })
-}
-
-/// The names of a list, or one alone.
-fn names(argument: &str, parameters: &Bound<'_, PyAny>, needed: &str) -> PyResult<Vec<String>> {
-    if parameters.is_instance_of::<PyString>() {
-        return Ok(vec![parameters.extract()?]);
-    }
-    parameters.extract().map_err(|_| {
-        let found = shown(parameters);
-        PyTypeError::new_err(format!("{argument} is {found}, but {needed} are needed"))
-    })
-}
 
 /// How the states of a run change with numbers of its scene.
 pub(crate) struct OfRun {

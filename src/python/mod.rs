@@ -25,6 +25,7 @@ mod interrupt;
 mod made;
 mod modal;
 mod model;
+mod named;
 mod orbit;
 mod orbit_facts;
 mod orbits;

@@ -2,10 +2,11 @@
 
 use crate::error::Error;
 use crate::impact::Impact;
-use crate::model::{BaseMotion, Forcing, Parameter, Scene};
+use crate::model::{Parameter, Scene};
 use crate::orbit::Pattern;
 use crate::python::array::{out_matrix, rows, times, vector};
 use crate::python::model::PyScene;
+use crate::python::named::amplitude_given;
 use crate::python::pattern::pattern;
 use crate::python::ramp::ramps;
 use crate::python::rows::out_impacts_of_runs;
@@ -49,45 +50,6 @@ fn out_cells<'py>(py: Python<'py>, cells: &[ExistenceCell]) -> Cells<'py> {
             .collect::<Vec<_>>()
             .into_pyarray(py),
     )
-}
-
-/// The amplitude of a base motion that is one real number.
-fn single(base: &BaseMotion) -> Option<f64> {
-    match base.amplitudes().as_slice() {
-        [one] if one.im == 0.0 => Some(one.re),
-        _ => None,
-    }
-}
-
-/// The amplitude of the one motion of the base that a scene has.
-pub(super) fn amplitude_given(argument: &str, scene: &Scene) -> PyResult<f64> {
-    match scene.forcing() {
-        Forcing::BaseMotion(base) if single(base).is_some_and(|a| a != 0.0) => {
-            Ok(single(base).unwrap_or_default())
-        }
-        forcing => {
-            let reason = match forcing {
-                Forcing::BaseMotion(base) if single(base).is_some() => {
-                    "the scene's is zero, of which others are no multiple"
-                }
-                Forcing::BaseMotion(_) => {
-                    "that of the base is several numbers, and only one is varied"
-                }
-                Forcing::Harmonic(_) => {
-                    "that of a Harmonic is an array, and only numbers are varied"
-                }
-                Forcing::Fourier(_) => {
-                    "that of a Fourier is several arrays, and only numbers are varied"
-                }
-                Forcing::Several(_) => "the scene has several forcings",
-                Forcing::Load(_) | Forcing::BaseAcceleration(_) => "what follows a signal has none",
-                Forcing::Unforced => "the scene has no forcing",
-            };
-            Err(PyValueError::new_err(format!(
-                "{argument} is \"amplitude\", but {reason}; \"forcing_scale\" is a factor on the amplitude"
-            )))
-        }
-    }
 }
 
 /// An axis of a map. The amplitude of a base motion, one number, is varied as the factor on it.
