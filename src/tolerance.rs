@@ -188,8 +188,8 @@ pub(crate) const ORBIT_CLOSED: f64 = 1e-11;
 pub(crate) const ELSEWHERE: f64 = 1e-6;
 /// Singular values below this, relative to the largest entry, belong to directions in which the orbit may be changed.
 pub(crate) const FREE_DIRECTION: f64 = 1e-12;
-/// The same of integrated flights, whose errors change with what they begin with: taken where corrections along all directions bring a
-/// loop no nearer to closing.
+/// The same of integrated flights, whose errors change with what they begin with: along weaker ones a loop is corrected only where it comes
+/// no nearer to closing otherwise.
 pub(crate) const WEAK_DIRECTION: f64 = 1e-8;
 /// What a period later may differ, relative to the acceleration.
 pub(crate) const REPEATS: f64 = 1e-9;
@@ -211,6 +211,8 @@ pub(crate) const FORCE_MARGIN: f64 = 1e-10;
 pub(crate) const LOW_BOUNCE: f64 = 100.0;
 /// A largest modulus this close to 1 decides nothing.
 pub(crate) const MARGINAL: f64 = 1e-9;
+/// Multipliers that meet are known to this, the root of what one is known to.
+pub(crate) const MEETING: f64 = 1e-6;
 /// Rounding of a sum of flights against the periods of the forcing, relative.
 pub(crate) const PERIOD_TOL: f64 = 1e-6;
 /// Rounding of a time counted in periods, relative to the largest of a run.

@@ -262,7 +262,11 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
     }
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
-        let rule = "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping";
+        let rule = if family.energetics.is_some() {
+            "at one energy there are several: another family is crossed, or the scene can be shifted"
+        } else {
+            "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping"
+        };
         return Err(Error::bad_value(
             "orbit",
             "one of a family at this value",

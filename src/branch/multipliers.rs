@@ -2,11 +2,8 @@
 
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
-use crate::tolerance::MARGINAL;
+use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::Complex;
-
-/// Two multipliers that meet are known to the root of what one is known to.
-const MEETING: f64 = 1e-6;
 
 pub(super) fn is_free(orbit: &PeriodicOrbit) -> bool {
     orbit.scene().frequency().is_none()

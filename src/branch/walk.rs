@@ -23,6 +23,9 @@ const MOST_SHIFT: f64 = 0.5;
 const OUTGROWN: f64 = 4.0;
 /// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
 const UNEXPLAINED: f64 = 1e-5;
+/// A motion of so small a part of the unit of speeds has come to rest.
+const AT_REST: f64 = 1e-4;
+
 /// What a step has come to.
 enum Advance {
     /// A point, the special ones before it, and the factor on the next step.
@@ -94,6 +97,11 @@ pub(super) fn walk(
                     points.push(last);
                     let detail = "it came back to where it began".to_owned();
                     break BranchEnd::new(EndReason::Closed, detail);
+                }
+                if let Some(rest) = points.last().filter(|own| is_at_rest(family, own)) {
+                    let detail =
+                        format!("the motion comes to rest at {}", digits(rest.place.value));
+                    break BranchEnd::new(EndReason::Boundary, detail);
                 }
                 // A step back from a boundary is no step to the end.
                 let now = points.last().map(|own| own.place.value);
@@ -283,6 +291,15 @@ fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Speci
         width,
         (family.units.velocity, family.span()),
     ))
+}
+
+/// Whether nothing is left of a motion that keeps its energy.
+fn is_at_rest(family: &Family<'_>, own: &Point) -> bool {
+    let fastest = own.place.state.states.iter().map(|x| {
+        let n = x.len() / 2;
+        x.rows(n, n).amax()
+    });
+    family.energetics.is_some() && fastest.fold(0.0, f64::max) <= AT_REST * family.units.velocity
 }
 
 fn at_end(value: f64) -> BranchEnd {

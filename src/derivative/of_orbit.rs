@@ -17,10 +17,10 @@ use nalgebra::{Complex, DMatrix};
 /// Derivatives at the places of one extreme agree where they differ by no more than this part of the larger.
 const AGREED: f64 = 1e-6;
 /// Where loops beside an orbit have other impacts that accumulate, steps are so much shorter, so often.
-const BORDER: &str =
-    "beside the orbit impacts that accumulate are others, or come to no rest: one-sided only";
-const CLOSER: f64 = 0.1;
-const MOST_CLOSER: usize = 3;
+pub(super) const BORDER: &str =
+    "beside the motion impacts that accumulate are others, or come to no rest: one-sided only";
+pub(super) const CLOSER: f64 = 0.1;
+pub(super) const MOST_CLOSER: usize = 3;
 
 /// The derivatives of an orbit by numbers of its scene: those of the orbits of the same pattern in scenes nearby.
 ///

@@ -3,14 +3,15 @@
 
 use crate::derivative::loop_rates::step;
 use crate::derivative::numbers::Numbers;
+use crate::derivative::of_orbit::{BORDER, CLOSER, MOST_CLOSER};
 use crate::derivative::refusal::SHORT_CONTACT;
 use crate::derivative::stencil::{Node, Stencil};
 use crate::error::{Error, Result};
-use crate::hybrid::chatter_map::Timed;
-use crate::hybrid::{IntegratedMaps, SegmentKind, joined};
+use crate::hybrid::chatter_map::{NO_REST, Timed};
+use crate::hybrid::{IntegratedMaps, SegmentKind, joined, project_onto};
 use crate::model::{Parameter, Scene};
 use crate::orbit::{
-    ContactStage, Event, ScaledUnits, Shooting, Signature, instants_of, with_shooting,
+    ContactStage, Event, ScaledUnits, Shooting, Signature, folded, instants_of, with_shooting,
 };
 use crate::simulate::{ImpactSide, Trajectory};
 use nalgebra::{DMatrix, DVector};
@@ -100,12 +101,25 @@ pub fn derivatives_of_run(
     let step = step(scene, &legs.signature);
     for i in 0..parameters.len() {
         let make = |offset: f64| numbers.scene(i, offset);
-        let stencil = Stencil::new(&make, step.0 * numbers.size(i), step.1)?;
         let at = |node: &Node| legs.values(&node.scene);
-        let rates = stencil.derivative(at)?;
-        by_number.push(rates.expect("as many values at each"));
+        let mut rates = None;
+        let mut part = 1.0;
+        for _ in 0..=MOST_CLOSER {
+            let stencil = Stencil::new(&make, part * step.0 * numbers.size(i), step.1)?;
+            match stencil.derivative(at) {
+                Err(Error::NoConvergence { stage, .. }) if stage == NO_REST => part *= CLOSER,
+                found => {
+                    rates = found?;
+                    break;
+                }
+            }
+        }
+        if rates.is_none() {
+            found.reason = Some(format!("by {}: {BORDER}", parameters[i]));
+        }
+        by_number.push(rates);
     }
-    with_equations(scene, &legs.signature, |shooting| {
+    with_equations(scene, legs.equations(), |shooting| {
         legs.carry(shooting, run, &by_number, &mut found)
     })?;
     Ok(found)
@@ -128,7 +142,8 @@ impl Legs {
         let begin = joined(&run.state(first, ImpactSide::Before)?);
         let is_held = (run.stretches()?.first()).is_some_and(|own| own.kind != SegmentKind::Flight);
         let instants = match instants_of(run) {
-            Ok(instants) => instants,
+            // The last impacts before an accumulation are part of it.
+            Ok(instants) => folded(instants, run.scene()),
             Err(Error::BadValue { value, .. }) => {
                 return Ok(Err(format!("of {value} there are none")));
             }
@@ -188,7 +203,7 @@ impl Legs {
             units,
             n_stops: run.scene().stops().len(),
         };
-        let ends = with_equations(run.scene(), &all.signature, |shooting| {
+        let ends = with_equations(run.scene(), all.equations(), |shooting| {
             if all.is_touching(shooting)? {
                 return Ok(None);
             }
@@ -223,6 +238,14 @@ impl Legs {
         Ok(false)
     }
 
+    /// What happens, and the size of what is integrated.
+    fn equations(&self) -> (&Signature, f64) {
+        let ScaledUnits {
+            position, velocity, ..
+        } = self.units;
+        (&self.signature, position.min(velocity))
+    }
+
     /// The event at the end of a leg, but at that of the last one.
     fn event(&self, k: usize) -> Option<usize> {
         Some(k + 1).filter(|next| *next < self.legs.len())
@@ -232,7 +255,7 @@ impl Legs {
     /// event there lacks at the time that it has, and what becomes there of the state before it.
     fn values(&self, scene: &Scene) -> Result<Vec<f64>> {
         let mut all = Vec::new();
-        with_equations(scene, &self.signature, |shooting| {
+        with_equations(scene, self.equations(), |shooting| {
             for (k, leg) in self.legs.iter().enumerate() {
                 let times = leg.asked.iter().map(|asked| asked.1).chain([leg.end]);
                 for t in times {
@@ -242,6 +265,9 @@ impl Legs {
                     let mut y = leg.timed(0);
                     all.push(lacks(shooting, event, &self.units, &y)?.0);
                     shooting.pass(event, &self.units, &mut y)?;
+                    // What is held loses along its reaction what it is not to have.
+                    let held = self.held(event);
+                    project_onto(shooting.motion, held, y.time, &mut y.state)?;
                     all.extend(y.state.iter());
                     all.push(y.time);
                 }
@@ -256,14 +282,18 @@ impl Legs {
         &self,
         shooting: &Shooting<'_>,
         run: &Trajectory,
-        by_number: &[Vec<f64>],
+        by_number: &[Option<Vec<f64>>],
         found: &mut RunDerivatives,
     ) -> Result<()> {
         let (two_n, count) = (self.legs[0].state.len(), by_number.len());
         let mut read = 0;
         // The next values of all numbers, one column each.
         let mut next = |rows: usize| {
-            let part = DMatrix::from_fn(rows, count, |i, j| by_number[j][read + i]);
+            let value = |values: &Vec<f64>, i: usize| values[read + i];
+            let part = DMatrix::from_fn(rows, count, |i, j| {
+                let own = by_number[j].as_ref();
+                own.map_or(f64::NAN, |values| value(values, i))
+            });
             read += rows;
             part
         };
@@ -414,17 +444,18 @@ impl Leg {
     }
 }
 
-/// Does some work with the equations of a run, whatever moves it: what follows signals is integrated.
+/// Does some work with the equations of a run of some size, whatever moves it: what follows signals is integrated.
 fn with_equations<T>(
     scene: &Scene,
-    signature: &Signature,
+    (signature, size): (&Signature, f64),
     work: impl FnOnce(&Shooting<'_>) -> Result<T>,
 ) -> Result<T> {
     if scene.excitation().signals.is_empty() {
         return with_shooting(scene, signature, |shooting, _| work(shooting));
     }
+    let motion = IntegratedMaps::new(scene, scene.phase());
     work(&Shooting {
-        motion: &IntegratedMaps::new(scene, scene.phase()),
+        motion: &motion.to_parts_of(size),
         stages: &signature.stages,
         clocked: signature.clocked(scene),
         images: None,

@@ -6,7 +6,9 @@ use crate::linalg::compensated::dot;
 use crate::linalg::francis;
 use crate::observer::apart;
 use crate::quantity::room_for;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, SymmetricEigen};
+use std::borrow::Cow;
 
 /// Sweeps of the QR iteration allowed, per row of the matrix.
 const SWEEPS_PER_ROW: usize = 100;
@@ -133,20 +135,40 @@ fn fixed_orthogonal(n: usize) -> DMatrix<f64> {
     .q()
 }
 
+/// Ratio of the largest entries of a row and a column beyond which a matrix is balanced first, by powers of two.
+const UNBALANCED: f64 = 1e4;
+
+/// A matrix whose rows and columns are of one size, the same but for similarity; one that is not far from it as it is.
+fn balanced(a: &DMatrix<f64>) -> Cow<'_, DMatrix<f64>> {
+    let off = |i: usize, other: usize| if i == other { 0.0 } else { 1.0 };
+    let is_far = (0..a.nrows()).any(|i| {
+        let row = (0..a.ncols()).fold(0.0f64, |most, j| most.max(off(i, j) * a[(i, j)].abs()));
+        let column = (0..a.nrows()).fold(0.0f64, |most, j| most.max(off(i, j) * a[(j, i)].abs()));
+        row > UNBALANCED * column && column > 0.0 || column > UNBALANCED * row && row > 0.0
+    });
+    if !is_far {
+        return Cow::Borrowed(a);
+    }
+    let mut own = a.clone();
+    balance_parlett_reinsch(&mut own);
+    Cow::Owned(own)
+}
+
 /// Eigenvalues of a real square matrix: by real arithmetic, by the guarded complex Schur form where that stalls.
 pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
+    let a = balanced(a);
     let values = match a.nrows() {
         // Two degrees of freedom are what most maps are made of: keep their matrices on the stack.
         4 => francis::eigenvalues(SMatrix::<f64, 4, 4>::from_column_slice(a.as_slice())),
         n => {
-            let a = a.clone();
+            let a = a.clone().into_owned();
             solve(n, 2, move || Ok(francis::eigenvalues(a)))?
         }
     };
     if let Some(values) = values {
         return Ok(values);
     }
-    let a = a.clone();
+    let a = a.into_owned();
     let (_, t) = solve(a.nrows(), 8, move || complex_schur(&a))?;
     Ok(t.diagonal().iter().copied().collect())
 }

@@ -35,6 +35,7 @@ pub use saved::{SavedMode, SavedOrbit};
 pub use search::{periodic_orbits, periodic_orbits_observed};
 pub use shooting::find::{find_orbit, find_orbit_in_order, find_orbit_observed};
 pub use shooting::guess::Guess;
+
 pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};
 
@@ -48,6 +49,7 @@ pub(crate) use problem::{check, period};
 pub(crate) use pulses::{Kernel, LinearisedPulses, PulseTrain, Pulses};
 pub(crate) use shooting::closure::{Shooting, ShootingState, Units as ScaledUnits};
 pub(crate) use shooting::find::{begun, check_landings};
+pub(crate) use shooting::guess::folded;
 pub(crate) use shooting::guess_instants::instants_of;
 pub(crate) use shooting::legs::{Leg, legs, struck_in_order};
 pub(crate) use shooting::mirror::images;

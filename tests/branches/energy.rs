@@ -84,12 +84,12 @@ fn one_mass_has_its_backbone() {
     }
 }
 
-/// Two masses between walls, the second one before a stop.
-fn chain(clearance: f64) -> Scene {
+/// Two masses between walls, the second one before a stop, in a unit of time.
+fn chain(clearance: f64, time: f64) -> Scene {
     let system = LinearSystem::new(
         dvector![1.0, 1.0],
         dmatrix![0.0, 0.0; 0.0, 0.0],
-        dmatrix![2.0, -1.0; -1.0, 2.0],
+        dmatrix![2.0, -1.0; -1.0, 2.0] / (time * time),
     );
     scene(system.expect("valid"), &[upper(1, clearance)])
 }
@@ -97,7 +97,7 @@ fn chain(clearance: f64) -> Scene {
 #[test]
 fn two_masses_have_families_at_both_modes() {
     for (mode, w) in [([1.0, 1.0], 1.0f64), ([-1.0, 1.0], 3f64.sqrt())] {
-        let own = chain(1.0);
+        let own = chain(1.0, 1.0);
         let q = [-1.2 * mode[0], -1.2 * mode[1]];
         let first = orbit(&own, &q, &[0.0, 0.0], 0.95 * TAU / w);
         let branch = followed(&first, (0.1, 40.0));
@@ -209,4 +209,73 @@ fn what_keeps_no_energy_has_no_family() {
     let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]).expect("valid");
     let first = orbit(&scene(system, &[upper(0, 1.0)]), &[-2.0], &[0.0], 4.2);
     assert_eq!(refused(tried(&first, (3.0, 4.0))).0, "between");
+}
+
+#[test]
+fn microseconds_are_as_good_as_seconds() {
+    let of = |time: f64| {
+        let first = orbit(&chain(1.0, time), &[-1.2, -1.2], &[0.0, 0.0], 5.97 * time);
+        let scale = time.powi(-2);
+        let branch = followed(&first, (0.1 * scale, 40.0 * scale));
+        let special = branch.special.iter();
+        let special: Vec<_> = special
+            .map(|own| (own.kind, (own.parameter / scale * 1e6).round()))
+            .collect();
+        let stable = branch.is_stable().expect("counts");
+        (
+            special,
+            stable.iter().filter(|own| **own == Some(true)).count(),
+        )
+    };
+    assert_eq!(of(1.0), of(1e-6));
+    assert_eq!(of(1.0), of(1e5));
+}
+
+#[test]
+fn a_member_of_a_family_is_neither_stable_nor_unstable() {
+    let branch = {
+        let first = orbit(&chain(1.0, 1.0), &[-1.2, -1.2], &[0.0, 0.0], 5.97);
+        followed(&first, (0.1, 40.0))
+    };
+    let verdicts = branch.is_stable().expect("counts");
+    for (own, verdict) in branch.orbits.iter().zip(verdicts) {
+        let alone = own.stability().expect("multipliers").is_stable;
+        // What leaves the circle is unstable either way.
+        assert!(
+            alone
+                == if verdict == Some(false) {
+                    Some(false)
+                } else {
+                    None
+                }
+                || verdict.is_none()
+        );
+    }
+}
+
+#[test]
+fn a_family_ends_where_its_motion_comes_to_rest() {
+    // A mass that a spring presses against the stop, where it rests with the energy k d^2/2.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let own = scene(system, &[upper(0, -0.5)]);
+    let period = |a: f64| 2.0 * (PI - (-0.5 / a).acos());
+    let first = orbit(&own, &[-1.0], &[0.0], period(1.0));
+    let branch = followed(&first, (0.1, 4.0));
+    assert_eq!(branch.ends[0].reason, EndReason::Boundary);
+    assert!(
+        branch.ends[0].detail.contains("comes to rest"),
+        "{:?}",
+        branch.ends
+    );
+    assert!((branch.parameter[0] - 0.125).abs() < 1e-6 && branch.special.is_empty());
+    // Nothing is left of a motion whose period none of its family has.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]).expect("valid");
+    let own = scene(system, &[upper(0, 0.0)]);
+    let (q, v) = (&dvector![-1.0], &dvector![0.0]);
+    let period = Some(3.0);
+    let found = find_orbit(&own, Guess::State { q, v, period }, None);
+    assert!(
+        matches!(found, Err(Error::NoConvergence { .. })),
+        "{found:?}"
+    );
 }

@@ -1,8 +1,10 @@
 //! Derivatives of runs: against runs beside, and by laws.
 
 use crate::random::Random;
-use crate::scenes::{harmonic, linear, lower, oscillator, scene, shaken_ball, upper};
-use nalgebra::{DMatrix, DVector, dvector};
+use crate::scenes::{
+    harmonic, linear, loaded, lower, oscillator, scene, shaken_ball, unit_mass, upper,
+};
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     Constraint, Forcing, Harmonic, ImpactSide, Keep, Load, Parameter, PendulumChain, Ramp,
@@ -316,4 +318,77 @@ fn where_there_are_none_it_says_so() {
         .expect_err("drifting")
         .to_string();
     assert!(text.contains("ramp"), "{text}");
+}
+
+#[test]
+fn a_mass_that_is_held_from_an_impact_on_keeps_its_tangential_speed() {
+    // Masses that are coupled: to first order in e the bounces give what the contact force gives without them.
+    let mass = dmatrix![1.0, 0.3; 0.3, 1.0];
+    let stiffness = dmatrix![2.0, -1.0; -1.0, 2.0];
+    let system = loaded(
+        linear(mass, dmatrix![0.0, 0.0; 0.0, 0.0], stiffness),
+        &[3.0, 0.0],
+    );
+    let own = scene(system, Forcing::Unforced, [upper(0, 0.5, 0.0)]);
+    let run = run_of(&own, &dvector![0.0, 0.0], &dvector![1.0, 0.0], 1.5);
+    let found = derivatives_of_run(&run, &[Parameter::Restitution], &[1.5]).expect("an answer");
+    assert!(found.by[0].amax() < 1e-9, "{found:?}");
+}
+
+#[test]
+fn impacts_accumulate_on_moving_stops_and_under_any_damping() {
+    let motion = Harmonic::new(dvector![0.1.into()], 1.44, 0.3).expect("valid");
+    let motion = StopMotion::harmonic(motion).expect("valid");
+    for restitution in [0.3, 0.5, 0.7] {
+        let stop = upper(0, 0.5, restitution).with_motion(Some(motion.clone()));
+        let own = scene(
+            loaded(unit_mass(0.0, 0.0), &[1.0]),
+            Forcing::Unforced,
+            [stop],
+        );
+        let zero = &dvector![0.0];
+        let times = [0.5, 4.0, 5.0, 7.9];
+        let off = off(&own, Parameter::Frequency, (zero, zero), &times, 1e-4);
+        assert!(off.expect("runs alike") < 1e-5, "{restitution} {off:?}");
+    }
+    let mass = dmatrix![1.72, 0.17, 0.67; 0.17, 1.1, 0.28; 0.67, 0.28, 1.86];
+    let damping = dmatrix![0.08, -0.03, -0.08; 0.09, 0.05, -0.11; -0.14, -0.14, 0.2];
+    let system = linear(mass, damping, DMatrix::zeros(3, 3));
+    for restitution in [0.2, 0.3, 0.4, 0.5] {
+        let own = scene(
+            loaded(system.clone(), &[-1.0, -1.0, 0.3]),
+            Forcing::Unforced,
+            [lower(0, 0.2, restitution)],
+        );
+        let (q, v) = (&dvector![-0.1, 0.05, -0.1], &dvector![0.0, -2.0, 0.5]);
+        for parameter in [Parameter::RestitutionOf(0), Parameter::DampingScale] {
+            let off = off(&own, parameter, (q, v), &[0.3, 3.0], 1e-5);
+            assert!(
+                off.is_none_or(|off| off < 1e-5),
+                "{restitution} {parameter} {off:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn signals_of_any_size_take_as_long() {
+    let of = |size: f64| {
+        let signal = Signal::samples(&[0.5, 2.0, 3.0], &[0.0, 1.5 * size, -size]).expect("valid");
+        let load = Load::new(0, signal).expect("valid");
+        let system = linear(dvector![1.0, 1.0], dvector![0.1, 0.1], dvector![1.0, 2.0]);
+        let own = scene(system, Forcing::Load(load), [upper(0, 0.5 * size, 0.6)]);
+        let start = &dvector![size, size];
+        let run = run_of(&own, &DVector::zeros(2), start, 9.0);
+        derivatives_of_run(&run, &[Parameter::Restitution], &[9.0])
+            .expect("an answer")
+            .by[0]
+            .clone()
+            / size
+    };
+    let one = of(1.0);
+    for size in [1e-8, 1e6, 1e9] {
+        let off = (of(size) - &one).amax() / one.amax();
+        assert!(off < 1e-7, "{size:e}: {off:e}");
+    }
 }

@@ -219,5 +219,25 @@ class TestForAPattern:
             vi.find_orbit(self.scene(), (0.0, 1.0), pattern=[7])
         with pytest.raises(ValueError, match="pattern must be a list"):
             vi.find_orbit(self.scene(), (0.0, 1.0), pattern=1)
+        with pytest.raises(ValueError, match=r"stop 1 is to be reached from outside"):
+            vi.find_orbit(self.scene(), (-1.0, 1.0), pattern=[1])
+        free = vi.Scene(vi.LinearSystem(1, 0, 1), stops=vi.Stop(0, 0.5, 1.0))
+        with pytest.raises(ValueError, match="a trajectory, but without forcing its period is not known"):
+            vi.find_orbit(free, vi.simulate(free, -1.0, 0.0, (0, 20)), pattern=[0])
         with pytest.raises(ValueError, match="is not hit within a period"):
             vi.find_orbit(self.scene(vi.Stop(0, 50.0, 0.5)), (0.0, 1.0), pattern=[2])
+
+
+@pytest.mark.parametrize("amplitude", [0.8, 2.5])
+def test_the_orbit_itself_is_found_in_a_family_of_integrated_motions(amplitude):
+    # q'' = -q - q^3 before a stop at 1/2: the quadrature of its period, without the root at its end.
+    duffing = vi.NonlinearSystem(1, lambda t, q, v: -q - q**3, mass=1.0)
+    scene = vi.Scene(duffing, stops=vi.Stop(0, 0.5, 1.0))
+    x, weights = np.polynomial.legendre.leggauss(400)
+    end = np.arcsin(0.5 / amplitude)
+    angle = 0.5 * (end + np.pi / 2) * (x + 1) - np.pi / 2
+    rate = 1 / np.sqrt(1 + 0.5 * amplitude**2 * (1 + np.sin(angle) ** 2))
+    period = (end + np.pi / 2) * (weights * rate).sum()
+    found = vi.find_orbit(scene, ([-amplitude], [0.0], period))
+    assert found.period == pytest.approx(period, rel=1e-10)
+    assert np.abs(found.position(np.linspace(0, period, 400))).max() == pytest.approx(amplitude, rel=1e-4)

@@ -33,6 +33,7 @@ pub(crate) struct IntegratedMaps {
     pub contacts: Arc<Vec<Contact>>,
     pub frequency: f64,
     pub phase: f64,
+    tolerance: Tolerance,
 }
 
 impl IntegratedMaps {
@@ -43,6 +44,19 @@ impl IntegratedMaps {
             contacts: Arc::new(contacts(scene)),
             frequency: scene.frequency().unwrap_or(0.0),
             phase,
+            tolerance: TOLERANCE,
+        }
+    }
+
+    /// The same to a tolerance that is as small beside motions of some size as the usual one beside one.
+    pub fn to_parts_of(self, size: f64) -> Self {
+        let absolute = TOLERANCE.absolute * size;
+        Self {
+            tolerance: Tolerance {
+                absolute,
+                ..TOLERANCE
+            },
+            ..self
         }
     }
 
@@ -70,7 +84,8 @@ impl IntegratedMaps {
         let mut x: Vec<f64> = state.iter().copied().collect();
         let mut steps = Vec::new();
         let (at, motion) = (self.moment(start), self.constrained(held));
-        integrate::<OrbitMethod, _>(&motion, at, span, TOLERANCE, &mut x, Some(&mut steps))?;
+        let tolerance = self.tolerance;
+        integrate::<OrbitMethod, _>(&motion, at, span, tolerance, &mut x, Some(&mut steps))?;
         Ok(steps)
     }
 
@@ -168,7 +183,7 @@ impl HybridMaps for IntegratedMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
-        self.flow_by::<OrbitMethod>(TOLERANCE, (held, span), state, deviations)
+        self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, deviations)
     }
 
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {

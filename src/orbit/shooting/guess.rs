@@ -190,7 +190,7 @@ pub(super) fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period:
 }
 
 /// Instants whose last impacts before an accumulation are part of it, as far back as their speeds go by the ratio e.
-fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
+pub(crate) fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
     let contacts = contacts(scene);
     let mut kept: Vec<Instant> = Vec::with_capacity(instants.len());
     for mut instant in instants {

@@ -29,6 +29,10 @@ pub(super) fn start_in_order(
         Guess::Trajectory(run) => {
             let (_, end) = run.span();
             let state = run.state(end, ImpactSide::After)?;
+            if scene.frequency().is_none() {
+                let rule = "without forcing its period is not known; give a state (q0, v0, period)";
+                return Err(Error::bad_value("guess", "a trajectory", rule));
+            }
             (at_phase(run.forcing_phase()(end))?, state, 1, None)
         }
         Guess::Orbit(orbit) => {
@@ -77,7 +81,21 @@ fn instants_in_order(
             // They are hit together where the first of them is.
             let own = stops.iter().map(|&stop| scene.stops()[stop].clone());
             let looked_at = scene.replace(Change::Stops(own.collect()))?;
-            let run = simulate(&looked_at, &q, &v, (time, FOLLOWED * period), &options)?;
+            let span = (time, time + FOLLOWED * period);
+            let run = match simulate(&looked_at, &q, &v, span, &options) {
+                Err(Error::BadValue { argument, .. }) if argument == "q0" => {
+                    let rule = format!(
+                        "from the guess stop {} is to be reached from outside, but that lies behind it",
+                        stops[0]
+                    );
+                    return Err(Error::bad_value(
+                        format!("pattern[{k}]"),
+                        format!("{stops:?}"),
+                        rule,
+                    ));
+                }
+                run => run?,
+            };
             let first = found.first().map_or(f64::INFINITY, |first| first.time);
             let hit = run.impacts().first();
             let Some(hit) = hit.filter(|hit| hit.time < first + period) else {

@@ -14,6 +14,8 @@ use std::ops::ControlFlow;
 const MOST_HALVINGS: i32 = 12;
 /// A mismatch of which nothing is left: that of a motion that stands still could be made smaller without end.
 const NOTHING: f64 = 1e-18;
+/// A motion of which no more than this is left of the guess is none.
+const LOST: f64 = 1e-8;
 
 /// The equations linearised about a loop: `rows xi = right`, and the corrections `times[k] (xi, 1)` of every instant, `states[k] (xi, 1)`
 /// and `starts[k] (xi, 1)` of every flight.
@@ -65,6 +67,7 @@ impl Shooting<'_> {
     ) -> Result<(ShootingState, Vec<FlightEnd>)> {
         let mut current = guess;
         let mut units = self.units(&current)?;
+        let first_units = units;
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
         while steps < MOST_STEPS && mismatch > NOTHING {
@@ -73,7 +76,7 @@ impl Shooting<'_> {
             }
             let equations = self.linearised(&current, &units)?;
             let mut better = None;
-            for weak in [FREE_DIRECTION, WEAK_DIRECTION] {
+            for weak in [WEAK_DIRECTION, FREE_DIRECTION] {
                 let correction = least_correction(&equations, weak)?;
                 better = self.corrected(&current, &correction, mismatch, &units)?;
                 if better.is_some() {
@@ -87,12 +90,19 @@ impl Shooting<'_> {
             units = self.units(&current)?;
             steps += 1;
         }
-        if mismatch <= ORBIT_CLOSED {
+        // Without forcing a state of rest closes at any period.
+        let is_lost =
+            self.clocked == Clocked::Free && units.velocity <= LOST * first_units.velocity;
+        if mismatch <= ORBIT_CLOSED && !is_lost {
             let flight_ends = self.flight_ends(&current, &units)?;
             return Ok((current, flight_ends));
         }
         Err(Error::NoConvergence {
-            stage: "the shooting on flight times",
+            stage: if is_lost {
+                "the shooting on flight times, which shrinks the motion to nothing,"
+            } else {
+                "the shooting on flight times"
+            },
             iterations: steps,
             residual: mismatch,
         })

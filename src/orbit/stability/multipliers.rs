@@ -9,7 +9,7 @@ use crate::model::Moment;
 use crate::observer::Observer;
 use crate::orbit::flights::Flight;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
-use crate::tolerance::MARGINAL;
+use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Stops hit together whose orders are all followed; their number grows as the factorial.
@@ -44,6 +44,23 @@ impl OrderMultipliers {
             .iter()
             .map(|z| z.norm())
             .fold(0.0, f64::max)
+    }
+}
+
+impl OrderMultipliers {
+    /// The modulus that decides: two multipliers that meet at 1, as those of motions that keep their energy do, are known to the root of
+    /// what one is known to, and count as 1.
+    fn decisive(&self) -> f64 {
+        let is_one = |mu: &Complex<f64>| (mu - 1.0).norm() < MEETING;
+        let is_double = self.multipliers.iter().filter(|mu| is_one(mu)).count() > 1;
+        let sizes = self.multipliers.iter().map(|mu| {
+            if is_double && is_one(mu) {
+                1.0
+            } else {
+                mu.norm()
+            }
+        });
+        sizes.fold(0.0, f64::max)
     }
 }
 
@@ -224,8 +241,9 @@ pub(crate) fn largest_multiplier(
 
 fn verdict(orders: Vec<OrderMultipliers>) -> Stability {
     let largest = orders
-        .first()
-        .map_or(0.0, OrderMultipliers::spectral_radius);
+        .iter()
+        .map(OrderMultipliers::decisive)
+        .fold(0.0, f64::max);
     let is_stable = decides(largest);
     let mut reason = match is_stable {
         Some(true) => {
