@@ -2,10 +2,11 @@
 
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
+use crate::hybrid::joined;
 use crate::model::{Energetics, Scene};
 use crate::orbit::{
     Event, Guess, PeriodicOrbit, ScaledUnits, ShootingState, Signature, begun, check_landings,
-    with_phase, with_shooting,
+    with_phase,
 };
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -40,7 +41,7 @@ impl<'a> Family<'a> {
         range: (f64, f64),
     ) -> Result<(Self, Place)> {
         let (scene, signature, state) = begun(&make(value)?, Guess::Orbit(orbit), None)?;
-        let units = with_shooting(&scene, &signature, |shooting, _| shooting.units(&state))?;
+        let units = units_of(orbit, &state);
         let family = Self {
             make,
             range,
@@ -160,6 +161,20 @@ impl<'a> Family<'a> {
             value_part: (to.value - from.value) / self.span(),
         }
     }
+}
+
+/// The units of a loop that is that of an orbit: of its states, and of those before its impacts, as behind impacts that take all speed the
+/// states may be zero but for rounding.
+fn units_of(orbit: &PeriodicOrbit, state: &ShootingState) -> ScaledUnits {
+    let first = state.times[0];
+    let ends = state
+        .times
+        .iter()
+        .skip(1)
+        .map(|t| joined(&orbit.state(t - first, true)));
+    let ends: Vec<DVector<f64>> = ends.collect();
+    let period = state.times[state.times.len() - 1] - first;
+    ScaledUnits::of(state.states.iter().chain(&ends), period)
 }
 
 /// The unit of a number of some range: the width, unless that is next to nothing of it.

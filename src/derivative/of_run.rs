@@ -11,7 +11,8 @@ use crate::hybrid::chatter_map::{NO_REST, Timed};
 use crate::hybrid::{IntegratedMaps, SegmentKind, joined, project_onto};
 use crate::model::{Parameter, Scene};
 use crate::orbit::{
-    ContactStage, Event, ScaledUnits, Shooting, Signature, folded, instants_of, with_shooting,
+    ContactStage, Event, OF_INTEGRATED, ScaledUnits, Shooting, Signature, folded, instants_of,
+    with_shooting,
 };
 use crate::simulate::{ImpactSide, Trajectory};
 use nalgebra::{DMatrix, DVector};
@@ -119,9 +120,15 @@ pub fn derivatives_of_run(
         }
         by_number.push(rates);
     }
-    with_equations(scene, legs.equations(), |shooting| {
+    let carried = with_equations(scene, legs.equations(), |shooting| {
         legs.carry(shooting, run, &by_number, &mut found)
-    })?;
+    });
+    match carried {
+        Err(Error::NoConvergence { stage, .. }) if stage == NO_REST => {
+            found.reason = Some("impacts that accumulate come to no rest".to_owned());
+        }
+        carried => carried?,
+    }
     Ok(found)
 }
 
@@ -153,20 +160,8 @@ impl Legs {
         if is_held || is_struck {
             return Ok(Err(BEGUN.to_owned()));
         }
-        let n = begin.len() / 2;
-        let states = || instants.iter().map(|own| &own.state).chain([&begin]);
-        let largest = |half: usize| {
-            let sizes = states().map(|x| x.rows(half * n, n).amax());
-            sizes.fold(0.0, f64::max)
-        };
-        let time = run.scene().period().unwrap_or(end - first) / TAU;
-        let (q, v) = (largest(0), largest(1));
-        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
-        let units = ScaledUnits {
-            position: or_one(q.max(v * time)),
-            velocity: or_one(v.max(q / time)),
-            time,
-        };
+        let states = instants.iter().map(|own| &own.state).chain([&begin]);
+        let units = ScaledUnits::of(states, run.scene().period().unwrap_or(end - first));
         let mut stages = vec![ContactStage {
             event: Event::Nothing,
             held: Vec::new(),
@@ -459,6 +454,7 @@ fn with_equations<T>(
         stages: &signature.stages,
         clocked: signature.clocked(scene),
         images: None,
+        weak_directions: OF_INTEGRATED,
     })
 }
 

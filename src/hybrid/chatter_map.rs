@@ -139,7 +139,9 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
             impulse: impulses[0],
         });
         let rate = motion.rate(&[], y.time, &after)?;
-        let span = next_contact(motion, stop, (y.time, &after), level, rest.first_flight())?;
+        let guess = rest.first_flight();
+        let noise = CHATTER_DEPTH * size;
+        let span = next_contact(motion, stop, (y.time, &after), (level, noise), guess)?;
         let mut carried = &y.deviations - &rate * y.delays.transpose();
         let end = y.time + span;
         motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
@@ -165,7 +167,7 @@ fn next_contact<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     (start, after): (f64, &DVector<f64>),
-    level: f64,
+    (level, noise): (f64, f64),
     guess: f64,
 ) -> Result<f64> {
     let mut none = DMatrix::zeros(after.len(), 0);
@@ -179,6 +181,10 @@ fn next_contact<M: HybridMaps + ?Sized>(
         let speed = there.speed(state.rows(n, n));
         let correction = -(gap - level) / speed;
         if !(speed < 0.0 && correction.is_finite() && span + correction > 0.0) {
+            // A gap that is all rounding tells no time.
+            if (gap - level).abs() <= noise && step > 0 {
+                return Ok(span);
+            }
             return Err(failed(step, gap));
         }
         // Rounding of the gap ends it: the corrections stop to shrink.

@@ -47,7 +47,7 @@ pub(crate) use one_instant::solve::{Solution, clearance_given};
 pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use pulses::{Kernel, LinearisedPulses, PulseTrain, Pulses};
-pub(crate) use shooting::closure::{Shooting, ShootingState, Units as ScaledUnits};
+pub(crate) use shooting::closure::{OF_INTEGRATED, Shooting, ShootingState, Units as ScaledUnits};
 pub(crate) use shooting::find::{begun, check_landings};
 pub(crate) use shooting::guess::folded;
 pub(crate) use shooting::guess_instants::instants_of;

@@ -26,12 +26,17 @@ impl Pulses {
     pub fn n_outside(&self, train: &PulseTrain, units: &Units) -> Option<usize> {
         let before = self.before(train);
         let kernel = Kernel::new(self, train, &before);
-        let modes: Vec<Complex<f64>> = self.modal_multipliers().collect();
+        // What lies farther inside is never the nearest that matters.
+        let farthest = RADIUS - LONGEST / NEAR;
+        let modes = self
+            .modal_multipliers()
+            .filter(|mode| mode.norm() > farthest);
+        let modes: Vec<Complex<f64>> = modes.collect();
         let at = |angle: f64| {
             let point = Complex::from_polar(RADIUS, angle);
             let value = kernel.equations(self, units, point).determinant();
-            let near = modes.iter().map(|mode| (point - mode).norm());
-            (value, near.fold(f64::INFINITY, f64::min))
+            let near = modes.iter().map(|mode| (point - mode).norm_sqr());
+            (value, near.fold(1.0, f64::min).sqrt())
         };
         // The lower half is the image of the upper one.
         let (mut angle, mut turned) = (0.0, 0.0);
@@ -60,7 +65,8 @@ impl Pulses {
         // Modes decay, so that all poles are inside: what winds is minus what is outside.
         let winds = (turned / PI).round();
         let outside = -winds;
-        ((0.0..=2.0 * modes.len() as f64).contains(&outside)).then_some(outside as usize)
+        let most = 2.0 * self.blocks().len() as f64;
+        (0.0..=most).contains(&outside).then_some(outside as usize)
     }
 
     /// The multiplier on the upper half of the unit circle, where one is: from the point of the circle at which the determinant is least, by

@@ -14,6 +14,7 @@ use crate::hybrid::chatter_map::{Chatter, Timed, complete, strike};
 use crate::hybrid::{GapAt, HybridMaps};
 use crate::model::DIFFERENCE;
 use crate::orbit::contact_mode::{ContactStage, Event};
+use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
 
 /// Newton steps before giving up.
@@ -74,7 +75,14 @@ pub(crate) struct Shooting<'a> {
     pub clocked: Clocked,
     /// Of a motion that closes half a period later with its mirror image: the image of each stop.
     pub images: Option<&'a [usize]>,
+    /// Singular values below which a loop is not corrected along their directions: at first, and where it comes no nearer to closing.
+    pub weak_directions: [f64; 2],
 }
+
+/// Of flights in closed form all directions come first.
+pub(crate) const OF_EXACT: [f64; 2] = [FREE_DIRECTION, WEAK_DIRECTION];
+/// Of integrated ones those that their errors leave.
+pub(crate) const OF_INTEGRATED: [f64; 2] = [WEAK_DIRECTION, FREE_DIRECTION];
 
 /// Units in which mismatches and corrections are measured.
 #[derive(Debug, Clone, Copy)]
@@ -82,6 +90,28 @@ pub(crate) struct Units {
     pub position: f64,
     pub velocity: f64,
     pub time: f64,
+}
+
+impl Units {
+    /// Those of a motion that goes through some states in a period.
+    pub fn of<'a>(states: impl Iterator<Item = &'a DVector<f64>> + Clone, period: f64) -> Self {
+        let largest = |half: usize| {
+            let sizes = states.clone().map(|x| {
+                let n = x.len() / 2;
+                x.rows(half * n, n).amax()
+            });
+            sizes.fold(0.0, f64::max)
+        };
+        let time = period / std::f64::consts::TAU;
+        let (position, velocity) = (largest(0), largest(1));
+        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
+        let position = or_one(position.max(velocity * time));
+        Self {
+            position,
+            velocity: or_one(velocity.max(position / time)),
+            time,
+        }
+    }
 }
 
 impl Shooting<'_> {
@@ -224,31 +254,14 @@ impl Shooting<'_> {
     }
 
     pub(crate) fn units(&self, state: &ShootingState) -> Result<Units> {
-        let n = state.states[0].len() / 2;
         // Behind impacts that take all speed the states may all be zero but for rounding; the ends of the flights are not.
         let end = |k: usize| Ok(self.flown(k, state)?.state);
         let ends: Vec<DVector<f64>> = (0..state.states.len()).map(end).collect::<Result<_>>()?;
-        let largest = |first: usize| {
-            state
-                .states
-                .iter()
-                .chain(&ends)
-                .map(|x| x.rows(first, n).amax())
-                .fold(0.0, f64::max)
-        };
         let period = match self.clocked {
             Clocked::Forced { period } => period,
             Clocked::Free => state.times[state.times.len() - 1] - state.times[0],
         };
-        let time = period / std::f64::consts::TAU;
-        let (position, velocity) = (largest(0), largest(n));
-        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
-        let position = or_one(position.max(velocity * time));
-        Ok(Units {
-            position,
-            velocity: or_one(velocity.max(position / time)),
-            time,
-        })
+        Ok(Units::of(state.states.iter().chain(&ends), period))
     }
 
     /// The ends of all flights.

@@ -6,7 +6,7 @@ use crate::linalg::rank;
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
 };
-use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED, WEAK_DIRECTION};
+use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -76,7 +76,7 @@ impl Shooting<'_> {
             }
             let equations = self.linearised(&current, &units)?;
             let mut better = None;
-            for weak in [WEAK_DIRECTION, FREE_DIRECTION] {
+            for weak in self.weak_directions {
                 let correction = least_correction(&equations, weak)?;
                 better = self.corrected(&current, &correction, mismatch, &units)?;
                 if better.is_some() {

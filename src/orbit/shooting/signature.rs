@@ -12,7 +12,9 @@ use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::shooting::closure::{Clocked, FlightEnd, Shooting, ShootingState};
+use crate::orbit::shooting::closure::{
+    Clocked, FlightEnd, OF_EXACT, OF_INTEGRATED, Shooting, ShootingState,
+};
 use crate::orbit::shooting::legs::{Leg, legs, struck_in_order};
 use crate::orbit::shooting::own_time::with_phase;
 use crate::quantity::room_for;
@@ -73,6 +75,7 @@ pub(crate) fn with_shooting<T>(
             stages,
             clocked,
             images,
+            weak_directions: OF_INTEGRATED,
         };
         return work(&shooting, &orbit);
     }
@@ -92,6 +95,7 @@ pub(crate) fn with_shooting<T>(
         stages,
         clocked,
         images,
+        weak_directions: OF_EXACT,
     };
     work(&shooting, &orbit)
 }
