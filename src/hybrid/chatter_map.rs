@@ -36,6 +36,8 @@ pub(crate) const NO_REST: &str = "the completion of impacts that accumulate";
 
 /// Impacts after which there is no end of them in sight: e = 0.9999 has 150 000.
 const MOST_BOUNCES: usize = 1_000_000;
+/// Of a sequence that is so near to its depth the flights may be lower than what gaps are known to.
+const NEARLY_DEEP: f64 = 10.0;
 /// Newton steps to the next contact of a round.
 const MOST_STEPS: usize = 50;
 
@@ -129,6 +131,7 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         if rest.residual() <= CHATTER_DEPTH * size {
             break;
         }
+        let last = (rest.residual() <= NEARLY_DEEP * CHATTER_DEPTH * size).then(|| y.clone());
         let before = y.state.clone();
         let impulses = strike(motion, &[stop], y)?;
         let after = y.state.clone();
@@ -140,8 +143,16 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         });
         let rate = motion.rate(&[], y.time, &after)?;
         let guess = rest.first_flight();
-        let noise = CHATTER_DEPTH * size;
-        let span = next_contact(motion, stop, (y.time, &after), (level, noise), guess)?;
+        let next = next_contact(motion, stop, (y.time, &after), level, guess);
+        let span = match (next, last) {
+            // The height of this flight is rounding: the rest begins before it.
+            (Err(Error::NoConvergence { .. }), Some(last)) => {
+                *y = last;
+                bounces.pop();
+                break;
+            }
+            (next, _) => next?,
+        };
         let mut carried = &y.deviations - &rate * y.delays.transpose();
         let end = y.time + span;
         motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
@@ -167,7 +178,7 @@ fn next_contact<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     (start, after): (f64, &DVector<f64>),
-    (level, noise): (f64, f64),
+    level: f64,
     guess: f64,
 ) -> Result<f64> {
     let mut none = DMatrix::zeros(after.len(), 0);
@@ -181,10 +192,6 @@ fn next_contact<M: HybridMaps + ?Sized>(
         let speed = there.speed(state.rows(n, n));
         let correction = -(gap - level) / speed;
         if !(speed < 0.0 && correction.is_finite() && span + correction > 0.0) {
-            // A gap that is all rounding tells no time.
-            if (gap - level).abs() <= noise && step > 0 {
-                return Ok(span);
-            }
             return Err(failed(step, gap));
         }
         // Rounding of the gap ends it: the corrections stop to shrink.
