@@ -97,7 +97,7 @@ pub fn continuation_of(
 /// not keep its energy when it is changed a little, as one of a family does.
 ///
 /// # References
-/// Theory section 19, "Families"; J. Sepulchre and R. S. MacKay, Nonlinearity 10 (1997) 679.
+/// Theory section 19, "Families"; J. Sepulchre and R. S. `MacKay`, Nonlinearity 10 (1997) 679.
 ///
 /// # Examples
 /// ```

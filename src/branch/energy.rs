@@ -36,7 +36,7 @@ pub(super) fn energy_at(orbit: &PeriodicOrbit) -> Result<(Energetics, f64)> {
 
 /// Whether a direction leads to loops that are open, as those are that lose energy or gain it.
 pub(super) fn opens(direction: &Direction) -> bool {
-    let open = direction.loop_part.iter().last();
+    let open = direction.loop_part.iter().next_back();
     open.is_some_and(|open| open.abs() > CLOSED * direction.length())
 }
 

@@ -136,7 +136,8 @@ impl Family<'_> {
     /// The speeds at all instants; not a number where nothing is hit.
     pub fn approaches(&self, place: &Place) -> Result<Vec<f64>> {
         if self.has_pulses {
-            return Ok(self.approaches_of_pulses(place));
+            let (pulses, train) = place.train();
+            return Ok(pulses.approaches(&train));
         }
         let state = &place.state;
         let count = state.states.len();

@@ -123,13 +123,7 @@ impl<'a> Family<'a> {
         } else {
             self.signature.stages.len()
         };
-        self.n_before_times(place) + times + usize::from(self.energetics.is_some())
-    }
-
-    /// How many unknowns come before the times: the first state, or the impulses.
-    pub fn n_before_times(&self, place: &Place) -> usize {
-        let impulses = place.impulses.as_ref();
-        impulses.map_or(place.state.states[0].len(), |own| own.changes.len())
+        place.n_before_times() + times + usize::from(self.energetics.is_some())
     }
 
     /// The way from a loop to another, in the scaled unknowns.

@@ -64,7 +64,7 @@ impl Family<'_> {
 
     /// The equations of a train, and how far it is from being one.
     pub fn pulse_equations(&self, scene: &Scene, place: &Place) -> LinearisedPulses {
-        let (pulses, train) = train(place);
+        let (pulses, train) = place.train();
         pulses.linearised(&train, &self.units_in(scene))
     }
 
@@ -77,7 +77,7 @@ impl Family<'_> {
             let equations = self.needed_pulses(&there, value, period(&state))?;
             let train = PulseTrain {
                 times: state.times[..equations.len()].to_vec(),
-                changes: train(place).1.changes,
+                changes: place.train().1.changes,
             };
             Ok(equations.lacking(&train, &self.units_in(&there)))
         };
@@ -91,7 +91,7 @@ impl Family<'_> {
 
     /// The rows of a deviation that comes back multiplied.
     pub fn pulse_variational(&self, place: &Place, multiplier: f64) -> DMatrix<f64> {
-        let (pulses, train) = train(place);
+        let (pulses, train) = place.train();
         let kernel = Kernel::new(pulses, &train, &pulses.before(&train));
         kernel.equations(pulses, &self.pulse_units(place), multiplier)
     }
@@ -100,7 +100,7 @@ impl Family<'_> {
     pub fn pulse_deviation(&self, place: &Place, multiplier: f64) -> Result<ShootingState> {
         let rows = self.pulse_variational(place, multiplier);
         let own = rank::weakest(&rows, 1)?.column(0).into_owned();
-        let (pulses, train) = train(place);
+        let (pulses, train) = place.train();
         let count = pulses.len();
         let by = PulseTrain {
             times: (0..count).map(|i| own[count + i] * place.clock).collect(),
@@ -115,13 +115,13 @@ impl Family<'_> {
 
     /// How many multipliers lie outside the unit circle; none where that is not told.
     pub fn n_outside_of_pulses(&self, place: &Place) -> Option<usize> {
-        let (pulses, train) = train(place);
+        let (pulses, train) = place.train();
         pulses.n_outside(&train, &self.pulse_units(place))
     }
 
     /// The multiplier of a loop on the upper half of the unit circle, where one is.
     pub fn pulse_multiplier(&self, place: &Place) -> Option<Complex<f64>> {
-        let (pulses, train) = train(place);
+        let (pulses, train) = place.train();
         pulses.on_circle(&train, &self.pulse_units(place))
     }
 
@@ -140,7 +140,7 @@ impl Family<'_> {
         let state = stretched(&place.state, scene, &there);
         let equations = self.needed_pulses(&there, value, period(&state))?;
         let (count, clock) = (equations.len(), self.units_in(&there).time);
-        let before = train(place).1.changes;
+        let before = place.train().1.changes;
         let changes = before.iter().zip(by.loop_part.iter());
         let times = state.times.iter().zip(by.loop_part.iter().skip(count));
         let moved = PulseTrain {
@@ -168,7 +168,10 @@ impl Family<'_> {
 
     /// The way from a loop to another, in the scaled unknowns.
     pub fn between_pulses(&self, from: &Place, to: &Place) -> Direction {
-        let ([one, other], count) = ([from, to].map(|place| train(place).1), train(from).0.len());
+        let ([one, other], count) = (
+            [from, to].map(|place| place.train().1),
+            from.train().0.len(),
+        );
         let part = |i: usize| {
             if i < count {
                 (other.changes[i] - one.changes[i]) / self.units.velocity
@@ -182,27 +185,10 @@ impl Family<'_> {
         }
     }
 
-    /// The speeds at which stops are approached.
-    pub fn approaches_of_pulses(&self, place: &Place) -> Vec<f64> {
-        let (pulses, train) = train(place);
-        pulses.approaches(&train)
-    }
-
     /// The orbit of a loop.
     pub fn orbit_of_pulses(&self, place: &Place) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
-        let (pulses, train) = train(place);
+        let (pulses, train) = place.train();
         pulses.orbit(&scene, &train, self.signature.n_periods)
     }
-}
-
-/// The equations of a loop that is followed by its impulses, and its train.
-fn train(place: &Place) -> (&Pulses, PulseTrain) {
-    let own = place.impulses.as_ref();
-    let Impulses { equations, changes } = own.expect("the family is followed by impulses");
-    let train = PulseTrain {
-        times: place.state.times[..changes.len()].to_vec(),
-        changes: changes.clone(),
-    };
-    (equations, train)
 }

@@ -1,6 +1,6 @@
 //! A loop at a value of the parameter, as a point of the curve that a branch is.
 
-use crate::orbit::{Pulses, ShootingState};
+use crate::orbit::{PulseTrain, Pulses, ShootingState};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -31,6 +31,23 @@ impl std::fmt::Debug for Impulses {
 }
 
 impl Place {
+    /// How many unknowns come before the times: the first state, or the impulses.
+    pub fn n_before_times(&self) -> usize {
+        let impulses = self.impulses.as_ref();
+        impulses.map_or(self.state.states[0].len(), |own| own.changes.len())
+    }
+
+    /// The equations of a loop that is followed by its impulses, and its train.
+    pub fn train(&self) -> (&Pulses, PulseTrain) {
+        let own = self.impulses.as_ref();
+        let Impulses { equations, changes } = own.expect("the family is followed by impulses");
+        let train = PulseTrain {
+            times: self.state.times[..changes.len()].to_vec(),
+            changes: changes.clone(),
+        };
+        (equations, train)
+    }
+
     /// The same loop so many turns later.
     pub fn turned(&self, turns: f64) -> Self {
         let mut turned = self.clone();

@@ -97,7 +97,7 @@ fn with_flight<'a>(
     let let_go = stage(Event::Release(stop), &without);
     let landed = stage(landing, &held);
     let mut stages = family.signature.stages.clone();
-    stages.splice(k + 1..k + 1, [let_go.clone(), landed.clone()]);
+    stages.splice((k + 1)..=k, [let_go.clone(), landed.clone()]);
     let signature = Signature {
         stages,
         ..family.signature.clone()
@@ -160,7 +160,7 @@ fn with_flight<'a>(
     let Some(both) = found else {
         return Ok(None);
     };
-    instants.splice(k + 1..k + 1, both);
+    instants.splice((k + 1)..=k, both);
     let length = (period(state), family.signature.n_periods);
     family
         .with_instants(place.value, instants, length)

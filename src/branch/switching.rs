@@ -107,7 +107,7 @@ pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Ve
 fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<Vec<Candidate>> {
     let mut found = match (special.kind, special.stop.zip(special.time)) {
         (SpecialKind::PeriodDoubling, _) => found_there(doubled(family, place))?,
-        (SpecialKind::Pitchfork, _) => match family.half(&place)? {
+        (SpecialKind::Pitchfork, _) => match family.half(place)? {
             Some((half, place)) => found_there(doubled(&half, &place))?,
             None => Vec::new(),
         },

@@ -167,7 +167,7 @@ fn rescaled(family: &mut Family<'_>, own: Point) -> Result<Point> {
     let there = family.in_units_of(&own.place)?;
     let ratio = there.units.position / family.units.position;
     let faster = there.units.velocity / family.units.velocity;
-    let before_times = family.n_before_times(&own.place);
+    let before_times = own.place.n_before_times();
     let positions = if family.has_pulses {
         0
     } else {
@@ -176,8 +176,11 @@ fn rescaled(family: &mut Family<'_>, own: Point) -> Result<Point> {
     let mut border = own.tangent.clone();
     let numbers = border.loop_part.as_mut_slice();
     let (slow, fast) = numbers[..before_times].split_at_mut(positions);
-    slow.iter_mut().for_each(|x| *x /= ratio);
-    fast.iter_mut().for_each(|x| *x /= faster);
+    for (part, unit) in [(slow, ratio), (fast, faster)] {
+        for x in part {
+            *x /= unit;
+        }
+    }
     let equations = there.equations(&own.place)?;
     let Some(tangent) = tangent(&equations, &border) else {
         return Ok(own);
@@ -206,11 +209,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
     let way = family.between(&from.place, &settled.place);
-    let factor = match judged(
-        from,
-        &settled,
-        (&way, family.n_before_times(&settled.place)),
-    ) {
+    let factor = match judged(from, &settled, (&way, settled.place.n_before_times())) {
         Ok(factor) => factor,
         Err(reason) => {
             let detail = format!("{reason} at {}", digits(settled.place.value));

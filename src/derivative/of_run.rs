@@ -49,7 +49,7 @@ struct Leg {
 }
 
 /// A run leg by leg. What happens at the end of leg k is event k + 1 of the signature.
-struct Legs {
+struct Course {
     legs: Vec<Leg>,
     signature: Signature,
     units: ScaledUnits,
@@ -89,20 +89,20 @@ pub fn derivatives_of_run(
         by: vec![nothing; parameters.len()],
         reason: None,
     };
-    let legs = match Legs::of(run, times)? {
-        Ok(legs) => legs,
+    let course = match Course::of(run, times)? {
+        Ok(course) => course,
         Err(reason) => {
             found.reason = Some(reason);
             return Ok(found);
         }
     };
-    let numbers = Numbers::new(scene, parameters, legs.units.position)?;
+    let numbers = Numbers::new(scene, parameters, course.units.position)?;
     // Of each number how the values of all legs change with it.
     let mut by_number = Vec::with_capacity(parameters.len());
-    let step = step(scene, &legs.signature);
-    for i in 0..parameters.len() {
+    let step = step(scene, &course.signature);
+    for (i, parameter) in parameters.iter().enumerate() {
         let make = |offset: f64| numbers.scene(i, offset);
-        let at = |node: &Node| legs.values(&node.scene);
+        let at = |node: &Node| course.values(&node.scene);
         let mut rates = None;
         let mut part = 1.0;
         for _ in 0..=MOST_CLOSER {
@@ -116,12 +116,12 @@ pub fn derivatives_of_run(
             }
         }
         if rates.is_none() {
-            found.reason = Some(format!("by {}: {BORDER}", parameters[i]));
+            found.reason = Some(format!("by {parameter}: {BORDER}"));
         }
         by_number.push(rates);
     }
-    let carried = with_equations(scene, legs.equations(), |shooting| {
-        legs.carry(shooting, run, &by_number, &mut found)
+    let carried = with_equations(scene, course.equations(), |shooting| {
+        course.carry(shooting, run, &by_number, &mut found)
     });
     match carried {
         Err(Error::NoConvergence { stage, .. }) if stage == NO_REST => {
@@ -132,7 +132,7 @@ pub fn derivatives_of_run(
     Ok(found)
 }
 
-impl Legs {
+impl Course {
     /// The legs of a run; why it has no derivatives, if it has none at all.
     fn of(run: &Trajectory, times: &[f64]) -> Result<std::result::Result<Self, String>> {
         let (first, end) = run.span();
@@ -450,7 +450,7 @@ fn with_equations<T>(
     }
     let motion = IntegratedMaps::new(scene, scene.phase());
     work(&Shooting {
-        motion: &motion.to_parts_of(size),
+        motion: &motion.in_parts_of(size),
         stages: &signature.stages,
         clocked: signature.clocked(scene),
         images: None,

@@ -448,14 +448,14 @@ impl Kernel {
                 &modal.position_rows[hit.stop],
                 &modal.velocity_rows[hit.stop],
             );
-            for j in 0..count {
+            for (j, sources) in sources.iter().enumerate() {
                 let flights = pulses.flights(&train.times, i, j);
                 let seen = |b: usize| [row(n[b], &flights[b]), row(m[b], &flights[b])];
                 rows.push(loud.iter().map(|&b| seen(b)).collect());
                 let mut sums = [[[0.0; 2]; 2]; POWERS];
                 for &b in &silent {
                     let rows = seen(b);
-                    let mut left = sources[j][b];
+                    let mut left = sources[b];
                     for sum in &mut sums {
                         for (c, row) in rows.iter().enumerate() {
                             for (k, z) in left.iter().enumerate() {

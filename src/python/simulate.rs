@@ -148,7 +148,7 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// How a motion changes with the place of a stop and its restitution:
 ///
 /// >>> scene = vi.Scene(vi.LinearSystem(1, 0.0, 0.0), stops=vi.Stop(0, 1.0, 0.5))
-/// >>> run = vi.simulate(scene, 0.0, 2.0, (0, 2), derivatives=["clearance", "restitution"])
+/// >>> run = vi.simulate(scene, 0.0, 2.0, (0, 2), derivatives=("clearance", "restitution"))
 /// >>> {name: own.round(9).tolist() for name, own in run.derivatives.items()}
 /// {'clearance': [1.5, 0.0], 'restitution': [-3.0, -2.0]}
 #[pyfunction]

@@ -49,7 +49,7 @@ impl IntegratedMaps {
     }
 
     /// The same to a tolerance that is as small beside motions of some size as the usual one beside one.
-    pub fn to_parts_of(self, size: f64) -> Self {
+    pub fn in_parts_of(self, size: f64) -> Self {
         let absolute = TOLERANCE.absolute * size;
         Self {
             tolerance: Tolerance {
