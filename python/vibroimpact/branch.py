@@ -271,8 +271,8 @@ def continuation(
     callable has the branch so far as ``.branch``; a ``ValueError`` of it is the end of its domain and none.
 
     A linear scene of 24 coordinates and more, whose modes all decay and whose stops are hit one at a time, is followed by the
-    impulses and times of its impacts alone, two unknowns each, and its multipliers are counted without an eigenproblem: the column
-    ``multipliers`` is nan then, and ``orbit.floquet_multipliers`` of an orbit are there as ever. Such a branch is kept its own
+    impulses and times of its impacts alone, two unknowns each, and its multipliers are counted without an eigenproblem:
+    ``multipliers`` are nan then, and ``orbit.floquet_multipliers`` of an orbit are there as ever. Such a branch is kept its own
     mirror image only with ``symmetric=True``, which takes all unknowns (theory 19, "Many modes").
 
     Over "energy" the scene is one, and no orbit attracts: ``is_stable`` says that deviations do not grow, but by the difference

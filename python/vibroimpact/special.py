@@ -166,8 +166,8 @@ class Special(ArrayResult):
             ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze those with
             an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
             born there; at a corner the orbit that hits the two stops in the other order, if there is one; at a rise the one that
-            leaves the stop there and lands on it again. None at a fold, a torus, a chatter border or a landing border. Those that keep the rules of contact come first. What is not found near the point
-            is left out.
+            leaves the stop there and lands on it again. None at a fold, a torus, a chatter border or a landing border. Those that
+            keep the rules of contact come first. What is not found near the point is left out.
 
         Raises
         ------
