@@ -3,6 +3,7 @@
 use crate::python::text::shown;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 
 /// The numbers of a scene, as `Scene.replace` has them.
 pub(crate) const NUMBERS: &str = "frequency, amplitude, clearance, clearance[0], restitution, restitution[0], forcing_scale or damping_scale";
@@ -45,9 +46,13 @@ fn given<'a, 'py, T>(argument: &str, value: &'a Bound<'py, PyAny>) -> PyResult<T
 where
     T: FromPyObject<'a, 'py> + ArgumentKind,
 {
+    let message = || format!("{argument} is {}, but {} is needed", shown(value), T::KIND);
+    // To Python a truth value is a number.
+    if value.is_instance_of::<PyBool>() && T::KIND != bool::KIND {
+        return Err(PyTypeError::new_err(message()));
+    }
     value.extract().map_err(|error: T::Error| {
         let (py, error): (_, PyErr) = (value.py(), error.into());
-        let message = || format!("{argument} is {}, but {} is needed", shown(value), T::KIND);
         if error.is_instance_of::<PyTypeError>(py) {
             PyTypeError::new_err(message())
         } else if error.is_instance_of::<PyOverflowError>(py) {

@@ -635,3 +635,10 @@ class TestEnergy:
             family.special[0].beyond()
         with pytest.raises(ValueError, match="keep their energy in any"):
             vi.bifurcation_curve(family.special[2], ("clearance", "restitution"), ((0.5, 2.0), (0.5, 1.0)))
+
+
+def test_a_truth_value_is_no_number():
+    with pytest.raises(TypeError, match="max_points is True, but a whole number is needed"):
+        vi.continuation(orbit(), "forcing_scale", (0.5, 1.2), max_points=True)
+    with pytest.raises(TypeError, match="rtol is True, but a number is needed"):
+        vi.simulate(scene(), 0.0, 0.0, (0.0, 1.0), rtol=True)
