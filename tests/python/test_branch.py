@@ -642,3 +642,19 @@ def test_a_truth_value_is_no_number():
         vi.continuation(orbit(), "forcing_scale", (0.5, 1.2), max_points=True)
     with pytest.raises(TypeError, match="rtol is True, but a number is needed"):
         vi.simulate(scene(), 0.0, 0.0, (0.0, 1.0), rtol=True)
+
+
+def test_many_modes_are_counted():
+    frequencies = 1.0 + np.arange(30)
+    system = vi.LinearSystem(np.ones(30), 0.02 * frequencies, frequencies**2)
+    stop = vi.Stop(1 / (1 + 0.1 * np.arange(30)), 0.3, 0.8)
+    own = vi.Scene(system, vi.Harmonic(1 / frequencies, 2.4), stop)
+    branch = vi.continuation(vi.periodic_orbits(own, [0])[0], "forcing_scale", (0.5, 2.0))
+    assert np.isnan(branch.multipliers).all()
+    exact = [np.count_nonzero(np.abs(orbit.floquet_multipliers) > 1 + 1e-9) for orbit in branch[1:-1:7]]
+    np.testing.assert_array_equal(branch.n_unstable[1:-1:7], exact)
+    turn = next(found for found in branch.special if found.kind == "torus")
+    on_circle = np.exp(2j * np.pi * turn.data["rotation_number"])
+    assert np.abs(turn.orbit.floquet_multipliers - on_circle).min() < 1e-6
+    with pytest.raises(ValueError, match="only counted"):
+        vi.plot.multiplier_paths(branch)

@@ -33,7 +33,7 @@ def multiplier_paths(branch: Branch, ax: Axes | None = None, *, limit: float = 2
     Raises
     ------
     ValueError
-        If `branch` is none, or `limit` is not above 0.
+        If `branch` is none, or has no multipliers, as one of many modes; if `limit` is not above 0 and finite.
 
     Examples
     --------
@@ -44,8 +44,11 @@ def multiplier_paths(branch: Branch, ax: Axes | None = None, *, limit: float = 2
     'real part of multiplier'
     """
     require(branch, "arclength", "branch must be the result of vibroimpact.continuation")
-    if not limit > 0.0:
-        message = f"limit must be above 0, got {limit!r}"
+    if not 0.0 < limit < np.inf:
+        message = f"limit must be above 0 and finite, got {limit!r}"
+        raise ValueError(message)
+    if not np.isfinite(branch.multipliers).any():
+        message = f"branch is {branch!r}, whose multipliers are only counted (many modes): draw those of its orbits"
         raise ValueError(message)
     is_new = ax is None
     ax = axes_or_new(ax)
