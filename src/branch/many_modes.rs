@@ -17,6 +17,9 @@ use std::sync::Arc;
 
 /// From so many modes on: below, the unknowns of a loop are not many either.
 const MANY: usize = 24;
+/// Corrections of a loop that is closed, and singular values along which it is not corrected, in parts of the largest entry.
+const POLISHED: usize = 3;
+const ALONG_FOLD: f64 = 1e-6;
 
 impl Family<'_> {
     /// The same followed by its impulses, where the scene has many modes and they say all.
@@ -30,6 +33,22 @@ impl Family<'_> {
             has_pulses: true,
             ..self.clone()
         };
+        // All the way: where modes do not decay enough all unknowns serve.
+        let (low, high) = self.range;
+        for value in [low, high] {
+            let there = match self.scene(value) {
+                // The number may not take this value.
+                Err(Error::BadValue { .. }) => continue,
+                there => there?,
+            };
+            if check_same(&scene, &there, value).is_err() {
+                continue;
+            }
+            let state = stretched(&place.state, &scene, &there);
+            if reduced.pulses(&there, period(&state))?.is_none() {
+                return Ok((self, place));
+            }
+        }
         Ok(match reduced.impulses_of(&scene, &place.state)? {
             None => (self, place),
             impulses => (reduced, Place { impulses, ..place }),
@@ -45,7 +64,7 @@ impl Family<'_> {
     /// The same where they are to.
     fn needed_pulses(&self, scene: &Scene, value: f64, period: f64) -> Result<Arc<Pulses>> {
         self.pulses(scene, period)?.ok_or_else(|| {
-            let rule = "with many modes each of them must decay";
+            let rule = "of many modes each must lose more than a millionth in a period";
             Error::bad_value("parameter", value, rule)
         })
     }
@@ -188,7 +207,28 @@ impl Family<'_> {
     /// The orbit of a loop.
     pub fn orbit_of_pulses(&self, place: &Place) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
-        let (pulses, train) = place.train();
+        let (pulses, mut train) = place.train();
+        let units = &self.units_in(&scene);
+        let mut own = pulses.linearised(&train, units);
+        // Gaps are to be zero to rounding, where the orbit may not change by much: not along a fold.
+        for _ in 0..POLISHED {
+            let tolerance = ALONG_FOLD * own.rows.amax();
+            let by = rank::solve(&own.rows, &own.right, tolerance)?.particular;
+            let count = pulses.len();
+            let moved = PulseTrain {
+                times: (0..count)
+                    .map(|i| train.times[i] + by[count + i] * place.clock)
+                    .collect(),
+                changes: (0..count)
+                    .map(|i| train.changes[i] + by[i] * units.velocity)
+                    .collect(),
+            };
+            let there = pulses.linearised(&moved, units);
+            if there.mismatch >= own.mismatch {
+                break;
+            }
+            (train, own) = (moved, there);
+        }
         pulses.orbit(&scene, &train, self.signature.n_periods)
     }
 }

@@ -135,6 +135,14 @@ pub(super) fn of_boundary(
     let kind = match rule {
         Rule::Pulls { .. } | Rule::Leaves { .. } => SpecialKind::LostImpact,
         Rule::Reached { .. } => SpecialKind::Corner,
+        // At the landing itself.
+        Rule::Holds { .. }
+            if beside(&at.orbit, time).is_some_and(|(own, off)| {
+                own.stop == stop && own.departure == 0.0 && off <= AT_ONCE
+            }) =>
+        {
+            SpecialKind::LandingBorder
+        }
         Rule::Holds { .. } => SpecialKind::Rise,
         Rule::Passed => {
             let next_to = beside(&at.orbit, time);

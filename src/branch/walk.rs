@@ -120,7 +120,11 @@ pub(super) fn walk(
                 if let (true, Some(instant)) = (step <= smallest, border_of) {
                     let error = step * family.span();
                     let mut met = of_meeting(family, from, (instant, error));
-                    if let Some((parameter, error)) = border(family, &points, instant)? {
+                    // What is extrapolated out of the range is none.
+                    let (low, high) = family.range;
+                    let found = border(family, &points, instant)?;
+                    let within = found.filter(|own| (low..=high).contains(&own.0));
+                    if let Some((parameter, error)) = within {
                         (met.parameter, met.error) = (parameter, error);
                     }
                     let end = named(missed.end(), Some(&met));

@@ -69,36 +69,51 @@ impl Pulses {
         (0.0..=most).contains(&outside).then_some(outside as usize)
     }
 
-    /// The multiplier on the upper half of the unit circle, where one is: from the point of the circle at which the determinant is least, by
-    /// the method of the secant.
+    /// The multiplier on the upper half of the unit circle, where one is: from points of the circle at which the determinant, without the poles
+    /// that the modes give it, is less than at their neighbours, by the method of the secant; the one that is nearest to the circle.
     pub fn on_circle(&self, train: &PulseTrain, units: &Units) -> Option<Complex<f64>> {
         let before = self.before(train);
         let kernel = Kernel::new(self, train, &before);
-        let at = |point: Complex<f64>| kernel.equations(self, units, point).determinant();
-        let points = (1..CIRCLE_POINTS).map(|k| {
-            let angle = PI * f64::from(k) / f64::from(CIRCLE_POINTS);
-            Complex::from_polar(1.0, angle)
+        let farthest = RADIUS - LONGEST / NEAR;
+        let modes = self
+            .modal_multipliers()
+            .filter(|mode| mode.norm() > farthest);
+        let modes: Vec<Complex<f64>> = modes.collect();
+        let at = |point: Complex<f64>| {
+            let own = kernel.equations(self, units, point).determinant();
+            modes.iter().fold(own, |left, mode| left * (point - mode))
+        };
+        let angle = |k: i32| PI * f64::from(k) / f64::from(CIRCLE_POINTS);
+        let sizes = (0..=CIRCLE_POINTS).map(|k| at(Complex::from_polar(1.0, angle(k))).norm());
+        let sizes: Vec<f64> = sizes.collect();
+        let lows = (1..CIRCLE_POINTS).filter(|&k| {
+            let k = k as usize;
+            sizes[k] <= sizes[k - 1] && sizes[k] <= sizes[k + 1]
         });
-        let sizes = points.map(|point| (point, at(point).norm()));
-        let (mut last, _) = sizes.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let mut found = last * Complex::from_polar(1.0, 1e-3);
-        let mut before = at(last);
-        for _ in 0..MOST_SECANTS {
-            let here = at(found);
-            let step = here * (found - last) / (here - before);
-            if !step.norm().is_finite() || step.norm() <= f64::EPSILON {
-                break;
+        let found = lows.filter_map(|k| {
+            let mut last = Complex::from_polar(1.0, angle(k));
+            let mut found = last * Complex::from_polar(1.0, 1e-3);
+            let mut before = at(last);
+            for _ in 0..MOST_SECANTS {
+                let here = at(found);
+                let step = here * (found - last) / (here - before);
+                if !step.norm().is_finite() || step.norm() <= f64::EPSILON {
+                    break;
+                }
+                (last, before, found) = (found, here, found - step);
             }
-            (last, before, found) = (found, here, found - step);
-        }
-        (found.im > 0.0).then_some(found)
+            (found.im > 0.0).then_some(found)
+        });
+        let off = |mu: &Complex<f64>| mu.norm().ln().abs();
+        found.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
     /// The multipliers of the modes, of a pair of conjugate ones the upper.
     fn modal_multipliers(&self) -> impl Iterator<Item = Complex<f64>> {
         let each = self.blocks().iter().flat_map(|block| block.roots());
-        let upper = each.filter(|root| root.im >= 0.0);
-        upper.map(|root| (root * self.period()).exp())
+        let all = each.map(|root| (root * self.period()).exp());
+        // Of the roots of a pair either may turn to the upper half.
+        all.filter(|mode| mode.im >= 0.0)
     }
 }
 

@@ -153,3 +153,126 @@ fn orbits_close_and_their_multipliers_are_counted() {
         "{points} {special:?}"
     );
 }
+
+/// A scene of some coordinates, alone or among others that see nothing, with the range of a number.
+struct Padded<'a> {
+    stiffness: &'a [f64],
+    damping: &'a [f64],
+    force: &'a [f64],
+    normal: &'a [f64],
+    numbers: [f64; 3],
+    parameter: Parameter,
+    range: (f64, f64),
+}
+
+impl Padded<'_> {
+    fn branch(&self, n: usize) -> Branch {
+        let with = |own: &[f64], rest: f64| {
+            DVector::from_fn(n, |i, _| own.get(i).copied().unwrap_or(rest))
+        };
+        let ones = DVector::from_element(n, 1.0);
+        let system = LinearSystem::new(ones, with(self.damping, 6.0), with(self.stiffness, 25.0));
+        let [w, clearance, restitution] = self.numbers;
+        let force = with(self.force, 0.0).map(Complex::from);
+        let force = Harmonic::new(force, w, 0.0).expect("valid");
+        let stop = Stop::new(with(self.normal, 0.0), clearance, restitution).expect("valid");
+        let own = Scene::new(system.expect("valid"), force, [stop]).expect("valid");
+        let found = periodic_orbits(&own, &Pattern::single(0), &OrbitOptions::default());
+        let found = found.expect("a search");
+        let mut admissible = found.iter().filter(|own| own.is_admissible() == Some(true));
+        let first = admissible.next().expect("one");
+        followed(
+            first,
+            self.parameter,
+            self.range,
+            &ContinuationOptions::default(),
+        )
+    }
+}
+
+#[test]
+fn coordinates_that_see_nothing_change_nothing() {
+    let light = Padded {
+        stiffness: &[1.0, 4.41, 5.29],
+        damping: &[0.006, 0.0126, 0.0138],
+        force: &[1.0, 0.0, 0.0],
+        normal: &[1.0, 0.2, 0.1],
+        numbers: [1.37, 0.0, 0.6],
+        parameter: Parameter::DampingScale,
+        range: (0.05, 3.0),
+    };
+    let all = [
+        Padded {
+            parameter: Parameter::Frequency,
+            range: (1.25, 1.5),
+            ..light
+        },
+        light,
+        Padded {
+            stiffness: &[1.0],
+            damping: &[0.33],
+            force: &[1.0],
+            normal: &[1.0],
+            numbers: [2.92, -0.0512, 0.5482],
+            parameter: Parameter::Frequency,
+            range: (1.75, 4.7),
+        },
+        Padded {
+            stiffness: &[1.261, 1.8535],
+            damping: &[0.1586, 0.0792],
+            force: &[-0.3144, -0.4272],
+            normal: &[1.0, 0.6661],
+            numbers: [1.35245, 0.28239, 0.47239],
+            parameter: Parameter::DampingScale,
+            range: (0.2, 3.0),
+        },
+        Padded {
+            stiffness: &[2.861_910_821_358_6, 2.109_868_731_835_738],
+            damping: &[0.010_317_814_036_700_708, 0.012_073_781_974_692_098],
+            force: &[-0.833_817_128_841_376_3, 0.131_233_533_733_696_1],
+            normal: &[1.0, 0.431_960_786_441_107_75],
+            numbers: [
+                2.460_389_466_524_633_4,
+                -0.031_869_857_086_653_09,
+                0.706_469_602_967_259,
+            ],
+            parameter: Parameter::ClearanceOf(0),
+            range: (-1.0, 1.0),
+        },
+        Padded {
+            stiffness: &[1.0],
+            damping: &[0.02],
+            force: &[1.0],
+            normal: &[1.0],
+            numbers: [2.5, 0.0, 0.6],
+            parameter: Parameter::DampingScale,
+            range: (0.0, 3.0),
+        },
+    ];
+    for (case, own) in all.iter().enumerate() {
+        let (few, many) = (own.branch(own.stiffness.len()), own.branch(24));
+        let width = own.range.1 - own.range.0;
+        let list = |branch: &Branch| -> Vec<_> {
+            let special = branch.special.iter();
+            special
+                .map(|own| (own.kind, (own.parameter / width * 1e6).round()))
+                .collect()
+        };
+        assert_eq!(
+            list(&few),
+            list(&many),
+            "{case} {:?} {:?}",
+            few.ends,
+            many.ends
+        );
+        for (one, other) in few.ends.iter().zip(&many.ends) {
+            assert_eq!(one.reason, other.reason, "{case}");
+        }
+        let counts = many.n_unstable().expect("counts");
+        for (orbit, count) in many.orbits.iter().zip(counts).step_by(5) {
+            if let Some(exact) = outside(orbit) {
+                assert_eq!(count, Some(exact), "{case} {}", orbit.phase());
+            }
+        }
+    }
+}
