@@ -29,6 +29,8 @@ what holds where. Written by `docs/branches.py`; the mechanics are in [theory.md
   samples. `is_virtual` is the broken ones; an orbit that touches within rounding is undecided, and no more is said.
 - *Its multipliers* are those of the maps as executed. Beside a graze they are as uncertain as the motion's speed over the impact's, in
   roundings.
+- *Of many modes the multipliers outside the unit circle are counted*, by how often a determinant winds about zero along it, with steps
+  that the multipliers of the modes prescribe. That the determinant does not turn twice between two points is likely, not proved.
 
 ## Between two points
 

@@ -154,7 +154,6 @@ impl Pulses {
         multiplier: f64,
         by: &PulseTrain,
     ) -> Vec<DVector<f64>> {
-        let count = self.len();
         let before = self.before(train);
         let each = before.iter().enumerate().map(|(i, state)| {
             let mut rate = state.clone();
@@ -188,7 +187,6 @@ impl Pulses {
                 }
             }
         }
-        debug_assert_eq!(all.len(), count);
         let behind = all.iter().enumerate();
         behind
             .map(|(i, state)| self.physical(&self.behind(i, state, by.changes[i])))
