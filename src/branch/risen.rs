@@ -1,4 +1,4 @@
-//! The motion behind a rise (theory 19, "Boundaries"): where the force of a contact comes to zero and would pull, the stop is let go and landed on
+//! The motion behind a rise (theory 19, "Rise"): where the force of a contact comes to zero and would pull, the stop is let go and landed on
 //! again.
 
 use crate::branch::candidate::Candidate;
