@@ -103,11 +103,12 @@ pub fn continuation_of(
 /// ```
 /// use std::ops::ControlFlow;
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
-/// use vibroimpact::{ContinuationOptions, Forcing, LinearSystem, Scene, Stop, continuation_over_energy, find_orbit};
+/// use vibroimpact::{ContinuationOptions, Forcing, Guess, LinearSystem, Scene, Stop, continuation_over_energy, find_orbit};
 /// let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0])?;
 /// let scene = Scene::new(system, Forcing::Unforced, [Stop::new(0, 1.0, 1.0)?])?;
 /// let (q, v) = (dvector![-2.0], dvector![0.0]);
-/// let orbit = find_orbit(&scene, (&q, &v, 4.2), None)?;
+/// let guess = Guess::State { q: &q, v: &v, period: Some(4.2) };
+/// let orbit = find_orbit(&scene, guess, None)?;
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let branch = continuation_over_energy(&orbit, (0.5, 8.0), &ContinuationOptions::default(), go_on)?;
 /// // The amplitude is 4 at the end: from the stop at 1 round to it again.
