@@ -297,7 +297,7 @@ def continuation(
     >>> scene = vi.Scene(vi.LinearSystem(1, None, 1), stops=vi.Stop(0, 1.0, 1.0))
     >>> family = vi.continuation(vi.find_orbit(scene, (-2.0, 0.0, 4.2)), "energy", (0.1, 8.0))
     >>> family.special[0].kind, round(family.special[0].parameter, 9), round(family[-1].period, 6)
-    ('lost_impact', 0.5, 3.647)
+    ('lost_impact', 0.5, 3.646953)
     """
     begin, known = _orbit_of(orbit)
     if virtual not in ("stop", "keep"):
