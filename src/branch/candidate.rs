@@ -1,5 +1,8 @@
 //! An orbit of another branch.
 
+use crate::branch::family::Family;
+use crate::branch::place::Place;
+use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
 /// An orbit near a special point of a branch, on another branch that meets it there; followed by [`continuation`](crate::continuation) a factor
@@ -12,4 +15,15 @@ pub struct Candidate {
     pub parameter: f64,
     /// Whether that is above the special point; else below.
     pub is_above: bool,
+}
+
+impl Candidate {
+    /// The orbit of a loop that closes, at a value that differs from that of a special point.
+    pub(super) fn at(family: &Family<'_>, place: &Place, special: f64) -> Result<Self> {
+        Ok(Self {
+            orbit: family.orbit(place)?,
+            parameter: place.value,
+            is_above: place.value > special,
+        })
+    }
 }

@@ -162,16 +162,13 @@ fn from_orbit(
             rule,
         ));
     }
-    let (family, place) = if options.symmetric == Some(true) {
-        half_of(begun, options.symmetric)?
+    // Its mirror image is kept with all unknowns alone.
+    let begun = if options.symmetric == Some(true) {
+        begun
     } else {
-        let (family, place) = begun.0.by_pulses(begun.1)?;
-        if family.has_pulses {
-            (family, place)
-        } else {
-            half_of((family, place), options.symmetric)?
-        }
+        begun.0.by_pulses(begun.1)?
     };
+    let (family, place) = half_of(begun, options.symmetric)?;
     let first = first_point(&family, place, orbit)?;
     let joined = both_ways(&first, options.heading, |sign| {
         let turned = Point {

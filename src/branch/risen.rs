@@ -51,12 +51,7 @@ pub(super) fn risen(
         {
             let by_value = Direction::of_value(other.n_unknowns(&at));
             if let Ok(settled) = other.corrected(at, &by_value)? {
-                let place = &settled.place;
-                return Ok(Some(Candidate {
-                    orbit: other.orbit(place)?,
-                    parameter: place.value,
-                    is_above: place.value > special.parameter,
-                }));
+                return Candidate::at(&other, &settled.place, special.parameter).map(Some);
             }
         }
         length *= 0.5;

@@ -130,15 +130,6 @@ fn found_there(found: Result<Option<Candidate>>) -> Result<Vec<Candidate>> {
     }
 }
 
-/// An orbit of a loop that closes, at a value that differs from that of a special point.
-fn candidate(family: &Family<'_>, place: &Place, special: f64) -> Result<Candidate> {
-    Ok(Candidate {
-        orbit: family.orbit(place)?,
-        parameter: place.value,
-        is_above: place.value > special,
-    })
-}
-
 /// The orbit of twice the period, along the deviation that comes back reversed; of half a motion the one that is not its mirror image.
 fn doubled(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
     let by = &family.deviation(place, -1.0)?;
@@ -188,7 +179,7 @@ fn found_aside(
                 let (family, place) = one
                     .as_ref()
                     .map_or((family, &settled.place), |(family, place)| (family, place));
-                return candidate(family, place, at.value).map(Some);
+                return Candidate::at(family, place, at.value).map(Some);
             }
         }
         aside *= 0.5;
@@ -227,7 +218,7 @@ fn with_speed(family: &Family<'_>, place: &Place, instant: usize) -> Result<Opti
         if let Ok(settled) = step_to(family, from, Target::Length(length))?
             && family.approach(&settled.place, instant)? > 0.0
         {
-            return candidate(family, &settled.place, place.value).map(Some);
+            return Candidate::at(family, &settled.place, place.value).map(Some);
         }
         length *= 0.5;
     }
@@ -286,7 +277,7 @@ fn beside(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
         let Ok(there) = step_to(family, from, Target::Value(value))? else {
             continue;
         };
-        let own = candidate(family, &there.place, place.value)?;
+        let own = Candidate::at(family, &there.place, place.value)?;
         if own.orbit.is_admissible() != Some(false) {
             return Ok(Some(own));
         }
@@ -344,5 +335,5 @@ fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
     if off.length() > ASIDE {
         return Ok(None);
     }
-    candidate(&other, &settled.place, place.value).map(Some)
+    Candidate::at(&other, &settled.place, place.value).map(Some)
 }

@@ -1,7 +1,8 @@
 //! How many multipliers of a closed motion lie outside the unit circle, by how often the determinant of its small equations winds about zero
 //! along the circle (theory 19, "Many modes"): no eigenproblem of all modes.
 
-use crate::orbit::pulses::{Kernel, PulseTrain, Pulses};
+use crate::orbit::pulse_kernel::Kernel;
+use crate::orbit::pulses::{PulseTrain, Pulses};
 use crate::orbit::shooting::closure::Units;
 use crate::tolerance::MARGINAL;
 use nalgebra::Complex;
@@ -24,14 +25,7 @@ const MOST_SECANTS: usize = 30;
 impl Pulses {
     /// How many multipliers lie outside the unit circle; `None` where the determinant is too near to zero on it, or turns too fast.
     pub fn n_outside(&self, train: &PulseTrain, units: &Units) -> Option<usize> {
-        let before = self.before(train);
-        let kernel = Kernel::new(self, train, &before);
-        // What lies farther inside is never the nearest that matters.
-        let farthest = RADIUS - LONGEST / NEAR;
-        let modes = self
-            .modal_multipliers()
-            .filter(|mode| mode.norm() > farthest);
-        let modes: Vec<Complex<f64>> = modes.collect();
+        let (kernel, modes) = self.near_circle(train);
         let at = |angle: f64| {
             let point = Complex::from_polar(RADIUS, angle);
             let value = kernel.equations(self, units, point).determinant();
@@ -65,20 +59,14 @@ impl Pulses {
         // Modes decay, so that all poles are inside: what winds is minus what is outside.
         let winds = (turned / PI).round();
         let outside = -winds;
-        let most = 2.0 * self.blocks().len() as f64;
+        let most = 2.0 * self.modal_multipliers().len() as f64;
         (0.0..=most).contains(&outside).then_some(outside as usize)
     }
 
     /// The multiplier on the upper half of the unit circle, where one is: from points of the circle at which the determinant, without the poles
     /// that the modes give it, is less than at their neighbours, by the method of the secant; the one that is nearest to the circle.
     pub fn on_circle(&self, train: &PulseTrain, units: &Units) -> Option<Complex<f64>> {
-        let before = self.before(train);
-        let kernel = Kernel::new(self, train, &before);
-        let farthest = RADIUS - LONGEST / NEAR;
-        let modes = self
-            .modal_multipliers()
-            .filter(|mode| mode.norm() > farthest);
-        let modes: Vec<Complex<f64>> = modes.collect();
+        let (kernel, modes) = self.near_circle(train);
         let at = |point: Complex<f64>| {
             let own = kernel.equations(self, units, point).determinant();
             modes.iter().fold(own, |left, mode| left * (point - mode))
@@ -108,12 +96,15 @@ impl Pulses {
         found.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// The multipliers of the modes, of a pair of conjugate ones the upper.
-    fn modal_multipliers(&self) -> impl Iterator<Item = Complex<f64>> {
-        let each = self.blocks().iter().flat_map(|block| block.roots());
-        let all = each.map(|root| (root * self.period()).exp());
+    /// What the circle is searched by: the equations of deviations, and the multipliers of modes that are near it, of a pair of conjugate ones
+    /// the upper; those farther inside are never the nearest that matters.
+    fn near_circle(&self, train: &PulseTrain) -> (Kernel, Vec<Complex<f64>>) {
+        let kernel = Kernel::new(self, train, &self.before(train));
+        let farthest = RADIUS - LONGEST / NEAR;
+        let each = self.modal_multipliers().iter().flatten().copied();
         // Of the roots of a pair either may turn to the upper half.
-        all.filter(|mode| mode.im >= 0.0)
+        let near = each.filter(|mode| mode.im >= 0.0 && mode.norm() > farthest);
+        (kernel, near.collect())
     }
 }
 
@@ -169,13 +160,12 @@ mod tests {
                     let own = &stability.orders[0].multipliers;
                     let before = pulses.before(&train);
                     let kernel = Kernel::new(&pulses, &train, &before);
-                    let roots = pulses.blocks().iter().flat_map(|block| block.roots());
-                    let modes: Vec<_> = roots.map(|root| (root * period).exp()).collect();
+                    let modes: Vec<_> = pulses.modal_multipliers().iter().flatten().collect();
                     // The multipliers pair by pair, so that no product leaves the doubles.
                     let ratio = |mu: Complex<f64>| {
                         let small = kernel.equations(&pulses, &units, mu).determinant();
                         let parts = own.iter().zip(&modes);
-                        parts.fold(small, |left, (m, mode)| left * (mu - mode) / (mu - m))
+                        parts.fold(small, |left, (m, mode)| left * (mu - *mode) / (mu - m))
                     };
                     let first = ratio(Complex::new(-1.3, 0.2));
                     for mu in [

@@ -3,8 +3,9 @@
 //! each whatever the number of modes; each has the gap of its stop and the law of restitution as its equations.
 
 use crate::error::Result;
-use crate::flow::ModalScene;
+use crate::flow::{ModalScene, along};
 use crate::hybrid::joined;
+use crate::impact::wrapped;
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalState, Response};
 use crate::model::{Moment, Scene, contacts};
@@ -13,39 +14,39 @@ use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::Units;
-use nalgebra::{Complex, ComplexField, DMatrix, DVector};
+use nalgebra::{Complex, DVector};
 use std::sync::Arc;
 
 /// A mode of which more than this is left after a period does not decay: near the circle its pulses have no end in sight.
 const DECAYS: f64 = 1.0 - 1e-6;
 
 /// One impact of a period.
-struct Hit {
-    stop: usize,
+pub(super) struct Hit {
+    pub stop: usize,
     /// `1 + e`
-    gain: f64,
+    pub gain: f64,
     /// `n.b`, and the largest part of n.
     weight: f64,
-    size: f64,
+    pub size: f64,
     /// What an impulse takes from the state that changes the speed along the stop by one, in parts of the largest part of n.
-    jump: Vec<Pair>,
+    pub jump: Vec<Pair>,
 }
 
 /// The equations of closed motions of a pattern in a scene.
 pub(crate) struct Pulses {
-    modal: Arc<ModalScene>,
+    pub(super) modal: Arc<ModalScene>,
     phase: f64,
     period: f64,
-    hits: Vec<Hit>,
-    blocks: Vec<Block>,
+    pub(super) hits: Vec<Hit>,
+    pub(super) blocks: Vec<Block>,
     /// Of each force that turns its steady response, and that to the load.
     steady: Vec<Vec<Response>>,
     rest: Vec<Pair>,
-    /// How much of each mode is left after a period.
-    left: Vec<f64>,
+    /// The multipliers of each mode.
+    multipliers: Vec<Response>,
     /// `e^{A T}`, and what it lacks to one.
-    once: Vec<[Pair; 2]>,
-    one_minus: Vec<[Pair; 2]>,
+    pub(super) once: Vec<[Pair; 2]>,
+    pub(super) one_minus: Vec<[Pair; 2]>,
 }
 
 /// The times of impulses, and by how much each changes the speed along its stop, in parts of the largest part of n.
@@ -53,13 +54,6 @@ pub(crate) struct Pulses {
 pub(crate) struct PulseTrain {
     pub times: Vec<f64>,
     pub changes: Vec<f64>,
-}
-
-/// The equations of a train linearised: `rows xi = right`, impulses before times.
-pub(crate) struct LinearisedPulses {
-    pub rows: DMatrix<f64>,
-    pub right: DVector<f64>,
-    pub mismatch: f64,
 }
 
 impl Pulses {
@@ -86,8 +80,7 @@ impl Pulses {
             if !stage.held.is_empty() {
                 return None;
             }
-            let along = modal.velocity_rows[stop].iter().zip(&modal.jumps[stop][..]);
-            let weight = along.map(|(n, b)| n[0] * b[0] + n[1] * b[1]).sum();
+            let weight = along(&modal.velocity_rows[stop], &modal.jumps[stop]);
             let size = modal.geometry.normals.column(stop).amax();
             let jumps = modal.jumps[stop].iter();
             hits.push(Hit {
@@ -98,12 +91,12 @@ impl Pulses {
                 jump: jumps.map(|z| z.map(|x| x * size / weight)).collect(),
             });
         }
-        let left = blocks.iter().map(|block| {
-            let each = block.roots().map(|root| (root.re * period).exp());
-            each[0].max(each[1])
-        });
-        let left: Vec<f64> = left.collect();
-        if !left.iter().all(|left| *left < DECAYS) || !modal.signals.is_empty() {
+        let multipliers = blocks
+            .iter()
+            .map(|block| block.roots().map(|root| (root * period).exp()));
+        let multipliers: Vec<Response> = multipliers.collect();
+        let mut each = multipliers.iter().flatten();
+        if !each.all(|mode| mode.norm() < DECAYS) || !modal.signals.is_empty() {
             return None;
         }
         let of = |(w, force): (f64, &[Response])| -> Vec<Response> {
@@ -114,7 +107,7 @@ impl Pulses {
         let rest =
             loads.map(|(block, load)| block.steady(0.0, load.map(Complex::from)).map(|z| z.re));
         Some(Self {
-            left,
+            multipliers,
             phase: scene.phase(),
             period,
             hits,
@@ -138,12 +131,9 @@ impl Pulses {
         self.hits.len()
     }
 
-    pub fn blocks(&self) -> &[Block] {
-        &self.blocks
-    }
-
-    pub fn period(&self) -> f64 {
-        self.period
+    /// The multipliers of each mode.
+    pub fn modal_multipliers(&self) -> &[Response] {
+        &self.multipliers
     }
 
     /// What deviations of a train that come back multiplied make of the states behind its impacts, each at its moved time: deviations of changes
@@ -193,7 +183,7 @@ impl Pulses {
             .collect()
     }
 
-    fn moment(&self, t: f64) -> Moment {
+    pub(super) fn moment(&self, t: f64) -> Moment {
         let w = self.modal.frequency;
         Moment::new(t, w * t + self.phase, w)
     }
@@ -216,7 +206,7 @@ impl Pulses {
     }
 
     /// `e^{A tau}` of all blocks, tau the time since impact j at impact i.
-    fn flights(&self, times: &[f64], i: usize, j: usize) -> Vec<[Pair; 2]> {
+    pub(super) fn flights(&self, times: &[f64], i: usize, j: usize) -> Vec<[Pair; 2]> {
         if i == j {
             return self.once.clone();
         }
@@ -324,26 +314,7 @@ impl Pulses {
 
     fn speed(&self, hit: &Hit, state: &ModalState, t: f64) -> f64 {
         let [_, slope, _] = self.modal.stop_motion(hit.stop, self.moment(t));
-        dot(&self.modal.velocity_rows[hit.stop], state) - slope
-    }
-
-    /// The equations about a train, changes of speeds in the unit of speeds.
-    pub fn linearised(&self, train: &PulseTrain, units: &Units) -> LinearisedPulses {
-        let before = self.before(train);
-        let right = self.right(train, &before, units);
-        let mismatch = right.iter().fold(0.0f64, |worst, lacks| {
-            if lacks.is_nan() {
-                f64::INFINITY
-            } else {
-                worst.max(lacks.abs())
-            }
-        });
-        let kernel = Kernel::new(self, train, &before);
-        LinearisedPulses {
-            rows: kernel.equations(self, units, 1.0),
-            right,
-            mismatch,
-        }
+        along(&self.modal.velocity_rows[hit.stop], state) - slope
     }
 
     /// What a train lacks, negative.
@@ -351,13 +322,19 @@ impl Pulses {
         self.right(train, &self.before(train), units)
     }
 
-    fn right(&self, train: &PulseTrain, before: &[ModalState], units: &Units) -> DVector<f64> {
+    /// The same from the states before its impacts.
+    pub(super) fn right(
+        &self,
+        train: &PulseTrain,
+        before: &[ModalState],
+        units: &Units,
+    ) -> DVector<f64> {
         let count = self.len();
         let mut right = DVector::zeros(2 * count);
         for (i, (hit, state)) in self.hits.iter().zip(before).enumerate() {
             let t = train.times[i];
             let [widening, ..] = self.modal.stop_motion(hit.stop, self.moment(t));
-            let place = dot(&self.modal.position_rows[hit.stop], state);
+            let place = along(&self.modal.position_rows[hit.stop], state);
             let gap = self.modal.geometry.clearances[hit.stop] + widening - place;
             let lacks = hit.size * train.changes[i] - hit.gain * self.speed(hit, state, t);
             right[i] = -gap / (units.position * hit.size);
@@ -392,7 +369,7 @@ impl Pulses {
             flights: flights.collect(),
             pattern: Pattern::new(self.hits.iter().map(|hit| vec![hit.stop]).collect())?,
             n_periods,
-            phase: crate::impact::wrapped(self.modal.frequency * train.times[0] + self.phase),
+            phase: wrapped(self.modal.frequency * train.times[0] + self.phase),
             impulses: self
                 .hits
                 .iter()
@@ -405,154 +382,6 @@ impl Pulses {
     }
 }
 
-/// What the stops of impacts see of impulses, for deviations that come back multiplied by any number.
-pub(crate) struct Kernel {
-    /// The modes of which something is left after a period.
-    loud: Vec<usize>,
-    /// `n.q` and `n.v` at impact i of what is there behind impact j, of these modes; at i count + j.
-    rows: Vec<Vec<[Pair; 2]>>,
-    /// What an impulse is behind impact j, and what it is less when it comes later, of these modes.
-    sources: Vec<Vec<[Pair; 2]>>,
-    /// What is seen of all others, for each power of a deviation's number in which it comes in.
-    quiet: Vec<[[Pair; 2]; POWERS]>,
-    /// The rates of `n.q` and `n.v` less the stop's own before impact i.
-    rates: Vec<Pair>,
-}
-
-/// Modes of which less than this is left after a period are seen by so many powers of it: to 1e-13.
-const QUIET: f64 = 0.02;
-const POWERS: usize = 8;
-
-impl Kernel {
-    pub fn new(pulses: &Pulses, train: &PulseTrain, before: &[ModalState]) -> Self {
-        let (modal, count) = (&pulses.modal, pulses.len());
-        let source = |(hit, change): (&Hit, &f64)| -> Vec<[Pair; 2]> {
-            let each = pulses.blocks.iter().zip(&hit.jump);
-            let both = each.map(|(block, &jump)| {
-                let slide = times(&block.matrix(), jump);
-                [jump, slide.map(|x| x * change)]
-            });
-            both.collect()
-        };
-        let sources = pulses.hits.iter().zip(&train.changes).map(source);
-        let sources: Vec<Vec<[Pair; 2]>> = sources.collect();
-        let is_loud = |b: &usize| pulses.left[*b] > QUIET;
-        let (loud, silent): (Vec<usize>, Vec<usize>) = (0..pulses.blocks.len()).partition(is_loud);
-        let mut rows = Vec::with_capacity(count * count);
-        let mut quiet = Vec::with_capacity(count * count);
-        let mut rates = Vec::with_capacity(count);
-        for (i, hit) in pulses.hits.iter().enumerate() {
-            let (n, m) = (
-                &modal.position_rows[hit.stop],
-                &modal.velocity_rows[hit.stop],
-            );
-            for (j, sources) in sources.iter().enumerate() {
-                let flights = pulses.flights(&train.times, i, j);
-                let seen = |b: usize| [row(n[b], &flights[b]), row(m[b], &flights[b])];
-                rows.push(loud.iter().map(|&b| seen(b)).collect());
-                let mut sums = [[[0.0; 2]; 2]; POWERS];
-                for &b in &silent {
-                    let rows = seen(b);
-                    let mut left = sources[b];
-                    for sum in &mut sums {
-                        for (c, row) in rows.iter().enumerate() {
-                            for (k, z) in left.iter().enumerate() {
-                                sum[c][k] += row[0] * z[0] + row[1] * z[1];
-                            }
-                        }
-                        left = left.map(|z| times(&pulses.once[b], z));
-                    }
-                }
-                quiet.push(sums);
-            }
-            let at = pulses.moment(train.times[i]);
-            let mut rate = before[i].clone();
-            modal.rate(&before[i], at, &mut rate);
-            let [_, slope, bend] = modal.stop_motion(hit.stop, at);
-            rates.push([dot(n, &rate) - slope, dot(m, &rate) - bend]);
-        }
-        let of_loud = |own: &Vec<[Pair; 2]>| loud.iter().map(|&b| own[b]).collect();
-        Self {
-            rows,
-            sources: sources.iter().map(of_loud).collect(),
-            loud,
-            quiet,
-            rates,
-        }
-    }
-
-    /// The equations of a deviation that comes back multiplied.
-    pub fn equations<T: ComplexField<RealField = f64>>(
-        &self,
-        pulses: &Pulses,
-        units: &Units,
-        multiplier: T,
-    ) -> DMatrix<T> {
-        let count = pulses.len();
-        let mut all = DMatrix::<T>::zeros(2 * count, 2 * count);
-        let off = multiplier.clone() - T::one();
-        for j in 0..count {
-            // What is left of one impulse, and of one that comes later.
-            let seen_of_quiet = |i: usize| {
-                // 1/mu + e^{AT}/mu^2 + ...
-                [0, 1].map(|c| {
-                    [0, 1].map(|k| {
-                        let sums = self.quiet[i * count + j].iter().rev();
-                        sums.fold(T::zero(), |sum, own| {
-                            (sum + T::from_real(own[c][k])) / multiplier.clone()
-                        })
-                    })
-                })
-            };
-            let mut seen: Vec<[[T; 2]; 2]> = (0..count).map(seen_of_quiet).collect();
-            for (b, sources) in self.sources[j].iter().enumerate() {
-                let [[p, q], [r, s]] = pulses.one_minus[self.loud[b]];
-                let (p, s) = (off.clone() + T::from_real(p), off.clone() + T::from_real(s));
-                let det = p.clone() * s.clone() - T::from_real(q * r);
-                for (k, source) in sources.iter().enumerate() {
-                    let left = [
-                        (s.clone().scale(source[0]) - T::from_real(q * source[1])) / det.clone(),
-                        (p.clone().scale(source[1]) - T::from_real(r * source[0])) / det.clone(),
-                    ];
-                    for (i, seen) in seen.iter_mut().enumerate() {
-                        for (c, row) in self.rows[i * count + j][b].iter().enumerate() {
-                            seen[c][k] +=
-                                left[0].clone().scale(row[0]) + left[1].clone().scale(row[1]);
-                        }
-                    }
-                }
-            }
-            for (i, seen) in seen.into_iter().enumerate() {
-                // An impulse of this round is multiplied by the time it comes again.
-                let factor = if j < i { multiplier.clone() } else { T::one() };
-                let hit = &pulses.hits[i];
-                let [place, speed] = seen.map(|pair| pair.map(|x| x * factor.clone()));
-                let (near, fast) = (units.position * hit.size, units.velocity * hit.size);
-                let (change, time) = (units.velocity, units.time);
-                all[(i, j)] = place[0].clone().scale(change / near);
-                all[(i, count + j)] = place[1].clone().scale(-time / near);
-                all[(count + i, j)] = speed[0].clone().scale(hit.gain * change / fast);
-                all[(count + i, count + j)] = speed[1].clone().scale(-hit.gain * time / fast);
-                if i == j {
-                    let [rise, gain] = self.rates[i];
-                    all[(i, count + i)] += T::from_real(-rise * time / near);
-                    all[(count + i, i)] += T::from_real(hit.size * change / fast);
-                    all[(count + i, count + i)] += T::from_real(-hit.gain * gain * time / fast);
-                }
-            }
-        }
-        all
-    }
-}
-
-/// `n e^{A tau}`
-fn row(n: Pair, flight: &[Pair; 2]) -> Pair {
-    [
-        n[0] * flight[0][0] + n[1] * flight[1][0],
-        n[0] * flight[0][1] + n[1] * flight[1][1],
-    ]
-}
-
 /// The solution of two equations.
 fn solve(m: [Pair; 2], right: Pair) -> Pair {
     let det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
@@ -560,9 +389,4 @@ fn solve(m: [Pair; 2], right: Pair) -> Pair {
         (m[1][1] * right[0] - m[0][1] * right[1]) / det,
         (m[0][0] * right[1] - m[1][0] * right[0]) / det,
     ]
-}
-
-fn dot(row: &[Pair], state: &ModalState) -> f64 {
-    let each = row.iter().zip(state.iter());
-    each.map(|(n, z)| n[0] * z[0] + n[1] * z[1]).sum()
 }

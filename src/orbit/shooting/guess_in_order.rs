@@ -82,33 +82,23 @@ fn instants_in_order(
             let own = stops.iter().map(|&stop| scene.stops()[stop].clone());
             let looked_at = scene.replace(Change::Stops(own.collect()))?;
             let span = (time, time + FOLLOWED * period);
+            let refused = |what: &str| {
+                let rule = format!("from the guess stop {} is {what}", stops[0]);
+                Error::bad_value(format!("pattern[{k}]"), format!("{stops:?}"), rule)
+            };
             let run = match simulate(&looked_at, &q, &v, span, &options) {
                 Err(Error::BadValue { argument, .. }) if argument == "q0" => {
-                    let rule = format!(
-                        "from the guess stop {} is to be reached from outside, but that lies behind it",
-                        stops[0]
-                    );
-                    return Err(Error::bad_value(
-                        format!("pattern[{k}]"),
-                        format!("{stops:?}"),
-                        rule,
+                    return Err(refused(
+                        "to be reached from outside, but that lies behind it",
                     ));
                 }
                 run => run?,
             };
             let first = found.first().map_or(f64::INFINITY, |first| first.time);
             let hit = run.impacts().first();
-            let Some(hit) = hit.filter(|hit| hit.time < first + period) else {
-                let rule = format!(
-                    "from the guess stop {} is not hit within a period: the stops of a pattern are hit in its order",
-                    stops[0]
-                );
-                return Err(Error::bad_value(
-                    format!("pattern[{k}]"),
-                    format!("{stops:?}"),
-                    rule,
-                ));
-            };
+            let hit = hit.filter(|hit| hit.time < first + period).ok_or_else(|| {
+                refused("not hit within a period: the stops of a pattern are hit in its order")
+            })?;
             time = hit.time;
             let mut state = joined(&run.state(time, ImpactSide::Before)?);
             let none = &mut DMatrix::zeros(state.len(), 0);

@@ -1,0 +1,188 @@
+//! The equations of closed motions by their impulses, linearised: what the stops of impacts see of impulses that change, and come back multiplied by
+//! any number (theory 19, "Many modes").
+
+use crate::flow::along;
+use crate::linalg::plane::{Pair, times};
+use crate::modal::ModalState;
+use crate::orbit::pulses::{Hit, PulseTrain, Pulses};
+use crate::orbit::shooting::closure::Units;
+use nalgebra::{ComplexField, DMatrix, DVector};
+
+/// The equations of a train linearised: `rows xi = right`, impulses before times.
+pub(crate) struct LinearisedPulses {
+    pub rows: DMatrix<f64>,
+    pub right: DVector<f64>,
+    pub mismatch: f64,
+}
+
+impl Pulses {
+    /// The equations about a train, changes of speeds in the unit of speeds.
+    pub fn linearised(&self, train: &PulseTrain, units: &Units) -> LinearisedPulses {
+        let before = self.before(train);
+        let right = self.right(train, &before, units);
+        let mismatch = right.iter().fold(0.0f64, |worst, lacks| {
+            if lacks.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(lacks.abs())
+            }
+        });
+        let kernel = Kernel::new(self, train, &before);
+        LinearisedPulses {
+            rows: kernel.equations(self, units, 1.0),
+            right,
+            mismatch,
+        }
+    }
+}
+
+/// What the stops of impacts see of impulses, for deviations that come back multiplied by any number.
+pub(crate) struct Kernel {
+    /// The modes of which something is left after a period.
+    loud: Vec<usize>,
+    /// `n.q` and `n.v` at impact i of what is there behind impact j, of these modes; at i count + j.
+    rows: Vec<Vec<[Pair; 2]>>,
+    /// What an impulse is behind impact j, and what it is less when it comes later, of these modes.
+    sources: Vec<Vec<[Pair; 2]>>,
+    /// What is seen of all others, for each power of a deviation's number in which it comes in.
+    quiet: Vec<[[Pair; 2]; POWERS]>,
+    /// The rates of `n.q` and `n.v` less the stop's own before impact i.
+    rates: Vec<Pair>,
+}
+
+/// Modes of which less than this is left after a period are seen by so many powers of it: to 1e-13.
+const QUIET: f64 = 0.02;
+const POWERS: usize = 8;
+
+impl Kernel {
+    pub fn new(pulses: &Pulses, train: &PulseTrain, before: &[ModalState]) -> Self {
+        let (modal, count) = (&pulses.modal, pulses.len());
+        let source = |(hit, change): (&Hit, &f64)| -> Vec<[Pair; 2]> {
+            let each = pulses.blocks.iter().zip(&hit.jump);
+            let both = each.map(|(block, &jump)| {
+                let slide = times(&block.matrix(), jump);
+                [jump, slide.map(|x| x * change)]
+            });
+            both.collect()
+        };
+        let sources = pulses.hits.iter().zip(&train.changes).map(source);
+        let sources: Vec<Vec<[Pair; 2]>> = sources.collect();
+        let is_loud = |b: &usize| {
+            let modes = pulses.modal_multipliers()[*b];
+            modes.iter().any(|mode| mode.norm() > QUIET)
+        };
+        let (loud, silent): (Vec<usize>, Vec<usize>) = (0..pulses.blocks.len()).partition(is_loud);
+        let mut rows = Vec::with_capacity(count * count);
+        let mut quiet = Vec::with_capacity(count * count);
+        let mut rates = Vec::with_capacity(count);
+        for (i, hit) in pulses.hits.iter().enumerate() {
+            let (n, m) = (
+                &modal.position_rows[hit.stop],
+                &modal.velocity_rows[hit.stop],
+            );
+            for (j, sources) in sources.iter().enumerate() {
+                let flights = pulses.flights(&train.times, i, j);
+                let seen = |b: usize| [row(n[b], &flights[b]), row(m[b], &flights[b])];
+                rows.push(loud.iter().map(|&b| seen(b)).collect());
+                let mut sums = [[[0.0; 2]; 2]; POWERS];
+                for &b in &silent {
+                    let rows = seen(b);
+                    let mut left = sources[b];
+                    for sum in &mut sums {
+                        for (c, row) in rows.iter().enumerate() {
+                            for (k, z) in left.iter().enumerate() {
+                                sum[c][k] += row[0] * z[0] + row[1] * z[1];
+                            }
+                        }
+                        left = left.map(|z| times(&pulses.once[b], z));
+                    }
+                }
+                quiet.push(sums);
+            }
+            let at = pulses.moment(train.times[i]);
+            let mut rate = before[i].clone();
+            modal.rate(&before[i], at, &mut rate);
+            let [_, slope, bend] = modal.stop_motion(hit.stop, at);
+            rates.push([along(n, &rate) - slope, along(m, &rate) - bend]);
+        }
+        let of_loud = |own: &Vec<[Pair; 2]>| loud.iter().map(|&b| own[b]).collect();
+        Self {
+            rows,
+            sources: sources.iter().map(of_loud).collect(),
+            loud,
+            quiet,
+            rates,
+        }
+    }
+
+    /// The equations of a deviation that comes back multiplied.
+    pub fn equations<T: ComplexField<RealField = f64>>(
+        &self,
+        pulses: &Pulses,
+        units: &Units,
+        multiplier: T,
+    ) -> DMatrix<T> {
+        let count = pulses.len();
+        let mut all = DMatrix::<T>::zeros(2 * count, 2 * count);
+        let off = multiplier.clone() - T::one();
+        for j in 0..count {
+            // What is left of one impulse, and of one that comes later.
+            let seen_of_quiet = |i: usize| {
+                // 1/mu + e^{AT}/mu^2 + ...
+                [0, 1].map(|c| {
+                    [0, 1].map(|k| {
+                        let sums = self.quiet[i * count + j].iter().rev();
+                        sums.fold(T::zero(), |sum, own| {
+                            (sum + T::from_real(own[c][k])) / multiplier.clone()
+                        })
+                    })
+                })
+            };
+            let mut seen: Vec<[[T; 2]; 2]> = (0..count).map(seen_of_quiet).collect();
+            for (b, sources) in self.sources[j].iter().enumerate() {
+                let [[p, q], [r, s]] = pulses.one_minus[self.loud[b]];
+                let (p, s) = (off.clone() + T::from_real(p), off.clone() + T::from_real(s));
+                let det = p.clone() * s.clone() - T::from_real(q * r);
+                for (k, source) in sources.iter().enumerate() {
+                    let left = [
+                        (s.clone().scale(source[0]) - T::from_real(q * source[1])) / det.clone(),
+                        (p.clone().scale(source[1]) - T::from_real(r * source[0])) / det.clone(),
+                    ];
+                    for (i, seen) in seen.iter_mut().enumerate() {
+                        for (c, row) in self.rows[i * count + j][b].iter().enumerate() {
+                            seen[c][k] +=
+                                left[0].clone().scale(row[0]) + left[1].clone().scale(row[1]);
+                        }
+                    }
+                }
+            }
+            for (i, seen) in seen.into_iter().enumerate() {
+                // An impulse of this round is multiplied by the time it comes again.
+                let factor = if j < i { multiplier.clone() } else { T::one() };
+                let hit = &pulses.hits[i];
+                let [place, speed] = seen.map(|pair| pair.map(|x| x * factor.clone()));
+                let (near, fast) = (units.position * hit.size, units.velocity * hit.size);
+                let (change, time) = (units.velocity, units.time);
+                all[(i, j)] = place[0].clone().scale(change / near);
+                all[(i, count + j)] = place[1].clone().scale(-time / near);
+                all[(count + i, j)] = speed[0].clone().scale(hit.gain * change / fast);
+                all[(count + i, count + j)] = speed[1].clone().scale(-hit.gain * time / fast);
+                if i == j {
+                    let [rise, gain] = self.rates[i];
+                    all[(i, count + i)] += T::from_real(-rise * time / near);
+                    all[(count + i, i)] += T::from_real(hit.size * change / fast);
+                    all[(count + i, count + i)] += T::from_real(-hit.gain * gain * time / fast);
+                }
+            }
+        }
+        all
+    }
+}
+
+/// `n e^{A tau}`
+fn row(n: Pair, flight: &[Pair; 2]) -> Pair {
+    [
+        n[0] * flight[0][0] + n[1] * flight[1][0],
+        n[0] * flight[0][1] + n[1] * flight[1][1],
+    ]
+}
