@@ -60,7 +60,9 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
 | `lost_impact` | an impact has no speed left | the impact would have to pull |
 | `corner` | two stops are hit at one instant | they would be hit in the other order |
 | `chatter_border` | the contact behind impacts that accumulate lasts no time | they do not come to rest |
+| `landing_border` | behind an impact with e = 0 the motion has no acceleration either | it is held where it left, or leaves where it was held |
 | `rise` | the contact force is zero while a stop is held | it would have to pull |
+| `release_border` | a flight from a release to the next landing takes no time | the contact is not left |
 
 - `special.branches()` looks for what is born there near the point, and says of each orbit found whether it keeps the rules. That
   nothing else is born is not proved: orbits with two impacts more, or one in more than six rounds, are not looked for.
@@ -69,10 +71,29 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
 - A chatter border is the limit of a power law. From its other side infinitely many grazes come towards it, and nothing can be
   followed through it.
 
+## On a curve over two numbers
+
+`bifurcation_curve` follows a special point itself. Where something else happens at once, `curve.special` has a point:
+
+| `point.kind` | on a curve of | what meets there |
+|---|---|---|
+| `cusp` | folds | two curves of folds, which end |
+| `strong_1_1`, `strong_1_2` | folds, doublings, tori | two multipliers are 1, or -1: a curve of tori ends on one of folds, or of doublings |
+| `strong_1_3`, `strong_1_4` | tori | small deviations turn by a third of a turn, or a quarter, in a period |
+| `fold_flip` | folds, doublings | a curve of folds and one of doublings, of the same orbits |
+| `resonant_graze`, `graze_fold` | folds, doublings, tori; grazes | an impact without speed: curves of folds and doublings end on one of grazes |
+| `double_graze` | grazes | two touches in one motion |
+| `degenerate_graze` | grazes, lost impacts | there is no acceleration at the touch |
+| `graze_corner` | stops hit together, grazes | two stops at one instant, and a touch |
+| the name of a boundary | all | the orbits of the curve begin to break a rule of contact there, or cease to |
+
+The last are found by halves from points that keep the rules and points that do not; a rule broken and kept again between two points is not seen.
+
 ## Not looked for
 
-Motions with a frequency more behind a torus (its rotation number is given), resonances of tori, sequences of corner impacts, the zero of a
-monitor within a fold, and meetings of two curves but those that `BifurcationCurve` names.
+Motions with a frequency more behind a torus (its rotation number is given), sequences of corner impacts, the zero of a monitor within a fold; of a
+crossing without symmetry the direction of the other branch (it is looked for at right angles to this one); what grows from the points of a curve
+at which two things happen at once; other meetings of two curves than those that `BifurcationCurve` names.
 """
 
 
@@ -107,11 +128,15 @@ def rows(fold: float) -> str:
 def sketch() -> None:
     """Draw the gap, or the contact force, before each boundary, at it and beyond."""
     t = np.linspace(-1.0, 1.0, 401)
-    figure, axes = plt.subplots(1, 5, figsize=(12.0, 2.6), layout="constrained", sharey=True)
-    for ax, kind in zip(axes, ("graze", "lost_impact", "corner", "chatter_border", "rise"), strict=True):
+    kinds = ("graze", "lost_impact", "corner", "chatter_border", "landing_border", "rise", "release_border")
+    figure, grid = plt.subplots(2, 4, figsize=(10.0, 5.0), layout="constrained", sharey=True)
+    *axes, empty = grid.flat
+    empty.set_axis_off()
+    for ax, kind in zip(axes, kinds, strict=True):
         ax.axhline(0.0, color="0.5", linewidth=3.0, solid_capstyle="butt")
         ax.set(title=kind, xticks=[], yticks=[], ylim=(-0.35, 1.0), xlabel="time")
-    axes[0].set_ylabel("gap")
+    for ax in grid[:, 0]:
+        ax.set_ylabel("gap")
     # A parabola above the stop, on it, below it.
     for height, line in ((0.25, "-"), (0.0, "--"), (-0.2, ":")):
         axes[0].plot(t, height + t**2, line, color="C0")
@@ -132,10 +157,19 @@ def sketch() -> None:
         if lift == 0.0:
             axes[3].plot([at, 0.7], [0.0, 0.0], "-", color="C0", linewidth=2.0)
             axes[3].plot(t[t >= 0.7], 3.0 * (t[t >= 0.7] - 0.7) ** 2, "-", color="C0")
+    # Behind a landing without speed: left at once, with no acceleration, held for a while.
+    for start, pull, line in ((-0.5, 0.7, "-"), (-0.5, 0.0, "--"), (0.0, 0.0, ":")):
+        s = np.clip(t - start, 0.0, None)
+        fall = np.where(t < -0.5, -1.2 * (t + 0.5), 0.0)
+        axes[4].plot(t, fall + pull * s**2 + 0.45 * s**3, line, color="C0")
     # A contact force that stays above zero, comes to it, would pull.
     for least, line in ((0.25, "-"), (0.0, "--"), (-0.2, ":")):
-        axes[4].plot(t, least + 0.9 * t**2, line, color="C3")
-    axes[4].text(0.0, 0.75, "contact force", ha="center", color="C3")
+        axes[5].plot(t, least + 0.9 * t**2, line, color="C3")
+    axes[5].text(0.0, 0.75, "contact force", ha="center", color="C3")
+    # A flight that is shorter and lower, then none.
+    for part, line in ((0.25, "-"), (0.18, "-"), (0.0, "--")):
+        gap = np.clip((t + part) ** 3 * (3.0 * part - t), 0.0, None)
+        axes[6].plot(t, np.where(np.abs(t - part) < 2.0 * part, 7.0 * gap, 0.0), line, color="C0")
     figure.savefig(HERE / "figures" / "boundaries.png", dpi=110)
 
 

@@ -32,6 +32,7 @@ KINDS = (
     "chatter_border",
     "landing_border",
     "rise",
+    "release_border",
 )
 
 
@@ -97,7 +98,8 @@ class Special(ArrayResult):
         as such. "branch_point": another branch of the same pattern is crossed. At a boundary, where the branch ends: "graze",
         a stop is touched; "lost_impact", an impact has lost its speed; "corner", two stops are hit at one instant;
         "chatter_border", lasting contact has no duration left; "landing_border", behind an impact with e = 0 the stop is left
-        instead of held, or held instead of left; "rise", the contact force comes to zero while a stop is held.
+        instead of held, or held instead of left; "rise", the contact force comes to zero while a stop is held;
+        "release_border", the same from behind: a flight from a release to the next landing on that stop has no duration left.
         "user:name": a monitor of that name is zero.
     parameter, error : float
         The number of the branch there, and how far it is known.
@@ -166,8 +168,9 @@ class Special(ArrayResult):
             ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze those with
             an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
             born there; at a corner the orbit that hits the two stops in the other order, if there is one; at a rise the one that
-            leaves the stop there and lands on it again. None at a fold, a torus, a chatter border or a landing border. Those that
-            keep the rules of contact come first. What is not found near the point is left out.
+            leaves the stop there and lands on it again, at a release border the one that does not; at a landing border the one
+            with a stay or a flight more, or less. None at a fold, a torus or a chatter border. Those that keep the rules come
+            first. What is not found near the point is left out.
 
         Raises
         ------

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
+from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, find_attractors
 from vibroimpact.branch import continuation
@@ -17,7 +18,7 @@ from vibroimpact.special import Candidate, Special
 __all__ = ["Beyond", "look_beyond"]
 
 #: The kinds of special points that are boundaries.
-BOUNDARIES = ("graze", "lost_impact", "corner", "chatter_border", "landing_border", "rise")
+BOUNDARIES = ("graze", "lost_impact", "corner", "chatter_border", "landing_border", "rise", "release_border")
 
 #: How a motion may go on.
 OUTCOMES = ("continues", "nonsmooth_fold", "jumps")
@@ -70,10 +71,10 @@ class Beyond(ArrayResult):
 def look_beyond(special: Special, delta: float | None, periods: int, rng: int | np.random.Generator) -> Beyond:
     """Say what becomes of a motion beyond a boundary; documented at ``Special.beyond``."""
     if special.kind not in BOUNDARIES:
-        message = f"special is {special!r}, but beyond is asked of a boundary: {', '.join(BOUNDARIES)}"
+        message = f"special is {shown(special)}, but beyond is asked of a boundary: {', '.join(BOUNDARIES)}"
         raise ValueError(message)
     if special.parameter_name == "energy":
-        message = f"special is {special!r}, of motions that keep their energy: they settle on nothing beyond it"
+        message = f"special is {shown(special)}, of motions that keep their energy: they settle on nothing beyond it"
         raise ValueError(message)
     low, high = special.between
     delta = 1e-3 * (high - low) if delta is None else float(_core._numbers("delta", delta))

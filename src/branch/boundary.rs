@@ -3,12 +3,19 @@
 
 use crate::branch::corrector::{Attempt, Settled};
 use crate::branch::family::Family;
+use crate::branch::place::Place;
+use crate::branch::risen::strongest_pull;
+use crate::branch::special::{BreachKind, SpecialKind, breach_kind};
 use crate::branch::step::{Point, Target, step_to};
+use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
 /// Halvings of a step.
 const MOST_HALVINGS: usize = 60;
+/// Behind an impact without speed a stop is passed by the third power of the acceleration: where that changes its sign is known to this
+/// part of the range by the passage.
+const LANDED: f64 = 1e-4;
 /// A boundary is known when it lies between points no farther apart than this, in arclength.
 const KNOWN: f64 = 1e-11;
 
@@ -61,5 +68,72 @@ pub(super) fn located(
         }
     }
     found.width = (before - behind).abs();
+    let kept = found.last.as_ref().map_or(&from.orbit, |(_, orbit)| orbit);
+    let pair = if was_broken {
+        (kept, &found.other)
+    } else {
+        (&found.other, kept)
+    };
+    let breach = breach_kind(pair.0, pair.1, family.units.velocity);
+    let Some(BreachKind {
+        kind, stop, time, ..
+    }) = breach
+    else {
+        return Ok(found);
+    };
+    let landing = family.instant_of(&from.place, (stop, from.place.state.times[0] + time));
+    let sharp = match (kind, landing) {
+        (SpecialKind::LandingBorder, Some(k)) => zero_of(family, from, step, &|there| {
+            family.opening(there, k).map(Some)
+        })?,
+        (SpecialKind::Rise, _) => zero_of(family, from, step, &|there| {
+            Ok(strongest_pull(family, there, (stop, time))?.map(|pull| pull.most))
+        })?,
+        _ => None,
+    };
+    if let Some((there, error)) = sharp {
+        (found.last, found.width) = (Some(there), error);
+    } else if breach.is_some_and(|own| own.is_by_cube) {
+        found.width = LANDED * family.span();
+    }
     Ok(found)
+}
+
+/// Where a number of a loop is zero on a step, or on as long a one before it, where rules are broken by less than is seen; and how far that is
+/// known. None where it does not change its sign.
+fn zero_of(
+    family: &Family<'_>,
+    from: &Point,
+    step: f64,
+    of: &dyn Fn(&Place) -> Result<Option<f64>>,
+) -> Result<Option<((Settled, PeriodicOrbit), f64)>> {
+    let at = |along: f64| -> Result<Option<Tried<Settled>>> {
+        let Ok(settled) = step_to(family, from.foot(), Target::Length(along))? else {
+            return Ok(None);
+        };
+        let value = of(&settled.place)?;
+        Ok(value.map(|value| Tried {
+            parameter: settled.place.value,
+            value,
+            point: settled,
+        }))
+    };
+    let value = |along: f64| at(along).map(|there| there.map(|there| there.value));
+    for begin in [0.0, -step] {
+        let (Some(before), Some(after)) = (value(begin)?, value(begin + step)?) else {
+            continue;
+        };
+        if before * after >= 0.0 {
+            continue;
+        }
+        let mut point = |along: f64| at(begin + along);
+        let zero = zero_between([step, before, after], family.span(), &mut point)?;
+        return zero
+            .map(|zero| {
+                let orbit = family.orbit(&zero.point.place)?;
+                Ok(((zero.point, orbit), zero.error))
+            })
+            .transpose();
+    }
+    Ok(None)
 }

@@ -89,7 +89,12 @@ pub(super) fn attempted<T>(found: Result<T>, value: f64) -> Attempt<T> {
 
 /// The solution of the equations beside one more row.
 fn solved(equations: &Equations, border: &Direction, right: &DVector<f64>) -> Option<Direction> {
-    let found = equations.bordered(border).lu().solve(right)?;
+    let matrix = equations.bordered(border);
+    // Of stops hit at one instant there is a gap too many.
+    if !matrix.is_square() {
+        return None;
+    }
+    let found = matrix.lu().solve(right)?;
     found
         .iter()
         .all(|x| x.is_finite())

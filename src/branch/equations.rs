@@ -3,7 +3,7 @@
 use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
-use crate::linalg::determinant::signed_volume;
+use crate::linalg::determinant::{Determinant, signed_volume};
 use crate::linalg::rank;
 use crate::model::Scene;
 use crate::orbit::{
@@ -160,6 +160,24 @@ impl Family<'_> {
         })
     }
 
+    /// The acceleration with which the gap of the stop of an instant opens behind it, where it is let go.
+    pub fn opening(&self, place: &Place, instant: usize) -> Result<f64> {
+        let (t, state) = (place.state.times[instant], &place.state.states[instant]);
+        let ContactStage { event, held } = &self.signature.stages[instant];
+        let Event::Strike(stops) = event else {
+            return Ok(f64::NAN);
+        };
+        let others: Vec<usize> = held
+            .iter()
+            .copied()
+            .filter(|own| *own != stops[0])
+            .collect();
+        self.shooting_at(place, |shooting, _, _| {
+            let rate = shooting.motion.rate(&others, t, state)?;
+            shooting.motion.gap_acceleration(stops[0], t, state, &rate)
+        })
+    }
+
     /// The equations of a deviation that comes back multiplied.
     pub fn variational(&self, place: &Place, multiplier: f64) -> Result<Linearised> {
         self.shooting_at(place, |shooting, _, units| {
@@ -196,7 +214,13 @@ impl Family<'_> {
 
     /// A number that changes its sign where a multiplier passes through another number, and nowhere else.
     pub fn multiplier_test(&self, place: &Place, multiplier: f64) -> Result<f64> {
-        Ok(signed_volume(if self.has_pulses {
+        let own = self.multiplier_determinant(place, multiplier)?;
+        Ok(own.in_parts_of(own.lengths))
+    }
+
+    /// A determinant that is zero where a number is a multiplier, and smooth.
+    pub fn multiplier_determinant(&self, place: &Place, multiplier: f64) -> Result<Determinant> {
+        Ok(Determinant::of(if self.has_pulses {
             self.pulse_variational(place, multiplier)
         } else {
             self.variational(place, multiplier)?.rows
@@ -318,7 +342,7 @@ impl Family<'_> {
         let Some(linear) = &equations.linear else {
             return self.moved_pulses(place, scene, by);
         };
-        let value = place.value + by.value_part * self.span();
+        let value = self.snapped(place.value + by.value_part * self.span());
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
         let closed = place.state.moved(&moved(linear), 1.0);

@@ -84,6 +84,16 @@ impl<'a> Family<'a> {
         span_of(self.range)
     }
 
+    /// A value, the end of the range where it is that but for rounding: beyond it there may be no scene.
+    pub fn snapped(&self, value: f64) -> f64 {
+        let (low, high) = self.range;
+        let rounding = 4.0 * f64::EPSILON * self.span();
+        let ends = [low, high].into_iter();
+        let end = ends.min_by(|a, b| (a - value).abs().total_cmp(&(b - value).abs()));
+        end.filter(|end| (end - value).abs() <= rounding)
+            .unwrap_or(value)
+    }
+
     /// The step of a difference by the parameter.
     pub fn difference(&self, value: f64) -> f64 {
         let size = value.abs().max(1e-3 * self.span());

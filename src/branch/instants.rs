@@ -10,6 +10,9 @@ use nalgebra::{DMatrix, DVector};
 /// Rounds of a loop are one if it closes after the first to this part of its size.
 pub(super) const SAME_ROUND: f64 = 1e-8;
 
+/// A flight from a stop back to it that takes less than this part of the period may come to nothing.
+const SHORT_FLIGHT: f64 = 0.05;
+
 /// An instant of a loop, and the flight that begins there.
 #[derive(Clone)]
 pub(super) struct Instant {
@@ -38,6 +41,17 @@ pub(super) fn turned(mut instants: Vec<Instant>, first: usize, period: f64) -> V
     let behind = instants.split_off(first);
     let earlier = instants.into_iter().map(|own| own.later(period));
     behind.into_iter().chain(earlier).collect()
+}
+
+/// The instants of a period that begins with an impact, behind a release if there is one; none where there is no impact but those that
+/// accumulate.
+pub(super) fn begun_with_strike(instants: Vec<Instant>, period: f64) -> Option<Vec<Instant>> {
+    let is_release = |own: &Instant| matches!(own.stage.event, Event::Release(_));
+    let is_strike = |own: &Instant| matches!(own.stage.event, Event::Strike(_));
+    let after = instants.iter().position(is_release).map_or(0, |k| k + 1);
+    let mut behind = (after..instants.len()).chain(0..after);
+    let first = behind.find(|&k| is_strike(&instants[k]))?;
+    Some(turned(instants, first, period))
 }
 
 /// Whether one stop is hit, between free flights.
@@ -187,6 +201,39 @@ impl Family<'_> {
         let length = |k: usize| state.times[k + 1] - state.starts[k];
         let sticks = (0..state.states.len()).filter(held);
         sticks.min_by(|&a, &b| length(a).total_cmp(&length(b)))
+    }
+
+    /// The instant at which a stop is left to which the motion comes back for good in a small part of the period, after a few impacts if the stop
+    /// was let go.
+    pub fn short_flight(&self, place: &Place) -> Option<usize> {
+        let (stages, state) = (&self.signature.stages, &place.state);
+        let count = stages.len();
+        let comes_back = |k: usize| {
+            let (own, is_released) = match &stages[k].event {
+                Event::Release(stop) => (*stop, true),
+                Event::Strike(stops) => (stops[0], false),
+                _ => return None,
+            };
+            let mut span = 0.0;
+            let mut at = k;
+            while !stages[at].held.contains(&own) {
+                span += state.times[at + 1] - state.starts[at];
+                at = (at + 1) % count;
+                let (is_landing, is_last) = match &stages[at].event {
+                    Event::Strike(stops) => (stops.contains(&own), is_released),
+                    Event::Chatter(stop) => (*stop == own && is_released, true),
+                    _ => (false, true),
+                };
+                let is_back = stages[at].held.contains(&own);
+                if !is_landing || !(is_back || is_last) || at == k {
+                    return None;
+                }
+            }
+            (at != k && span < SHORT_FLIGHT * period(state)).then_some((k, span))
+        };
+        let each = (0..count).filter_map(comes_back);
+        let shortest = each.min_by(|a, b| a.1.total_cmp(&b.1));
+        shortest.map(|(k, _)| k)
     }
 
     /// A loop with an impact on a stop at a time, where it is touched, and the number of that instant.

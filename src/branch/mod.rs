@@ -1,5 +1,6 @@
 //! Branches: periodic motions followed over a number of their scene (theory 19).
 
+mod behind;
 mod bifurcations;
 mod border;
 mod boundary;
@@ -13,6 +14,7 @@ mod equations;
 mod family;
 mod indicators;
 mod instants;
+mod landed;
 mod many_modes;
 mod multipliers;
 mod one;
@@ -24,6 +26,7 @@ mod step;
 mod step_size;
 mod switching;
 mod symmetry;
+mod vanished;
 mod walk;
 mod way;
 mod zero;

@@ -45,3 +45,34 @@ pub(super) fn pair_at_circle(own: &[Complex<f64>]) -> Option<Complex<f64>> {
     let pairs = own.iter().copied().filter(|mu| mu.im > 0.0);
     pairs.min_by(|a, b| off(a).total_cmp(&off(b)))
 }
+
+/// Two multipliers that are conjugate, or real and of one sign.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    pub sum: f64,
+    pub product: f64,
+}
+
+/// The pair whose product is nearest to 1. Sum and product of a pair are smooth where its multipliers meet on the real axis.
+pub(super) fn pair_of_product_one(own: &[Complex<f64>]) -> Option<Pair> {
+    let conjugate = own.iter().filter(|mu| mu.im > 0.0).map(|mu| Pair {
+        sum: 2.0 * mu.re,
+        product: mu.norm_sqr(),
+    });
+    let real: Vec<f64> = own
+        .iter()
+        .filter(|mu| mu.im == 0.0)
+        .map(|mu| mu.re)
+        .collect();
+    let of_two = real.iter().enumerate().flat_map(|(i, a)| {
+        let others = real[..i].iter().filter(move |b| *a * **b > 0.0);
+        others.map(move |b| Pair {
+            sum: a + b,
+            product: a * b,
+        })
+    });
+    let off = |pair: &Pair| pair.product.ln().abs();
+    conjugate
+        .chain(of_two)
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+}

@@ -31,11 +31,13 @@ pub enum SpecialKind {
     LandingBorder,
     /// The contact force comes to zero while a stop is held.
     Rise,
+    /// A flight between a release and the next landing on the same stop has no duration left: a rise from behind.
+    ReleaseBorder,
 }
 
 impl SpecialKind {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Fold,
         Self::PeriodDoubling,
         Self::Torus,
@@ -47,6 +49,7 @@ impl SpecialKind {
         Self::ChatterBorder,
         Self::LandingBorder,
         Self::Rise,
+        Self::ReleaseBorder,
     ];
 
     /// Its name.
@@ -63,6 +66,7 @@ impl SpecialKind {
             Self::ChatterBorder => "chatter_border",
             Self::LandingBorder => "landing_border",
             Self::Rise => "rise",
+            Self::ReleaseBorder => "release_border",
         }
     }
 }
@@ -112,32 +116,53 @@ impl Special {
 const AT_IMPACT: f64 = 1e-3;
 /// A stop is reached at the instant of another's impact if it is so near to it, in parts of the period.
 const AT_ONCE: f64 = 1e-7;
-/// Behind an impact without speed a stop is passed by the third power of the acceleration: where that changes its sign is known to this
-/// part of the range.
-const LANDED: f64 = 1e-4;
 /// An impact of so small a part of the motion's speed has none left.
 const NO_SPEED: f64 = 1e-7;
 
-/// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; with the units of
-/// velocities and of the number.
+/// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; with the unit of velocities.
 pub(super) fn of_boundary(
     broken: &PeriodicOrbit,
     at: &Point,
-    mut error: f64,
-    (speed, span): (f64, f64),
+    error: f64,
+    speed: f64,
 ) -> Option<Special> {
+    let own = breach_kind(broken, &at.orbit, speed)?;
+    Some(Special {
+        stop: Some(own.stop),
+        time: Some(own.time),
+        ..Special::at(own.kind, at, error)
+    })
+}
+
+/// A boundary of motion.
+pub(super) struct BreachKind {
+    pub kind: SpecialKind,
+    /// The stop that it is about, and when.
+    pub stop: usize,
+    pub time: f64,
+    /// Whether it is seen by the third power of what changes its sign there.
+    pub is_by_cube: bool,
+}
+
+/// The boundary between an orbit that breaks a rule of contact and one that does not; with the unit of velocities.
+pub(super) fn breach_kind(
+    broken: &PeriodicOrbit,
+    kept: &PeriodicOrbit,
+    speed: f64,
+) -> Option<BreachKind> {
     let Breach {
         mut stop,
         mut time,
         rule,
         ..
     } = broken.breach()?;
+    let mut is_by_cube = false;
     let kind = match rule {
         Rule::Pulls { .. } | Rule::Leaves { .. } => SpecialKind::LostImpact,
         Rule::Reached { .. } => SpecialKind::Corner,
         // At the landing itself.
         Rule::Holds { .. }
-            if beside(&at.orbit, time).is_some_and(|(own, off)| {
+            if beside(kept, time).is_some_and(|(own, off)| {
                 own.stop == stop && own.departure == 0.0 && off <= AT_ONCE
             }) =>
         {
@@ -145,13 +170,13 @@ pub(super) fn of_boundary(
         }
         Rule::Holds { .. } => SpecialKind::Rise,
         Rule::Passed => {
-            let next_to = beside(&at.orbit, time);
-            if let Some(impact) = at_rest(&at.orbit, speed) {
+            let next_to = beside(kept, time);
+            if let Some(impact) = at_rest(kept, speed) {
                 // A stop is passed where an impact has no speed any more, or in other rounds of the motion that it leaves.
                 (stop, time) = (impact.stop, impact.time);
                 SpecialKind::LostImpact
             } else if next_to.is_some_and(|(own, _)| own.stop == stop && own.departure == 0.0) {
-                error = error.max(LANDED * span);
+                is_by_cube = true;
                 SpecialKind::LandingBorder
             } else if next_to.is_some_and(|(own, off)| own.stop != stop && off <= AT_ONCE) {
                 SpecialKind::Corner
@@ -160,10 +185,11 @@ pub(super) fn of_boundary(
             }
         }
     };
-    Some(Special {
-        stop: Some(stop),
-        time: Some(time),
-        ..Special::at(kind, at, error)
+    Some(BreachKind {
+        kind,
+        stop,
+        time,
+        is_by_cube,
     })
 }
 
@@ -193,17 +219,25 @@ pub(super) fn of_meeting(
     (instant, error): (usize, f64),
 ) -> Special {
     let stages = &family.signature.stages;
-    let is_held = !stages[instant].held.is_empty();
-    let next = &stages[(instant + 1) % stages.len()];
+    let (own, next) = (&stages[instant], &stages[(instant + 1) % stages.len()]);
     let stop = match &next.event {
         Event::Strike(stops) => stops.first().copied(),
         Event::Chatter(stop) | Event::Release(stop) => Some(*stop),
         Event::Nothing => None,
     };
-    let kind = if is_held {
-        SpecialKind::ChatterBorder
-    } else {
-        SpecialKind::Corner
+    let is_same = match &own.event {
+        Event::Strike(stops) => stop.is_some_and(|stop| stops.contains(&stop)),
+        Event::Release(own) => stop == Some(*own),
+        _ => false,
+    };
+    let kind = match (&own.event, &next.event) {
+        (Event::Release(_), _) if is_same => SpecialKind::ReleaseBorder,
+        (Event::Strike(_), Event::Release(_)) if is_same => SpecialKind::LandingBorder,
+        (Event::Strike(_), Event::Strike(_)) if is_same && !next.held.is_empty() => {
+            SpecialKind::LandingBorder
+        }
+        _ if !own.held.is_empty() => SpecialKind::ChatterBorder,
+        _ => SpecialKind::Corner,
     };
     Special {
         stop,

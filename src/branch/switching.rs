@@ -1,12 +1,14 @@
 //! Other branches that meet a branch at a special point: an orbit of each nearby (theory 19).
 
+use crate::branch::behind::behind;
 use crate::branch::candidate::Candidate;
 use crate::branch::corrector::directions;
 use crate::branch::energy::energy_at;
 use crate::branch::family::Family;
 use crate::branch::instants::{period, turned};
+use crate::branch::landed::{with_change, with_less};
 use crate::branch::place::{Direction, Place};
-use crate::branch::risen::risen;
+use crate::branch::risen::with_flight;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
 use crate::error::{Error, Result};
@@ -23,12 +25,14 @@ const SLOW: f64 = 1e-3;
 const TRIED: f64 = 1e-5;
 /// The most periods from one impact that is born to the next.
 const MOST_ROUNDS: usize = 6;
+/// A stay or a flight of so small a part of the period is one that comes to nothing at a border.
+const LITTLE: f64 = 1e-3;
 /// How far from a boundary, in parts of the range, the orbit beyond is.
 const BEYOND: f64 = 1e-4;
 
 /// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of twice
-/// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a flight more where
-/// a contact rises. None at a fold.
+/// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a flight or a stay
+/// on a stop more or less where a contact comes or goes. None at a fold.
 ///
 /// `between` is the range of the branch. Of branches that are born at a graze most are not admissible, and say so; those that are come
 /// first. What is not found near the point is left out.
@@ -114,7 +118,27 @@ fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<V
         (SpecialKind::BranchPoint, _) => crossed(family, place, special)?,
         (SpecialKind::Graze, Some(touch)) => born(family, place, touch)?,
         (SpecialKind::LostImpact, Some(touch)) => lost(family, place, touch, special)?,
-        (SpecialKind::Rise, Some(rise)) => found_there(risen(family, place, special, rise))?,
+        (SpecialKind::Rise, Some(rise)) => {
+            let rebuilt = |there: &Place| with_flight(family, there, rise);
+            found_there(behind(family, place, special, &rebuilt))?
+        }
+        (SpecialKind::LandingBorder, Some(landing)) => {
+            let rebuilt = |there: &Place| with_change(family, there, landing);
+            found_there(behind(family, place, special, &rebuilt))?
+        }
+        (SpecialKind::LandingBorder | SpecialKind::ReleaseBorder, None) => {
+            // Where the border is known sharply its orbit has nothing that comes to nothing.
+            let state = &place.state;
+            let nothing = LITTLE * period(state);
+            let is_little = |k: &usize| state.times[k + 1] - state.starts[*k] < nothing;
+            let short = place.shortest_flight().filter(is_little);
+            let less = short.map_or(Ok(None), |k| with_less(family, place, k))?;
+            let beyond = match less {
+                Some((rest, at)) => beside(&rest, &at),
+                None => beside(family, place),
+            };
+            found_there(beyond)?
+        }
         (SpecialKind::Corner, _) => found_there(swapped(family, place))?,
         _ => Vec::new(),
     };

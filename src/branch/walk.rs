@@ -1,7 +1,6 @@
 //! Along a branch, one way: a step ahead, back to the branch, a longer or a shorter one (theory 19).
 
 use crate::branch::bifurcations::{are_explained, bifurcations};
-use crate::branch::border::border;
 use crate::branch::boundary::{Boundary, is_broken, located};
 use crate::branch::corrector::{Missed, Settled, attempted, tangent};
 use crate::branch::end::{BranchEnd, EndReason};
@@ -9,9 +8,10 @@ use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::options::{ContinuationOptions, Virtual};
 use crate::branch::place::{Direction, Place};
-use crate::branch::special::{Special, of_boundary, of_meeting};
+use crate::branch::special::{Special, of_boundary};
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::step_size::{SAME_WAY, step_factor};
+use crate::branch::vanished::{ended, meeting, named};
 use crate::branch::way::Way;
 use crate::error::{Error, Result, digits};
 use crate::orbit::PeriodicOrbit;
@@ -23,8 +23,8 @@ const MOST_SHIFT: f64 = 0.5;
 const OUTGROWN: f64 = 4.0;
 /// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
 const UNEXPLAINED: f64 = 1e-5;
-/// A motion of so small a part of the unit of speeds has come to rest.
-const AT_REST: f64 = 1e-4;
+/// A border at which a flight comes to nothing is no farther than this part of the range from where rules are broken by rounding.
+const BY_ROUNDING: f64 = 1e-5;
 
 /// What a step has come to.
 enum Advance {
@@ -98,10 +98,10 @@ pub(super) fn walk(
                     let detail = "it came back to where it began".to_owned();
                     break BranchEnd::new(EndReason::Closed, detail);
                 }
-                if let Some(rest) = points.last().filter(|own| is_at_rest(family, own)) {
-                    let detail =
-                        format!("the motion comes to rest at {}", digits(rest.place.value));
-                    break BranchEnd::new(EndReason::Boundary, detail);
+                let found = points.last().map_or(Ok(None), |own| ended(family, own))?;
+                if let Some((end, met)) = found {
+                    special.extend(met);
+                    break end;
                 }
                 // A step back from a boundary is no step to the end.
                 let now = points.last().map(|own| own.place.value);
@@ -112,31 +112,26 @@ pub(super) fn walk(
                 continue;
             }
             Ok(Advance::Refused(missed)) => {
-                let border_of = match &missed {
+                let instant = match &missed {
                     Missed::Met { instant, .. } => Some(*instant),
                     Missed::NoRest { .. } => family.last_stick(&from.place),
-                    _ => None,
+                    Missed::Stalled { .. } | Missed::NoScene(_) => None,
                 };
-                if let (true, Some(instant)) = (step <= smallest, border_of) {
-                    let error = step * family.span();
-                    let mut met = of_meeting(family, from, (instant, error));
-                    // What is extrapolated out of the range is none.
-                    let (low, high) = family.range;
-                    let found = border(family, &points, instant)?;
-                    let within = found.filter(|own| (low..=high).contains(&own.0));
-                    if let Some((parameter, error)) = within {
-                        (met.parameter, met.error) = (parameter, error);
-                    }
-                    let end = named(missed.end(), Some(&met));
-                    special.push(met);
-                    break end;
-                }
-                missed.end()
+                (missed.end(), instant)
             }
-            Ok(Advance::Distrusted(end)) => end,
+            Ok(Advance::Distrusted(end)) => (end, None),
         };
         if step <= smallest {
-            break refused;
+            let (end, instant) = refused;
+            let error = step * family.span();
+            let met = meeting(family, (from, &points), instant, error)?;
+            let end = match &met {
+                Some(_) => BranchEnd::new(EndReason::Boundary, end.detail),
+                None => end,
+            };
+            let end = named(end, met.as_ref());
+            special.extend(met);
+            break end;
         }
         step = (0.5 * step).max(smallest);
     };
@@ -228,28 +223,37 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         let value = settled.place.value;
         let mut found = located(family, from, (way.length(), value, orbit))?;
         let end = at_boundary(&found);
+        // Where a flight comes to nothing rules are broken by rounding a little before.
+        if let Some(met) = meeting(family, (from, &[]), None, 0.0)? {
+            let last = found.last.as_ref();
+            let broken = last.map_or(from.place.value, |(settled, _)| settled.place.value);
+            if (met.parameter - broken).abs() <= BY_ROUNDING * family.span() {
+                let end = named(end, Some(&met));
+                return Ok(Advance::Boundary(None, vec![met], end));
+            }
+        }
         let Some((settled, orbit)) = found.last.take() else {
             if found.left.is_some() {
                 return Ok(Advance::Distrusted(end));
             }
-            let special = of_boundary(
-                &found.other,
-                from,
-                found.width,
-                (family.units.velocity, family.span()),
-            );
+            let special = of_boundary(&found.other, from, found.width, family.units.velocity);
             let end = named(end, special.as_ref());
             return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
         };
         let step = way.length();
         let way = family.between(&from.place, &settled.place);
-        let own = accepted(family, from, (settled, orbit), way.length())?;
-        let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
+        // What breaks a rule by less than is seen may lie behind the boundary already.
+        let ahead = from.tangent.dot(&way);
+        let own = accepted(family, from, (settled, orbit), way.length().copysign(ahead))?;
+        let mut special = if ahead > 0.0 {
+            bifurcations(family, from, &own, ahead)?
+        } else {
+            Vec::new()
+        };
         if let Some(left) = found.left {
             return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
         }
-        let units = (family.units.velocity, family.span());
-        let boundary = of_boundary(&found.other, &own, found.width, units);
+        let boundary = of_boundary(&found.other, &own, found.width, family.units.velocity);
         let end = named(end, boundary.as_ref());
         special.extend(boundary);
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
@@ -288,21 +292,7 @@ fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Speci
     } else {
         &other
     };
-    Ok(of_boundary(
-        broken,
-        &at,
-        width,
-        (family.units.velocity, family.span()),
-    ))
-}
-
-/// Whether nothing is left of a motion that keeps its energy.
-fn is_at_rest(family: &Family<'_>, own: &Point) -> bool {
-    let fastest = own.place.state.states.iter().map(|x| {
-        let n = x.len() / 2;
-        x.rows(n, n).amax()
-    });
-    family.energetics.is_some() && fastest.fold(0.0, f64::max) <= AT_REST * family.units.velocity
+    Ok(of_boundary(broken, &at, width, family.units.velocity))
 }
 
 fn at_end(value: f64) -> BranchEnd {
@@ -360,17 +350,6 @@ fn judged(
         return Err("an instant goes far");
     }
     Ok(factor)
-}
-
-/// An end with the name of the boundary that it is.
-fn named(end: BranchEnd, special: Option<&Special>) -> BranchEnd {
-    match special {
-        Some(special) => BranchEnd {
-            detail: format!("{}: {}", special.kind.name(), end.detail),
-            ..end
-        },
-        None => end,
-    }
 }
 
 fn at_boundary(found: &Boundary) -> BranchEnd {

@@ -124,6 +124,95 @@ fn every_point_of_a_curve_lies_on_the_closed_form() {
 }
 
 #[test]
+fn curves_of_impacts_that_take_nearly_all_speed_are_as_short() {
+    let keep = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..Default::default()
+    };
+    let plane = (
+        [Parameter::Frequency, Parameter::ForcingScale],
+        [(2.1, 2.7), (0.05, 5.0)],
+    );
+    for restitution in [0.0, 1e-12, 1e-6, 1e-4, 1e-3, 0.1] {
+        let own = Oscillator {
+            force: 6.0,
+            restitution,
+            ..USUAL
+        };
+        let orbit = &own.orbits(1)[0];
+        let branch = followed(orbit, Parameter::ForcingScale, (0.1, 4.0), &keep);
+        for kind in [SpecialKind::Fold, SpecialKind::PeriodDoubling] {
+            let special = branch.special.iter().find(|own| own.kind == kind);
+            let special = special.expect("one of each");
+            let found = curve(special, plane);
+            let start = Oscillator {
+                force: own.force * special.parameter,
+                ..own
+            };
+            assert!(
+                (10..60).contains(&found.x.len()),
+                "{restitution} {kind:?}: {}",
+                found.x.len()
+            );
+            for (&x, &y) in found.x.iter().zip(&found.y) {
+                let there = start
+                    .at(Parameter::Frequency, x)
+                    .at(Parameter::ForcingScale, y);
+                let miss = critical(there, kind) / there.force - 1.0;
+                assert!(
+                    miss.abs() < 1e-8,
+                    "{restitution} {kind:?} ({x}, {y}): {miss:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_curve_is_on_its_form_up_to_the_end_of_a_range_of_frequencies() {
+    let keep = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..Default::default()
+    };
+    let found_by_others = Oscillator {
+        eta: 0.110_785_601_859_873_61,
+        force: 4.124_167_511_356_951,
+        frequency: 3.204_805_110_573_055_5,
+        clearance: -0.168_259_597_373_636_5,
+        restitution: 0.8,
+    };
+    let without_speed = Oscillator {
+        eta: 0.1,
+        force: 2.2,
+        frequency: 1.8,
+        clearance: 0.8,
+        restitution: 0.0,
+    };
+    for (own, n) in [(found_by_others, 2), (without_speed, 1)] {
+        let orbit = &own.orbits(n)[0];
+        let branch = followed(orbit, Parameter::ForcingScale, (0.02, 4.0), &keep);
+        let fold = branch
+            .special
+            .iter()
+            .find(|own| own.kind == SpecialKind::Fold);
+        let fold = fold.expect("one");
+        let w = own.frequency;
+        for high in [1.39, 1.4, 1.41] {
+            let plane = [Parameter::Frequency, Parameter::ForcingScale];
+            let found = curve(fold, (plane, [(0.7 * w, high * w), (0.01, 6.0)]));
+            assert_eq!(found.ends[1].reason, EndReason::Range);
+            for (k, (&x, &y)) in found.x.iter().zip(&found.y).enumerate() {
+                let there = own.at(Parameter::Frequency, x);
+                let known = there.force_of(n, there.fold_speed(n)) / own.force / fold.parameter;
+                assert!((y / known - 1.0).abs() < 1e-8, "{high} ({x}, {y}): {known}");
+                let period = std::f64::consts::TAU * n as f64 / x;
+                assert!((found.orbits[k].period() / period - 1.0).abs() < 1e-13);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_curve_of_grazes_is_that_of_the_amplitude() {
     let own = Oscillator {
         force: 4.0,

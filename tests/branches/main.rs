@@ -4,6 +4,7 @@ mod closed_form;
 mod curves;
 mod ends;
 mod energy;
+mod landing;
 mod many_modes;
 mod motions;
 #[path = "../common/random.rs"]
@@ -12,3 +13,4 @@ mod scenes;
 mod special;
 mod switching;
 mod symmetry;
+mod two_at_once;

@@ -241,3 +241,13 @@ def test_the_orbit_itself_is_found_in_a_family_of_integrated_motions(amplitude):
     found = vi.find_orbit(scene, ([-amplitude], [0.0], period))
     assert found.period == pytest.approx(period, rel=1e-10)
     assert np.abs(found.position(np.linspace(0, period, 400))).max() == pytest.approx(amplitude, rel=1e-4)
+
+
+def test_beyond_a_fold_the_error_says_that_there_is_one():
+    scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 1.0), vi.Stop(0, 1.0, 0.8))
+    orbit = vi.periodic_orbits(scene.replace(forcing_scale=0.1001), [0])[0]
+    # The fold lies at 0.0999707.
+    assert vi.find_orbit(scene.replace(forcing_scale=0.09999), orbit).is_admissible is not None
+    for force in (0.09995, 0.0999):
+        with pytest.raises(vi.ConvergenceError, match="there is a fold nearby"):
+            vi.find_orbit(scene.replace(forcing_scale=force), orbit)

@@ -79,10 +79,6 @@ pub(super) fn begun<'a>(
             (kind, _) => return Err(refused(&format!("a {}", kind.name()))),
         },
     };
-    let touch = match (of.kind(), condition) {
-        (Some(SpecialKind::Graze), Condition::NoSpeed(instant)) => Some(instant),
-        _ => None,
-    };
     let plane = Plane {
         make,
         between,
@@ -91,7 +87,7 @@ pub(super) fn begun<'a>(
         is_free: family.is_free,
         units: family.units,
         condition,
-        touch,
+        is_touch: of.kind() == Some(SpecialKind::Graze),
     };
     let second = start[1];
     Ok((plane, Spot { place, second }))

@@ -1,7 +1,7 @@
 //! What holds on a curve besides the equations of its loops.
 
 use crate::branch::family::Family;
-use crate::branch::multipliers::{own_multipliers, pair_at_circle};
+use crate::branch::multipliers::{own_multipliers, pair_of_product_one};
 use crate::branch::place::Place;
 use crate::error::Result;
 
@@ -10,7 +10,7 @@ use crate::error::Result;
 pub(super) enum Condition {
     /// A multiplier of the loop is a number; of half a motion that of half a period.
     Multiplier(f64),
-    /// Two conjugate multipliers of the orbit are on the unit circle.
+    /// Two conjugate multipliers of the orbit are on the unit circle: their product is 1.
     OnCircle,
     /// The impact of an instant has no speed.
     NoSpeed(usize),
@@ -19,15 +19,25 @@ pub(super) enum Condition {
 }
 
 impl Condition {
-    /// A number that is zero where it holds; none where nothing is to be said.
-    pub fn value(self, family: &Family<'_>, place: &Place) -> Result<Option<f64>> {
+    /// The logarithm of a unit for the number that is zero where it holds.
+    pub fn unit(self, family: &Family<'_>, place: &Place) -> Result<f64> {
         match self {
-            Self::Multiplier(multiplier) => family.multiplier_test(place, multiplier).map(Some),
+            Self::Multiplier(mu) => Ok(family.multiplier_determinant(place, mu)?.lengths),
+            _ => Ok(0.0),
+        }
+    }
+
+    /// A smooth number that is zero where it holds, in a unit; none where nothing is to be said.
+    pub fn value(self, family: &Family<'_>, place: &Place, unit: f64) -> Result<Option<f64>> {
+        match self {
+            Self::Multiplier(mu) => {
+                let own = family.multiplier_determinant(place, mu)?;
+                Ok(Some(own.in_parts_of(unit)))
+            }
             Self::OnCircle => {
                 let own = own_multipliers(&family.orbit(place)?)?.unwrap_or_default();
-                Ok(Some(
-                    pair_at_circle(&own).map_or(f64::NAN, |mu| mu.norm().ln()),
-                ))
+                let size = pair_of_product_one(&own).map_or(f64::NAN, |pair| pair.product.ln());
+                Ok(Some(size))
             }
             Self::NoSpeed(instant) => {
                 let speed = family.approach(place, instant)?;

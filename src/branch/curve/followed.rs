@@ -4,7 +4,8 @@ use crate::branch::curve::begun::{CurveOf, begun};
 use crate::branch::curve::corrector::weighted;
 use crate::branch::curve::one::{BifurcationCurve, CurvePoint};
 use crate::branch::curve::plane::{Plane, Spot};
-use crate::branch::curve::two_at_once::{Point, indicators};
+use crate::branch::curve::point::Point;
+use crate::branch::curve::step::stepped_to;
 use crate::branch::curve::walk::walk;
 use crate::branch::options::{ContinuationOptions, check_range};
 use crate::branch::way::both_ways;
@@ -104,7 +105,9 @@ pub fn bifurcation_curve_of(
     }
     let first = first_point(&plane, spot)?;
     let joined = both_ways(&first, options.heading, |sign| {
-        walk(&plane, &first, sign, options, observer)
+        let mut first = first.clone();
+        first.found.tangent *= sign;
+        walk(&plane, &first, options, observer)
     })?;
     let special = joined.special.into_iter().map(|(own, sign)| CurvePoint {
         arclength: sign * own.arclength,
@@ -125,9 +128,8 @@ pub fn bifurcation_curve_of(
         curve.x.push(spot.place.value);
         curve.y.push(spot.second);
         curve.arclength.push(sign * point.arclength);
-        let orbit = plane.orbit(spot)?;
-        curve.is_virtual.push(plane.is_virtual(spot, &orbit)?);
-        curve.orbits.push(orbit);
+        curve.is_virtual.push(point.is_virtual);
+        curve.orbits.push(point.orbit);
     }
     Ok(curve)
 }
@@ -141,23 +143,23 @@ fn first_point(plane: &Plane<'_>, spot: Spot) -> Result<Point> {
             "a curve is of an orbit that hits stops at one instant, one such instant, two stops";
         return Err(Error::bad_value("special", "an orbit", rule));
     }
+    let start = [spot.place.value, spot.second];
     let null = rank::weakest(&at.matrix, 1)?.column(0).into_owned();
     let normal = weighted(&null);
     let Ok(mut found) = plane.corrected(spot, &normal)? else {
-        return Err(Error::NoConvergence {
-            stage: "the special point on its curve",
-            iterations: 0,
-            residual: at.mismatch,
-        });
+        let rule = "the equations of its curve are singular at it: more than one thing happens there, and no curve begins";
+        return Err(Error::bad_value("special", digits(start[0]), rule));
     };
-    let up = found.tangent[columns - 2] >= 0.0;
-    if !up {
+    // The numbers of a special point are known better than its orbit: the curve is met at the one that changes more along it.
+    let numbers = found.tangent.rows(columns - 2, 2).abs();
+    let axis = numbers.imax();
+    if numbers[axis] > 0.0
+        && let Ok(there) = stepped_to(plane, &found, &found.tangent, 0.0, (axis, start[axis]))?
+    {
+        found = there;
+    }
+    if found.tangent[columns - 2] < 0.0 {
         found.tangent.neg_mut();
     }
-    let indicators = indicators(plane, &found.spot)?;
-    Ok(Point {
-        found,
-        arclength: 0.0,
-        indicators,
-    })
+    Point::at(plane, found, 0.0)
 }

@@ -6,6 +6,7 @@ mod corrector;
 mod followed;
 mod one;
 mod plane;
+mod point;
 mod step;
 mod two_at_once;
 mod walk;

@@ -7,7 +7,8 @@ use crate::orbit::PeriodicOrbit;
 /// A special point on a curve, where two things happen at once.
 #[derive(Debug, Clone)]
 pub struct CurvePoint {
-    /// What happens there besides: `fold_flip`, `resonant_graze`, `graze_fold` or `graze_corner`.
+    /// What happens there besides: `cusp`, `strong_1_1` to `strong_1_4`, `fold_flip`, `resonant_graze`, `graze_fold`, `double_graze`,
+    /// `degenerate_graze`, `graze_corner`, or the name of a boundary of motion that the orbits come to.
     pub kind: &'static str,
     /// Both numbers.
     pub parameters: [f64; 2],

@@ -3,7 +3,7 @@
 use crate::branch::boundary::is_broken;
 use crate::branch::curve::condition::Condition;
 use crate::branch::equations::Equations;
-use crate::branch::family::{Family, span_of};
+use crate::branch::family::{Family, span_of, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
 use crate::model::Scene;
@@ -23,8 +23,8 @@ pub(super) struct Plane<'a> {
     pub is_free: bool,
     pub units: ScaledUnits,
     pub condition: Condition,
-    /// The instant of a stop that is touched and not hit.
-    pub touch: Option<usize>,
+    /// Whether the impact of no speed is not one of the orbits, which touch the stop.
+    pub is_touch: bool,
 }
 
 /// A loop at two numbers.
@@ -33,17 +33,6 @@ pub(super) struct Spot {
     /// The loop, at the first number.
     pub place: Place,
     pub second: f64,
-}
-
-impl Spot {
-    /// Gives one of the numbers a value that it has but for rounding, or nearly.
-    pub fn set(&mut self, axis: usize, value: f64) {
-        if axis == 0 {
-            self.place.value = value;
-        } else {
-            self.second = value;
-        }
-    }
 }
 
 /// The equations of a loop and of what holds on the curve at a spot: `matrix y = right`, y the unknowns of the loop and both numbers in
@@ -83,6 +72,23 @@ impl Plane<'_> {
         })
     }
 
+    /// A spot at another value of one of the numbers, its instants at the same phases.
+    pub fn at_value(&self, spot: &Spot, axis: usize, value: f64) -> Result<Spot> {
+        let mut values = [spot.place.value, spot.second];
+        let from = (self.make)(values[0], values[1])?;
+        values[axis] = value;
+        let to = (self.make)(values[0], values[1])?;
+        let state = stretched(&spot.place.state, &from, &to);
+        let there = Spot {
+            place: spot.place.clone(),
+            second: values[1],
+        };
+        Ok(Spot {
+            place: self.along(0, &there, |family| family.place(&to, values[0], state))?,
+            second: values[1],
+        })
+    }
+
     /// The unit of a number.
     pub fn span(&self, axis: usize) -> f64 {
         span_of(self.between[axis])
@@ -90,27 +96,31 @@ impl Plane<'_> {
 
     /// The orbit of a spot where the loop is closed.
     pub fn orbit(&self, spot: &Spot) -> Result<PeriodicOrbit> {
-        self.along(0, spot, |family| {
-            let touch = self.touch;
-            let touching =
-                touch.map_or(Ok(None), |instant| family.without(&spot.place, instant))?;
-            match touching {
-                Some((family, place)) => family.orbit(&place),
-                None => family.orbit(&spot.place),
-            }
-        })
+        if self.is_touch {
+            return self.judged(spot);
+        }
+        self.along(0, spot, |family| family.orbit(&spot.place))
     }
 
     /// Whether the orbit of a spot breaks a rule of contact, but for the speed that an impact has not.
     pub fn is_virtual(&self, spot: &Spot, orbit: &PeriodicOrbit) -> Result<bool> {
-        let Condition::NoSpeed(instant) = self.condition else {
-            return Ok(is_broken(orbit));
-        };
+        Ok(match self.condition {
+            Condition::NoSpeed(_) if !self.is_touch => is_broken(&self.judged(spot)?),
+            _ => is_broken(orbit),
+        })
+    }
+
+    /// The orbit of a spot without an impact of no speed.
+    pub fn judged(&self, spot: &Spot) -> Result<PeriodicOrbit> {
         self.along(0, spot, |family| {
-            Ok(match family.without(&spot.place, instant)? {
-                Some((family, place)) => is_broken(&family.orbit(&place)?),
-                None => is_broken(orbit),
-            })
+            let rest = match self.condition {
+                Condition::NoSpeed(instant) => family.without(&spot.place, instant)?,
+                _ => None,
+            };
+            let (family, place) = rest
+                .as_ref()
+                .map_or((family, &spot.place), |(family, place)| (family, place));
+            family.orbit(place)
         })
     }
 
@@ -134,7 +144,8 @@ impl Plane<'_> {
             first,
             second,
         };
-        if let Some(value) = self.value(spot)? {
+        let unit = self.along(0, spot, |family| self.condition.unit(family, &spot.place))?;
+        if let Some(value) = self.value(spot, unit)? {
             let unknowns = last + 2;
             let mut row = DVector::zeros(unknowns);
             for k in 0..unknowns {
@@ -142,7 +153,7 @@ impl Plane<'_> {
                     let mut step = DVector::zeros(unknowns);
                     step[k] = part;
                     let there = self.deviated(spot, &found, &step)?;
-                    Ok(self.value(&there)?.unwrap_or(f64::NAN))
+                    Ok(self.value(&there, unit)?.unwrap_or(f64::NAN))
                 };
                 // One-sided at the end of what a number may be.
                 row[k] = match (by(STEP), by(-STEP)) {
@@ -160,9 +171,10 @@ impl Plane<'_> {
         Ok(found)
     }
 
-    /// A number that is zero where the condition of the curve holds.
-    pub fn value(&self, spot: &Spot) -> Result<Option<f64>> {
-        self.along(0, spot, |family| self.condition.value(family, &spot.place))
+    /// A number that is zero where the condition of the curve holds, in a unit.
+    fn value(&self, spot: &Spot, unit: f64) -> Result<Option<f64>> {
+        let condition = self.condition;
+        self.along(0, spot, |family| condition.value(family, &spot.place, unit))
     }
 
     /// A spot moved by a correction of all unknowns, to first order.

@@ -39,19 +39,19 @@ pub(super) fn stepped_to(
     };
     let mut row = DVector::zeros(tangent.len());
     row[column] = 1.0;
-    let mut found = {
-        let moved = plane.moved(&from.spot, &from.conditions, &(tangent * ahead));
-        let mut spot = match attempted(moved, from.spot.place.value)? {
-            Ok(spot) => spot,
-            Err(missed) => return Ok(Err(missed)),
-        };
-        spot.set(axis, end);
-        plane.corrected(spot, &row)?
+    let moved = plane.moved(&from.spot, &from.conditions, &(tangent * ahead));
+    let there = moved.and_then(|spot| plane.at_value(&spot, axis, end));
+    let spot = match attempted(there, from.spot.place.value)? {
+        Ok(spot) => spot,
+        Err(missed) => return Ok(Err(missed)),
     };
-    if let Ok(there) = &mut found {
-        there.spot.set(axis, end);
-    }
-    Ok(found)
+    let found = plane.corrected(spot, &row)?;
+    let Ok(there) = found else {
+        return Ok(found);
+    };
+    // But for the rounding of corrections.
+    let spot = plane.at_value(&there.spot, axis, end)?;
+    Ok(Ok(Found { spot, ..there }))
 }
 
 /// A spot so many turns of the forcing later as another is, to the nearest.

@@ -1,102 +1,212 @@
-//! Points of a curve at which something else happens too.
+//! Where something else happens on a curve too.
 
 use crate::branch::curve::condition::Condition;
 use crate::branch::curve::corrector::{Found, length, weighted};
 use crate::branch::curve::one::CurvePoint;
-use crate::branch::curve::plane::{Plane, Spot};
+use crate::branch::curve::plane::Plane;
+use crate::branch::curve::point::{Point, indicators};
 use crate::branch::curve::step::{chord, stepped};
+use crate::branch::special::{SpecialKind, breach_kind};
 use crate::branch::zero::{Tried, zero_between};
 use crate::error::Result;
-use nalgebra::DVector;
+use crate::orbit::{Breach, Rule};
+use nalgebra::{DVector, Vector2};
 
 /// An impact of so small a part of the unit of velocities has no speed.
 const NO_SPEED: f64 = 1e-5;
+/// A number that is no smaller than this part of what it is beside jumps.
+const JUMP: f64 = 1e-2;
+/// A curve has a cusp where its numbers change by no more than this part of what they do beside it.
+const STANDS: f64 = 1e-4;
+/// A rule is broken where something else happens if that is no farther along the curve.
+const AT_ONCE: f64 = 1e-6;
+/// A stop that is passed by no more than this part of the unit of positions is not seen to be.
+const SHALLOW: f64 = 1e-10;
+/// A change of a rule is known when it lies between points no farther apart than this, in arclength.
+const KNOWN: f64 = 1e-11;
+const MOST_HALVINGS: usize = 60;
 
-/// A point of a curve that was accepted.
-#[derive(Clone)]
-pub(super) struct Point {
-    pub found: Found,
-    pub arclength: f64,
-    pub indicators: Vec<(&'static str, f64)>,
+/// A step of a curve from a point to another.
+struct Step<'a> {
+    plane: &'a Plane<'a>,
+    from: &'a Point,
+    to: &'a Point,
+    length: f64,
 }
 
-/// Numbers whose signs tell what else happens on a curve.
-pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static str, f64)>> {
-    plane.along(0, spot, |family| {
-        let test = |multiplier: f64| family.multiplier_test(&spot.place, multiplier);
-        let slowest = || -> Result<f64> {
-            let speeds = family.approaches(&spot.place)?.into_iter();
-            let least = speeds.fold(f64::INFINITY, f64::min);
-            Ok(least / family.units.velocity)
-        };
-        Ok(match plane.condition {
-            // Of half a motion a multiplier is another one's square root.
-            Condition::Multiplier(_) if plane.signature.images.is_some() => {
-                vec![("resonant_graze", slowest()?)]
-            }
-            Condition::Multiplier(mu) => {
-                vec![("fold_flip", test(-mu)?), ("resonant_graze", slowest()?)]
-            }
-            Condition::OnCircle => vec![("resonant_graze", slowest()?)],
-            Condition::NoSpeed(_) => {
-                vec![("graze_fold", test(1.0)?), ("resonant_graze", test(-1.0)?)]
-            }
-            Condition::Together => vec![("graze_corner", slowest()?)],
-        })
-    })
-}
+/// A point of a step: what is there, how far along it is, how far both numbers are known.
+type There = (Found, f64, [f64; 2]);
 
-/// What else happens on a step.
+/// What else happens on a step, and the points.
 pub(super) fn passed(
     plane: &Plane<'_>,
     from: &Point,
     to: &Point,
-    tangent: &DVector<f64>,
-) -> Result<Vec<CurvePoint>> {
+) -> Result<Vec<(CurvePoint, Found)>> {
+    let step = Step {
+        plane,
+        from,
+        to,
+        length: length(&chord(plane, &from.found.spot, &to.found.spot)),
+    };
     let mut found = Vec::new();
-    let step = length(&chord(plane, &from.found.spot, &to.found.spot));
-    let normal = &weighted(tangent);
     for (k, (kind, after)) in to.indicators.iter().enumerate() {
         let before = from.indicators[k].1;
         if before * after >= 0.0 {
             continue;
         }
-        let mut seconds: Vec<f64> = Vec::new();
-        let mut point = |along: f64| {
-            let Ok(there) = stepped(plane, &from.found, tangent, along, normal)? else {
-                return Ok(None);
-            };
-            seconds.push(there.spot.second);
-            Ok(Some(Tried {
-                parameter: there.spot.place.value,
-                value: indicators(plane, &there.spot)?[k].1,
-                point: there.spot,
-            }))
-        };
-        let zero = zero_between([step, before, *after], plane.span(0), &mut point)?;
-        let (spot, along, error) = match zero {
-            Some(zero) => (zero.point, zero.along, zero.error),
-            None => (to.found.spot.clone(), step, step * plane.span(0)),
-        };
-        // Where an impact has no speed both determinants vanish, and no multiplier is -1.
-        let others = indicators(plane, &spot)?;
+        let value = |there: &Found| Ok(indicators(plane, &there.spot)?[k].1);
+        let there = step.zero([before, *after], &value)?;
+        // Where an impact has no speed all determinants vanish, and no multipliers meet.
         let is_graze =
-            |(other, value): &(&str, f64)| *other == "resonant_graze" && value.abs() < NO_SPEED;
-        if *kind == "fold_flip" && others.iter().any(is_graze) {
+            |(other, own): &(&str, f64)| *other == "resonant_graze" && own.abs() < NO_SPEED;
+        let at = indicators(plane, &there.0.spot)?;
+        let is_of_multipliers = *kind == "fold_flip" || kind.starts_with("strong");
+        // Nor is it a zero where another pair is the nearest to the circle from there on.
+        let is_jump = at[k].1.abs() > JUMP * before.abs().max(after.abs());
+        if is_jump || is_of_multipliers && at.iter().any(is_graze) {
             continue;
         }
-        let last = seconds
-            .windows(2)
-            .last()
-            .map_or(step * plane.span(1), |two| (two[1] - two[0]).abs());
-        found.push(CurvePoint {
-            kind,
-            parameters: [spot.place.value, spot.second],
-            error: [error, last],
-            arclength: from.arclength + along,
-            orbit: plane.orbit(&spot)?,
-        });
+        found.push(step.special(kind, there)?);
     }
-    found.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
+    found.extend(step.cusp()?);
+    if from.is_virtual != to.is_virtual {
+        let broken = step.broken()?;
+        let off = |own: &CurvePoint, other: &CurvePoint| (own.arclength - other.arclength).abs();
+        let is_known = |own: &(CurvePoint, Found)| {
+            let is_other = |(other, _): &(CurvePoint, Found)| off(&own.0, other) > AT_ONCE;
+            !found.iter().all(is_other)
+        };
+        let new = broken.filter(|own| !is_known(own));
+        found.extend(new);
+    }
+    found.sort_by(|(a, _), (b, _)| a.arclength.total_cmp(&b.arclength));
     Ok(found)
+}
+
+/// How the numbers change along a curve.
+fn of_numbers(tangent: &DVector<f64>) -> Vector2<f64> {
+    let last = tangent.len() - 1;
+    Vector2::new(tangent[last - 1], tangent[last])
+}
+
+impl Step<'_> {
+    /// A point on the step, if the curve is reached there.
+    fn at(&self, along: f64) -> Result<Option<Found>> {
+        let (from, normal) = (&self.from.found, &weighted(&self.from.found.tangent));
+        Ok(stepped(self.plane, from, &from.tangent, along, normal)?.ok())
+    }
+
+    /// Where a number is zero that has these values at the ends.
+    fn zero(
+        &self,
+        [before, after]: [f64; 2],
+        value: &dyn Fn(&Found) -> Result<f64>,
+    ) -> Result<There> {
+        let mut point = |along: f64| {
+            let Some(there) = self.at(along)? else {
+                return Ok(None);
+            };
+            Ok(Some(Tried {
+                parameter: along,
+                value: value(&there)?,
+                point: there,
+            }))
+        };
+        let zero = zero_between([self.length, before, after], 1.0, &mut point)?;
+        let (found, along, error) = match zero {
+            Some(zero) => (zero.point, zero.along, zero.error),
+            None => (self.to.found.clone(), self.length, self.length),
+        };
+        // By the numbers' rates along the step.
+        let tangents = [&self.from.found.tangent, &found.tangent];
+        let rates = tangents.map(|tangent| of_numbers(tangent).abs());
+        let rates = rates[0].sup(&rates[1]);
+        let known = |axis: usize| error * rates[axis] * self.plane.span(axis);
+        Ok((found, along, [known(0), known(1)]))
+    }
+
+    fn special(&self, kind: &'static str, there: There) -> Result<(CurvePoint, Found)> {
+        let (found, along, error) = there;
+        let special = CurvePoint {
+            kind,
+            parameters: [found.spot.place.value, found.spot.second],
+            error,
+            arclength: self.from.arclength + along,
+            orbit: self.plane.orbit(&found.spot)?,
+        };
+        Ok((special, found))
+    }
+
+    /// Where two folds meet: both numbers stand still there, and go back.
+    fn cusp(&self) -> Result<Option<(CurvePoint, Found)>> {
+        let before = of_numbers(&self.from.found.tangent);
+        let after = of_numbers(&self.to.found.tangent);
+        if self.plane.condition != Condition::Multiplier(1.0) || before.dot(&after) >= 0.0 {
+            return Ok(None);
+        }
+        let way = before.normalize();
+        let value = |there: &Found| Ok(of_numbers(&there.tangent).dot(&way));
+        let there = self.zero([before.norm(), after.dot(&way)], &value)?;
+        let left = of_numbers(&there.0.tangent).norm();
+        if left > STANDS * before.norm().max(after.norm()) {
+            return Ok(None);
+        }
+        self.special("cusp", there).map(Some)
+    }
+
+    /// Where its motions come to break a rule of contact, or to keep it; named by the boundary that is met.
+    fn broken(&self) -> Result<Option<(CurvePoint, Found)>> {
+        let plane = self.plane;
+        let beyond = if self.from.is_virtual {
+            self.from
+        } else {
+            self.to
+        };
+        // Along orbits that touch a stop in every round of a shorter one, what is passed is rounding.
+        let breach = plane.judged(&beyond.found.spot)?.breach();
+        let is_passed = |own: &Breach| own.rule == Rule::Passed;
+        if breach.is_some_and(|own| is_passed(&own) && own.depth <= SHALLOW * plane.units.position)
+        {
+            return Ok(None);
+        }
+        let (mut low, mut high) = (0.0, self.length);
+        let (mut before, mut behind) = (self.from.found.clone(), self.to.found.clone());
+        for _ in 0..MOST_HALVINGS {
+            if high - low <= KNOWN {
+                break;
+            }
+            let middle = 0.5 * (low + high);
+            let Some(there) = self.at(middle)? else {
+                break;
+            };
+            let orbit = plane.orbit(&there.spot)?;
+            if plane.is_virtual(&there.spot, &orbit)? == self.from.is_virtual {
+                (low, before) = (middle, there);
+            } else {
+                (high, behind) = (middle, there);
+            }
+        }
+        let (kept, broken) = if self.from.is_virtual {
+            (&behind, &before)
+        } else {
+            (&before, &behind)
+        };
+        let (kept, broken) = (plane.judged(&kept.spot)?, plane.judged(&broken.spot)?);
+        let Some(breach) = breach_kind(&broken, &kept, plane.units.velocity) else {
+            return Ok(None);
+        };
+        let kind = match (plane.condition, breach.kind) {
+            (Condition::NoSpeed(_), SpecialKind::Graze) => "double_graze",
+            (Condition::NoSpeed(_), SpecialKind::Corner)
+            | (Condition::Together, SpecialKind::Graze) => "graze_corner",
+            (_, kind) => kind.name(),
+        };
+        let off = |a: f64, b: f64| (a - b).abs();
+        let error = [
+            off(before.spot.place.value, behind.spot.place.value),
+            off(before.spot.second, behind.spot.second),
+        ];
+        self.special(kind, (before, low, error)).map(Some)
+    }
 }

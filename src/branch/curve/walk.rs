@@ -1,11 +1,13 @@
 //! Along a curve, one way.
 
 use crate::branch::corrector::Attempt;
+use crate::branch::curve::condition::Condition;
 use crate::branch::curve::corrector::{Found, length, weighted};
 use crate::branch::curve::one::CurvePoint;
 use crate::branch::curve::plane::{Plane, Spot};
+use crate::branch::curve::point::Point;
 use crate::branch::curve::step::{chord, stepped, stepped_to, turned_to};
-use crate::branch::curve::two_at_once::{Point, indicators, passed};
+use crate::branch::curve::two_at_once::passed;
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::options::ContinuationOptions;
 use crate::branch::step_size::{SAME_WAY, step_factor};
@@ -18,7 +20,6 @@ use std::ops::ControlFlow;
 pub(super) fn walk(
     plane: &Plane<'_>,
     first: &Point,
-    sign: f64,
     options: &ContinuationOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Way<Point, CurvePoint>> {
@@ -29,7 +30,6 @@ pub(super) fn walk(
     };
     let [smallest, usual, largest] = options.steps;
     let mut step = usual;
-    let mut tangent = &first.found.tangent * sign;
     let mut farthest = 0.0f64;
     way.end = loop {
         let from = way.points.last().unwrap_or(first);
@@ -39,52 +39,54 @@ pub(super) fn walk(
             break BranchEnd::new(EndReason::Points, detail);
         }
         if observer(at[0]).is_break() {
-            let detail = format!("broken off at ({}, {})", digits(at[0]), digits(at[1]));
-            break BranchEnd::new(EndReason::Interrupted, detail);
+            break broken_off(at);
         }
-        let end = reached(plane, &from.found.spot, &tangent, step);
+        let end = reached(plane, &from.found.spot, &from.found.tangent, step);
         if let Some((axis, value)) = end.filter(|&(axis, value)| at[axis] == value) {
             break range_end(axis, value);
         }
-        let refused = match within(plane, &from.found, &tangent, (step, end)) {
-            Err(Error::Interrupted) => {
-                let detail = format!("broken off at ({}, {})", digits(at[0]), digits(at[1]));
-                break BranchEnd::new(EndReason::Interrupted, detail);
-            }
+        let refused = match advance(plane, from, (step, end)) {
+            Err(Error::Interrupted) => break broken_off(at),
             Err(error) => return Err(error),
-            Ok(Ok(found)) => {
-                match step_factor(found.contraction, found.tangent.dot(&weighted(&tangent))) {
-                    Ok(factor) => {
-                        let gone = chord(plane, &from.found.spot, &found.spot);
-                        let arclength = from.arclength + length(&gone);
-                        let indicators = indicators(plane, &found.spot)?;
-                        let point = Point {
-                            found,
-                            arclength,
-                            indicators,
-                        };
-                        let special = passed(plane, from, &point, &tangent)?;
-                        way.special.extend(special);
-                        let side = point.found.tangent.dot(&weighted(&tangent)).signum();
-                        tangent = &point.found.tangent * side;
-                        let begun = turned_to(plane, &first.found.spot, &point.found.spot);
-                        let away = length(&chord(plane, &begun, &point.found.spot));
-                        let is_same =
-                            sign * tangent.dot(&weighted(&first.found.tangent)) > SAME_WAY;
-                        let has_closed = farthest > 2.0 * step && away < step && is_same;
-                        farthest = farthest.max(away);
-                        way.points.push(point);
-                        if has_closed {
-                            let detail = "it came back to where it began".to_owned();
-                            break BranchEnd::new(EndReason::Closed, detail);
-                        }
-                        step = (step * factor).clamp(smallest, largest);
-                        continue;
-                    }
-                    Err(reason) => BranchEnd::new(EndReason::Step, reason.to_owned()),
+            Ok(Advance::Point(point, factor)) => {
+                let mut special = passed(plane, from, &point)?;
+                let last = special.iter().position(|own| is_last(plane, &own.0));
+                let last = last.map(|k| {
+                    special.truncate(k + 1);
+                    special[k].clone()
+                });
+                way.special.extend(special.into_iter().map(|own| own.0));
+                if let Some((last, found)) = last {
+                    way.points.push(Point::at(plane, found, last.arclength)?);
+                    let detail = format!("{}: beyond it the two multipliers are real", last.kind);
+                    break BranchEnd::new(EndReason::Boundary, detail);
                 }
+                if plane.condition == Condition::OnCircle && is_real(&point) {
+                    let detail = "beyond it the two multipliers are real".to_owned();
+                    break BranchEnd::new(EndReason::Boundary, detail);
+                }
+                let spot = &point.found.spot;
+                let begun = turned_to(plane, &first.found.spot, spot);
+                let home = chord(plane, &begun, spot);
+                let away = length(&home);
+                let along = point.found.tangent.dot(&weighted(&first.found.tangent));
+                let has_closed = farthest > 2.0 * step && away < step && along > SAME_WAY;
+                farthest = farthest.max(away);
+                if has_closed {
+                    let is_past = home.dot(&weighted(&first.found.tangent)) > 0.0;
+                    let before = if is_past { from.clone() } else { *point };
+                    if !is_past {
+                        way.points.push(before.clone());
+                    }
+                    way.points.push(closing(plane, &before, (first, begun)));
+                    let detail = "it came back to where it began".to_owned();
+                    break BranchEnd::new(EndReason::Closed, detail);
+                }
+                way.points.push(*point);
+                step = (step * factor).clamp(smallest, largest);
+                continue;
             }
-            Ok(Err(missed)) => missed.end(),
+            Ok(Advance::Refused(end)) => end,
         };
         if step <= smallest {
             break refused;
@@ -92,6 +94,63 @@ pub(super) fn walk(
         step = (0.5 * step).max(smallest);
     };
     Ok(way)
+}
+
+/// What a step has come to: a point and the factor on the next step, or why there is none.
+enum Advance {
+    Point(Box<Point>, f64),
+    Refused(BranchEnd),
+}
+
+/// A step from a point, as far as it can be trusted.
+fn advance(plane: &Plane<'_>, from: &Point, ahead: (f64, Option<(usize, f64)>)) -> Result<Advance> {
+    let tangent = &from.found.tangent;
+    let mut found = match within(plane, &from.found, tangent, ahead)? {
+        Ok(found) => found,
+        Err(missed) => return Ok(Advance::Refused(missed.end())),
+    };
+    let side = found.tangent.dot(&weighted(tangent));
+    found.tangent *= side.signum();
+    Ok(match step_factor(found.contraction, side) {
+        Ok(factor) => {
+            let gone = length(&chord(plane, &from.found.spot, &found.spot));
+            let point = Point::at(plane, found, from.arclength + gone)?;
+            Advance::Point(Box::new(point), factor)
+        }
+        Err(reason) => Advance::Refused(BranchEnd::new(EndReason::Step, reason.to_owned())),
+    })
+}
+
+/// Whether a curve ends at a point: two multipliers on the circle meet where it crosses the real axis.
+fn is_last(plane: &Plane<'_>, own: &CurvePoint) -> bool {
+    plane.condition == Condition::OnCircle && matches!(own.kind, "strong_1_1" | "strong_1_2")
+}
+
+/// Whether the two multipliers of a point whose product is 1 are real.
+fn is_real(point: &Point) -> bool {
+    point.indicators.iter().any(|(kind, value)| match *kind {
+        "strong_1_1" => *value > 0.0,
+        "strong_1_2" => *value < 0.0,
+        _ => false,
+    })
+}
+
+/// The first point again, behind the last one.
+fn closing(plane: &Plane<'_>, from: &Point, (first, spot): (&Point, Spot)) -> Point {
+    let gone = length(&chord(plane, &from.found.spot, &spot));
+    Point {
+        arclength: from.arclength + gone,
+        found: Found {
+            spot,
+            ..first.found.clone()
+        },
+        ..first.clone()
+    }
+}
+
+fn broken_off([x, y]: [f64; 2]) -> BranchEnd {
+    let detail = format!("broken off at ({}, {})", digits(x), digits(y));
+    BranchEnd::new(EndReason::Interrupted, detail)
 }
 
 fn range_end(axis: usize, value: f64) -> BranchEnd {

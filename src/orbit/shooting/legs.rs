@@ -40,6 +40,7 @@ pub(crate) fn legs<M: HybridMaps + ?Sized>(
         });
     };
     for (k, stage) in stages.iter().enumerate() {
+        let mut begun = found.starts[k];
         let mut mode = ContactMode {
             kind: SegmentKind::Flight,
             stops: stage.held.clone(),
@@ -74,13 +75,15 @@ pub(crate) fn legs<M: HybridMaps + ?Sized>(
                     is_struck: false,
                     released: None,
                 };
-                let span = (chatter.last_time, found.starts[k]);
+                // The loop knows the end of impacts that are next to nothing no better than their speed.
+                begun = begun.max(chatter.last_time);
+                let span = (chatter.last_time, begun);
                 push(remainder, span, &rest, &found.states[k]);
             }
         }
         let mut after = found.states[k].clone();
-        project_onto(motion, &stage.held, found.starts[k], &mut after)?;
-        let span = (found.starts[k], found.times[k + 1]);
+        project_onto(motion, &stage.held, begun, &mut after)?;
+        let span = (begun, found.times[k + 1].max(begun));
         push(mode, span, &after, &flight_ends[k].before);
     }
     Ok(legs)

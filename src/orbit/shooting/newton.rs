@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
+use crate::linalg::singular::Singular;
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
 };
@@ -58,6 +59,9 @@ fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> 
     Ok(equations.corrections(&xi))
 }
 
+/// A singular value of so small a part of the largest one is that of a fold nearby.
+const NEAR_FOLD: f64 = 3e-3;
+
 impl Shooting<'_> {
     /// The closed loop near a guess, and the ends of its flights.
     pub fn solve(
@@ -97,15 +101,32 @@ impl Shooting<'_> {
             let flight_ends = self.flight_ends(&current, &units)?;
             return Ok((current, flight_ends));
         }
+        let stage = if is_lost {
+            "the shooting on flight times, which shrinks the motion to nothing,"
+        } else if self.is_near_fold(&current, &units)? {
+            "the shooting on flight times, whose equations are singular where it stops: there is a fold nearby, beyond which the scene may have \
+             no such motion; continuation follows it to where it turns back. It"
+        } else {
+            "the shooting on flight times"
+        };
         Err(Error::NoConvergence {
-            stage: if is_lost {
-                "the shooting on flight times, which shrinks the motion to nothing,"
-            } else {
-                "the shooting on flight times"
-            },
+            stage,
             iterations: steps,
             residual: mismatch,
         })
+    }
+
+    /// Whether the equations about a loop are singular but for a small part: two motions of the pattern meet nearby.
+    fn is_near_fold(&self, state: &ShootingState, units: &Units) -> Result<bool> {
+        let Ok(equations) = self.linearised(state, units) else {
+            return Ok(false);
+        };
+        let rows = &equations.rows;
+        let found = Singular::new(rows)?;
+        let mut values: Vec<f64> = (0..rows.ncols()).map(|k| found.value(k)).collect();
+        values.sort_by(f64::total_cmp);
+        let spare = rows.ncols().saturating_sub(rows.nrows());
+        Ok(values[spare] <= NEAR_FOLD * values[values.len() - 1])
     }
 
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
