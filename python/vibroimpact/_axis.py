@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core
+from vibroimpact._numbers import shown
 
 
 def grid(values: ArrayLike, argument: str) -> NDArray[np.float64]:
@@ -26,6 +27,6 @@ def named(axis: Any, argument: str) -> tuple[str, NDArray[np.float64]]:
     except (TypeError, ValueError):
         name = None
     if not isinstance(name, str):
-        message = f"{argument} is {axis!r}, but (name of Scene.replace, values) is needed"
+        message = f"{argument} is {shown(axis)}, but (name of Scene.replace, values) is needed"
         raise ValueError(message)
     return name, grid(values, argument)

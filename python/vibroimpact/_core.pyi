@@ -397,6 +397,7 @@ class NonlinearStop:
 @final
 class Scene:
     __hash__: ClassVar[None]  # type: ignore[assignment]
+    def _repr_html_(self) -> str: ...
     def __new__(
         cls,
         system: _System,
@@ -496,6 +497,7 @@ class Stability:
 
 @final
 class Orbit:
+    def _repr_html_(self) -> str: ...
     @property
     def period(self) -> float: ...
     @property
@@ -559,6 +561,7 @@ class Orbit:
 
 @final
 class Orbits:
+    def _repr_html_(self) -> str: ...
     def __iter__(self) -> Iterator[Orbit]: ...
     def __reversed__(self) -> Iterator[Orbit]: ...
     @property
@@ -622,6 +625,7 @@ class Energy:
 
 @final
 class Trajectory:
+    def _repr_html_(self) -> str: ...
     @property
     def t(self) -> _FloatArray: ...
     @property

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core, _workers
 from vibroimpact._core import Scene
+from vibroimpact._numbers import shown
 from vibroimpact.attractors import Attractor, Attractors, check_all, turns
 
 #: Labels of states that lead to no attractor, and of those that nobody has worked out.
@@ -42,7 +43,7 @@ def turns_of(wrap: Mapping[int, float] | None, attractors: Sequence[Attractor] |
 def check_attractors(scene: Scene, attractors: Sequence[Attractor], phase: float) -> None:
     """Refuse attractors of another scene, or at another phase."""
     if not isinstance(attractors, Sequence):
-        message = f"attractors is {attractors!r}, but a sequence of Attractor is needed"
+        message = f"attractors is {shown(attractors)}, but a sequence of Attractor is needed"
         raise TypeError(message)
     if isinstance(attractors, Attractors):
         if attractors.scene != scene:

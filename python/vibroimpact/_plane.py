@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _axis, _core
 from vibroimpact._core import Scene
+from vibroimpact._numbers import shown
 from vibroimpact._tiles import Tile
 
 #: Cells of an axis at most.
@@ -51,7 +52,7 @@ def _axis_values(name: str, axis: Any) -> _Values:
     """Return the midpoints of ``(low, high, cells)``, the values of an axis, or a number."""
     if isinstance(axis, tuple) and len(axis) == 3:
         if isinstance(axis[2], bool) or not isinstance(axis[2], (int, np.integer)):
-            message = f"{name} is {axis!r}, but (low, high, cells) needs a whole number of cells; values stand in a list"
+            message = f"{name} is {shown(axis)}, but (low, high, cells) needs a whole number of cells; values stand in a list"
             raise ValueError(message)
         low, high = (float(side) for side in _core._numbers(name, axis[:2]))
         cells = int(axis[2])
@@ -59,7 +60,7 @@ def _axis_values(name: str, axis: Any) -> _Values:
             message = f"{name} has {cells} cells, but no more than {_MOST_CELLS} have room"
             raise ValueError(message)
         if not (np.isfinite(low) and np.isfinite(high) and low < high and cells >= 1):
-            message = f"{name} is {axis!r}, but (low, high, cells) must be finite, low below high, with at least one cell"
+            message = f"{name} is {shown(axis)}, but (low, high, cells) must be finite, low below high, with at least one cell"
             raise ValueError(message)
         return low + (high - low) * (np.arange(cells) + 0.5) / cells
     if np.ndim(axis) == 0:

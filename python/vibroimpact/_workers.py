@@ -16,6 +16,8 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
+from vibroimpact._numbers import shown
+
 Part = TypeVar("Part")
 
 
@@ -73,7 +75,7 @@ def threads(workers: Workers) -> int | None:
     if workers is None:
         return None
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        message = f"workers is {workers!r}, but it must be at least 1, an executor, or a map-like callable"
+        message = f"workers is {shown(workers)}, but it must be at least 1, an executor, or a map-like callable"
         raise ValueError(message)
     return workers
 
@@ -129,7 +131,7 @@ def _parts(work: Work[Part], shared: Any, pieces: Sequence[Any], workers: Worker
         elif callable(workers):
             yield from enumerate(workers(partial(task, shared), pieces))
         else:
-            message = f"workers is {workers!r}, but it must be an int, an executor, or a map-like callable"
+            message = f"workers is {shown(workers)}, but it must be an int, an executor, or a map-like callable"
             raise ValueError(message)
     except BaseException:
         _broken_off.add(sweep)

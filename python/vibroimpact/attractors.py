@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core, _workers
 from vibroimpact._core import Orbit, Scene
+from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult, ItemsResult
 from vibroimpact.diagram import Pattern
 
@@ -125,7 +126,7 @@ def check_all(attractors: Sequence[Any]) -> None:
     """Refuse what is no attractor among others."""
     for k, one in enumerate(attractors):
         if not isinstance(one, Attractor):
-            message = f"attractors[{k}] is {one!r}, but an Attractor is needed"
+            message = f"attractors[{k}] is {shown(one)}, but an Attractor is needed"
             raise TypeError(message)
 
 
@@ -234,7 +235,7 @@ def find_attractors(
 def turns(wrap: Mapping[int, float] | None) -> tuple[tuple[int, float], ...]:
     """Return the positions that are angles, and their turns."""
     if wrap is not None and not isinstance(wrap, Mapping):
-        message = f"wrap is {wrap!r}, but a dict {{position: its turn}} is needed"
+        message = f"wrap is {shown(wrap)}, but a dict {{position: its turn}} is needed"
         raise TypeError(message)
     for position in wrap or {}:
         if isinstance(position, bool) or not isinstance(position, (int, np.integer)) or position < 0:
@@ -282,7 +283,7 @@ def drawn(scene: Scene, sides: NDArray[np.float64], count: int, rng: int | np.ra
 def checked_box(scene: Scene, box: ArrayLike) -> NDArray[np.float64]:
     """Return a box of states as an array."""
     if not isinstance(scene, Scene):
-        message = f"scene is {scene!r}, but a Scene is needed"
+        message = f"scene is {shown(scene)}, but a Scene is needed"
         raise TypeError(message)
     sides = _core._numbers("box", box)
     if sides.shape != (2 * scene.n_dof, 2):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact import _boundary, _plane, _workers
+from vibroimpact import _boundary, _html, _plane, _workers
 from vibroimpact._boundary import Fit
 from vibroimpact._cells import Columns, worked_out
 from vibroimpact._core import Scene
@@ -90,6 +90,10 @@ class Basins(ArrayResult):
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the plane, for ``numpy.savez``."""
         return {name: getattr(self, name) for name in ("labels", "iterations", "x", "y")}
+
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        return _html.basins(self)
 
     def __repr__(self) -> str:
         """Say how large the basins are, and what to do about states that were not decided."""

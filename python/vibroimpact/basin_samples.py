@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact import _axis, _workers
 from vibroimpact._core import Scene
 from vibroimpact._labels import INSIDE, LOST, UNDECIDED, check_attractors, labelled, seen, turns_of
+from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, checked_box, drawn, find_attractors
 
@@ -121,7 +122,7 @@ def basin_fractions(
     np.float64(1.0)
     """
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 1:
-        message = f"samples is {samples!r}, but it must be at least 1"
+        message = f"samples is {shown(samples)}, but it must be at least 1"
         raise ValueError(message)
     sides = checked_box(scene, box)
     states = drawn(scene, sides, int(samples), rng)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _core
+from vibroimpact import _core, _html
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._numbers import few, finite
+from vibroimpact._numbers import few, finite, shown
 from vibroimpact._results import ItemsResult
 from vibroimpact.diagram import Pattern
 from vibroimpact.special import Candidate, Special
@@ -76,13 +76,13 @@ class Branch(ItemsResult[Orbit]):
         object.__setattr__(self, "ends", tuple((str(reason), str(detail)) for reason, detail in self.ends))
         self._check_types({"parameter_name": (str, type(None)), "monitor": dict, "is_closed": bool})
         if not self.orbits or not all(isinstance(orbit, Orbit) for orbit in self.orbits):
-            message = f"orbits is {self.orbits!r}, but a sequence of Orbit, one at least, is needed"
+            message = f"orbits is {shown(self.orbits)}, but a sequence of Orbit, one at least, is needed"
             raise TypeError(message)
         if not all(isinstance(own, Special) for own in self.special):
-            message = f"special is {self.special!r}, but a sequence of Special is needed"
+            message = f"special is {shown(self.special)}, but a sequence of Special is needed"
             raise TypeError(message)
         if len(self.ends) != 2 or any(reason not in REASONS for reason, _ in self.ends):
-            message = f"ends is {self.ends!r}, but two pairs of a reason and its detail are needed"
+            message = f"ends is {shown(self.ends)}, but two pairs of a reason and its detail are needed"
             raise ValueError(message)
         m = (len(self.orbits),)
         columns = {"parameter": "f", "arclength": "f", "is_admissible": "b", "is_stable": "b", "n_unstable": "i"}
@@ -183,6 +183,10 @@ class Branch(ItemsResult[Orbit]):
         names = ("parameter", "arclength", "is_admissible", "is_stable", "is_virtual", "n_unstable", "multipliers")
         arrays = {name: getattr(self, name) for name in (*names, "speeds_before", "phases")}
         return arrays | {f"monitor_{name}": values for name, values in self.monitor.items()}
+
+    def _repr_html_(self) -> str:
+        """Return it as a notebook shows it."""
+        return _html.branch(self)
 
     def __repr__(self) -> str:
         """Say where the branch goes and what ends it."""
@@ -304,10 +308,10 @@ def continuation(
         message = f'virtual is {virtual!r}, but it must be "stop" or "keep"'
         raise ValueError(message)
     if not (isinstance(parameter, str) or callable(parameter)):
-        message = f'parameter is {parameter!r}, but a number of Scene.replace, "energy" or a callable p -> Scene is needed'
+        message = f'parameter is {shown(parameter)}, but a number of Scene.replace, "energy" or a callable p -> Scene is needed'
         raise TypeError(message)
     if isinstance(parameter, str) and start is not None:
-        message = f"start is {start!r}, but it is that of a callable: the orbit has its own {parameter}"
+        message = f"start is {shown(start)}, but it is that of a callable: the orbit has its own {parameter}"
         raise ValueError(message)
     if symmetric is not None and not isinstance(symmetric, bool):
         message = f"symmetric is {symmetric!r}, but True, False or None is needed"
@@ -348,7 +352,7 @@ def _orbit_of(given: Any) -> tuple[Any, float | None]:
     if isinstance(given, Special):
         found = given.branches()
         if not found:
-            message = f"orbit is {given!r}, but no branch goes off there: an orbit is needed"
+            message = f"orbit is {shown(given)}, but no branch goes off there: an orbit is needed"
             raise ValueError(message)
         given = found[0]
     return (given.orbit, given.parameter) if isinstance(given, Candidate) else (given, None)
@@ -370,7 +374,7 @@ def _checked(monitor: Mapping[str, Monitor] | None) -> Mapping[str, Monitor]:
     """Refuse monitors that are no functions with names."""
     found = {} if monitor is None else monitor
     if not isinstance(found, Mapping) or not all(isinstance(name, str) and callable(f) for name, f in found.items()):
-        message = f"monitor is {monitor!r}, but names with functions f(orbit) -> float are needed"
+        message = f"monitor is {shown(monitor)}, but names with functions f(orbit) -> float are needed"
         raise TypeError(message)
     return found
 

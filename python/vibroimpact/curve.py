@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._numbers import few
+from vibroimpact._numbers import few, shown
 from vibroimpact._results import ArrayResult, ItemsResult
 from vibroimpact.branch import REASONS
 from vibroimpact.special import KINDS, Special
@@ -19,7 +19,11 @@ from vibroimpact.special import KINDS, Special
 __all__ = ["BifurcationCurve", "CurvePoint", "bifurcation_curve"]
 
 #: What happens on a curve at once with what it is a curve of.
-TWO_AT_ONCE = ("fold_flip", "resonant_graze", "graze_fold", "graze_corner")
+TWO_AT_ONCE = (
+    *("cusp", "strong_1_1", "strong_1_2", "strong_1_3", "strong_1_4", "fold_flip"),
+    *("resonant_graze", "graze_fold", "double_graze", "degenerate_graze", "graze_corner"),
+    *KINDS[KINDS.index("graze") :],
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +33,14 @@ class CurvePoint(ArrayResult):
     Attributes
     ----------
     kind : str
-        "fold_flip": on a curve of folds a multiplier -1, on one of doublings a multiplier 1. "resonant_graze": on a curve of
-        folds or doublings an impact loses its speed; on one of grazes a curve of doublings ends. "graze_fold": on one of grazes
-        a curve of folds ends. "graze_corner": of two stops hit at one instant one is touched only.
+        "cusp": two curves of folds meet and end. "fold_flip": on a curve of folds a multiplier -1, on one of doublings a
+        multiplier 1. "strong_1_1", "strong_1_2": two multipliers are 1, or -1; a curve of tori ends there. "strong_1_3",
+        "strong_1_4": on a curve of tori they turn by a third of a turn, or by a quarter. "resonant_graze": on a curve of folds,
+        doublings or tori an impact loses its speed; on one of grazes a curve of doublings ends. "graze_fold": on one of grazes
+        a curve of folds ends. "double_graze": on one of grazes another touch. "degenerate_graze": there is no acceleration at
+        a touch. "graze_corner": of two stops hit at one instant one is touched only, or another touch comes to a corner or a
+        corner to a touch. Else the kind of ``Special`` of a boundary of motion, beyond which the orbits of the curve are
+        virtual.
     parameter, error : (float, float)
         Both numbers, and how far each is known.
     arclength : float
@@ -111,13 +120,13 @@ class BifurcationCurve(ItemsResult[Orbit]):
             message = f'kind is {self.kind!r}, but it must be a kind of Special or "together"'
             raise ValueError(message)
         if not self.orbits or not all(isinstance(orbit, Orbit) for orbit in self.orbits):
-            message = f"orbits is {self.orbits!r}, but a sequence of Orbit, one at least, is needed"
+            message = f"orbits is {shown(self.orbits)}, but a sequence of Orbit, one at least, is needed"
             raise TypeError(message)
         if not all(isinstance(own, CurvePoint) for own in self.special):
-            message = f"special is {self.special!r}, but a sequence of CurvePoint is needed"
+            message = f"special is {shown(self.special)}, but a sequence of CurvePoint is needed"
             raise TypeError(message)
         if len(self.ends) != 2 or any(reason not in REASONS for reason, _ in self.ends):
-            message = f"ends is {self.ends!r}, but two pairs of a reason and its detail are needed"
+            message = f"ends is {shown(self.ends)}, but two pairs of a reason and its detail are needed"
             raise ValueError(message)
         m = (len(self.orbits),)
         self._check({"x": ("f", m), "y": ("f", m), "arclength": ("f", m), "is_virtual": ("b", m)})
@@ -186,8 +195,8 @@ def bifurcation_curve(
     The equations of ``continuation`` with both numbers as unknowns and one more (theory 20): a determinant that is zero where
     the multiplier is 1 or -1, of half a period for a symmetric orbit; the modulus of a pair of multipliers; the speed of an
     impact, of one inserted at the touch of a graze. A curve is followed wherever its equations go; what breaks a rule of contact
-    says so. Of impacts that take nearly all speed (e below 1e-3) curves of folds and doublings crawl or cannot be begun; a
-    curve of tori stalls where its multipliers meet on the real axis.
+    says so. A curve of tori ends where its
+    two multipliers meet on the real axis. Where a point of ``special`` is not reached from one side it is located to the step.
 
     Examples
     --------
@@ -212,7 +221,7 @@ def bifurcation_curve(
         pair = (x0, y0)
     else:
         if start is not None:
-            message = f"start is {start!r}, but it is that of a callable: the orbit has its own numbers"
+            message = f"start is {shown(start)}, but it is that of a callable: the orbit has its own numbers"
             raise ValueError(message)
         names = _two(parameters)
         known = {} if not isinstance(special, Special) else {special.parameter_name: special.parameter}
@@ -220,7 +229,7 @@ def bifurcation_curve(
     try:
         first, second = between
     except (TypeError, ValueError):
-        message = f"between is {between!r}, but ((low, high), (low, high)) is needed"
+        message = f"between is {shown(between)}, but ((low, high), (low, high)) is needed"
         raise ValueError(message) from None
     ranges = (few("between[0]", first, ("low", "high")), few("between[1]", second, ("low", "high")))
     steps = few("step", step, ("smallest", "first", "largest"))
@@ -236,10 +245,10 @@ def _begun(special: Any) -> tuple[Orbit, tuple[Any, ...] | None]:
     if isinstance(special, Orbit):
         return special, None
     if not isinstance(special, Special):
-        message = f"special is {special!r}, but a Special or an Orbit is needed"
+        message = f"special is {shown(special)}, but a Special or an Orbit is needed"
         raise TypeError(message)
     if special.parameter_name == "energy":
-        message = f"special is {special!r}, but a curve is over numbers of a scene: its orbits keep their energy in any of these"
+        message = f"special is {shown(special)}, but a curve is over numbers of a scene: its orbits keep their energy in any"
         raise ValueError(message)
     return special.orbit, special._given()
 
@@ -248,9 +257,9 @@ def _two(parameters: Any) -> tuple[str, str]:
     """Return two names."""
     given = tuple(parameters) if isinstance(parameters, (tuple, list)) else ()
     if len(given) != 2 or not all(isinstance(own, str) for own in given):
-        message = f"parameters is {parameters!r}, but two numbers of Scene.replace or a callable (x, y) -> Scene are needed"
+        message = f"parameters is {shown(parameters)}, but two numbers of Scene.replace or a callable (x, y) -> Scene are needed"
         raise TypeError(message)
     if given[0] == given[1]:
-        message = f"parameters is {parameters!r}, but they must be two"
+        message = f"parameters is {shown(parameters)}, but they must be two"
         raise ValueError(message)
     return given[0], given[1]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact import _core, _matrices
+from vibroimpact._numbers import shown
 
 __all__ = ["rayleigh_damping"]
 
@@ -89,7 +90,7 @@ def _coefficients(alpha: float | None, beta: float | None, ratios: Mapping[float
     try:
         first, second = ((float(w), float(zeta)) for w, zeta in ratios.items())
     except (AttributeError, TypeError, ValueError):
-        message = f"ratios is {ratios!r}, but damping ratios at two frequencies, {{w1: zeta1, w2: zeta2}}, are needed"
+        message = f"ratios is {shown(ratios)}, but damping ratios at two frequencies, {{w1: zeta1, w2: zeta2}}, are needed"
         raise ValueError(message) from None
     return _core._rayleigh_coefficients(first, second)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 
 __all__ = ["Derivatives"]
@@ -64,7 +65,7 @@ class Derivatives(ArrayResult):
         d = np.size(self.phase)
         n, k, stops = (len(np.atleast_1d(own)) for own in (self.q0, self.times, self.min_gap))
         if self.parameters is not None and len(self.parameters) != d:
-            message = f"parameters is {self.parameters!r}, but {d} names are needed"
+            message = f"parameters is {shown(self.parameters)}, but {d} names are needed"
             raise ValueError(message)
         rows = {"q0": n, "v0": n, "max_displacement": n, "speeds_before": k, "times": k, "min_gap": stops}
         self._check({name: ("f", (count, d)) for name, count in rows.items()})

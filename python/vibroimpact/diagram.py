@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _axis, _core, _workers
 from vibroimpact._core import Orbit, Scene, Trajectory
+from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 
 __all__ = ["BifurcationDiagram", "PoincarePoints", "bifurcation_diagram", "poincare_points"]
@@ -271,7 +272,7 @@ def bifurcation_diagram(
 def _scene(make: Callable[[float], Scene], value: float) -> Scene:
     scene = make(value)
     if not isinstance(scene, Scene):
-        message = f"scene({value!r}) is {scene!r}, but a Scene is needed"
+        message = f"scene({shown(value)}) is {shown(scene)}, but a Scene is needed"
         raise TypeError(message)
     return scene
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core, _workers
 from vibroimpact._core import LinearSystem, Ramp, Scene
+from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 
 __all__ = ["Ensemble", "simulate_many"]
@@ -80,14 +81,14 @@ def _scenes(scene: Any, q0: ArrayLike, v0: ArrayLike) -> list[Scene]:
     try:
         scenes = list(scene)
     except TypeError:
-        message = f"scene is {scene!r}, but a Scene, a sequence of them or a callable is needed"
+        message = f"scene is {shown(scene)}, but a Scene, a sequence of them or a callable is needed"
         raise TypeError(message) from None
     return [_made(f"scene[{i}]", one) for i, one in enumerate(scenes)]
 
 
 def _made(argument: str, scene: Any) -> Scene:
     if not isinstance(scene, Scene):
-        message = f"{argument} is {scene!r}, but a Scene is needed"
+        message = f"{argument} is {shown(scene)}, but a Scene is needed"
         raise TypeError(message)
     return scene
 

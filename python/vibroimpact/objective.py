@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
+from vibroimpact._numbers import shown
 from vibroimpact.derivative import Derivatives
 from vibroimpact.errors import ConvergenceError
 
@@ -116,17 +117,17 @@ def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike)
     (2.919598, [-4.1711, -1.3103])
     """
     if not callable(make):
-        message = f"make is {make!r}, but a callable p (d,) -> Scene is needed"
+        message = f"make is {shown(make)}, but a callable p (d,) -> Scene is needed"
         raise TypeError(message)
     if not isinstance(orbit, Orbit):
-        message = f"orbit is {orbit!r}, but an Orbit is needed"
+        message = f"orbit is {shown(orbit)}, but an Orbit is needed"
         raise TypeError(message)
     p = _core._numbers("start", start)
     if p.ndim != 1:
         message = f"start has shape {p.shape}, but (d,) is needed"
         raise ValueError(message)
     if not (isinstance(value, str) or callable(value)):
-        message = f"value is {value!r}, but the name of an entry or a callable f(orbit, derivatives) is needed"
+        message = f"value is {shown(value)}, but the name of an entry or a callable f(orbit, derivatives) is needed"
         raise TypeError(message)
     entry = _Entry(value, orbit) if isinstance(value, str) else value
     _core._derivatives_but_multipliers(orbit, make, p)  # refuses an orbit that is not that of start

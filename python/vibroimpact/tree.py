@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _workers
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._numbers import few
+from vibroimpact._numbers import few, shown
 from vibroimpact._results import ItemsResult
 from vibroimpact.branch import Branch, continuation
 from vibroimpact.special import Candidate, Special
@@ -44,15 +44,15 @@ class BranchTree(ItemsResult[Branch]):
         object.__setattr__(self, "branches", tuple(self.branches))
         given = self.parents
         if not all(own is None or (isinstance(own, (tuple, list)) and len(own) == 2) for own in given):
-            message = f"parents is {given!r}, but for each branch a pair, or None, is needed"
+            message = f"parents is {shown(given)}, but for each branch a pair, or None, is needed"
             raise ValueError(message)
         parents = tuple(None if own is None else (int(own[0]), int(own[1])) for own in given)
         object.__setattr__(self, "parents", parents)
         if not self.branches or not all(isinstance(own, Branch) for own in self.branches):
-            message = f"branches is {self.branches!r}, but a sequence of Branch, one at least, is needed"
+            message = f"branches is {shown(self.branches)}, but a sequence of Branch, one at least, is needed"
             raise TypeError(message)
         if len(parents) != len(self.branches) or any(own is not None and own[0] >= k for k, own in enumerate(parents)):
-            message = f"parents is {parents!r}, but for each branch an earlier one, or None, is needed"
+            message = f"parents is {shown(parents)}, but for each branch an earlier one, or None, is needed"
             raise ValueError(message)
 
     def _items(self) -> tuple[Branch, ...]:
@@ -147,7 +147,7 @@ def branch_tree(
     """
     for name, value, least in (("depth", depth, 0), ("max_branches", max_branches, 1)):
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            message = f"{name} is {value!r}, but it must be at least {least}"
+            message = f"{name} is {shown(value)}, but it must be at least {least}"
             raise ValueError(message)
     low, high = few("between", between, ("low", "high"))
     branches = [continuation(orbit, parameter, between, start=start, **options)]

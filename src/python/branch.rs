@@ -6,6 +6,7 @@ use crate::branch::{
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
+use crate::python::answered::called_here;
 use crate::python::array::out_matrix;
 use crate::python::diagram::{count, way};
 use crate::python::made::{made, raised_or};
@@ -110,7 +111,8 @@ pub(super) fn varied<'a>(
         }).map_err(|_| {
             let names = argument::NUMBERS;
             PyValueError::new_err(format!(
-                "parameter is {name:?}, but it must be a number of Scene.replace ({names}), \"energy\" or a callable p -> Scene"
+                "parameter is {name:?}{}, but it must be a number of Scene.replace ({names}), \"energy\" or a callable p -> Scene",
+                called_here(name)
             ))
         }),
         (None, Some(make), Some(start)) => Ok(Varied::Made(make, start)),

@@ -6,6 +6,7 @@
 // Bound functions have the arguments of the Python signature.
 #![allow(clippy::too_many_arguments)]
 
+mod answered;
 mod argument;
 mod array;
 mod attractor;

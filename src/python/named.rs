@@ -1,6 +1,7 @@
 //! Numbers of scenes by the names that Python has for them.
 
 use crate::model::{BaseMotion, Forcing, Parameter, Scene};
+use crate::python::answered::called_here;
 use crate::python::argument::NUMBERS;
 use crate::python::text::shown;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -22,7 +23,8 @@ pub(super) fn named(argument: &str, scene: &Scene, name: &str) -> PyResult<Named
     }
     let parameter = name.parse().map_err(|_| {
         PyValueError::new_err(format!(
-            "{argument} has {name:?}, but each must be a number of Scene.replace ({NUMBERS})"
+            "{argument} has {name:?}{}, but each must be a number of Scene.replace ({NUMBERS})",
+            called_here(name)
         ))
     })?;
     Ok(Named {
@@ -40,10 +42,19 @@ pub(super) fn names(
     if parameters.is_instance_of::<PyString>() {
         return Ok(vec![parameters.extract()?]);
     }
-    parameters.extract().map_err(|_| {
+    let names: Vec<String> = parameters.extract().map_err(|_| {
         let found = shown(parameters);
         PyTypeError::new_err(format!("{argument} is {found}, but {needed} are needed"))
-    })
+    })?;
+    let is_twice = |(k, name): (usize, &String)| names[..k].contains(name);
+    if names.is_empty() || names.iter().enumerate().any(is_twice) {
+        let found = shown(parameters);
+        let rule = "but one name at least is needed, and each once";
+        return Err(PyValueError::new_err(format!(
+            "{argument} is {found}, {rule}"
+        )));
+    }
+    Ok(names)
 }
 
 /// The amplitude of a base motion that is one real number.

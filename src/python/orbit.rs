@@ -10,7 +10,7 @@ use crate::python::outputs::{derivative, out_values, side, window};
 use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
-use crate::python::text::{fixed_complex, list};
+use crate::python::text::{fixed_complex, html, list};
 use crate::python::{argument, derivative, files, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::SegmentKind;
@@ -576,6 +576,10 @@ impl PyOrbit {
     ///     Without xarray.
     fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         files::to_xarray(slf.as_any())
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        html(slf.as_any(), "orbit")
     }
 
     pub fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -7,6 +7,7 @@ use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::orbit_facts::{PyFamily, family};
 use crate::python::pattern::pattern;
+use crate::python::text::html;
 use crate::python::{argument, files, interrupt};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -110,6 +111,10 @@ impl PyOrbits {
                 self.reason
             ))),
         }
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        html(slf.as_any(), "orbits")
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

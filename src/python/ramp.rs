@@ -1,6 +1,7 @@
 //! Ramps in Python.
 
 use crate::model::{Parameter, Ramp, RampCourse, RampLaw};
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::text::shown;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -90,8 +91,14 @@ fn course(
 #[pymethods]
 impl PyRamp {
     #[new]
-    #[pyo3(signature = (parameter, to, *, over=None, rate=None, law="linear", levels=None, dwell=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(parameter, to, *, over=None, rate=None, law=\"linear\", levels=None, dwell=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (parameter, to, *, over=None, rate=None, law="linear", levels=None, dwell=None))]
+    fn made(
         #[pyo3(from_py_with = argument::parameter)] parameter: &str,
         #[pyo3(from_py_with = argument::to)] to: f64,
         #[pyo3(from_py_with = argument::over)] over: Option<f64>,

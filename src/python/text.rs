@@ -6,11 +6,21 @@ use pyo3::prelude::*;
 /// Entries of a vector that a line has room for.
 const ENTRIES: usize = 6;
 
-/// A value as Python writes it.
+/// Characters of a value that a message has room for.
+const CHARACTERS: usize = 160;
+
+/// A value as Python writes it, the middle of long ones left out.
 pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
-    value
+    let text = value
         .repr()
-        .map_or_else(|_| "this value".to_owned(), |r| r.to_string())
+        .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+    let count = text.chars().count();
+    if count <= CHARACTERS {
+        return text;
+    }
+    let begin: String = text.chars().take(CHARACTERS / 2).collect();
+    let end: String = text.chars().skip(count - CHARACTERS / 4).collect();
+    format!("{begin} ... {end}")
 }
 
 /// A number to six decimals; what rounds to zero has no sign.
@@ -36,4 +46,10 @@ pub(crate) fn fixed_complex(z: Complex<f64>) -> String {
     let im = fixed(z.im);
     let sign = if im.starts_with('-') { "" } else { "+" };
     format!("{}{sign}{im}i", fixed(z.re))
+}
+
+/// A value as a notebook shows it, by a function of `vibroimpact._html`.
+pub(crate) fn html(value: &Bound<'_, PyAny>, form: &str) -> PyResult<String> {
+    let forms = value.py().import("vibroimpact._html")?;
+    forms.call_method1(form, (value,))?.extract()
 }

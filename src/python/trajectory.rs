@@ -10,6 +10,7 @@ use crate::python::pattern::stop_index;
 use crate::python::ramp::{PyRamp, ramps};
 use crate::python::rows::{out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::{PyEnergy, PyStats};
+use crate::python::text::html;
 use crate::python::{argument, files, interrupt};
 use crate::quantity::room_for;
 use crate::simulate::{Samples, SavedTrajectory, Trajectory};
@@ -644,6 +645,10 @@ impl PyTrajectory {
                 .getattr("_restore_trajectory")?,
             (self.scene(), numbers),
         ))
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        html(slf.as_any(), "trajectory")
     }
 
     fn __repr__(&self) -> String {

@@ -23,7 +23,8 @@ impl Trajectory {
     pub(super) fn kept(&self, chapter: usize) -> Result<(&Path, &Scene)> {
         let path = self.chapters.get(chapter).and_then(|own| own.path.as_ref());
         let Some(path) = path else {
-            let rule = "the motion is kept with keep=\"motion\" alone";
+            let rule = "the motion is kept with keep=\"motion\" alone: what there is of this run is its last state, the states at t_eval, and its \
+                        impacts with keep=\"impacts\"";
             return Err(Error::bad_value("keep", "\"impacts\" or \"final\"", rule));
         };
         Ok((path, self.scene_of(chapter)))

@@ -110,6 +110,8 @@ class TestOfAnOrbit:
             ((make,), {"start": [8.5, 2.4, 1.1, 0.8]}, ValueError, "does not close in it"),
             ((lambda p: p,), {"start": [1.0]}, TypeError, "but a Scene is needed"),
             ((3,), {}, TypeError, "parameters is 3, but numbers of Scene.replace"),
+            (([],), {}, ValueError, "but one name at least is needed, and each once"),
+            ((["frequency", "frequency"],), {}, ValueError, "but one name at least is needed, and each once"),
         ],
     )
     def test_refuses(self, arguments, keywords, error, words):
@@ -248,7 +250,11 @@ class TestOfARun:
         ("options", "error", "message"),
         [
             ({"derivatives": "phase"}, ValueError, "shifts time alone"),
-            ({"derivatives": ["freq"]}, ValueError, r'derivatives has "freq", but each must be a number of Scene.replace'),
+            (
+                {"derivatives": ["freq"]},
+                ValueError,
+                r'derivatives has "freq" .it is called frequency here., but each must be a number of Scene.replace',
+            ),
             ({"derivatives": 3}, TypeError, "derivatives is 3, but numbers of Scene.replace are needed"),
             ({"derivatives": "clearance[2]"}, ValueError, "a number that the scene"),
             ({"derivatives": "clearance", "keep": "final"}, ValueError, 'need keep="motion"'),

@@ -1,10 +1,12 @@
 //! Periodic motions of the base in Python.
 
 use crate::model::BaseMotion;
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{complex_vector, out_complex};
 use nalgebra::{Complex, DVector};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 /// Periodic displacement of the base of a pendulum, or of a linear system with an influence vector.
 ///
@@ -36,8 +38,14 @@ pub(crate) fn amplitudes(value: &Bound<'_, PyAny>) -> PyResult<DVector<Complex<f
 #[pymethods]
 impl PyBaseMotion {
     #[new]
-    #[pyo3(signature = (amplitude, frequency, phase=0.0))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(amplitude, frequency, phase=0.0)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (amplitude, frequency, phase=0.0))]
+    fn made(
         amplitude: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::frequency)] frequency: f64,
         #[pyo3(from_py_with = argument::phase)] phase: f64,

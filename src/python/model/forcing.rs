@@ -1,6 +1,7 @@
 //! Forcing in Python.
 
 use crate::model::{Forcing, Harmonic};
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{complex_vector, out_complex, out_vector};
 use crate::python::model::base_motion::PyBaseMotion;
@@ -8,7 +9,7 @@ use crate::python::model::fourier::PyFourier;
 use crate::python::model::load::{PyBaseAcceleration, PyLoad};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 /// Harmonic force ``Re(amplitude exp(i (frequency t + phase)))`` on the coordinates.
 ///
@@ -32,8 +33,14 @@ pub(crate) struct PyHarmonic(pub Harmonic);
 #[pymethods]
 impl PyHarmonic {
     #[new]
-    #[pyo3(signature = (amplitude, frequency, phase=0.0))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(amplitude, frequency, phase=0.0)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (amplitude, frequency, phase=0.0))]
+    fn made(
         amplitude: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::frequency)] frequency: f64,
         #[pyo3(from_py_with = argument::phase)] phase: f64,

@@ -1,12 +1,13 @@
 //! Periodic forces in Python.
 
 use crate::model::Fourier;
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{Numbers, numbers, out_matrix, out_vector, rows, vector};
 use nalgebra::{Complex, DMatrix, DVector};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// Periodic force ``mean + Re(sum_k amplitudes[k-1] exp(i k (frequency t + phase)))`` on the coordinates, k = 1 to K.
 ///
@@ -46,8 +47,14 @@ pub(crate) struct PyFourier(pub Fourier);
 #[pymethods]
 impl PyFourier {
     #[new]
-    #[pyo3(signature = (amplitudes, frequency, phase=0.0, *, mean=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(amplitudes, frequency, phase=0.0, *, mean=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (amplitudes, frequency, phase=0.0, *, mean=None))]
+    fn made(
         amplitudes: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::frequency)] frequency: f64,
         #[pyo3(from_py_with = argument::phase)] phase: f64,

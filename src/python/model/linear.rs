@@ -1,13 +1,14 @@
 //! Linear systems in Python.
 
 use crate::model::{self, LinearSystem, rayleigh_coefficients};
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{Numbers, coefficient, numbers, out_matrix, out_vector, vector};
 use nalgebra::DVector;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 fn shape_of(c: &model::Coefficient) -> String {
     match c {
@@ -114,8 +115,14 @@ fn with_forces(
 #[pymethods]
 impl PyLinearSystem {
     #[new]
-    #[pyo3(signature = (mass, damping, stiffness, load=None, influence=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(mass, damping, stiffness, load=None, influence=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (mass, damping, stiffness, load=None, influence=None))]
+    fn made(
         mass: &Bound<'_, PyAny>,
         damping: &Bound<'_, PyAny>,
         stiffness: &Bound<'_, PyAny>,

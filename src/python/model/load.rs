@@ -1,10 +1,12 @@
 //! Forcing after signals in Python: a force along a direction, an acceleration of the base.
 
 use crate::model::{BaseAcceleration, Load, Normal};
+use crate::python::answered::answered;
 use crate::python::array::out_vector;
 use crate::python::model::normal::normal;
 use crate::python::model::signal::{PySignal, signal};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 /// Force ``direction * signal(t)`` on the coordinates.
 ///
@@ -36,7 +38,14 @@ pub(crate) struct PyLoad(pub Load);
 #[pymethods]
 impl PyLoad {
     #[new]
-    fn new(direction: &Bound<'_, PyAny>, signal: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (*arguments, **named), text_signature = "(direction, signal)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (direction, signal))]
+    fn made(direction: &Bound<'_, PyAny>, signal: &Bound<'_, PyAny>) -> PyResult<Self> {
         let direction = normal("direction", direction)?;
         Ok(Self(Load::new(direction, self::signal("signal", signal)?)?))
     }
@@ -105,7 +114,14 @@ pub(crate) struct PyBaseAcceleration(pub BaseAcceleration);
 #[pymethods]
 impl PyBaseAcceleration {
     #[new]
-    fn new(signal: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (*arguments, **named), text_signature = "(signal)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (signal))]
+    fn made(signal: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self(BaseAcceleration::new(self::signal("signal", signal)?)))
     }
 

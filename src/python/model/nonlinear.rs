@@ -1,6 +1,7 @@
 //! Nonlinear systems in Python: their functions are Python's, or a C function.
 
 use crate::model::NonlinearSystem;
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{matrix_or_number, vector};
 use crate::python::c_function::CFunction;
@@ -10,7 +11,7 @@ use crate::python::model::equations::{Acceleration, Mass, PyEquations};
 use crate::python::model::linear::PyLinearSystem;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// Nonlinear system given by its equations of motion ``q'' = a(t, q, v)``.
 ///
@@ -118,8 +119,14 @@ fn acceleration(
 #[pymethods]
 impl PyNonlinearSystem {
     #[new]
-    #[pyo3(signature = (n_dof, acceleration, *, mass=None, parameters=None, jacobian=None, potential=None, time_offset=0.0))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(n_dof, acceleration, *, mass=None, parameters=None, jacobian=None, potential=None, time_offset=0.0)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (n_dof, acceleration, *, mass=None, parameters=None, jacobian=None, potential=None, time_offset=0.0))]
+    fn made(
         #[pyo3(from_py_with = argument::n_dof)] n_dof: i64,
         acceleration: &Bound<'_, PyAny>,
         mass: Option<&Bound<'_, PyAny>>,

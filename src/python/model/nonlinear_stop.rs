@@ -2,13 +2,14 @@
 
 use crate::error::Result;
 use crate::model::{GapFunction, NonlinearStop};
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::callable::{Callable, Place, is_equal, name_of, position};
 use crate::python::model::reaction::{out_reaction, reaction};
 use crate::python::model::stop_motion::{motion, out_motion, shown_motion};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// A gap that was given in Python.
 struct PyGap {
@@ -100,8 +101,14 @@ impl PyNonlinearStop {
 #[pymethods]
 impl PyNonlinearStop {
     #[new]
-    #[pyo3(signature = (gap, gradient, restitution, *, curvature=None, reaction=None, motion=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(gap, gradient, restitution, *, curvature=None, reaction=None, motion=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (gap, gradient, restitution, *, curvature=None, reaction=None, motion=None))]
+    fn made(
         gap: &Bound<'_, PyAny>,
         gradient: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::restitution)] restitution: f64,

@@ -1,6 +1,7 @@
 //! Pendulums in Python.
 
 use crate::model::{self, DoublePendulum, PendulumChain, System};
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{coefficient, out_matrix, out_vector, vector};
 use crate::python::model::bad;
@@ -8,7 +9,7 @@ use crate::python::model::linear::PyLinearSystem;
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 /// Double pendulum of the source paper's eq. (3), nonlinear and dimensionless.
 ///
@@ -35,8 +36,14 @@ pub(crate) struct PyDoublePendulum(pub DoublePendulum);
 #[pymethods]
 impl PyDoublePendulum {
     #[new]
-    #[pyo3(signature = (mass_ratio, length_ratio, damping=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(mass_ratio, length_ratio, damping=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (mass_ratio, length_ratio, damping=None))]
+    fn made(
         #[pyo3(from_py_with = argument::mass_ratio)] mass_ratio: f64,
         #[pyo3(from_py_with = argument::length_ratio)] length_ratio: f64,
         damping: Option<&Bound<'_, PyAny>>,
@@ -143,8 +150,14 @@ pub(crate) struct PyPendulumChain(pub PendulumChain);
 #[pymethods]
 impl PyPendulumChain {
     #[new]
-    #[pyo3(signature = (masses, lengths, damping=None, gravity=9.81))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(masses, lengths, damping=None, gravity=9.81)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (masses, lengths, damping=None, gravity=9.81))]
+    fn made(
         masses: &Bound<'_, PyAny>,
         lengths: &Bound<'_, PyAny>,
         damping: Option<&Bound<'_, PyAny>>,

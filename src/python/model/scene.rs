@@ -4,6 +4,7 @@ use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
 use crate::observer::stop_if;
+use crate::python::answered::{answered, called_here};
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::model::bad;
 use crate::python::model::base_motion::amplitudes;
@@ -14,6 +15,7 @@ use crate::python::model::nonlinear_stop::PyNonlinearStop;
 use crate::python::model::pendulum::{PyDoublePendulum, PyPendulumChain};
 use crate::python::model::stop::{PyStop, PyWall, constraints};
 use crate::python::ramp::ramps;
+use crate::python::text::html;
 use crate::python::{argument, interrupt};
 use crate::quantity::finite;
 use nalgebra::DVector;
@@ -124,8 +126,9 @@ impl PyScene {
                 .parse::<Parameter>()
                 .map_err(|_| {
                     bad(format!(
-                        "{name} is not something a scene has; it must be one of system, forcing, stops, frequency, phase, \
-                         amplitude, clearance, restitution, forcing_scale, damping_scale"
+                        "{name} is not something a scene has{}; it must be one of system, forcing, stops, frequency, phase, \
+                         amplitude, clearance, restitution, forcing_scale, damping_scale",
+                        called_here(name)
                     ))
                 })?
                 .change(number(name, value)?),
@@ -140,8 +143,14 @@ impl argument::ArgumentKind for PyRef<'_, PyScene> {
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (system, forcing=None, stops=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(system, forcing=None, stops=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (system, forcing=None, stops=None))]
+    fn made(
         system: &Bound<'_, PyAny>,
         forcing: Option<&Bound<'_, PyAny>>,
         stops: Option<&Bound<'_, PyAny>>,
@@ -327,6 +336,10 @@ impl PyScene {
 
     fn __eq__(&self, other: &Self) -> bool {
         self.0 == other.0
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        html(slf.as_any(), "scene")
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -1,6 +1,7 @@
 //! Stops and walls in Python.
 
 use crate::model::{Constraint, Normal, Side, Stop, Wall, WallSide};
+use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{matrix, out_vector};
 use crate::python::model::bad;
@@ -12,14 +13,14 @@ use crate::python::pattern::stop_index;
 use nalgebra::{DMatrix, DVector};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 fn side(value: &str) -> PyResult<Side> {
     match value {
         "upper" => Ok(Side::Upper),
         "lower" => Ok(Side::Lower),
         _ => Err(bad(format!(
-            "side is {value:?}, but it must be \"upper\" or \"lower\""
+            "side is {value:?}, but it must be \"upper\" or \"lower\": on both sides stand two stops, one of each"
         ))),
     }
 }
@@ -67,8 +68,14 @@ pub(crate) struct PyStop(pub Stop);
 #[pymethods]
 impl PyStop {
     #[new]
-    #[pyo3(signature = (normal, clearance, restitution, *, side="upper", reaction=None, motion=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(normal, clearance, restitution, *, side=\"upper\", reaction=None, motion=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (normal, clearance, restitution, *, side="upper", reaction=None, motion=None))]
+    fn made(
         normal: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::clearance)] clearance: f64,
         #[pyo3(from_py_with = argument::restitution)] restitution: f64,
@@ -182,8 +189,14 @@ pub(crate) struct PyWall(pub Wall);
 #[pymethods]
 impl PyWall {
     #[new]
-    #[pyo3(signature = (bob, position, restitution, *, side="right", motion=None))]
-    fn new(
+    #[pyo3(signature = (*arguments, **named), text_signature = "(bob, position, restitution, *, side=\"right\", motion=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (bob, position, restitution, *, side="right", motion=None))]
+    fn made(
         bob: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::position)] position: f64,
         #[pyo3(from_py_with = argument::restitution)] restitution: f64,

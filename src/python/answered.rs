@@ -1,0 +1,135 @@
+//! Arguments that are called otherwise elsewhere: a constructor answers with the name that exists here.
+
+use pyo3::PyClass;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+/// What an argument is called in other programs and texts, and what here; the first of these that a constructor has is meant.
+const ELSEWHERE: [(&[&str], &[&str]); 16] = [
+    (
+        &["m", "masses", "mass_matrix"],
+        &["mass", "masses", "mass_ratio"],
+    ),
+    (
+        &["c", "d", "damping_matrix", "dampings", "zeta"],
+        &["damping"],
+    ),
+    (
+        &["k", "stiffness_matrix", "stiff", "spring"],
+        &["stiffness"],
+    ),
+    (&["l", "length"], &["lengths", "length_ratio"]),
+    (&["g"], &["gravity"]),
+    (
+        &["w", "omega", "freq", "angular_frequency", "f"],
+        &["frequency"],
+    ),
+    (&["phi", "phase_angle", "theta"], &["phase"]),
+    (
+        &["a", "amp", "amplitudes", "amplitude", "force", "f0"],
+        &["amplitude", "amplitudes"],
+    ),
+    (
+        &["e", "r", "cor", "coefficient", "restitution_coefficient"],
+        &["restitution"],
+    ),
+    (
+        &["gap", "distance", "position", "clearance", "delta"],
+        &["clearance", "position"],
+    ),
+    (
+        &["n", "direction", "coordinate", "dof", "index"],
+        &["normal", "bob", "direction"],
+    ),
+    (&["jac", "gradient", "dgap"], &["jacobian", "gradient"]),
+    (&["f", "fun", "rhs", "func"], &["acceleration", "gap"]),
+    (&["p", "params", "args"], &["parameters"]),
+    (&["force", "forces", "excitation", "drive"], &["forcing"]),
+    (
+        &["stop", "walls", "wall", "obstacles", "constraints"],
+        &["stops"],
+    ),
+];
+
+/// The name here of what is called so elsewhere, among the names of some arguments.
+pub(crate) fn name_here<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
+    let given = given.to_lowercase();
+    let meant = ELSEWHERE
+        .iter()
+        .filter(|(others, _)| others.contains(&given.as_str()));
+    let mut here = meant.flat_map(|(_, here)| here.iter());
+    here.find_map(|here| names.iter().find(|name| *name == here).copied())
+}
+
+/// The numbers of a scene.
+const OF_SCENES: [&str; 5] = [
+    "frequency",
+    "phase",
+    "clearance",
+    "restitution",
+    "amplitude",
+];
+
+/// What is said of a number of a scene that is called otherwise elsewhere; nothing of others.
+pub(crate) fn called_here(given: &str) -> String {
+    let here = name_here(given, &OF_SCENES);
+    here.map_or(String::new(), |here| format!(" (it is called {here} here)"))
+}
+
+/// What an unknown name is answered with.
+pub(crate) fn unknown(of: &str, given: &str, names: &[&str]) -> String {
+    let all = names.join(", ");
+    match name_here(given, names) {
+        Some(here) => format!("{of} has no {given}: it is called {here} here (of {all})"),
+        None => format!("{of} has no {given}: it has {all}"),
+    }
+}
+
+/// A value of a class by its static method `_made`, which takes the arguments; a name that it has not is answered with those that it has.
+pub(crate) fn answered<T: PyClass<Frozen = pyo3::pyclass::boolean_struct::True> + Clone + Sync>(
+    arguments: &Bound<'_, PyTuple>,
+    named: Option<&Bound<'_, PyDict>>,
+) -> PyResult<T> {
+    let class = arguments.py().get_type::<T>();
+    match class.getattr("_made")?.call(arguments, named) {
+        Ok(made) => Ok(made.cast::<T>()?.get().clone()),
+        Err(error) => Err(explained(
+            &class.name()?.to_string(),
+            class.as_any(),
+            named,
+            error,
+        )?),
+    }
+}
+
+/// The error of a constructor, by the class's own name, about a name that it has not before one that is missing.
+fn explained(
+    of: &str,
+    class: &Bound<'_, PyAny>,
+    named: Option<&Bound<'_, PyDict>>,
+    error: PyErr,
+) -> PyResult<PyErr> {
+    let py = class.py();
+    if !error.is_instance_of::<PyTypeError>(py) {
+        return Ok(error);
+    }
+    let message = error.value(py).to_string();
+    let Some(rest) = message.strip_prefix(&format!("{of}._made()")) else {
+        return Ok(error);
+    };
+    let signature = py.import("inspect")?.call_method1("signature", (class,))?;
+    let all = signature.getattr("parameters")?;
+    let all: Vec<String> = all
+        .try_iter()?
+        .map(|name| name?.extract())
+        .collect::<PyResult<_>>()?;
+    let names: Vec<&str> = all.iter().map(String::as_str).collect();
+    for (given, _) in named.into_iter().flat_map(PyDictMethods::iter) {
+        let given: String = given.extract()?;
+        if !all.contains(&given) {
+            return Ok(PyTypeError::new_err(unknown(of, &given, &names)));
+        }
+    }
+    Ok(PyTypeError::new_err(format!("{of}(){rest}")))
+}

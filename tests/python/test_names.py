@@ -1,0 +1,86 @@
+"""Arguments by the names that others give them are answered with those that exist."""
+
+import inspect
+
+import pytest
+
+import vibroimpact as vi
+
+SCENE = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([7.0], 2.4), vi.Stop(0, 1.0, 0.8))
+MADE = [
+    *(vi.LinearSystem, vi.DoublePendulum, vi.PendulumChain, vi.NonlinearSystem, vi.Scene, vi.Stop, vi.Wall, vi.NonlinearStop),
+    *(vi.Harmonic, vi.BaseMotion, vi.Fourier, vi.Load, vi.BaseAcceleration, vi.Ramp),
+]
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_help_shows_the_arguments_that_are_taken(made):
+    assert inspect.signature(made) == inspect.signature(made._made)
+
+
+@pytest.mark.parametrize(
+    ("given", "here", "call"),
+    [
+        ("M", "mass", lambda: vi.LinearSystem(M=1, C=0.1, K=1)),
+        ("K", "stiffness", lambda: vi.LinearSystem(1, 0.1, K=1)),
+        ("zeta", "damping", lambda: vi.LinearSystem(1, zeta=0.1, stiffness=1)),
+        ("omega", "frequency", lambda: vi.Harmonic([1.0], omega=2.0)),
+        ("freq", "frequency", lambda: vi.BaseMotion(1.0, freq=2.0)),
+        ("amplitudes", "amplitude", lambda: vi.Harmonic(amplitudes=[1.0], frequency=2.0)),
+        ("amplitude", "amplitudes", lambda: vi.Fourier(amplitude=[[1.0]], frequency=2.0)),
+        ("phi", "phase", lambda: vi.Harmonic([1.0], 2.0, phi=2.0)),
+        ("e", "restitution", lambda: vi.Stop(0, 1.0, e=0.5)),
+        ("gap", "clearance", lambda: vi.Stop(0, gap=1.0, restitution=0.5)),
+        ("clearance", "position", lambda: vi.Wall(1, clearance=1.0, restitution=0.5)),
+        ("walls", "stops", lambda: vi.Scene(SCENE.system, walls=vi.Stop(0, 1.0, 0.8))),
+        ("force", "forcing", lambda: vi.Scene(SCENE.system, force=SCENE.forcing)),
+    ],
+)
+def test_a_name_from_elsewhere_is_answered_with_the_one_here(given, here, call):
+    with pytest.raises(TypeError, match=rf"has no {given}: it is called {here} here \(of "):
+        call()
+
+
+def test_a_name_that_nothing_has_is_answered_with_all_names():
+    with pytest.raises(TypeError, match="Stop has no colour: it has normal, clearance, restitution, side, reaction, motion"):
+        vi.Stop(0, 1.0, 0.8, colour="red")
+
+
+def test_what_is_missing_or_too_much_is_said_of_the_class():
+    with pytest.raises(TypeError, match=r"^Stop\(\) missing 1 required positional argument: 'restitution'"):
+        vi.Stop(0, 1.0)
+    with pytest.raises(TypeError, match=r"^Harmonic\(\) takes .* positional arguments"):
+        vi.Harmonic([1.0], 2.0, 0.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: SCENE.replace(omega=2.0),
+        lambda: vi.continuation(vi.periodic_orbits(SCENE, [0])[0], "omega", (1.0, 3.0)),
+        lambda: vi.periodic_orbits(SCENE, [0])[0].derivatives("omega"),
+    ],
+)
+def test_numbers_of_a_scene_too(call):
+    with pytest.raises(ValueError, match=r"omega.*it is called frequency"):
+        call()
+
+
+def test_a_stop_on_both_sides_is_two():
+    with pytest.raises(ValueError, match=r'side is "both".*on both sides stand two stops, one of each'):
+        vi.Stop(0, 1.0, 0.8, side="both")
+
+
+def test_a_run_that_was_not_kept_says_what_there_is():
+    run = vi.simulate(SCENE, [0.0], [0.0], (0, 10), keep="final")
+    with pytest.raises(ValueError, match="what there is of this run is its last state"):
+        _ = run.t
+
+
+def test_long_values_in_messages_are_cut():
+    with pytest.raises(TypeError) as raised:
+        vi.bifurcation_curve(vi.periodic_orbits(SCENE, [0])[0], list(range(500)), ((0, 1), (0, 1)))
+    assert len(str(raised.value)) < 400
+    with pytest.raises((TypeError, ValueError)) as raised:
+        vi.periodic_orbits(SCENE, ["stop"] * 500)
+    assert len(str(raised.value)) < 400
