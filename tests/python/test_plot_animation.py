@@ -1,5 +1,8 @@
 """Animations: the drawn pendulum has the lengths, the angles and the gaps of the model, in the frame of the ground."""
 
+import base64
+import io
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -266,3 +269,50 @@ class TestFrames:
             with pytest.raises(ValueError, match=r'keep="motion"'):
                 vi.plot.animate(run)
         assert plt.get_fignums() == []
+
+
+class TestOnTheScreen:
+    def test_the_face_of_a_mass_meets_its_stops(self):
+        stops = [vi.Stop(0, 1.0, 0.8), vi.Stop(0, 0.5, 0.8, side="lower")]
+        scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([5.0], 2.4), stops)
+        run = vi.simulate(scene, [0.0], [0.0], (0, 20))
+        for impact in run.impacts[:6]:
+            animation = vi.plot.animate(run, t_span=(impact["time"], 20.0), fps=20)
+            (ax,) = animation._fig.axes
+            animation._func(0)
+            (mass,) = lines(ax, "masses")
+            (wall,) = lines(ax, f"stop {impact['stop']}")
+            middle = ax.transData.transform((float(mass.get_xdata()[0]), 0.0))[0]
+            face = wall.get_transform().transform((float(wall.get_xdata()[0]), 0.0))[0]
+            half = 0.5 * (mass.get_markersize() + mass.get_markeredgewidth() + wall.get_linewidth()) * animation._fig.dpi / 72.0
+            assert face - middle == pytest.approx(half if impact["stop"] == 0 else -half, abs=0.5)
+
+    def test_a_bob_meets_its_wall(self):
+        scene = vi.Scene(vi.PendulumChain([1.0], [1.0]), None, vi.Wall(0, 0.3, 0.7))
+        run = vi.simulate(scene, [0.0], [1.5], (0, 4))
+        animation = vi.plot.animate(run, t_span=(run.impacts["time"][0], 4.0), fps=20)
+        (ax,) = animation._fig.axes
+        (bob,), (wall,) = lines(ax, "pendulum"), lines(ax, "stop 0")
+        middle = ax.transData.transform((float(bob.get_xdata()[-1]), 0.0))[0]
+        face = wall.get_transform().transform((float(wall.get_xdata()[0]), 0.0))[0]
+        half = 0.5 * (bob.get_markersize() + bob.get_markeredgewidth() + wall.get_linewidth()) * animation._fig.dpi / 72.0
+        assert face - middle == pytest.approx(half, abs=0.5)
+
+    def test_the_canvas_fits_what_is_drawn(self):
+        def size(n):
+            scene = vi.Scene(vi.LinearSystem(np.eye(n), 0.1 * np.eye(n), np.eye(n)), vi.Harmonic(np.ones(n), 2.0))
+            return vi.plot.animate(vi.simulate(scene, np.zeros(n), np.zeros(n), (0, 2)))._fig.get_size_inches()
+
+        assert size(1)[1] < size(3)[1] < 4.0
+        width, height = vi.plot.animate(chain_run((0, 1)))._fig.get_size_inches()
+        assert height > width
+        figure, ax = plt.subplots(figsize=(3.0, 2.0))
+        vi.plot.animate(chain_run((0, 1)), ax)
+        np.testing.assert_array_equal(figure.get_size_inches(), (3.0, 2.0))
+
+    def test_a_notebook_shows_a_picture_that_moves(self):
+        html = vi.plot.animate(chain_run((0, 1)), fps=10)._repr_html_()
+        start = '<img alt="animation" src="data:image/gif;base64,'
+        assert html.startswith(start)
+        with Image.open(io.BytesIO(base64.b64decode(html[len(start) : -2]))) as picture:
+            assert picture.n_frames == 11

@@ -28,7 +28,8 @@ def held_orbit():
 
 
 def line(ax, label):
-    (found,) = [drawn for drawn in ax.lines if drawn.get_label() == label]
+    every = [drawn for panel in ax.figure.axes for drawn in panel.lines]
+    (found,) = [drawn for drawn in every if drawn.get_label() == label]
     return np.asarray(found.get_xdata(), float), np.asarray(found.get_ydata(), float)
 
 
@@ -40,6 +41,28 @@ class TestEnergy:
         np.testing.assert_allclose(stored, stored[0] + work - damped - lost, atol=1e-8)
         np.testing.assert_allclose(line(ax, "kinetic")[1] + line(ax, "potential")[1], stored)
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("time t", "energy")
+
+    def test_two_panels_share_their_time_and_are_found_again(self):
+        ax = vi.plot.energy(slow_oscillator())
+        _, lower = ax.figure.axes
+        assert (lower.get_xlabel(), lower.get_ylabel()) == ("time t", "energy exchanged")
+        assert not ax.xaxis.label.get_visible()
+        assert [text.get_text() for text in lower.get_legend().get_texts()][1:] == ["lost in dampers", "lost at impacts"]
+        vi.plot.energy(slow_oscillator(), ax, label="again")
+        assert ax.figure.axes == [ax, lower]
+        assert len(lower.lines) == 6
+        ax.set_xlim(1.0, 2.0)
+        assert lower.get_xlim() == (1.0, 2.0)
+
+    @pytest.mark.parametrize("place", [None, (0.1, 0.1, 0.4, 0.8)])
+    def test_given_axes_are_halved(self, place):
+        figure = plt.figure()
+        ax = figure.add_subplot(1, 2, 1) if place is None else figure.add_axes(place)
+        whole = ax.get_position()
+        vi.plot.energy(slow_oscillator(), ax)
+        upper, lower = (panel.get_position() for panel in figure.axes)
+        assert lower.y1 < upper.y0
+        np.testing.assert_allclose([lower.x0, lower.y0, upper.y1], [whole.x0, whole.y0, whole.y1])
 
     def test_an_impact_is_a_step_at_its_time(self):
         run = slow_oscillator()
@@ -99,7 +122,7 @@ class TestImpactSpeeds:
         ax = vi.plot.impact_speeds(shuttle(100_000))
         assert [drawn.get_label() for drawn in ax.lines] == ["stop 0", "stop 1"]
         assert sum(len(drawn.get_xdata()) for drawn in ax.lines) == 100_000
-        assert all(drawn.get_markersize() <= 1.0 for drawn in ax.lines)
+        assert all(drawn.get_markersize() == 2.0 for drawn in ax.lines)
         assert all(handle.get_markersize() >= 4.0 for handle in ax.get_legend().get_lines())
 
     def test_speeds_after(self):
@@ -168,12 +191,35 @@ class TestMarksOfContact:
     def test_dots_at_impacts(self):
         run = slow_oscillator()
         large = run.impacts[run.impacts["speed_before"] > 1e-9]
-        t, q = line(vi.plot.time_history(run), "_impacts")
+        t, q = line(vi.plot.time_history(run), "impacts")
         np.testing.assert_allclose(q, 0.2, atol=1e-9)
         assert set(large["time"]) <= set(t)
-        _, v = line(vi.plot.phase_portrait(run), "_impacts")
+        _, v = line(vi.plot.phase_portrait(run), "impacts")
         v = v.reshape(-1, 3)
         np.testing.assert_allclose(v[0, :2], [run.impacts["speed_before"][0], -run.impacts["speed_after"][0]], rtol=1e-9)
+
+    def test_of_thousands_of_impacts_some_are_marked_and_the_legend_says_so(self):
+        scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([5.0], 2.4), vi.Stop(0, 1.0, 0.8))
+        run = vi.simulate(scene, [0.0], [0.0], (0, 9000))
+        count = len(run.impacts)
+        assert count > 2000
+        ax = vi.plot.time_history(run)
+        (marks,) = [drawn for drawn in ax.lines if drawn.get_label().startswith("impacts")]
+        every = -(-count // 1000)
+        assert marks.get_label() == f"impacts (one in {every})"
+        assert len(marks.get_xdata()) <= 1000
+        assert {"q[0]", "stop 0", marks.get_label()} == {text.get_text() for text in ax.get_legend().get_texts()}
+        ax = vi.plot.phase_portrait(run)
+        (marks,) = [drawn for drawn in ax.lines if drawn.get_label().startswith("impacts")]
+        v = np.asarray(marks.get_ydata())
+        v = v[np.isfinite(v)].reshape(-1, 2)
+        np.testing.assert_allclose(v[:, 1], -0.8 * v[:, 0], rtol=1e-9)
+
+    def test_the_time_of_impact_speeds_is_that_of_the_run(self):
+        run = slow_oscillator()
+        low, high = vi.plot.impact_speeds(run).get_xlim()
+        assert low <= 0.0 < run.impacts["time"][0]
+        assert high >= 45.0 > run.impacts["time"][-1]
 
     def test_styles_of_later_lines_do_not_count_the_marks(self):
         ax = vi.plot.time_history(slow_oscillator())

@@ -27,7 +27,7 @@ def test_a_diagram_has_a_point_for_each_row_and_names_both_ways():
         mine = diagram.direction[diagram.index] == way
         assert np.array_equal(line.get_xdata(), diagram.parameter[diagram.index][mine])
         assert np.array_equal(line.get_ydata(), diagram.q[mine, 0])
-    assert ax.get_xlabel() == "forcing_scale"
+    assert ax.get_xlabel() == "forcing_scale [-]"
     assert ax.get_ylabel() == "position q[0]"
     up = vi.bifurcation_diagram(SCENE, ("forcing_scale", [5.0, 9.0]), section="impact", transient=9, periods=4)
     ax = vi.plot.bifurcation_diagram(up, along="speed_before")

@@ -279,7 +279,9 @@ class TestPhasePortrait:
         plot.phase_portrait(BouncingTrajectory(), ax)
         plot.phase_portrait(BouncingTrajectory(), ax, label="again")
         names = [text.get_text() for text in ax.legend().get_texts()]
-        assert sorted(names) == sorted(["orbit", "trajectory", "again", "stop 0", "Poincaré points", "Poincaré points, again"])
+        assert sorted(names) == sorted(
+            ["orbit", "trajectory", "again", "impacts", "stop 0", "Poincaré points", "Poincaré points, again"]
+        )
         styles = [line.get_linestyle() for line in ax.lines if line.get_label() in ("orbit", "trajectory", "again")]
         assert styles == ["-", "--", "-."]
 

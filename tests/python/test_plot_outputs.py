@@ -112,7 +112,7 @@ class TestGap:
         np.testing.assert_allclose(h, run.gap(0, t), rtol=0, atol=1e-9)
         others = [line for line in ax.lines if line.get_label() == "h[1]"]
         np.testing.assert_allclose(others[0].get_ydata(), 1.0 - run.gap(0, others[0].get_xdata()), rtol=0, atol=1e-9)
-        hits = [line for line in ax.lines if line.get_label() == "_impacts"]
+        hits = [line for line in ax.lines if line.get_label().lstrip("_") == "impacts"]
         inside = run.impacts[run.impacts["time"] >= 40]
         assert [len(line.get_xdata()) for line in hits] == [np.count_nonzero(inside["stop"] == stop) for stop in (0, 1)]
         assert ax.get_ylabel() == "gap h"

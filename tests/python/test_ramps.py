@@ -405,7 +405,7 @@ class TestSweep:
             jumps.append(w[np.argmax(np.abs(np.diff(swing)))])
         assert jumps[0] > jumps[1] + 0.05
         assert [line.get_label() for line in ax.lines] == ["q[0], up", "q[0], down"]
-        assert ax.get_xlabel() == "frequency"
+        assert ax.get_xlabel() == "frequency [rad/s]"
 
     def test_the_swing_without_stops_is_the_amplitude(self):
         scene = vi.Scene(vi.LinearSystem(1.0, 0.2, 1.0), vi.Harmonic([1.0], 0.5))

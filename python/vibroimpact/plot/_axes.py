@@ -25,9 +25,11 @@ TICK_LENGTH = 0.9  # of a tick [spacings]
 
 SECTION_LABEL = "Poincaré points"
 JUMP_LABEL = "_jumps"
-IMPACT_LABEL = "_impacts"
+IMPACT_LABEL = "impacts"
 STOP_LABEL = "stop "
 ZERO_LABEL = "_zero"
+#: Of the numbers of scenes that do not have the units of the model.
+UNITS = {"frequency": "rad/s", "phase": "rad", "restitution": "-", "forcing_scale": "-", "damping_scale": "-"}
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
@@ -46,8 +48,8 @@ def with_defaults(options: dict[str, Any], artist: type[Artist] = Line2D, **defa
 
 def next_line_style(ax: Axes) -> str:
     """Choose a line style by the number of curves that `ax` has already."""
-    names = (STOP_LABEL, SECTION_LABEL, *CONTACT_KINDS)
-    helpers = (JUMP_LABEL, IMPACT_LABEL, ZERO_LABEL, *names, *(f"_{name}" for name in names))
+    names = (STOP_LABEL, SECTION_LABEL, IMPACT_LABEL, *CONTACT_KINDS)
+    helpers = (JUMP_LABEL, ZERO_LABEL, *names, *(f"_{name}" for name in names))
     n_curves = sum(not str(line.get_label()).startswith(helpers) for line in ax.lines)
     return LINE_STYLES[n_curves % len(LINE_STYLES)]
 
@@ -63,11 +65,22 @@ def next_section_marker(ax: Axes) -> str:
     return MARKERS[n_sections % len(MARKERS)]
 
 
+def draw_legend_above(ax: Axes) -> None:
+    """Draw a legend of what has a name in a line above `ax`, where it hides nothing."""
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, borderaxespad=0.2)
+
+
 def draw_legend(ax: Axes, beside: bool, markerscale: float = 1.0) -> Legend:
     """Draw a legend beside `ax`, for figures whose layout makes room, or inside where it hides least."""
     if beside:
         return ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, markerscale=markerscale)
     return ax.legend(fontsize="small", markerscale=markerscale)
+
+
+def with_unit(name: str) -> str:
+    """Return the name of a number of scenes with its unit, where that is not the model's own."""
+    return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
 def label_axis(ax: Axes, which: Literal["x", "y"], text: str) -> None:

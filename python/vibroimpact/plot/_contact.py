@@ -13,24 +13,32 @@ from vibroimpact.plot._sampling import Curve
 from vibroimpact.plot._segments import CONTACT_KINDS, contact_spans
 
 MANY_IMPACTS = 200  # more are drawn small
+MOST_IMPACTS = 1000  # of more some are drawn
 CONTACT_COLOURS = {"chatter": "#c1272d", "stick": "#e8a33d"}
 CONTACT_WIDTH = 8.0  # [points]
 
 
 def draw_impacts(ax: Axes, drawn: Line2D, x: FloatArray, y: FloatArray) -> None:
-    """Draw dots in the colour of a line that is there."""
+    """Draw dots in the colour of a line that is there; of very many those at every so many."""
     if np.any(np.isfinite(x)):
-        few = np.count_nonzero(np.isfinite(x)) <= MANY_IMPACTS
+        finite = np.isfinite(x)
+        few = np.count_nonzero(finite) <= MANY_IMPACTS
+        # Both sides of an impact, which gaps set apart from others, stay together.
+        number = np.arange(len(x)) if finite.all() else np.cumsum(~finite)
+        every = -(-(int(number[-1]) + 1) // MOST_IMPACTS)
+        kept = number % every == 0
+        x, y = x[kept], y[kept]
+        name = IMPACT_LABEL if every == 1 else f"{IMPACT_LABEL} (one in {every})"
         ax.plot(
             x,
             y,
             color=drawn.get_color(),
             linestyle="none",
             marker="o",
-            markersize=3.5 if few else 1.5,
+            markersize=3.5 if few else 2.0,
             markerfacecolor="white" if few else drawn.get_color(),
             markeredgewidth=0.9 if few else 0.0,
-            label=IMPACT_LABEL,
+            label=label_once(ax, name),
             zorder=drawn.get_zorder() + 0.1,
         )
 

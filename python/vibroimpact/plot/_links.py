@@ -11,11 +11,12 @@ from matplotlib.axes import Axes
 from vibroimpact.plot._axes import STOP_LABEL, label_axis, with_defaults
 from vibroimpact.plot._data import FloatArray
 from vibroimpact.plot._film import SUBSTEPS, Film
-from vibroimpact.plot._solid import draw_flash, draw_solid
+from vibroimpact.plot._solid import draw_flash, draw_solid, half_width
 
 BASE_WIDTH = 0.08  # half of it, in the length of all links
 NARROWEST = 0.6  # width of a picture, in its height
 MARGIN = 0.12  # of the height of the picture
+ROOM, AROUND = (5.4, 4.6), (1.0, 0.8)  # of a figure, for the picture and around it [inches]
 FAR = 1.5  # of the length of all links: walls further away are not brought into the picture
 TRAIL_LABEL = "_trail"
 
@@ -72,12 +73,19 @@ class Links:
         ax.set_aspect("equal", adjustable="box")
         self._set_limits(ax)
         self.rail = ax.plot([], [], color="0.25", linewidth=3.0, label="_base", zorder=1.0)[0]
-        self.stops = [draw_solid(ax, above, label) for above, label in self._solid_sides()]
         options = with_defaults(line, marker="o", markersize=8.0, linewidth=2.0, color="C0", zorder=3.0, label="pendulum")
         self.chain = ax.plot([], [], **options)[0]
+        aside = half_width(self.chain)
+        self.stops = [draw_solid(ax, left, label, aside * way) for left, label, way in self._solid_sides()]
         colour = self.chain.get_color()
         self.trail = ax.plot([], [], color=colour, linewidth=1.0, alpha=0.6, label=TRAIL_LABEL, zorder=2.0)[0]
         self.flashes = [draw_flash(ax, self.chain) for _ in scene.stops]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """The size of a figure for it [inches]: as large as fits, in one scale."""
+        scale = min(room / extent for room, extent in zip(ROOM, self.extent, strict=True))
+        return AROUND[0] + scale * self.extent[0], AROUND[1] + scale * self.extent[1]
 
     def show(self, frame: int) -> None:
         """Put everything where a frame has it."""
@@ -94,16 +102,19 @@ class Links:
             self.flashes[index].set_data([x[bob]], [y[bob]])
             self.flashes[index].set_alpha(self.film.glow[frame, index])
 
-    def _solid_sides(self) -> list[tuple[bool | None, str]]:
-        """Return whether each stop is solid on the left of its line, drawn upwards or away from the joint, and its name."""
-        sides: list[tuple[bool | None, str]] = []
+    def _solid_sides(self) -> list[tuple[bool | None, str, float]]:
+        """Return whether each stop is solid on the left of its line, drawn upwards or away from the joint, its name, its side.
+
+        The side is that of its place on which the face of a bob touches it: 1 right, -1 left, 0 neither.
+        """
+        sides: list[tuple[bool | None, str, float]] = []
         for index, stop in enumerate(self.scene.stops):
             if hasattr(stop, "bob"):
-                sides.append((stop.side == "left", f"{STOP_LABEL}{index}"))
+                sides.append((stop.side == "left", f"{STOP_LABEL}{index}", -1.0 if stop.side == "left" else 1.0))
             elif hasattr(stop, "normal"):
-                sides.append((limit_angle(stop, self.film.path[:1])[2], f"{STOP_LABEL}{index}"))
+                sides.append((limit_angle(stop, self.film.path[:1])[2], f"{STOP_LABEL}{index}", 0.0))
             else:
-                sides.append((None, f"_{STOP_LABEL}{index}"))
+                sides.append((None, f"_{STOP_LABEL}{index}", 0.0))
         return sides
 
     def _stop_line(self, stop: Any, row: int) -> tuple[list[float], list[float]]:
@@ -141,6 +152,7 @@ class Links:
         lack = 0.5 * max(0.0, NARROWEST * (top - bottom) - (high - low))
         low, high = low - lack, high + lack
         pad = MARGIN * max(high - low, top - bottom)
+        self.extent = (high - low + 2.0 * pad, top - bottom + 2.0 * pad)
         ax.set_xlim(low - pad, high + pad)
         ax.set_ylim(bottom - pad, top + pad)
         self.wall_span = (bottom - 0.7 * pad, top + 0.7 * pad)

@@ -15,11 +15,12 @@ from matplotlib.ticker import FixedLocator
 from vibroimpact.plot._axes import STOP_LABEL, label_axis, with_defaults
 from vibroimpact.plot._data import FloatArray
 from vibroimpact.plot._film import SUBSTEPS, Film
-from vibroimpact.plot._solid import draw_flash, draw_solid
+from vibroimpact.plot._solid import draw_flash, draw_solid, half_width
 
 FEW_COORDINATES = 8  # of more only those that a stop acts on alone are drawn, unless others are asked for
 WALL_HEIGHT = 0.36  # of a stop above and below its track [tracks]
 MARGIN = 0.1  # of the range of positions
+WIDTH, AROUND, TRACK_HEIGHT = 6.4, 1.0, 0.7  # of a figure: its width, the room of labels, of each track [inches]
 TRAIL_LABEL = "_trail"
 
 
@@ -91,19 +92,25 @@ class Masses:
         label_axis(ax, "x", "position relative to the base" if base else "position")
         self.heights = -np.arange(len(names), dtype=float)
         self._set_limits(ax, names)
-        for index, place in enumerate(self.places):
-            if place is not None:
-                track, position, above = place
-                wall = draw_solid(ax, not above, f"{STOP_LABEL}{index}")
-                height = self.heights[track]
-                wall.set_data([position, position], [height - WALL_HEIGHT, height + WALL_HEIGHT])
         options = with_defaults(
             line, linestyle="none", marker="s", markersize=16.0, color="C0", markeredgecolor="black", zorder=3.0, label="masses"
         )
         self.masses = ax.plot([], [], **options)[0]
+        aside = half_width(self.masses)
+        for index, place in enumerate(self.places):
+            if place is not None:
+                track, position, above = place
+                wall = draw_solid(ax, not above, f"{STOP_LABEL}{index}", aside if above else -aside)
+                height = self.heights[track]
+                wall.set_data([position, position], [height - WALL_HEIGHT, height + WALL_HEIGHT])
         colour = self.masses.get_color()
         self.trails = [ax.plot([], [], color=colour, linewidth=2.0, alpha=0.5, label=TRAIL_LABEL, zorder=2.0)[0] for _ in names]
         self.flashes = [draw_flash(ax, self.masses) for _ in self.places]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """The size of a figure for it [inches]: so much for each track."""
+        return WIDTH, AROUND + TRACK_HEIGHT * len(self.heights)
 
     def show(self, frame: int) -> None:
         """Put everything where a frame has it."""

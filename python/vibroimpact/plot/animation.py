@@ -1,6 +1,9 @@
 """Motions as moving pictures: pendulums with their links, walls and base, other systems as masses on tracks."""
 
+import base64
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from matplotlib.animation import FuncAnimation
@@ -16,6 +19,16 @@ from vibroimpact.plot._sampling import not_a_motion
 
 class _Animation(FuncAnimation):
     """An animation that lives as long as its figure, so that nobody need keep it."""
+
+    fps: Any = 25.0  # of what it is saved as; a float, which its writers take
+
+    def _repr_html_(self) -> str:
+        """Return it as a moving picture of its own, for notebooks."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "motion.gif"
+            self.save(path, writer="pillow", fps=self.fps)
+            data = base64.b64encode(path.read_bytes()).decode("ascii")
+        return f'<img alt="animation" src="data:image/gif;base64,{data}">'
 
     def __del__(self) -> None:
         """Say nothing of an animation that was not drawn: it may have been made for its frames."""
@@ -37,7 +50,8 @@ def animate(
 
     A pendulum is drawn as it hangs, in one scale along both axes: its base moves, and the walls and stops with it; a stop
     on angles is a line from the joint, at the angle at which its last link meets it. The path of the last bob is left behind
-    for a while, and a bob that hits a stop flashes; it glows for as long as it stays in contact. Other systems are masses
+    for a while, and a bob that hits a stop flashes; it glows for as long as it stays in contact. Stops are drawn where the
+    face of what hits them is in contact, half a mark beside the place at which its middle is then. Other systems are masses
     on tracks, one for each coordinate and one for each stop whose normal mixes them.
 
     Parameters
@@ -64,8 +78,8 @@ def animate(
     Returns
     -------
     matplotlib.animation.FuncAnimation
-        It lives as long as its figure; ``save("motion.gif", writer="pillow")`` writes a file, ``to_jshtml()`` is for
-        notebooks.
+        It lives as long as its figure; ``save("motion.gif", writer="pillow")`` writes a file. A notebook shows it as
+        one, or with buttons by ``to_jshtml()``.
 
     Raises
     ------
@@ -92,7 +106,8 @@ def animate(
         raise ValueError(f"coordinates must be None for a pendulum, whose links are all drawn, got {coordinates!r}")
     is_new = ax is None
     ax = axes_or_new(ax)
-    picture = Links(ax, scene, lengths, film, line) if lengths is not None else Masses(ax, scene, film, coordinates, line)
+    pendulum = Links(ax, scene, lengths, film, line) if lengths is not None else None
+    picture = pendulum or Masses(ax, scene, film, coordinates, line)
 
     def show(frame: int) -> list[Any]:
         picture.show(frame)
@@ -102,8 +117,10 @@ def animate(
     show(0)
     figure = ax.figure.figure  # of a part of a figure the whole
     if is_new:
+        figure.set_size_inches(*picture.size)
         figure.canvas.draw()
         figure.set_layout_engine("none")  # every frame has the layout of the first
     animation = _Animation(figure, show, frames=len(film.t), interval=1000.0 / fps, blit=False)
+    animation.fps = fps
     figure.canvas.mpl_connect("close_event", lambda _event: animation.pause)  # what holds the animation, with its figure
     return animation

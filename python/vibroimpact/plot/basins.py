@@ -7,17 +7,17 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from vibroimpact.plot._axes import MARKERS, axes_or_new, label_axis
+from vibroimpact.plot._axes import MARKERS, axes_or_new, label_axis, with_unit
 from vibroimpact.plot._cells import edges
 from vibroimpact.plot._data import Basins, require
 
 #: Of attractors, from dark to light and back, so that neighbours differ in grey too.
-COLOURS = ("#1d3a66", "#f0c36b", "#b8503f", "#9ec9c1", "#5b3a6e", "#e8e0b0", "#41785a", "#d8a9bd")
+COLOURS = ("#1d3a66", "#f0c36b", "#b8503f", "#8ec6e6", "#5b3a6e", "#e8e0b0", "#3f6f2f", "#cf86c4")
 #: What leads to none, by label.
 OTHERS = {
     0: ("undecided", "#ffffff"),
-    -1: ("lost", "#bdbdbd"),
-    -2: ("inside a stop", "#6f6f6f"),
+    -1: ("lost", "#a9a9a9"),
+    -2: ("inside a stop", "#565656"),
     -3: ("not worked out yet", "#eef1f4"),
 }
 
@@ -59,8 +59,8 @@ def basins(basins: Basins, ax: Axes | None = None, *, legend: bool = True, **opt
     labels = np.asarray(basins.labels)
     count = len(basins.attractors)
     ax = axes_or_new(ax)
-    label_axis(ax, "x", basins.x_name)
-    label_axis(ax, "y", basins.y_name)
+    label_axis(ax, "x", with_unit(basins.x_name))
+    label_axis(ax, "y", with_unit(basins.y_name))
     present = [label for label in (*range(1, count + 1), *OTHERS) if np.any(labels == label)]
     place = {label: k for k, label in enumerate(present)}
     codes = np.vectorize(place.__getitem__, otypes=[int])(labels)

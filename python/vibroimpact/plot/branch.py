@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vibroimpact.plot._axes import axes_or_new, label_axis, label_once, with_defaults
+from vibroimpact.plot._axes import axes_or_new, label_axis, label_once, with_defaults, with_unit
 from vibroimpact.plot._data import Branch, BranchTree, FloatArray, require
 
 #: Of each part of a branch its name, its line and whether it is drawn thick.
@@ -25,6 +25,7 @@ MARKS = {
     "corner": ("D", "corner"),
     "landing_border": ("8", "landing border"),
     "rise": ("h", "rise"),
+    "release_border": ("H", "release border"),
     "chatter_border": ("X", "chatter border"),
 }
 
@@ -87,7 +88,7 @@ def _fastest(orbit: Any) -> float:
 def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, colour: str, line: dict[str, Any]) -> None:
     """Draw one branch with its special points."""
     values, label = _drawn(branch, y)
-    label_axis(ax, "x", branch.parameter_name or "parameter")
+    label_axis(ax, "x", with_unit(branch.parameter_name or "parameter"))
     label_axis(ax, "y", label)
     part = _parts(branch)
     for name, (style, width) in PARTS.items():

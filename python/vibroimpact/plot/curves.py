@@ -6,22 +6,35 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibroimpact.plot._axes import axes_or_new, label_axis, label_once, with_defaults
+from vibroimpact.plot._axes import axes_or_new, label_axis, label_once, with_defaults, with_unit
 from vibroimpact.plot._data import Curve, require
+from vibroimpact.plot.branch import MARKS
 
 #: Of each kind of curve its colour, its line and its name.
-LINES = {
-    "fold": ("C0", "-", "fold"),
-    "period_doubling": ("C1", "-", "period doubling"),
-    "torus": ("C7", "-", "torus"),
-    "pitchfork": ("C4", "-", "pitchfork"),
-    "graze": ("C2", "--", "graze"),
-    "lost_impact": ("C3", "--", "lost impact"),
-    "corner": ("C5", "-.", "corner"),
-    "together": ("C6", "-.", "stops hit together"),
+LINES: dict[str, tuple[str, Any, str]] = {
+    "fold": ("#0072b2", "-", "fold"),
+    "period_doubling": ("#d55e00", "--", "period doubling"),
+    "torus": ("#565656", (0.0, (7.0, 1.5, 1.0, 1.5, 1.0, 1.5)), "torus"),
+    "pitchfork": ("#8d4a63", (0.0, (3.0, 1.0)), "pitchfork"),
+    "graze": ("#009e73", "-", "graze"),
+    "lost_impact": ("#8a1f5c", "--", "lost impact"),
+    "corner": ("#c98600", "-.", "corner"),
+    "together": ("#1d3a66", "-.", "stops hit together"),
 }
 #: Of each kind of point at which two things happen its mark.
-MARKS = {"fold_flip": "s", "resonant_graze": "o", "graze_fold": "^", "graze_corner": "D"}
+TWO_AT_ONCE = {
+    "cusp": "*",
+    "strong_1_1": "$1$",
+    "strong_1_2": "$2$",
+    "strong_1_3": "$3$",
+    "strong_1_4": "$4$",
+    "fold_flip": "s",
+    "resonant_graze": "o",
+    "graze_fold": "<",
+    "double_graze": ">",
+    "degenerate_graze": "P",
+    "graze_corner": "d",
+}
 
 
 def bifurcation_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None, **line: Any) -> Axes:
@@ -53,7 +66,7 @@ def bifurcation_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None, 
     >>> branch = vi.continuation(vi.periodic_orbits(scene, [0])[0], "forcing_scale", (0.1, 1.5))
     >>> plane = ("frequency", "forcing_scale"), ((2.1, 3.0), (0.1, 2.0))
     >>> vi.plot.bifurcation_curves(vi.bifurcation_curve(branch.special[1], *plane)).get_xlabel()
-    'frequency'
+    'frequency [rad/s]'
     """
     every: tuple[Any, ...] = (
         (curves,) if hasattr(curves, "parameter_names") else tuple(curves) if isinstance(curves, Iterable) else ()
@@ -63,8 +76,8 @@ def bifurcation_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None, 
     ax = axes_or_new(ax)
     for own in every:
         names = own.parameter_names or ("first parameter", "second parameter")
-        label_axis(ax, "x", names[0])
-        label_axis(ax, "y", names[1])
+        label_axis(ax, "x", with_unit(names[0]))
+        label_axis(ax, "y", with_unit(names[1]))
         colour, style, name = LINES[own.kind]
         for is_virtual, drawn in ((False, style), (True, ":")):
             mine = own.is_virtual == is_virtual
@@ -78,7 +91,8 @@ def bifurcation_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None, 
             ax.plot(x, y, **with_defaults(line, **usual))
         for point in own.special:
             x, y = point.parameter
+            mark = TWO_AT_ONCE.get(point.kind) or MARKS[point.kind][0]
             label = label_once(ax, point.kind.replace("_", " "))
-            ax.plot(x, y, linestyle="none", marker=MARKS[point.kind], color="black", markerfacecolor="white", label=label)
+            ax.plot(x, y, linestyle="none", marker=mark, color="black", markerfacecolor="white", label=label)
     ax.legend(fontsize="small")
     return ax

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from vibroimpact.plot._axes import axes_or_new, label_axis, with_defaults
+from vibroimpact.plot._axes import axes_or_new, label_axis, with_defaults, with_unit
 from vibroimpact.plot._data import BifurcationDiagram, require
 from vibroimpact.plot._direction import check_direction
 
@@ -46,7 +46,7 @@ def bifurcation_diagram(diagram: BifurcationDiagram, ax: Axes | None = None, *, 
     >>> scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 2.4), vi.Stop(0, 1.0, 0.8))
     >>> diagram = vi.bifurcation_diagram(scene, ("forcing_scale", np.linspace(4, 9, 11)), transient=50, periods=20)
     >>> vi.plot.bifurcation_diagram(diagram).get_xlabel()
-    'forcing_scale'
+    'forcing_scale [-]'
     """
     require(diagram, "n_periods", "diagram must be the result of vibroimpact.bifurcation_diagram")
     require(diagram, "index", "diagram must be the result of vibroimpact.bifurcation_diagram")
@@ -58,7 +58,7 @@ def bifurcation_diagram(diagram: BifurcationDiagram, ax: Axes | None = None, *, 
         direction = check_direction(along, diagram.q.shape[1])
         values, label = direction.of(diagram.q), direction.position_label
     ax = axes_or_new(ax)
-    label_axis(ax, "x", getattr(diagram, "name", None) or "parameter")
+    label_axis(ax, "x", with_unit(getattr(diagram, "name", None) or "parameter"))
     label_axis(ax, "y", label)
     ways = np.unique(diagram.direction)
     for way in sorted(ways):  # downwards first: its rings do not hide dots

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from numpy.typing import NDArray
 
-from vibroimpact.plot._axes import axes_or_new, label_axis
+from vibroimpact.plot._axes import axes_or_new, label_axis, with_unit
 from vibroimpact.plot._cells import edges
 from vibroimpact.plot._data import ExistenceMap, require
 
@@ -65,9 +65,9 @@ def existence_map(existence: ExistenceMap, ax: Axes | None = None, *, colourbar:
     x, y = np.asarray(existence.x, dtype=float), np.asarray(existence.y, dtype=float)
     categories = _categories(existence, (len(y), len(x)))
     ax = axes_or_new(ax)
-    label_axis(ax, "x", existence.x_name or "x")
-    label_axis(ax, "y", existence.y_name or "y")
-    shown = [code for code in range(len(CATEGORIES)) if code != UNDECIDED or np.any(categories == UNDECIDED)]
+    label_axis(ax, "x", with_unit(existence.x_name or "x"))
+    label_axis(ax, "y", with_unit(existence.y_name or "y"))
+    shown = np.unique(categories)
     place = np.zeros(len(CATEGORIES), dtype=int)
     place[shown] = np.arange(len(shown))
     colours: dict[str, Any] = {

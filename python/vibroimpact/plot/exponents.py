@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from vibroimpact.plot._axes import LINE_STYLES, MARKERS, ZERO_LABEL, axes_or_new, label_axis, with_defaults
+from vibroimpact.plot._axes import LINE_STYLES, MARKERS, ZERO_LABEL, axes_or_new, label_axis, with_defaults, with_unit
 from vibroimpact.plot._data import FloatArray, LyapunovExponents, require
 
-COLOURS = ("#1d3a66", "#d1603d", "#5a9367", "#8d6a9f")
+COLOURS = ("#1d3a66", "#d1603d", "#6fae8b", "#8d4a63")
 
 
 def lyapunov(
@@ -61,7 +61,7 @@ def lyapunov(
         name, rows = "batch", np.asarray(exponents.history, dtype=float)
         x, errors = np.arange(1.0, len(rows) + 1.0), None
     ax = axes_or_new(ax)
-    label_axis(ax, "x", name)
+    label_axis(ax, "x", with_unit(name))
     label_axis(ax, "y", "Lyapunov exponents")
     if not any(drawn.get_label() == ZERO_LABEL for drawn in ax.lines):
         ax.add_line(

@@ -23,7 +23,7 @@ def impact_speeds(
 ) -> Axes:
     """Draw the normal speed of every impact over its time, each stop with its own marker.
 
-    Up to 300 impacts stand on stems; more are dots.
+    Up to 300 impacts stand on stems; more are dots. The time is that of the whole run.
 
     Parameters
     ----------
@@ -75,10 +75,8 @@ def impact_speeds(
         _draw(
             ax, of_stop["time"], of_stop[f"speed_{side}"], len(impacts), {**line, "label": label}, MARKERS[index % len(MARKERS)]
         )
-    if is_orbit(data):
-        ax.update_datalim([(0.0, 0.0), (float(data.period), 0.0)])
     if len(impacts):
-        ax.update_datalim([(float(impacts["time"][0]), 0.0)])
+        ax.update_datalim([(t, 0.0) for t in _span(data)])
         ax.autoscale_view()
         ax.set_ylim(bottom=0.0, auto=None)  # more data may still move the top
         draw_legend(ax, beside=is_new, markerscale=FEW_SIZE / _marker_size(len(impacts)))
@@ -87,11 +85,23 @@ def impact_speeds(
     return ax
 
 
+def _span(data: Orbit | Trajectory) -> tuple[float, float]:
+    """Return the time that a motion takes: one period of an orbit, the whole of a run as far as that is known."""
+    if is_orbit(data):
+        return 0.0, float(data.period)
+    first: Any = data
+    try:
+        start = float(first.segments["start"][0])
+    except (AttributeError, ValueError, IndexError):  # not kept
+        start = float(data.impacts["time"][0])
+    return start, float(getattr(data, "t_end", start))
+
+
 def _marker_size(n_drawn: int) -> float:
     """Choose the size of the markers by their number [points]."""
     if n_drawn <= MANY_IMPACTS:
         return FEW_SIZE
-    return 2.5 if n_drawn <= CROWD else 1.0
+    return 2.5 if n_drawn <= CROWD else 2.0
 
 
 def _draw(ax: Axes, t: FloatArray, speed: FloatArray, n_drawn: int, line: dict[str, Any], marker: str) -> None:

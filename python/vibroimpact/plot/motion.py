@@ -15,13 +15,15 @@ from vibroimpact.plot._axes import (
     JUMP_LABEL,
     SECTION_LABEL,
     axes_or_new,
+    draw_legend,
+    draw_legend_above,
     label_axis,
     label_once,
     next_line_style,
     next_section_marker,
     with_defaults,
 )
-from vibroimpact.plot._contact import draw_contact, draw_impacts
+from vibroimpact.plot._contact import MANY_IMPACTS, draw_contact, draw_impacts
 from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit
 from vibroimpact.plot._direction import Direction, check_direction
 from vibroimpact.plot._sampling import POINTS, Curve, not_a_motion, poincare_states, sample
@@ -29,7 +31,10 @@ from vibroimpact.plot._walls import draw_walls
 
 JUMP_WIDTH = 0.9  # [points]
 JUMP_DASHES = (0.0, (4.0, 2.5))  # offset, (dash, space) [line widths]
-MANY_POINTS = 100  # Poincare points; more are drawn small
+MANY_POINTS = 100  # Poincare points; more are drawn without a rim to speak of
+SECTION_SIZES = ((MANY_POINTS, 6.0), (1000, 3.0))  # of their marks, to so many of them [points]
+LEAST_SIZE = 1.5
+THIN = 0.3  # of the line of a motion with many impacts in the phase plane [points]
 
 
 def time_history(
@@ -82,7 +87,7 @@ def time_history(
     Returns
     -------
     matplotlib.axes.Axes
-        `ax`, or the Axes of the new figure.
+        `ax`, or the Axes of the new figure, with a legend; of more than 1000 impacts some are marked, as that says.
 
     Raises
     ------
@@ -104,6 +109,7 @@ def time_history(
     if periods is not None:
         t_span = _span_of_periods(motion, periods, t_span)
     curve = sample(motion, direction, t_span, points)
+    is_new = ax is None
     ax = axes_or_new(ax)
     label_axis(ax, "x", "time t")
     if quantity == "position":
@@ -124,6 +130,8 @@ def time_history(
             draw_impacts(ax, drawn, curve.jumps(curve.t), curve.jumps(curve.v))
     if contact:
         draw_contact(ax, motion, direction, curve, curve.t, curve.q if quantity == "position" else curve.v)
+    if is_new:
+        draw_legend_above(ax)
     return ax
 
 
@@ -193,11 +201,14 @@ def phase_portrait(
     """
     direction = _check_motion(motion, along)
     curve = sample(motion, direction, t_span, points)
+    is_new = ax is None
     ax = axes_or_new(ax)
     label_axis(ax, "x", direction.position_label)
     label_axis(ax, "y", direction.velocity_label)
     name = "orbit" if is_orbit(motion) else "trajectory"
     options = with_defaults(line, linestyle=next_line_style(ax), label=name)
+    if len(curve.impacts) > MANY_IMPACTS:
+        options = with_defaults(options, linewidth=THIN)
     drawn = ax.plot(curve.broken(curve.q), curve.broken(curve.v), **options)[0]
     if jumps:
         _draw_jumps(ax, drawn, curve, curve.q)
@@ -209,18 +220,21 @@ def phase_portrait(
         draw_walls(ax, motion, direction, curve.t, along="x")
     if section and motion.scene.period is not None:
         q, v = poincare_states(motion, direction, t_span)
+        size = next((size for most, size in SECTION_SIZES if len(q) <= most), LEAST_SIZE)
         ax.plot(
             q,
             v,
             linestyle="none",
             marker=next_section_marker(ax),
-            markersize=6.0 if len(q) <= MANY_POINTS else 3.0,
+            markersize=size,
             markerfacecolor="black",
             markeredgecolor="white",
-            markeredgewidth=0.8 if len(q) <= MANY_POINTS else 0.3,
+            markeredgewidth=0.8 if len(q) <= MANY_POINTS else 0.0,
             label=_section_label(ax, line.get("label")),
             zorder=3.0,
         )
+    if is_new:
+        draw_legend(ax, beside=True)
     return ax
 
 

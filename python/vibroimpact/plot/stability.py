@@ -9,12 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.legend import Legend
 from matplotlib.patches import Circle
+from numpy.typing import NDArray
 
 from vibroimpact.plot._axes import MARKERS, axes_or_new, draw_legend, label_axis, with_defaults
 from vibroimpact.plot._data import FloatArray, StableOrbit, require
 
 MARKER_AREA = 55.0  # [points^2]
 TEXT_WIDTH = 34  # of the lines that say why there are none [characters]
+MOST_LABELS = 10  # values that are written at their points
+CLOSE = 0.04  # nearer to each other than this part of the width two are drawn again, larger
 ROOM = 1.08  # width of the square drawn, in that of the circle and the points
 
 
@@ -31,7 +34,8 @@ def multipliers(orbit: StableOrbit, ax: Axes | None = None, **options: Any) -> A
     """Draw the Floquet multipliers of an orbit in the complex plane, with the unit circle.
 
     Stops hit at one instant can be taken in several orders, and a deviation meets one or another: each order has its
-    own marker and its own largest modulus in the legend. Where the multipliers are undefined, the figure says so.
+    own marker and its own largest modulus in the legend. The values stand at their points, and two that are close are drawn
+    again, larger, in a corner. Where the multipliers are undefined, the figure says so.
 
     Parameters
     ----------
@@ -80,11 +84,47 @@ def multipliers(orbit: StableOrbit, ax: Axes | None = None, **options: Any) -> A
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85}
         ax.text(0.5, 0.5, fill(text, TEXT_WIDTH), transform=ax.transAxes, ha="center", va="center", bbox=box)
     _frame_square(ax, corners)
+    every = [values for _, values in _named_multipliers(orbit)]
+    if every:
+        _label(ax, np.concatenate(every))
+        _zoom(ax, np.concatenate(every))
     if ax.get_legend_handles_labels()[0]:
         legend = draw_legend(ax, beside=is_new)
         if not is_new:
             _move_above_circle(ax, legend)
     return ax
+
+
+def _label(ax: Axes, values: NDArray[np.complex128]) -> None:
+    """Write the values at their points, once for two that are conjugate, unless there are many."""
+    upper = np.unique(np.round(values[values.imag >= 0.0], 9))
+    if len(upper) > MOST_LABELS:
+        return
+    for value in upper:
+        text = f"{value.real:.3g}" if value.imag == 0.0 else f"{value.real:.3g} ± {value.imag:.3g}i"
+        place = (value.real, value.imag)
+        ax.annotate(text, place, xytext=(0.0, 7.0), textcoords="offset points", ha="center", fontsize="x-small", zorder=3.0)
+
+
+def _zoom(ax: Axes, values: NDArray[np.complex128]) -> None:
+    """Draw the two that are nearest to each other again, larger, in a corner, where their marks hide each other."""
+    apart = np.abs(values[:, None] - values[None, :])
+    apart[np.tril_indices(len(values))] = np.inf
+    one, other = np.unravel_index(np.argmin(apart), apart.shape)
+    width = float(ax.get_xlim()[1] - ax.get_xlim()[0])
+    if not 0.0 < apart[one, other] < CLOSE * width:
+        return
+    middle, half = 0.5 * (values[one] + values[other]), 1.5 * float(apart[one, other])
+    x, y = (middle.real - half, middle.real + half), (middle.imag - half, middle.imag + half)
+    right, low = middle.real < 0.0, middle.imag > 0.0
+    inset = ax.inset_axes((0.68 if right else 0.02, 0.02 if low else 0.63, 0.3, 0.3), xlim=x, ylim=y, xticks=[], yticks=[])
+    for drawn in ax.collections:
+        points = np.asarray(drawn.get_offsets())
+        face, edge = drawn.get_facecolor(), drawn.get_edgecolor()
+        inset.scatter(points[:, 0], points[:, 1], s=MARKER_AREA, marker="o", facecolors=face, edgecolors=edge)
+    inset.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor="0.35", linewidth=1.2, linestyle="--"))
+    inset.set_title(f"{2.0 * half:.1g} wide", fontsize="x-small", pad=2.0)
+    ax.indicate_inset_zoom(inset, edgecolor="0.3")
 
 
 def _named_multipliers(orbit: StableOrbit) -> list[tuple[str, np.ndarray[Any, np.dtype[np.complex128]]]]:

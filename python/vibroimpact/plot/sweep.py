@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from vibroimpact.plot._axes import axes_or_new, label_axis, next_line_style, with_defaults
+from vibroimpact.plot._axes import axes_or_new, label_axis, next_line_style, with_defaults, with_unit
 from vibroimpact.plot._data import Ramped, is_trajectory
 from vibroimpact.plot._direction import check_direction
 from vibroimpact.plot._sampling import forcing_turns, ramps_of, window
@@ -72,7 +72,7 @@ def sweep(trajectory: Ramped, along: ArrayLike = 0, ax: Axes | None = None, *, p
     rows = direction.of(trajectory.position(times.ravel())).reshape(times.shape)
     values = trajectory.parameter(starts + 0.5 * periods, name)
     ax = axes_or_new(ax)
-    label_axis(ax, "x", name)
+    label_axis(ax, "x", with_unit(name))
     label_axis(ax, "y", f"swing of {direction.position_label}")
     label = f"{direction.position}, {'up' if values[-1] >= values[0] else 'down'}"
     ax.plot(values, 0.5 * np.ptp(rows, axis=1), **with_defaults(line, linestyle=next_line_style(ax), label=label))
