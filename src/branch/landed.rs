@@ -186,10 +186,18 @@ fn without<'a>(
             instants.remove(1);
         }
         (Event::Release(stop), _) => {
-            let back = instants
-                .iter()
-                .position(|own| own.stage.held.contains(&stop));
-            instants.drain(..=back.unwrap_or(0));
+            let is_back = |own: &Instant| own.stage.held.contains(&stop);
+            let Some(back) = instants.iter().position(is_back) else {
+                return Ok(None);
+            };
+            let landed = instants[back].clone();
+            instants.drain(..=back);
+            if instants.is_empty() {
+                // Held for good.
+                let mut always = landed;
+                always.stage.event = Event::Nothing;
+                return as_loop(family, place, vec![always]);
+            }
         }
         _ => return Ok(None),
     }
@@ -328,17 +336,25 @@ fn zero_without(
     Ok(None)
 }
 
-/// The loop of other instants in the period of a loop.
+/// The loop of other instants in the period of a loop, begun with an impact.
 fn rebuilt<'a>(
     family: &Family<'a>,
     place: &Place,
     instants: Vec<Instant>,
 ) -> Result<Option<(Family<'a>, Place)>> {
-    let whole = period(&place.state);
-    let Some(instants) = begun_with_strike(instants, whole) else {
-        return Ok(None);
-    };
-    let length = (whole, family.signature.n_periods);
+    match begun_with_strike(instants, period(&place.state)) {
+        Some(instants) => as_loop(family, place, instants),
+        None => Ok(None),
+    }
+}
+
+/// The loop of instants in their order in the period of a loop.
+fn as_loop<'a>(
+    family: &Family<'a>,
+    place: &Place,
+    instants: Vec<Instant>,
+) -> Result<Option<(Family<'a>, Place)>> {
+    let length = (period(&place.state), family.signature.n_periods);
     family
         .with_instants(place.value, instants, length)
         .map(Some)

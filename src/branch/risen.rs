@@ -2,7 +2,7 @@
 //! again.
 
 use crate::branch::family::Family;
-use crate::branch::instants::{Instant, period};
+use crate::branch::instants::{Instant, begun_with_strike, period};
 use crate::branch::place::Place;
 use crate::error::Result;
 use crate::model::contacts;
@@ -89,6 +89,24 @@ pub(super) fn strongest_pull(
     })
 }
 
+/// A motion without instants that begins half a period before a time.
+fn begun_before(family: &Family<'_>, place: &Place, time: f64) -> Result<Place> {
+    let whole = period(&place.state);
+    let mut state = place.state.clone();
+    let begin = state.times[0];
+    let late = (time - 0.5 * whole).rem_euclid(whole);
+    let scene = family.scene(place.value)?;
+    with_shooting(&scene, &family.signature, |shooting, _| {
+        let x = &mut state.states[0];
+        let none = &mut DMatrix::zeros(x.len(), 0);
+        let held = &family.signature.stages[0].held;
+        shooting.motion.flow(held, (begin, begin + late), x, none)
+    })?;
+    state.times = vec![begin + late, begin + late + whole];
+    state.starts = vec![begin + late];
+    family.place(&scene, place.value, state)
+}
+
 /// A loop in which a stop is let go where it pulls, near a time, and landed on after three times as long as it had risen; none where it does
 /// not pull, or other stops are held by an impact that takes not all speed.
 pub(super) fn with_flight<'a>(
@@ -96,6 +114,15 @@ pub(super) fn with_flight<'a>(
     place: &Place,
     (stop, time): (usize, f64),
 ) -> Result<Option<(Family<'a>, Place)>> {
+    // A motion that is held for good begins anywhere: half a period before.
+    let turned = if family.is_empty() {
+        Some(begun_before(family, place, time)?)
+    } else {
+        None
+    };
+    let (place, time) = turned
+        .as_ref()
+        .map_or((place, time), |there| (there, 0.5 * period(&there.state)));
     let Some(pull) = strongest_pull(family, place, (stop, time))? else {
         return Ok(None);
     };
@@ -149,8 +176,18 @@ pub(super) fn with_flight<'a>(
         instant((Event::Release(stop), &without), (left, left))?,
         instant((landing, &from.stage.held), (back, back + rest))?,
     ];
-    let behind = pull.instant + 1;
-    instants.splice(behind..behind, both);
+    let instants = if family.is_empty() {
+        // Held for good so far: the period begins with the landing.
+        begun_with_strike(both.to_vec(), period(state)).unwrap_or_default()
+    } else {
+        let behind = pull.instant + 1;
+        instants.splice(behind..behind, both);
+        instants
+    };
+    if instants.is_empty() {
+        // Impacts that accumulate begin no period.
+        return Ok(None);
+    }
     let length = (period(state), family.signature.n_periods);
     family
         .with_instants(place.value, instants, length)

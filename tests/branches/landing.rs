@@ -239,3 +239,47 @@ fn a_candidate_has_the_number_of_its_scene() {
         }
     }
 }
+
+#[test]
+fn a_mass_that_is_let_go_for_the_first_time_is_pressed_on_by_as_much_as_it_is_pulled() {
+    // Held for good while the load is larger than the force's amplitude; K = 0.
+    let force = [Complex::new(-1.190_499, 0.097_636)];
+    let numbers = [0.311_836, 0.0, 0.479_397, 0.539_079];
+    let (_, branch) = under_a_load(numbers, &force, 1.084_269, (0.3, 3.0));
+    let known = numbers[2] / force[0].norm();
+    let release = branch.special.first().expect("an end");
+    assert_eq!(
+        release.kind,
+        SpecialKind::ReleaseBorder,
+        "{:?}",
+        branch.ends
+    );
+    let off = (release.parameter - known).abs();
+    assert!(
+        off < 1e-10 && release.error < 1e-10,
+        "{off:e} {:e}",
+        release.error
+    );
+    let is_fold = |own: &&Special| own.kind == SpecialKind::Fold;
+    assert!(branch.special.iter().find(is_fold).is_none());
+    let born = branches(release, Parameter::ForcingScale, (0.3, 3.0)).expect("a search");
+    let [held] = born.as_slice() else {
+        panic!("{}", born.len());
+    };
+    assert!(!held.is_above && held.orbit.impacts().is_empty());
+    assert_eq!(held.orbit.is_admissible(), Some(true));
+    // Back to it from the side that is held for good, and beyond.
+    let unit = held.parameter;
+    let options = ContinuationOptions::default();
+    let range = (0.3 / unit, 3.0 / unit);
+    let branch = followed(&held.orbit, Parameter::ForcingScale, range, &options);
+    let rise = branch.special.last().expect("an end");
+    assert_eq!(rise.kind, SpecialKind::Rise, "{:?}", branch.ends);
+    assert!((rise.parameter * unit - known).abs() < 1e-10);
+    let born = branches(rise, Parameter::ForcingScale, range).expect("a search");
+    let [flown] = born.as_slice() else {
+        panic!("{}", born.len());
+    };
+    assert!(flown.is_above && flown.orbit.impacts().len() == 1);
+    assert_eq!(flown.orbit.is_admissible(), Some(true));
+}
