@@ -133,9 +133,11 @@ fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<V
             let is_little = |k: &usize| state.times[k + 1] - state.starts[*k] < nothing;
             let short = place.shortest_flight().filter(is_little);
             let less = short.map_or(Ok(None), |k| with_less(family, place, k))?;
+            // On the near side too what it breaks is next to nothing.
+            let ahead = special.direction[special.direction.len() - 1].signum();
             let beyond = match less {
-                Some((rest, at)) => beside(&rest, &at),
-                None => beside(family, place),
+                Some((rest, at)) => beside(&rest, &at, ahead),
+                None => beside(family, place, ahead),
             };
             found_there(beyond)?
         }
@@ -279,7 +281,7 @@ fn lost(
         (rest, settled.place)
     };
     let (rest, at) = rest.one_round(&at)?.unwrap_or((rest, at));
-    let mut found: Vec<Candidate> = beside(&rest, &at)?.into_iter().collect();
+    let mut found: Vec<Candidate> = beside(&rest, &at, 1.0)?.into_iter().collect();
     let is_other = |own: &Candidate| {
         own.orbit.pattern() != special.orbit.pattern()
             || own.orbit.n_periods() != special.orbit.n_periods()
@@ -288,14 +290,14 @@ fn lost(
     Ok(found)
 }
 
-/// The orbit next to a boundary on the side on which it keeps the rules of contact, if on one.
-fn beside(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
+/// The orbit next to a boundary on the side on which it keeps the rules of contact, if on one; a side is looked at first.
+fn beside(family: &Family<'_>, place: &Place, first: f64) -> Result<Option<Candidate>> {
     let by_value = Direction::of_value(family.n_unknowns(place));
     let Ok(settled) = family.corrected(place.clone(), &by_value)? else {
         return Ok(None);
     };
     let mut found = None;
-    for side in [1.0, -1.0] {
+    for side in [first, -first] {
         let value = place.value + side * BEYOND * family.span();
         let from = (&settled.place, &settled.equations, &settled.tangent);
         let Ok(there) = step_to(family, from, Target::Value(value))? else {
