@@ -27,8 +27,10 @@ ax = vi.plot.phase_portrait(orbits[0])
 ax.figure.savefig("orbit.png")
 """
 
-README = Path(__file__).parents[2] / "README.md"
-README_BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+PAGES = (README, ROOT / "docs" / "features.md")
+BLOCKS = [block for page in PAGES for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)]
 
 PLAIN = {"KINDS", "__version__", "plot"}  # data and a module: no docstring of their own
 
@@ -113,7 +115,7 @@ def test_the_six_lines(tmp_path):
     assert (tmp_path / "orbit.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("code", README_BLOCKS, ids=range(1, len(README_BLOCKS) + 1))
+@pytest.mark.parametrize("code", BLOCKS, ids=range(1, len(BLOCKS) + 1))
 def test_the_readme_runs(code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {})
