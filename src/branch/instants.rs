@@ -54,6 +54,30 @@ pub(super) fn begun_with_strike(instants: Vec<Instant>, period: f64) -> Option<V
     Some(turned(instants, first, period))
 }
 
+/// The loop of other instants in the period of a loop, begun with an impact.
+pub(super) fn rebuilt<'a>(
+    family: &Family<'a>,
+    place: &Place,
+    instants: Vec<Instant>,
+) -> Result<Option<(Family<'a>, Place)>> {
+    match begun_with_strike(instants, period(&place.state)) {
+        Some(instants) => as_loop(family, place, instants),
+        None => Ok(None),
+    }
+}
+
+/// The loop of instants in their order in the period of a loop.
+pub(super) fn as_loop<'a>(
+    family: &Family<'a>,
+    place: &Place,
+    instants: Vec<Instant>,
+) -> Result<Option<(Family<'a>, Place)>> {
+    let length = (period(&place.state), family.signature.n_periods);
+    family
+        .with_instants(place.value, instants, length)
+        .map(Some)
+}
+
 /// Whether one stop is hit, between free flights.
 fn is_one_impact(stage: &ContactStage) -> bool {
     stage.held.is_empty() && matches!(&stage.event, Event::Strike(stops) if stops.len() == 1)

@@ -15,6 +15,7 @@ mod family;
 mod indicators;
 mod instants;
 mod landed;
+mod lessened;
 mod many_modes;
 mod multipliers;
 mod one;

@@ -3,7 +3,7 @@
 use crate::branch::border::border;
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
-use crate::branch::landed::{self, Sharp};
+use crate::branch::lessened::{self, Sharp};
 use crate::branch::special::{Special, SpecialKind, of_meeting};
 use crate::branch::step::Point;
 use crate::error::{Result, digits};
@@ -36,7 +36,7 @@ pub(super) fn meeting(
             SpecialKind::LandingBorder | SpecialKind::ReleaseBorder
         );
         if is_of_flight {
-            let sharp = landed::border(family, &last.place, instant)?;
+            let sharp = lessened::border(family, &last.place, instant)?;
             return Ok(match sharp.filter(|own| is_near(own.value)) {
                 Some(Sharp {
                     value,
