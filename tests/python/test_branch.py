@@ -210,7 +210,10 @@ class TestBadInput:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            (("freq", (2, 3)), r'parameter is "freq" .it is called frequency here., but .* Scene.replace .* or a callable p -> Scene'),
+            (
+                ("freq", (2, 3)),
+                r'parameter is "freq" .it is called frequency here., but .* Scene.replace .* or a callable p -> Scene',
+            ),
             (("phase", (0, 1)), 'parameter is "phase"'),
             (("clearance[4]", (0, 1)), r'parameter is "clearance\[4\]"'),
             (("frequency", (2.5, 3)), r"between is \(2.5, 3\), but the orbit is at 2.4: it must lie inside"),
