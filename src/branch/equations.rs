@@ -163,15 +163,11 @@ impl Family<'_> {
     /// The acceleration with which the gap of the stop of an instant opens behind it, where it is let go.
     pub fn opening(&self, place: &Place, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
-        let ContactStage { event, held } = &self.signature.stages[instant];
-        let Event::Strike(stops) = event else {
+        let stage = &self.signature.stages[instant];
+        let Event::Strike(stops) = &stage.event else {
             return Ok(f64::NAN);
         };
-        let others: Vec<usize> = held
-            .iter()
-            .copied()
-            .filter(|own| *own != stops[0])
-            .collect();
+        let others = stage.held_but(stops[0]);
         self.shooting_at(place, |shooting, _, _| {
             let rate = shooting.motion.rate(&others, t, state)?;
             shooting.motion.gap_acceleration(stops[0], t, state, &rate)

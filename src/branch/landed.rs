@@ -25,13 +25,7 @@ pub(super) fn with_change<'a>(
     let mut instants = family.instants(state);
     let (own, end) = (instants[k].clone(), state.times[k + 1]);
     let was_held = own.stage.held.contains(&stop);
-    let without: Vec<usize> = own
-        .stage
-        .held
-        .iter()
-        .copied()
-        .filter(|s| *s != stop)
-        .collect();
+    let without = own.stage.held_but(stop);
     let mut held = without.clone();
     held.push(stop);
     held.sort_unstable();

@@ -25,12 +25,6 @@ pub(super) struct Pull {
     bend: f64,
 }
 
-/// The stops that are held from an instant but one, if that is held.
-fn others_held(stage: &ContactStage, stop: usize) -> Option<Vec<usize>> {
-    let others = stage.held.iter().copied().filter(|own| *own != stop);
-    stage.held.contains(&stop).then(|| others.collect())
-}
-
 /// How readily a stop that is held would be left near a time; none where it is not held.
 pub(super) fn strongest_pull(
     family: &Family<'_>,
@@ -44,9 +38,10 @@ pub(super) fn strongest_pull(
         return Ok(None);
     };
     let (from, end) = (&instants[instant], state.times[instant + 1]);
-    let Some(without) = others_held(&from.stage, stop) else {
+    if !from.stage.held.contains(&stop) {
         return Ok(None);
-    };
+    }
+    let without = from.stage.held_but(stop);
     let scene = family.scene(place.value)?;
     let mut signature = family.signature.clone();
     signature.stages.push(ContactStage {
@@ -134,7 +129,7 @@ pub(super) fn with_flight<'a>(
     );
     let scene = family.scene(place.value)?;
     let restitution = contacts(&scene)[stop].restitution;
-    let without = others_held(&from.stage, stop).unwrap_or_default();
+    let without = from.stage.held_but(stop);
     let is_alone = restitution == 0.0 || without.is_empty();
     if !(pull.most > 0.0 && pull.bend > 0.0 && is_alone) {
         return Ok(None);

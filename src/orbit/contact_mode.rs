@@ -23,6 +23,15 @@ pub(crate) struct ContactStage {
 }
 
 impl ContactStage {
+    /// The stops held but one.
+    pub fn held_but(&self, stop: usize) -> Vec<usize> {
+        self.held
+            .iter()
+            .copied()
+            .filter(|own| *own != stop)
+            .collect()
+    }
+
     /// The same with the mirror image of each stop.
     pub fn mirrored(&self, images: &[usize]) -> Self {
         let image = |stop: &usize| images[*stop];

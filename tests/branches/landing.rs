@@ -1,13 +1,12 @@
 //! Landing and release borders, against closed forms.
 
-use crate::scenes::{Oscillator, followed};
+use crate::scenes::{Oscillator, followed, pressed, settled};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, Fourier, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
-    SegmentKind, SimulateOptions, Special, SpecialKind, Stop, branches, branches_of,
-    continuation_of, find_orbit, simulate,
+    SegmentKind, Special, SpecialKind, Stop, branches, branches_of, continuation_of,
 };
 
 const RANGE: (f64, f64) = (0.2, 6.0);
@@ -24,12 +23,8 @@ fn oscillator(frequency: f64, clearance: f64) -> Oscillator {
 }
 
 /// The orbit that it comes to from rest next to its stop.
-fn settled(own: Oscillator) -> Option<PeriodicOrbit> {
-    let scene = own.scene();
-    let (q, v) = (dvector![own.clearance - 0.1], dvector![0.0]);
-    let span = (0.0, 60.0 * TAU / own.frequency);
-    let run = simulate(&scene, &q, &v, span, &SimulateOptions::default()).expect("a run");
-    find_orbit(&scene, &run, None).ok()
+fn settled_beside(own: Oscillator) -> Option<PeriodicOrbit> {
+    settled(&own.scene(), own.clearance - 0.1, 60)
 }
 
 /// How far from the stop a motion is, a while after it left that without speed and acceleration at a phase.
@@ -83,7 +78,7 @@ fn a_landing_without_acceleration_is_a_border_from_both_sides() {
     for k in 0..16 {
         for clearance in [0.3, -0.4] {
             let own = oscillator(0.25 + 0.25 * f64::from(k), clearance);
-            let Some(orbit) = settled(own).filter(|orbit| orbit.n_periods() <= 3) else {
+            let Some(orbit) = settled_beside(own).filter(|orbit| orbit.n_periods() <= 3) else {
                 continue;
             };
             if orbit.impacts().len() > 1 {
@@ -125,17 +120,9 @@ fn a_landing_without_acceleration_is_a_border_from_both_sides() {
 #[test]
 fn behind_its_rise_a_flight_comes_to_nothing() {
     for restitution in [0.0, 0.3] {
-        let make = |second: f64| {
-            let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
-            let force = vec![dvector![1.0.into()], dvector![(-second).into()]];
-            let force = Fourier::new(force, 0.3, 0.0)?;
-            Scene::new(system, force, [Stop::new(0, 0.0, restitution)?])
-        };
+        let make = |second: f64| pressed(second, restitution);
         let scene = make(1.05).expect("valid");
-        let rest = dvector![0.0];
-        let span = (0.0, 20.0 * scene.period().expect("one"));
-        let run = simulate(&scene, &rest, &rest, span, &SimulateOptions::default());
-        let first = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+        let first = settled(&scene, 0.0, 20).expect("an orbit");
         let go_on = &mut |_| ControlFlow::Continue(());
         let options = ContinuationOptions {
             heading: Heading::Both,
@@ -176,10 +163,7 @@ fn under_a_load(
     let force = Fourier::new(force, frequency, 0.0).expect("valid");
     let stop = Stop::new(0, clearance, 0.0).expect("valid");
     let scene = Scene::new(system.expect("valid"), force, [stop]).expect("valid");
-    let rest = dvector![0.0];
-    let span = (0.0, 60.0 * scene.period().expect("one"));
-    let run = simulate(&scene, &rest, &rest, span, &SimulateOptions::default());
-    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    let orbit = settled(&scene, 0.0, 60).expect("an orbit");
     let options = ContinuationOptions::default();
     let branch = followed(&orbit, Parameter::ForcingScale, between, &options);
     (orbit, branch)
@@ -218,7 +202,7 @@ fn a_stay_that_comes_to_nothing_is_located_whatever_is_found_beyond() {
 fn a_candidate_has_the_number_of_its_scene() {
     for k in 0..6 {
         let own = oscillator(0.3 + 0.3 * f64::from(k), 0.3);
-        let Some(orbit) = settled(own).filter(|orbit| orbit.n_periods() <= 2) else {
+        let Some(orbit) = settled_beside(own).filter(|orbit| orbit.n_periods() <= 2) else {
             continue;
         };
         let range = (0.2, 4.0);

@@ -3,8 +3,9 @@
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
-    PeriodicOrbit, Scene, Stop, continuation, periodic_orbits,
+    Branch, ContinuationOptions, Fourier, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
+    PeriodicOrbit, Scene, SimulateOptions, Stop, continuation, find_orbit, periodic_orbits,
+    simulate,
 };
 
 /// `x'' + 2 eta x' + x = F cos w t` before a stop at d.
@@ -147,4 +148,20 @@ pub fn followed(
 ) -> Branch {
     let go_on = &mut |_| ControlFlow::Continue(());
     continuation(orbit, parameter, between, options, go_on).expect("a branch")
+}
+
+/// A mass held at zero by `F cos th - F_2 cos 2 th`, F = 1, which comes to zero at th = 0 where `F_2` is F.
+pub fn pressed(second: f64, restitution: f64) -> vibroimpact::Result<Scene> {
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+    let force = vec![dvector![1.0.into()], dvector![(-second).into()]];
+    let force = Fourier::new(force, 0.3, 0.0)?;
+    Scene::new(system, force, [Stop::new(0, 0.0, restitution)?])
+}
+
+/// The orbit that one mass comes to from rest somewhere, after so many periods of the forcing.
+pub fn settled(scene: &Scene, from: f64, periods: u32) -> Option<PeriodicOrbit> {
+    let (q, v) = (dvector![from], dvector![0.0]);
+    let span = (0.0, f64::from(periods) * scene.period().expect("one"));
+    let run = simulate(scene, &q, &v, span, &SimulateOptions::default()).expect("a run");
+    find_orbit(scene, &run, None).ok()
 }

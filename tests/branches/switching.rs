@@ -1,11 +1,11 @@
 //! Branches that meet a branch at its special points, against the laws of what is born there.
 
 use crate::random::Random;
-use crate::scenes::{Oscillator, USUAL, followed};
+use crate::scenes::{Oscillator, USUAL, followed, pressed, settled};
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Branch, Candidate, ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, OrbitOptions,
+    Branch, Candidate, ContinuationOptions, Harmonic, Heading, LinearSystem, OrbitOptions,
     Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special, SpecialKind,
     Stop, Virtual, branches, branches_of, continuation_of, find_orbit, periodic_orbits, simulate,
 };
@@ -277,19 +277,10 @@ fn two_oscillators_side_by_side_change_the_order_of_their_impacts() {
 
 #[test]
 fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
-    // Held at zero by F cos th - F_2 cos 2 th, which comes to zero at th = 0 where F_2 is F.
     for restitution in [0.0, 0.3] {
-        let make = |second: f64| {
-            let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
-            let force = vec![dvector![1.0.into()], dvector![(-second).into()]];
-            let force = Fourier::new(force, 0.3, 0.0)?;
-            Scene::new(system, force, [Stop::new(0, 0.0, restitution)?])
-        };
+        let make = |second: f64| pressed(second, restitution);
         let scene = make(0.6).expect("valid");
-        let rest = dvector![0.0];
-        let span = (0.0, 20.0 * scene.period().expect("one"));
-        let run = simulate(&scene, &rest, &rest, span, &SimulateOptions::default());
-        let first = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+        let first = settled(&scene, 0.0, 20).expect("an orbit");
         let go_on = &mut |_| ControlFlow::Continue(());
         let options = ContinuationOptions::default();
         let branch = continuation_of(&first, &make, 0.6, (0.5, 1.2), &options, go_on);

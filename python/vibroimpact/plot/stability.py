@@ -86,8 +86,9 @@ def multipliers(orbit: StableOrbit, ax: Axes | None = None, **options: Any) -> A
     _frame_square(ax, corners)
     every = [values for _, values in _named_multipliers(orbit)]
     if every:
-        _label(ax, np.concatenate(every))
-        _zoom(ax, np.concatenate(every))
+        values = np.concatenate(every)
+        _label(ax, values)
+        _zoom(ax, values)
     if ax.get_legend_handles_labels()[0]:
         legend = draw_legend(ax, beside=is_new)
         if not is_new:
