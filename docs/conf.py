@@ -1,0 +1,107 @@
+"""The site: ``bash .ci/run site`` builds it into ``target/site``; building the gallery runs the Python examples."""
+
+from pathlib import Path
+
+import vibroimpact
+from sphinx_gallery.scrapers import figure_rst
+
+ROOT = Path(__file__).parent.parent
+FIGURES = ROOT / "target" / "figures"
+
+project = "vibroimpact"
+author = "the developers of vibroimpact"
+project_copyright = author
+version = release = vibroimpact.__version__
+
+extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_gallery.gen_gallery"]
+exclude_patterns = ["report/figures", "gallery/*.ipynb", "gallery/*.py"]
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
+
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 3
+# A formula in backticks is text, and numbered lists begin where they begin.
+suppress_warnings = ["myst.header", "config.cache"]
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+
+autosummary_generate = True
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = "vibroimpact"
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "navigation_with_keys": False,
+    "show_prev_next": False,
+    "header_links_before_dropdown": 6,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
+
+
+def output_of(_gallery: object, script: dict[str, object]) -> list[str]:
+    """Return the arguments of an example: where its figures go, a folder of its own."""
+    return ["--output", str(FIGURES / Path(str(script["src_file"])).stem)]
+
+
+def saved_figures(_block: object, variables: dict[str, object], gallery: dict[str, object]) -> str:
+    """Take the pictures that an example has saved."""
+    places = []
+    folder = FIGURES / Path(str(variables["src_file"])).stem
+    for picture in sorted([*folder.glob("*.png"), *folder.glob("*.gif")], key=lambda path: path.suffix):
+        place = Path(next(variables["image_path_iterator"])).with_suffix(picture.suffix)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(picture.read_bytes())
+        places.append(str(place))
+    return figure_rst(places, str(gallery["src_dir"]))
+
+
+#: Reports take minutes and have pages of their own; cells on a cluster are shown, not run.
+SHOWN = ("error_vs_runtime", "extreme_cases", "scene_cost", "basin_cluster")
+
+sphinx_gallery_conf = {
+    "examples_dirs": ["../examples"],
+    "gallery_dirs": ["gallery"],
+    "filename_pattern": rf"/(?!({'|'.join(SHOWN)}))\w+\.py$",
+    "ignore_pattern": r"/report/|__init__",
+    "image_scrapers": (saved_figures,),
+    "reset_argv": output_of,
+    "reset_modules": (),
+    "within_subsection_order": "FileNameSortKey",
+    "min_reported_time": 1e9,
+    "show_memory": False,
+    "show_signature": False,
+    "download_all_examples": False,
+    "abort_on_example_error": True,
+}
+
+
+def titled(_app: object, name: str, source: list[str]) -> None:
+    """Make a heading of the first line of an example."""
+    if not name.startswith("gallery/") or name.endswith(("index", "sg_execution_times")):
+        return
+    lines = source[0].split("\n")
+    label = next(k for k, line in enumerate(lines) if line.startswith(".. _sphx_glr_gallery_"))
+    first = next(k for k in range(label + 1, len(lines)) if lines[k].strip())
+    lines.insert(first + 1, "=" * len(lines[first]))
+    source[0] = "\n".join(lines)
+
+
+def listed(_app: object, name: str, source: list[str]) -> None:
+    """List every public name on the page of the API."""
+    if name == "api":
+        public = sorted(set(vibroimpact.__all__) - {"plot"}, key=str.lower)
+        pictures = sorted(vibroimpact.plot.__all__, key=str.lower)
+        for mark, names in (("{names}", public), ("{plots}", pictures)):
+            source[0] = source[0].replace(mark, "\n   ".join(names))
+
+
+def setup(app: object) -> None:
+    """Hook in."""
+    app.connect("source-read", titled)  # type: ignore[attr-defined]
+    app.connect("source-read", listed)  # type: ignore[attr-defined]
