@@ -92,16 +92,23 @@ def titled(_app: object, name: str, source: list[str]) -> None:
     source[0] = "\n".join(lines)
 
 
-def listed(_app: object, name: str, source: list[str]) -> None:
-    """List every public name on the page of the API."""
-    if name == "api":
-        public = sorted(set(vibroimpact.__all__) - {"plot"}, key=str.lower)
-        pictures = sorted(vibroimpact.plot.__all__, key=str.lower)
-        for mark, names in (("{names}", public), ("{plots}", pictures)):
-            source[0] = source[0].replace(mark, "\n   ".join(names))
+def listing(title: str, module: str, names: list[str]) -> str:
+    """Return a section that lists names of a module, a page each."""
+    head = [title, "=" * len(title), "", f".. currentmodule:: {module}", "", ".. autosummary::", "   :toctree: .", "   :nosignatures:", ""]
+    return "\n".join([*head, *(f"   {name}" for name in sorted(names, key=str.lower)), ""])
+
+
+# Every public name; written before the build, which makes their pages.
+API = Path(__file__).parent / "api" / "index.rst"
+API.parent.mkdir(exist_ok=True)
+API.write_text(
+    listing("API", "vibroimpact", sorted(set(vibroimpact.__all__) - {"plot", "KINDS", "__version__"}))
+    + "\n"
+    + listing("Pictures", "vibroimpact.plot", list(vibroimpact.plot.__all__)),
+    encoding="utf-8",
+)
 
 
 def setup(app: object) -> None:
     """Hook in."""
     app.connect("source-read", titled)  # type: ignore[attr-defined]
-    app.connect("source-read", listed)  # type: ignore[attr-defined]

@@ -463,7 +463,7 @@ impl PyOrbit {
         Ok(found.into_pyarray(py))
     }
 
-    /// The largest distance of every coordinate from zero over a period, max |q_i|, shape (n,); sought as ``min_gap``.
+    /// The largest distance of every coordinate from zero over a period, max abs(q_i), shape (n,); sought as ``min_gap``.
     #[getter]
     fn max_displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let orbit = &self.0;
